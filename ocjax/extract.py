@@ -1,0 +1,77 @@
+"""From a game's declaration to batched, jitted functions."""
+
+import functools
+import math
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+
+from ocjax.objects import Objects
+from ocjax.ram import RAM_SIZE
+from ocjax.spec import Box, Game
+
+
+def _any_batch(f: Callable[[jax.Array], Objects], rank: int) -> Callable[[jax.Array], Objects]:
+    """Make a function of `[B, ...]` one of any leading batch shape; `vmap` of it is the function on a larger batch."""
+
+    @jax.custom_batching.custom_vmap
+    def flat(x: jax.Array) -> Objects:
+        batch = x.shape[: x.ndim - rank]
+        out = f(x.reshape(math.prod(batch), *x.shape[x.ndim - rank :]))
+        return jax.tree.map(lambda a: a.reshape(*batch, *a.shape[1:]), out)
+
+    @flat.def_vmap
+    def _(axis_size: int, in_batched: list[bool], x: jax.Array) -> tuple[Objects, Objects]:
+        out = flat(x)
+        return out, jax.tree.map(lambda _: True, out)
+
+    return jax.jit(flat)
+
+
+def _pack(low: jax.Array, high: jax.Array) -> jax.Array:
+    """Two numbers of 16 bits as one of 32: halves the work of putting slots together."""
+    return low | (high << 16)
+
+
+def _unpack(*packed: jax.Array) -> jax.Array:
+    """int32 `[B, N]` each of two 16-bit numbers -> int16 `[B, N, 2 * len(packed)]`."""
+    pairs = lax.bitcast_convert_type(jnp.stack(packed, axis=-1), jnp.int16)
+    return pairs.reshape(*packed[0].shape, 2 * len(packed))
+
+
+def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
+    """The RAM extraction method of a game: uint8 `[..., 128]` -> `Objects`."""
+    height, width = game.screen
+    colors = jnp.asarray(np.concatenate([c.slot_rgb() for c in game.categories]))
+
+    def one(ram: jax.Array) -> Objects:
+        boxes = game.decode(game.ram(ram))
+        parts = []
+        for category in game.categories:
+            b: Box = boxes[category.name].clip(0, 0, width, height)
+            keep = -b.valid.astype(jnp.int32)  # all bits set where valid: masking by `&` vectorises, a select of a broadcast does not
+            value = b.value if "value" in category.attributes else jnp.int32(0)
+            point = (b.orientation & 15).astype(jnp.int8) if "orientation" in category.attributes else jnp.int8(0)
+            shape = (category.count,)
+            part = [jnp.broadcast_to(v, shape) for v in (_pack(b.x, b.y) & keep, _pack(b.w, b.h) & keep, b.valid, value & keep)]
+            part.append(jnp.broadcast_to(point & keep.astype(jnp.int8), shape))
+            rgb = colors[game.slices[category.name]] if b.rgb is None else jnp.broadcast_to(b.rgb, (*shape, 3))
+            part.append(rgb * jnp.broadcast_to(b.valid, shape)[:, None].astype(jnp.uint8))
+            parts.append(part)
+        xy, wh, valid, value, point, rgb = (jnp.concatenate(p) for p in zip(*parts, strict=True))
+        return Objects(_unpack(xy, wh), valid, point, value, rgb)
+
+    batched = _any_batch(jax.vmap(one), 1)
+
+    @functools.wraps(Game.rem)
+    def checked(ram: jax.Array | np.ndarray) -> Objects:
+        if not hasattr(ram, "dtype") or ram.dtype != jnp.uint8:
+            raise TypeError(f"{game.name}: ram must be a uint8 array, got {getattr(ram, 'dtype', type(ram).__name__)}")
+        if ram.ndim == 0 or ram.shape[-1] != RAM_SIZE:
+            raise ValueError(f"{game.name}: ram must have shape [..., {RAM_SIZE}], got {list(ram.shape)}")
+        return batched(ram)
+
+    return checked

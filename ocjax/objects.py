@@ -1,0 +1,94 @@
+"""`Objects`: what is on the screen, as padded tensors with a validity mask."""
+
+import dataclasses
+from typing import TYPE_CHECKING, Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+if TYPE_CHECKING:
+    from ocjax.spec import Game
+
+
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True)
+class Objects:
+    """The objects of one state or of a batch of states; `N` is the game's number of slots, `...` any batch shape.
+
+    A slot that is not valid is zero in every field. Which slots belong to which category: `game.slices`.
+    """
+
+    xywh: jax.Array  # int16 [..., N, 4]: left, top, width, height in pixels of the ALE screen
+    valid: jax.Array  # bool [..., N]: the slot holds an object now
+    orientation: jax.Array  # int8 [..., N]: compass point 0-15, clockwise from north
+    value: jax.Array  # int32 [..., N]: score, lives, time, ...
+    rgb: jax.Array  # uint8 [..., N, 3]
+
+    @property
+    def x(self) -> jax.Array:
+        """int16 `[..., N]`: the left edge in pixels."""
+        return self.xywh[..., 0]
+
+    @property
+    def y(self) -> jax.Array:
+        """int16 `[..., N]`: the top edge in pixels."""
+        return self.xywh[..., 1]
+
+    @property
+    def w(self) -> jax.Array:
+        """int16 `[..., N]`: the width in pixels."""
+        return self.xywh[..., 2]
+
+    @property
+    def h(self) -> jax.Array:
+        """int16 `[..., N]`: the height in pixels."""
+        return self.xywh[..., 3]
+
+    @property
+    def center(self) -> jax.Array:
+        """float32 `[..., N, 2]`: the centre (x + w / 2, y + h / 2) in pixels."""
+        box = jnp.asarray(self.xywh).astype(jnp.float32)
+        return box[..., :2] + box[..., 2:] * 0.5
+
+    def __getitem__(self, index: Any) -> "Objects":
+        """The objects at an index of the batch dimensions."""
+        return jax.tree.map(lambda a: a[index], self)
+
+    def of(self, game: "Game", category: str) -> "Objects":
+        """Only the slots of a category.
+
+        Raises:
+            ValueError: the game has no such category.
+        """
+        if category not in game.slices:
+            raise ValueError(f"{game.name} has no category {category!r}; it has {', '.join(game.slices)}")
+        s = game.slices[category]
+        return Objects(self.xywh[..., s, :], self.valid[..., s], self.orientation[..., s], self.value[..., s], self.rgb[..., s, :])
+
+    def to_list(self, game: "Game") -> list[Any]:
+        """Readable records of the valid objects: a list of dicts for one state, nested lists for a batch.
+
+        A record has `category`, `slot`, `x`, `y`, `w`, `h`, `rgb`, `hud`, and `value` and `orientation` where the category has them.
+        """
+        host = jax.tree.map(np.asarray, self)
+        if host.valid.ndim > 1:
+            return [host[i].to_list(game) for i in range(len(host.valid))]
+        records = []
+        for slot in np.flatnonzero(host.valid):
+            category = game.categories[game.slot_category[slot]]
+            x, y, w, h = host.xywh[slot].tolist()
+            record = {"category": category.name, "slot": int(slot) - game.slices[category.name].start, "x": x, "y": y, "w": w, "h": h,
+                      "rgb": tuple(host.rgb[slot].tolist()), "hud": category.hud}  # fmt: skip
+            record |= {name: int(getattr(host, name)[slot]) for name in category.attributes}
+            records.append(record)
+        return records
+
+
+def velocity(previous: Objects, current: Objects) -> jax.Array:
+    """Movement of each slot's centre from one state to the next, float32 `[..., N, 2]` in pixels.
+
+    Zero where the slot is not valid in both states. Meaningful where slots are identities: REM's, or VEM's after `track`.
+    """
+    both = jnp.asarray(previous.valid & current.valid)
+    return jnp.where(both[..., None], current.center - previous.center, jnp.float32(0))

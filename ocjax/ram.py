@@ -1,0 +1,142 @@
+"""Named, typed views of the console's 128 bytes of RAM.
+
+A game declares its address map once, as a class:
+
+    class Ram(RamMap):
+        chicken_y = byte(14, 15)             # two bytes -> int32 [2]
+        score = bcd((103, 104))              # one number of four digits, most significant byte first
+        paddle_low = bits(51, count=1)       # the lowest bit of byte 51
+
+and its decoder reads `m.chicken_y`. Every field is int32: uint8 arithmetic wraps (`uint8(30) - 49` is 237), so the cast happens here,
+once. A place is an address 0-127, or a tuple of addresses, most significant first, that together hold one number. One place gives
+a scalar, several give a vector in the order named.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Self, overload
+
+import jax
+import jax.numpy as jnp
+from jax import lax
+
+RAM_SIZE = 128
+
+Place = int | tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Field:
+    """One entry of an address map: where it is, and how its bytes become a number."""
+
+    places: tuple[Place, ...]
+    meaning: str
+    read: Callable[[tuple[jax.Array, ...]], jax.Array] = field(repr=False)
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        widths = {len(p) if isinstance(p, tuple) else 1 for p in self.places}
+        if len(widths) != 1 or 0 in widths:
+            raise ValueError(f"a RAM field needs one or more places of the same number of bytes each, got {self.places}")
+        for address in self.addresses:
+            if not (isinstance(address, int) and 0 <= address < RAM_SIZE):
+                raise ValueError(f"a RAM address must be an int from 0 to {RAM_SIZE - 1}, got {address!r}")
+
+    @property
+    def addresses(self) -> tuple[int, ...]:
+        """All addresses that the field reads."""
+        return tuple(a for p in self.places for a in (p if isinstance(p, tuple) else (p,)))
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        object.__setattr__(self, "name", name)
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, instance: "RamMap", owner: type) -> jax.Array: ...
+    def __get__(self, instance: "RamMap | None", owner: type) -> "Self | jax.Array":
+        return self if instance is None else instance.value_of(self)
+
+
+class RamMap:
+    """Base class of a game's address map; its instance wraps the RAM of one state, uint8 `[128]`."""
+
+    def __init__(self, ram: jax.Array) -> None:
+        self._wide = ram.astype(jnp.int32)
+        self._values: dict[str, jax.Array] = {}
+
+    def value_of(self, declared: Field) -> jax.Array:
+        """The number or numbers of a declared field, int32 scalar or `[places]`."""
+        if declared.name not in self._values:
+            columns = zip(*(p if isinstance(p, tuple) else (p,) for p in declared.places), strict=True)
+            value = declared.read(tuple(self._gather(column) for column in columns))
+            self._values[declared.name] = value if len(declared.places) > 1 else value[0]
+        return self._values[declared.name]
+
+    def _gather(self, addresses: tuple[int, ...]) -> jax.Array:
+        """The bytes at static addresses, int32 `[len(addresses)]`, as slices (a gather costs far more)."""
+        parts, i = [], 0
+        while i < len(addresses):
+            step = addresses[i + 1] - addresses[i] if i + 1 < len(addresses) else 1
+            j = i + 1
+            while j < len(addresses) and step in (1, -1) and addresses[j] - addresses[j - 1] == step:
+                j += 1
+            low, high = min(addresses[i], addresses[j - 1]), max(addresses[i], addresses[j - 1])
+            run = lax.slice(self._wide, (low,), (high + 1,))
+            parts.append(lax.rev(run, (0,)) if j - i > 1 and step == -1 else run)
+            i = j
+        return parts[0] if len(parts) == 1 else jnp.concatenate(parts)
+
+    @classmethod
+    def fields(cls) -> dict[str, Field]:
+        """The declared fields by name, in order of declaration."""
+        return {k: v for base in reversed(cls.__mro__) for k, v in vars(base).items() if isinstance(v, Field)}
+
+
+def _join(parts: tuple[jax.Array, ...], base: int) -> jax.Array:
+    total = parts[0]
+    for part in parts[1:]:
+        total = total * base + part
+    return total
+
+
+def byte(*places: Place) -> Field:
+    """Unsigned bytes 0-255; a tuple of addresses is one unsigned number, most significant byte first."""
+    return Field(places, "unsigned", lambda parts: _join(parts, 256))
+
+
+def signed(*places: Place) -> Field:
+    """Two's complement numbers of as many bytes as a place has."""
+
+    def read(parts: tuple[jax.Array, ...]) -> jax.Array:
+        half = 1 << (8 * len(parts) - 1)
+        return (_join(parts, 256) ^ half) - half
+
+    return Field(places, "signed", read)
+
+
+def bits(*places: Place, first: int = 0, count: int = 1) -> Field:
+    """A field of `count` bits whose lowest is bit `first` (0 is the least significant)."""
+    if not (0 <= first and 0 < count):
+        raise ValueError(f"a bit field needs first >= 0 and count > 0, got first={first}, count={count}")
+    mask = (1 << count) - 1
+    return Field(places, f"bits {first}-{first + count - 1}", lambda parts: (_join(parts, 256) >> first) & mask)
+
+
+def low(*places: Place) -> Field:
+    """The low nibbles."""
+    return bits(*places, first=0, count=4)
+
+
+def high(*places: Place) -> Field:
+    """The high nibbles."""
+    return bits(*places, first=4, count=4)
+
+
+def bcd(*places: Place) -> Field:
+    """Binary-coded decimal, two digits a byte; a nibble above 9 counts as its own number (no state is an error)."""
+
+    def read(parts: tuple[jax.Array, ...]) -> jax.Array:
+        return _join(tuple((p >> 4) * 10 + (p & 15) for p in parts), 100)
+
+    return Field(places, "BCD", read)

@@ -1,0 +1,63 @@
+"""Which games there are. The list exists nowhere else: a file in `ocjax/extractors` is a game."""
+
+import difflib
+import functools
+import importlib
+import pkgutil
+import re
+
+from ocjax.spec import Game, GameError
+
+
+class UnknownGameError(ValueError):
+    """No such game; the message names the closest ones."""
+
+
+@functools.cache
+def _load_module(module: str) -> Game:
+    game = getattr(importlib.import_module(f"ocjax.extractors.{module}"), "GAME", None)
+    if not isinstance(game, Game):
+        raise GameError(f"extractors/{module}.py: GAME: must be a Game(...), got {game!r}")
+    if game.name.lower() != module:
+        raise GameError(f"extractors/{module}.py: name: the file of {game.name} must be called {game.name.lower()}.py")
+    return game
+
+
+@functools.cache
+def _modules() -> tuple[str, ...]:
+    extractors = importlib.import_module("ocjax.extractors")
+    return tuple(sorted(m.name for m in pkgutil.iter_modules(extractors.__path__) if not m.name.startswith("_")))
+
+
+@functools.cache
+def games() -> tuple[str, ...]:
+    """Names of all games, sorted, as in gymnasium's "ALE/<Name>-v5"."""
+    return tuple(_load_module(m).name for m in _modules())
+
+
+@functools.cache
+def _without_hud(name: str) -> Game:
+    return _load_module(name).without_hud()
+
+
+def load(name: str, *, hud: bool = True) -> Game:
+    """The game of a name: "Pong", "pong", "ALE/Pong-v5", "PongNoFrameskip-v4", "space_invaders" or "ocjax/Pong-v5".
+
+    Args:
+        name: any of the field's spellings.
+        hud: False leaves out the display categories (score, lives, ...); the other slots stay the same.
+
+    Raises:
+        UnknownGameError: a ValueError; no such game.
+        TypeError: `name` is not a string.
+    """
+    if not isinstance(name, str):
+        raise TypeError(f"a game's name must be a string such as 'Pong', got {name!r}")
+    short = re.sub(r"^(ALE|ocjax)/", "", name)
+    short = re.sub(r"(-ram)?(Deterministic|NoFrameskip)?(-ram)?-v\d+$", "", short)
+    key = short.replace("_", "").replace(" ", "").lower()
+    if key not in _modules():
+        close = difflib.get_close_matches(key, _modules(), n=3, cutoff=0.5)
+        hint = f"did you mean {' or '.join(_load_module(m).name for m in close)}?" if close else f"there are {', '.join(games())}"
+        raise UnknownGameError(f"no game {name!r}: {hint}")
+    return _load_module(key) if hud else _without_hud(key)

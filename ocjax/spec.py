@@ -1,0 +1,353 @@
+"""What a game declares: boxes, categories, vision rules, and the game itself. Everything is validated when it is declared."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import types
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ocjax.objects import Objects
+from ocjax.ram import RAM_SIZE, RamMap
+from ocjax.vision import palette
+
+WIDTH = 160
+ATTRIBUTES = ("orientation", "value")
+
+Region = tuple[int, int, int, int]  # left, top, right, bottom in pixels; right and bottom exclusive
+Number = jax.Array | int | bool
+
+
+class GameError(ValueError):
+    """A game file declares something that cannot be; the message names the game and the field."""
+
+
+# ---------------------------------------------------------------------------------------------------------------- boxes
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Box:
+    """The objects of one category in one state, each field a scalar or `[count]`; made by `box`."""
+
+    x: jax.Array
+    y: jax.Array
+    w: jax.Array
+    h: jax.Array
+    valid: jax.Array
+    value: jax.Array
+    orientation: jax.Array
+    rgb: jax.Array | None  # uint8 [..., 3]; None: the category's
+
+    def clip(self, left: Number, top: Number, right: Number, bottom: Number) -> Box:
+        """The part within an area, `right` and `bottom` exclusive; a box outside it is not valid."""
+        x0, y0 = jnp.maximum(self.x, left), jnp.maximum(self.y, top)
+        w = jnp.minimum(self.x + self.w, right) - x0
+        h = jnp.minimum(self.y + self.h, bottom) - y0
+        return replace(self, x=x0, y=y0, w=w, h=h, valid=self.valid & (w > 0) & (h > 0))
+
+    def where(self, condition: Number) -> Box:
+        """The same boxes, valid only where the condition holds too."""
+        return replace(self, valid=self.valid & condition)
+
+
+def box(
+    x: Number,
+    y: Number,
+    w: Number,
+    h: Number,
+    valid: Number = True,
+    value: Number = 0,
+    orientation: Number = 0,
+    rgb: jax.Array | None = None,
+) -> Box:
+    """Boxes by left, top, width, height in pixels of the ALE screen: scalars, or vectors with one entry a slot of the category.
+
+    Parts outside the screen are cut off and boxes that are empty then are not valid; nothing needs to be zeroed where
+    `valid` is false. `rgb` (uint8 `[3]` or `[count, 3]`) is for colours that change; the category's is used without it.
+    """
+    whole = [jnp.asarray(v, jnp.int32) for v in (x, y, w, h, value, orientation)]
+    return Box(*whole[:4], jnp.asarray(valid, jnp.bool_), *whole[4:], rgb)
+
+
+# --------------------------------------------------------------------------------------------------------- vision rules
+#
+# Colours are ALE palette indices (0-255), one or several. Where a rule has several regions, colours may be given per region.
+
+Colors = int | tuple[int, ...]
+
+
+def _color_set(colors: Colors) -> tuple[int, ...]:
+    out = (colors,) if isinstance(colors, int) else tuple(colors)
+    if not out or not all(isinstance(c, int) and 0 <= c < 256 for c in out):
+        raise ValueError(f"colors must be palette indices 0-255, one or several, got {colors!r}")
+    return out
+
+
+def _check_region(region: Region) -> Region:
+    left, top, right, bottom = region
+    if not (0 <= left < right <= WIDTH and 0 <= top < bottom):
+        raise ValueError(f"a region is (left, top, right, bottom) with 0 <= left < right <= {WIDTH} and 0 <= top < bottom, got {region}")
+    return region
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """One object a region: the tight box of all pixels of the colours there. Slot i is region i, so regions name the slots.
+
+    Args:
+        colors: for all regions, or a tuple of one entry a region.
+        regions: a region, or several.
+        min_size: least (width, height) of an object; smaller boxes are not valid.
+    """
+
+    colors: tuple[Colors, ...] | Colors
+    regions: Region | tuple[Region, ...]
+    min_size: tuple[int, int] = (1, 1)
+
+    def __post_init__(self) -> None:
+        regions = self.regions if isinstance(self.regions[0], tuple) else (self.regions,)
+        object.__setattr__(self, "regions", tuple(_check_region(r) for r in regions))  # pyright: ignore[reportArgumentType]
+        per_region = isinstance(self.colors, tuple) and any(isinstance(c, tuple) for c in self.colors)
+        colors = self.colors if per_region else (self.colors,) * len(regions)
+        if len(colors) != len(regions):  # pyright: ignore[reportArgumentType]
+            raise ValueError(f"colors for {len(colors)} regions, but {len(regions)} regions")  # pyright: ignore[reportArgumentType]
+        object.__setattr__(self, "colors", tuple(_color_set(c) for c in colors))  # pyright: ignore[reportGeneralTypeIssues, reportArgumentType]
+
+
+@dataclass(frozen=True)
+class Blobs:
+    """Connected components of the pixels of the colours, in raster order of their first pixel.
+
+    Args:
+        colors: palette indices; pixels of different colours of the rule connect.
+        region: where to look; pixels outside do not count.
+        connectivity: 8 (corners touch) or 4.
+        join: parts at most (dx, dy) blank pixels apart are one object; needs connectivity 8.
+        min_size, max_size: (width, height) limits; components outside them are not objects.
+    """
+
+    colors: Colors
+    region: Region | None = None
+    connectivity: int = 8
+    join: tuple[int, int] = (0, 0)
+    min_size: tuple[int, int] = (1, 1)
+    max_size: tuple[int, int] = (WIDTH, 256)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "colors", _color_set(self.colors))
+        if self.region is not None:
+            _check_region(self.region)
+        if self.connectivity not in (4, 8):
+            raise ValueError(f"connectivity must be 4 or 8, got {self.connectivity}")
+        if self.join != (0, 0) and self.connectivity == 4:
+            raise ValueError("join needs connectivity 8")
+        if not all(0 <= j < 32 for j in self.join):
+            raise ValueError(f"join must be (dx, dy) of 0 to 31 pixels, got {self.join}")
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Objects on a fixed grid, one slot a cell: present where all (or any) of the cell's pixels have the colours.
+
+    Args:
+        colors: palette indices.
+        x, y: left and top of each cell, one entry a slot.
+        w, h: size of every cell.
+        whole: all pixels of the cell must be set; otherwise any pixel, and the box is the tight box of those set in the cell.
+        margin: this many columns left and right of the cell must be free of the colours (tells a pellet from a wall).
+    """
+
+    colors: Colors
+    x: tuple[int, ...]
+    y: tuple[int, ...]
+    w: int
+    h: int
+    whole: bool = True
+    margin: int = 0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "colors", _color_set(self.colors))
+        object.__setattr__(self, "x", tuple(int(v) for v in self.x))
+        object.__setattr__(self, "y", tuple(int(v) for v in self.y))
+        if len(self.x) != len(self.y) or not self.x:
+            raise ValueError(f"x and y need one entry a slot each, got {len(self.x)} and {len(self.y)}")
+        if not (0 <= min(self.x) and max(self.x) + self.w <= WIDTH and 0 <= min(self.y) and self.w > 0 and self.h > 0):
+            raise ValueError("every cell must lie on the screen")
+
+
+Rule = Bounds | Blobs | Cells
+
+
+# ------------------------------------------------------------------------------------------------------ category and game
+
+
+@dataclass(frozen=True)
+class Category:
+    """A kind of object.
+
+    Args:
+        name: as OCAtari's users know it.
+        rule: how VEM finds it.
+        count: number of slots.
+        hud: part of the display rather than of the game.
+        attributes: which of "value" and "orientation" are meaningful.
+        rgb: colour, (r, g, b) or one entry a slot; the rule's first colour without it.
+        doc: one line for people.
+    """
+
+    name: str
+    rule: Rule
+    count: int = 1
+    hud: bool = False
+    attributes: tuple[str, ...] = ()
+    rgb: tuple[Any, ...] | None = None
+    doc: str = ""
+
+    def slot_rgb(self) -> np.ndarray:
+        """The colour of each slot, uint8 `[count, 3]`."""
+        if self.rgb is not None:
+            colors = np.asarray(self.rgb)
+        elif isinstance(self.rule, Bounds):
+            colors = palette.NTSC[np.array([c[0] for c in self.rule.colors])]  # pyright: ignore[reportIndexIssue, reportGeneralTypeIssues]
+        else:
+            colors = palette.NTSC[self.rule.colors[0]]  # pyright: ignore[reportIndexIssue]
+        return np.broadcast_to(colors, (self.count, 3)).astype(np.uint8)
+
+
+Decode = Callable[[Any], Mapping[str, Box]]
+
+
+@dataclass(frozen=True, eq=False)
+class Game:
+    """A game: its ROM, its address map, its decoder and its categories. Get one from `ocjax.load`.
+
+    Args:
+        name: as in gymnasium's "ALE/<name>-v5".
+        rom: ALE's name of the ROM.
+        md5: of the ROM that the decoder was written for.
+        ram: the address map.
+        decode: from the address map of one state to a `Box` for every category.
+        categories: display (`hud`) categories last.
+        screen: (height, width) in pixels.
+    """
+
+    name: str
+    rom: str
+    md5: str
+    ram: type[RamMap]
+    decode: Decode
+    categories: tuple[Category, ...]
+    screen: tuple[int, int] = (210, WIDTH)
+    hud: bool = field(default=True, kw_only=True)
+
+    def __post_init__(self) -> None:
+        if self.hud:
+            _validate(self)
+        else:
+            object.__setattr__(self, "categories", tuple(c for c in self.categories if not c.hud))
+
+    @functools.cached_property
+    def slices(self) -> Mapping[str, slice]:
+        """The slots of each category."""
+        ends = np.cumsum([c.count for c in self.categories]).tolist()
+        return types.MappingProxyType({c.name: slice(e - c.count, e) for c, e in zip(self.categories, ends, strict=True)})
+
+    @functools.cached_property
+    def slot_category(self) -> np.ndarray:
+        """Index into `categories` of each slot, int `[N]`."""
+        return np.repeat(np.arange(len(self.categories)), [c.count for c in self.categories])
+
+    @functools.cached_property
+    def slot_hud(self) -> np.ndarray:
+        """Whether each slot belongs to the display, bool `[N]`."""
+        return np.repeat(np.array([c.hud for c in self.categories], dtype=bool), [c.count for c in self.categories])
+
+    @property
+    def num_slots(self) -> int:
+        """N, the number of slots."""
+        return sum(c.count for c in self.categories)
+
+    def without_hud(self) -> Game:
+        """The same game without its display categories: its slots are a prefix of this game's."""
+        return replace(self, hud=False)
+
+    @functools.cached_property
+    def _rem(self) -> Callable[[Any], Objects]:
+        from ocjax import extract  # the rule book does not depend on the machinery
+
+        return extract.rem(self)
+
+    def rem(self, ram: jax.Array | np.ndarray) -> Objects:
+        """Objects from RAM, a pure function that works under `jit`, `vmap` and `scan`.
+
+        Args:
+            ram: uint8 `[..., 128]`, any batch shape.
+
+        Raises:
+            TypeError: `ram` is not uint8.
+            ValueError: its last dimension is not 128.
+        """
+        return self._rem(ram)
+
+    def __repr__(self) -> str:
+        return f"Game({self.name}, {self.num_slots} slots: {', '.join(f'{c.name} {c.count}' for c in self.categories)})"
+
+
+def _validate(game: Game) -> None:
+    where = inspect.getsourcefile(game.decode) if callable(game.decode) else None
+
+    def need(condition: bool, name: str, text: str) -> None:
+        if not condition:
+            raise GameError(f"{game.name} ({where}): {name}: {text}")
+
+    need(isinstance(game.name, str) and game.name.isidentifier(), "name", f"must be an identifier, got {game.name!r}")
+    need(isinstance(game.rom, str) and game.rom.isidentifier(), "rom", f"must be ALE's name of the ROM, got {game.rom!r}")
+    need(len(game.md5) == 32 and set(game.md5) <= set("0123456789abcdef"), "md5", f"must be 32 hex digits, got {game.md5!r}")
+    need(isinstance(game.ram, type) and issubclass(game.ram, RamMap), "ram", f"must be a subclass of RamMap, got {game.ram!r}")
+    need(len(game.screen) == 2 and game.screen[1] == WIDTH and 0 < game.screen[0] <= 256, "screen", f"must be (height, {WIDTH}), got {game.screen}")
+    need(len(game.categories) > 0, "categories", "at least one is needed")
+    names = [c.name for c in game.categories]
+    need(len(set(names)) == len(names), "categories", f"names repeat: {names}")
+    huds = [c.hud for c in game.categories]
+    need(huds == sorted(huds), "categories", f"display (hud) categories come last, got {[(c.name, c.hud) for c in game.categories]}")
+    for c in game.categories:
+        at = f"category {c.name}"
+        need(c.name.isidentifier(), at, "its name must be an identifier")
+        need(isinstance(c.count, int) and c.count > 0, at, f"count must be a positive int, got {c.count!r}")
+        need(set(c.attributes) <= set(ATTRIBUTES), at, f"attributes must be of {ATTRIBUTES}, got {c.attributes}")
+        need(isinstance(c.rule, Rule), at, f"rule must be one of Bounds, Blobs, Cells, got {c.rule!r}")
+        slots = len(c.rule.regions) if isinstance(c.rule, Bounds) else len(c.rule.x) if isinstance(c.rule, Cells) else c.count
+        need(slots == c.count, at, f"its rule has {slots} slots, its count is {c.count}")
+        if isinstance(c.rule, Bounds):
+            bottom = max(r[3] for r in c.rule.regions)  # pyright: ignore[reportGeneralTypeIssues, reportIndexIssue]
+        elif isinstance(c.rule, Cells):
+            bottom = max(c.rule.y) + c.rule.h
+        else:
+            bottom = c.rule.region[3] if c.rule.region else 0
+        need(bottom <= game.screen[0], at, f"its rule reaches down to row {bottom}, the screen has {game.screen[0]}")
+        try:
+            c.slot_rgb()
+        except ValueError as error:
+            need(False, at, f"rgb must be (r, g, b) or one a slot: {error}")
+    try:
+        boxes = jax.eval_shape(lambda ram: dict(game.decode(game.ram(ram))), jax.ShapeDtypeStruct((RAM_SIZE,), jnp.uint8))
+    except Exception as error:
+        raise GameError(f"{game.name} ({where}): decode: {type(error).__name__}: {error}") from error
+    need(set(boxes) == set(names), "decode", f"must give a box for each of {sorted(names)}, gives {sorted(boxes)}")
+    for c in game.categories:
+        need(isinstance(boxes[c.name], Box), f"decode, {c.name}", f"must be a box(...), got {type(boxes[c.name]).__name__}")
+        for f in fields(Box):
+            leaf = getattr(boxes[c.name], f.name)
+            if leaf is None:
+                continue
+            tail, want = ((3,), jnp.uint8) if f.name == "rgb" else ((), jnp.bool_ if f.name == "valid" else jnp.int32)
+            at = f"decode, {c.name}.{f.name}"
+            need(leaf.shape in (tail, (c.count, *tail)), at, f"must have shape {tail} or {(c.count, *tail)}, has {leaf.shape}")
+            need(leaf.dtype == want, at, f"must be {jnp.dtype(want)}, is {leaf.dtype}")

@@ -1,0 +1,1 @@
+"""Pixels to boxes: the palette, colour masks and connected components, all in pure JAX."""

@@ -1,0 +1,93 @@
+"""The console's colours: from RGB to the emulator's palette index and back.
+
+The emulator draws in palette indices (`ale.getScreen()`): hue in the high nibble, luminance in the upper three bits of the low one; the
+lowest bit is not used by NTSC consoles. Extraction works on indices, a quarter of RGB's memory traffic. The RGB values are those
+that ale-py 0.12.1 shows for NTSC games, read off its screens.
+"""
+
+import functools
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+_NTSC_EVEN = """
+    000000 4a4a4a 6f6f6f 8e8e8e aaaaaa c0c0c0 d6d6d6 ececec
+    484800 69690f 86861d a2a22a bbbb35 d2d240 e8e84a fcfc54
+    7c2c00 904811 a26221 b47a30 c3903d d2a44a dfb755 ecc860
+    901c00 a33915 b55328 c66c3a d5824a e39759 f0aa67 fcbc74
+    940000 a71a1a b83232 c84848 d65c5c e46f6f f08080 fc9090
+    840064 97197a a8308f b846a2 c659b3 d46cc3 e07cd2 ec8ce0
+    500084 68199a 7d30ad 9246c0 a459d0 b56ce0 c57cee d48cfc
+    140090 331aa3 4e32b5 6848c6 7f5cd5 956fe3 a980f0 bc90fc
+    000094 181aa7 2d32b8 4248c8 545cd6 656fe4 7580f0 8490fc
+    001c88 183b9d 2d57b0 4272c2 548ad2 65a0e1 75b5ef 84c8fc
+    003064 185080 2d6d98 4288b0 54a0c5 65b7d9 75cceb 84e0fc
+    004030 18624e 2d8169 429e82 54b899 65d1ae 75e7c2 84fcd4
+    004400 1a661a 328432 48a048 5cba5c 6fd26f 80e880 90fc90
+    143c00 355f18 527e2d 6e9c42 87b754 9ed065 b4e775 c8fc84
+    303800 505916 6d762b 88923e a0ab4f b7c25f ccd86e e0ec7c
+    482c00 694d14 866a26 a28638 bb9f47 d2b656 e8cc63 fce070
+"""
+
+NTSC = np.repeat(np.array([[int(c[i : i + 2], 16) for i in (0, 2, 4)] for c in _NTSC_EVEN.split()], dtype=np.uint8), 2, axis=0)
+"""uint8 `[256, 3]`: RGB of each palette index; an odd index shows as the even one below it."""
+
+# A multiplicative hash of 24-bit colours without collisions among the 128 of the palette; `_hash_table` proves it.
+_MULTIPLIER, _SHIFT = 0x67ABF389, 22
+
+
+class PaletteError(ValueError):
+    """An RGB frame holds colours that the console cannot draw (it was max-pooled, resized or lossily compressed)."""
+
+
+def _hash(red, green, blue):  # noqa: ANN001, ANN202  # uint32 scalars or arrays of numpy or jax
+    return (((red << 16) | (green << 8) | blue) * np.uint32(_MULTIPLIER)) >> _SHIFT
+
+
+@functools.cache
+def _hash_table() -> np.ndarray:
+    """The palette index at each hash; where no colour hashes to, index 0."""
+    r, g, b = NTSC[::2].astype(np.uint32).T
+    slots = _hash(r, g, b)
+    assert len(np.unique(slots)) == len(slots), "the hash of the palette has collisions"
+    table = np.zeros(1 << (32 - _SHIFT), np.uint8)
+    table[slots] = np.arange(0, 256, 2)
+    return table
+
+
+def to_index(rgb: jax.Array) -> jax.Array:
+    """Palette indices uint8 `[...]` of colours uint8 `[..., 3]`, all of which must be in the palette (`check_rgb` tells)."""
+    r, g, b = (rgb[..., i].astype(jnp.uint32) for i in range(3))
+    return jnp.asarray(_hash_table())[_hash(r, g, b)]
+
+
+def to_rgb(index: jax.Array) -> jax.Array:
+    """Colours uint8 `[..., 3]` of palette indices uint8 `[...]`."""
+    return jnp.asarray(NTSC)[index]
+
+
+def check_rgb(rgb: np.ndarray | jax.Array) -> None:
+    """Check that every pixel has a colour that the console can draw.
+
+    Args:
+        rgb: uint8 `[..., 3]`.
+
+    Raises:
+        TypeError: not uint8.
+        ValueError: the last dimension is not 3.
+        PaletteError: some colours are not in the palette; says how many pixels and which colours.
+    """
+    host = np.asarray(rgb)
+    if host.dtype != np.uint8:
+        raise TypeError(f"RGB frames must be uint8, got {host.dtype}")
+    if host.ndim == 0 or host.shape[-1] != 3:
+        raise ValueError(f"RGB frames must have shape [..., 3], got {host.shape}")
+    r, g, b = (host[..., i].astype(np.uint32) for i in range(3))
+    wrong = (NTSC[_hash_table()[_hash(r, g, b)]] != host).any(-1)
+    if wrong.any():
+        examples = np.unique(host[wrong], axis=0)[:3].tolist()
+        raise PaletteError(
+            f"{int(wrong.sum())} of {wrong.size} pixels have colours that are not in the NTSC palette, such as {examples}: "
+            "give the emulator's own screen, not one that was max-pooled, resized or compressed"
+        )
