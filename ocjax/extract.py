@@ -12,6 +12,10 @@ from jax import lax
 from ocjax.objects import Objects
 from ocjax.ram import RAM_SIZE
 from ocjax.spec import Box, Game
+from ocjax.vision import palette
+from ocjax.vision.rules import see
+
+CHUNK = 64  # frames at a time in the vision method
 
 
 def _any_batch(f: Callable[[jax.Array], Objects], rank: int) -> Callable[[jax.Array], Objects]:
@@ -73,5 +77,54 @@ def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
         if ram.ndim == 0 or ram.shape[-1] != RAM_SIZE:
             raise ValueError(f"{game.name}: ram must have shape [..., {RAM_SIZE}], got {list(ram.shape)}")
         return batched(ram)
+
+    return checked
+
+
+def vem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
+    """The vision extraction method of a game: uint8 `[..., H, 160]` or `[..., H, 160, 3]` -> `Objects`."""
+    height, width = game.screen
+    colors = np.concatenate([c.slot_rgb() for c in game.categories])
+
+    def chunk(frames: jax.Array) -> Objects:
+        lanes = frames.shape[0]
+        fields, rgb = [], []
+        for category, (seen, color) in zip(game.categories, see(game.categories, frames), strict=True):
+            keep = -seen.valid.astype(jnp.int32)
+            fields.append((_pack(seen.x, seen.y) & keep, _pack(seen.w, seen.h) & keep, seen.valid))
+            fixed = palette.packed(colors[game.slices[category.name]])[:, None]
+            rgb.append(jnp.broadcast_to(jnp.asarray(fixed), keep.shape) if color is None else jnp.asarray(palette.packed(palette.NTSC))[color])
+        xy, wh, valid = (jnp.concatenate(f).T for f in zip(*fields, strict=True))
+        none = jnp.zeros((lanes, game.num_slots), jnp.int32)
+        shown = lax.bitcast_convert_type(jnp.concatenate(rgb).T & -valid.astype(jnp.uint32), jnp.uint8)[..., :3]
+        return Objects(_unpack(xy, wh), valid, none.astype(jnp.int8), none, shown)
+
+    def batched(frames: jax.Array) -> Objects:
+        """Large batches go through in chunks that stay in the processor's cache."""
+        n = frames.shape[0]
+        whole = n - n % CHUNK
+        parts = []
+        if whole:
+            parts.append(lax.map(chunk, frames[:whole].reshape(-1, CHUNK, *frames.shape[1:])))
+            parts[0] = jax.tree.map(lambda a: a.reshape(whole, *a.shape[2:]), parts[0])
+        if n > whole or n == 0:
+            parts.append(chunk(frames[whole:]))
+        return parts[0] if len(parts) == 1 else jax.tree.map(lambda *a: jnp.concatenate(a), *parts)
+
+    by_index = _any_batch(batched, 2)
+    by_rgb = _any_batch(lambda frames: batched(palette.to_index(frames)), 3)
+
+    @functools.wraps(Game.vem)
+    def checked(frames: jax.Array | np.ndarray) -> Objects:
+        if not hasattr(frames, "dtype") or frames.dtype != jnp.uint8:
+            raise TypeError(f"{game.name}: frames must be a uint8 array, got {getattr(frames, 'dtype', type(frames).__name__)}")
+        if frames.shape[-2:] == (height, width):
+            return by_index(frames)
+        if frames.shape[-3:] == (height, width, 3):
+            return by_rgb(frames)
+        raise ValueError(
+            f"{game.name}: frames must have shape [..., {height}, {width}] (palette indices) or [..., {height}, {width}, 3] (RGB), "
+            f"got {list(frames.shape)}"
+        )
 
     return checked

@@ -284,6 +284,12 @@ class Game:
 
         return extract.rem(self)
 
+    @functools.cached_property
+    def _vem(self) -> Callable[[Any], Objects]:
+        from ocjax import extract
+
+        return extract.vem(self)
+
     def rem(self, ram: jax.Array | np.ndarray) -> Objects:
         """Objects from RAM, a pure function that works under `jit`, `vmap` and `scan`.
 
@@ -295,6 +301,19 @@ class Game:
             ValueError: its last dimension is not 128.
         """
         return self._rem(ram)
+
+    def vem(self, frames: jax.Array | np.ndarray) -> Objects:
+        """Objects from pixels, a pure function that works under `jit`, `vmap` and `scan`.
+
+        Args:
+            frames: uint8 `[..., H, 160]` of ALE palette indices (`ale.getScreen()`), or uint8 `[..., H, 160, 3]` of RGB whose every
+                colour is one of the palette (check with `ocjax.vision.palette.check_rgb`): not max-pooled, not resized, not JPEG.
+
+        Raises:
+            TypeError: `frames` is not uint8.
+            ValueError: its shape is not that of the game's screen.
+        """
+        return self._vem(frames)
 
     def __repr__(self) -> str:
         return f"Game({self.name}, {self.num_slots} slots: {', '.join(f'{c.name} {c.count}' for c in self.categories)})"

@@ -67,6 +67,12 @@ def to_rgb(index: jax.Array) -> jax.Array:
     return jnp.asarray(NTSC)[index]
 
 
+def packed(rgb: np.ndarray) -> np.ndarray:
+    """Colours uint8 `[..., 3]` as uint32 `[...]`, red in the lowest byte."""
+    r, g, b = (rgb[..., i].astype(np.uint32) for i in range(3))
+    return r | (g << 8) | (b << 16)
+
+
 def check_rgb(rgb: np.ndarray | jax.Array) -> None:
     """Check that every pixel has a colour that the console can draw.
 

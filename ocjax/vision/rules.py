@@ -1,0 +1,156 @@
+"""The vision rules of a game, evaluated on a batch of frames at once."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+
+from ocjax.spec import Blobs, Bounds, Category, Cells, Region
+from ocjax.vision import bitmap as bm
+from ocjax.vision.bitmap import Bitmap, U
+from ocjax.vision.components import Search, components
+
+
+class Seen(NamedTuple):
+    """What a rule sees, one entry a slot, batch innermost."""
+
+    x: jax.Array  # int32 [count, B]
+    y: jax.Array
+    w: jax.Array
+    h: jax.Array
+    valid: jax.Array  # bool [count, B]
+
+
+def _cut(mask: Bitmap, region: Region) -> Bitmap:
+    """The rows of a region, with pixels outside its columns cleared."""
+    left, top, right, bottom = region
+    inside = np.zeros(32 * len(mask), np.uint8)
+    inside[left:right] = 1
+    columns = np.packbits(inside).view(">u4")
+    return tuple(w[top:bottom] & U(int(c)) if c else jnp.zeros_like(w[top:bottom]) for w, c in zip(mask, columns, strict=True))
+
+
+def _bounds(mask: Bitmap) -> tuple[jax.Array, ...]:
+    """Tight box of a whole mask: x, y, w, h, int32 `[B]`; w and h are not positive where it is empty."""
+    rows = jnp.arange(mask[0].shape[0], dtype=jnp.int32)[:, None]
+    used = bm.any_of(mask) != 0
+    top = jnp.min(jnp.where(used, rows, len(rows)), axis=0)
+    bottom = jnp.max(jnp.where(used, rows, -1), axis=0)
+    first, last = bm.columns(tuple(lax.reduce(w, U(0), lax.bitwise_or, (0,)) for w in mask))
+    return first, top, last - first + 1, bottom - top + 1
+
+
+def _see_bounds(rule: Bounds, masks: tuple[Bitmap, ...]) -> Seen:
+    boxes = []
+    for mask, region in zip(masks, rule.regions, strict=True):
+        x, y, w, h = _bounds(_cut(mask, region))  # pyright: ignore[reportArgumentType]
+        boxes.append((x, y + region[1], w, h))  # pyright: ignore[reportIndexIssue, reportOperatorIssue]
+    x, y, w, h = (jnp.stack(v) for v in zip(*boxes, strict=True))
+    return Seen(x, y, w, h, (w >= rule.min_size[0]) & (h >= rule.min_size[1]))
+
+
+def _see_cells(rule: Cells, mask: Bitmap) -> Seen:
+    x, y = np.array(rule.x), np.array(rule.y)
+    lanes = mask[0].shape[1]
+    # The rows of every cell with a margin to its left, moved so that the cell's first column is the top bit of the first word.
+    board = jnp.stack((jnp.zeros_like(mask[0]), *mask, *(jnp.zeros_like(mask[0]),) * (rule.w // 32 + 2)))
+    at = x + 32 - rule.margin
+    n_words = (rule.w + 2 * rule.margin + 31) // 32
+    word = (at >> 5)[None, :] + np.arange(n_words + 1)[:, None]
+    rows = y[None, :] + np.arange(rule.h)[:, None]
+    cells = board[word[None], rows[:, None]]  # [h, words, cells, B]
+    shift = jnp.asarray(at & 31, U)[None, None, :, None]
+    cells = (cells[:, :-1] << shift) | ((cells[:, 1:] >> 1) >> (31 - shift))
+
+    def columns(start: int, stop: int) -> jax.Array:
+        inside = np.zeros(32 * n_words, np.uint8)
+        inside[start:stop] = 1
+        return jnp.asarray(np.packbits(inside).view(">u4").astype(np.uint32))[:, None, None]
+
+    inner = columns(rule.margin, rule.margin + rule.w)
+    around = columns(0, rule.w + 2 * rule.margin) & ~inner
+    any_row = lax.reduce(cells, U(0), lax.bitwise_or, (0,))
+    clear = jnp.all((any_row & around) == 0, axis=0)
+    if rule.whole:
+        every = lax.reduce(cells, U(0xFFFFFFFF), lax.bitwise_and, (0,))
+        valid = clear & jnp.all((every & inner) == inner, axis=0)
+        full = [jnp.broadcast_to(jnp.asarray(v, jnp.int32)[:, None], (len(x), lanes)) for v in (x, y, np.full_like(x, rule.w), np.full_like(x, rule.h))]
+        return Seen(*full, valid)
+    own = cells & inner[None]
+    used = bm.any_of(tuple(jnp.moveaxis(own, 1, 0))) != 0  # [h, cells, B]
+    index = jnp.arange(rule.h, dtype=jnp.int32)[:, None, None]
+    top = jnp.min(jnp.where(used, index, rule.h), axis=0)
+    bottom = jnp.max(jnp.where(used, index, -1), axis=0)
+    first, last = bm.columns(tuple(any_row & inner))
+    base_x, base_y = (jnp.asarray(v, jnp.int32)[:, None] for v in (x - rule.margin, y))
+    return Seen(first + base_x, top + base_y, last - first + 1, bottom - top + 1, clear & (bottom >= 0))
+
+
+def _first_color(pixels: jax.Array, mask: Bitmap, seen: Seen) -> jax.Array:
+    """Palette index of the first pixel in each box's top row, int32 `[count, B]`."""
+    lane = jnp.arange(seen.x.shape[1])[None]
+    y = jnp.clip(seen.y, 0, mask[0].shape[0] - 1)
+    column = jnp.full_like(seen.x, 0)
+    for i, word in reversed(list(enumerate(mask))):
+        start = jnp.clip(seen.x - 32 * i, 0, 32)
+        w = word[y, lane] & jnp.where(start < 32, U(0xFFFFFFFF) >> jnp.minimum(start, 31).astype(U), U(0))
+        column = jnp.where(w != 0, 32 * i + lax.clz(w).astype(jnp.int32), column)
+    word = pixels[column >> 2, y, lane]
+    return (word >> (8 * (column & 3)).astype(U) & U(255)).astype(jnp.int32)
+
+
+def see(categories: tuple[Category, ...], frames: jax.Array) -> list[tuple[Seen, jax.Array | None]]:
+    """What each category's rule sees.
+
+    Args:
+        categories: of a game.
+        frames: uint8 `[B, H, 160]` of palette indices.
+
+    Returns:
+        For each category its boxes, and their palette indices int32 `[count, B]` where the rule has several colours (else None).
+    """
+    pixels = bm.words_of_pixels(frames)
+    palette = sorted({c for category in categories for c in _colors(category)})
+    each = bm.color_masks(pixels, tuple(palette))
+    of_color = {c: tuple(each[i]) for i, c in enumerate(palette)}
+
+    def union(colors: tuple[int, ...]) -> Bitmap:
+        out = of_color[colors[0]]
+        for c in colors[1:]:
+            out = bm.either(out, of_color[c])
+        return out
+
+    out: dict[str, Seen] = {}
+    blobs = [(c, c.rule) for c in categories if isinstance(c.rule, Blobs)]
+    for connectivity in (4, 8):
+        group = [(c, r) for c, r in blobs if r.connectivity == connectivity]
+        if group:
+            regions = [r.region or (0, 0, frames.shape[2], frames.shape[1]) for _, r in group]
+            masks = [_cut(union(_colors(c)), region) for (c, _), region in zip(group, regions, strict=True)]
+            searches = [Search(c.count, r.join, r.min_size, r.max_size) for c, r in group]
+            for (c, _), region, b in zip(group, regions, components(masks, searches, connectivity=connectivity), strict=True):
+                out[c.name] = Seen(b.x, b.y + region[1], b.w, b.h, b.valid)
+    for c in categories:
+        if isinstance(c.rule, Bounds):
+            out[c.name] = _see_bounds(c.rule, tuple(union(colors) for colors in c.rule.colors))  # pyright: ignore[reportGeneralTypeIssues, reportArgumentType]
+        elif isinstance(c.rule, Cells):
+            out[c.name] = _see_cells(c.rule, union(_colors(c)))
+    return [(out[c.name], _first_color(pixels, union(_colors(c)), out[c.name]) if _mixed(c) else None) for c in categories]
+
+
+def _colors(category: Category) -> tuple[int, ...]:
+    """All colours of a category's rule."""
+    rule = category.rule
+    if isinstance(rule, Bounds):
+        return tuple(sorted({c for colors in rule.colors for c in colors}))  # pyright: ignore[reportGeneralTypeIssues]
+    return rule.colors  # pyright: ignore[reportReturnType]
+
+
+def _mixed(category: Category) -> bool:
+    """Whether an object's colour is to be read from the frame."""
+    if category.rgb is not None:
+        return False
+    rule = category.rule
+    return any(len(c) > 1 for c in rule.colors) if isinstance(rule, Bounds) else len(rule.colors) > 1  # pyright: ignore[reportGeneralTypeIssues, reportArgumentType]
