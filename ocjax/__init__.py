@@ -7,6 +7,8 @@
     objects = game.vem(frames)     # uint8 [..., 210, 160] palette indices or [..., 210, 160, 3] RGB -> Objects, from the pixels
 """
 
+from typing import TYPE_CHECKING, Any
+
 from ocjax.objects import Objects, velocity
 from ocjax.registry import UnknownGameError, games, load
 from ocjax.spec import Box, Category, Game, GameError
@@ -22,5 +24,18 @@ __all__ = [
     "UnknownGameError",
     "games",
     "load",
+    "make_vec",
     "velocity",
 ]
+
+if TYPE_CHECKING:
+    from ocjax.envs import make_vec
+
+
+def __getattr__(name: str) -> Any:
+    """The environments need gymnasium and ale-py: they are imported when they are first used."""
+    if name == "make_vec":
+        from ocjax.envs import make_vec
+
+        return make_vec
+    raise AttributeError(f"module 'ocjax' has no attribute {name!r}")
