@@ -1,10 +1,10 @@
 """Objects on the screen of Atari 2600 games, for thousands of states at once.
 
-    import ocjax
+import ocjax
 
-    game = ocjax.load("Pong")
-    objects = game.rem(ram)        # uint8 [..., 128] -> Objects, from the console's RAM
-    objects = game.vem(frames)     # uint8 [..., 210, 160] palette indices or [..., 210, 160, 3] RGB -> Objects, from the pixels
+game = ocjax.load("Pong")
+objects = game.rem(ram)        # uint8 [..., 128] -> Objects, from the console's RAM
+objects = game.vem(frames)     # uint8 [..., 210, 160] palette indices or [..., 210, 160, 3] RGB -> Objects, from the pixels
 """
 
 from typing import TYPE_CHECKING, Any

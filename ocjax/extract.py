@@ -76,7 +76,7 @@ def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
             raise TypeError(f"{game.name}: ram must be a uint8 array, got {getattr(ram, 'dtype', type(ram).__name__)}")
         if ram.ndim == 0 or ram.shape[-1] != RAM_SIZE:
             raise ValueError(f"{game.name}: ram must have shape [..., {RAM_SIZE}], got {list(ram.shape)}")
-        return batched(ram)
+        return batched(jnp.asarray(ram))
 
     return checked
 
@@ -93,7 +93,9 @@ def vem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
             keep = -seen.valid.astype(jnp.int32)
             fields.append((_pack(seen.x, seen.y) & keep, _pack(seen.w, seen.h) & keep, seen.valid))
             fixed = palette.packed(colors[game.slices[category.name]])[:, None]
-            rgb.append(jnp.broadcast_to(jnp.asarray(fixed), keep.shape) if color is None else jnp.asarray(palette.packed(palette.NTSC))[color])
+            rgb.append(
+                jnp.broadcast_to(jnp.asarray(fixed), keep.shape) if color is None else jnp.asarray(palette.packed(palette.NTSC))[color]
+            )
         xy, wh, valid = (jnp.concatenate(f).T for f in zip(*fields, strict=True))
         none = jnp.zeros((lanes, game.num_slots), jnp.int32)
         shown = lax.bitcast_convert_type(jnp.concatenate(rgb).T & -valid.astype(jnp.uint32), jnp.uint8)[..., :3]
@@ -119,9 +121,9 @@ def vem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
         if not hasattr(frames, "dtype") or frames.dtype != jnp.uint8:
             raise TypeError(f"{game.name}: frames must be a uint8 array, got {getattr(frames, 'dtype', type(frames).__name__)}")
         if frames.shape[-2:] == (height, width):
-            return by_index(frames)
+            return by_index(jnp.asarray(frames))
         if frames.shape[-3:] == (height, width, 3):
-            return by_rgb(frames)
+            return by_rgb(jnp.asarray(frames))
         raise ValueError(
             f"{game.name}: frames must have shape [..., {height}, {width}] (palette indices) or [..., {height}, {width}, 3] (RGB), "
             f"got {list(frames.shape)}"

@@ -117,7 +117,7 @@ def signed(*places: Place) -> Field:
 
 def bits(*places: Place, first: int = 0, count: int = 1) -> Field:
     """A field of `count` bits whose lowest is bit `first` (0 is the least significant)."""
-    if not (0 <= first and 0 < count):
+    if not (first >= 0 and count > 0):
         raise ValueError(f"a bit field needs first >= 0 and count > 0, got first={first}, count={count}")
     mask = (1 << count) - 1
     return Field(places, f"bits {first}-{first + count - 1}", lambda parts: (_join(parts, 256) >> first) & mask)

@@ -72,8 +72,8 @@ def box(
     Parts outside the screen are cut off and boxes that are empty then are not valid; nothing needs to be zeroed where
     `valid` is false. `rgb` (uint8 `[3]` or `[count, 3]`) is for colours that change; the category's is used without it.
     """
-    whole = [jnp.asarray(v, jnp.int32) for v in (x, y, w, h, value, orientation)]
-    return Box(*whole[:4], jnp.asarray(valid, jnp.bool_), *whole[4:], rgb)
+    x, y, w, h, value, orientation = (jnp.asarray(v, jnp.int32) for v in (x, y, w, h, value, orientation))
+    return Box(x, y, w, h, jnp.asarray(valid, jnp.bool_), value, orientation, rgb)
 
 
 # --------------------------------------------------------------------------------------------------------- vision rules
@@ -84,7 +84,7 @@ Colors = int | tuple[int, ...]
 
 
 def _color_set(colors: Colors) -> tuple[int, ...]:
-    out = (colors,) if isinstance(colors, int) else tuple(colors)
+    out = (colors,) if isinstance(colors, int) else colors
     if not out or not all(isinstance(c, int) and 0 <= c < 256 for c in out):
         raise ValueError(f"colors must be palette indices 0-255, one or several, got {colors!r}")
     return out
@@ -107,18 +107,28 @@ class Bounds:
         min_size: least (width, height) of an object; smaller boxes are not valid.
     """
 
-    colors: tuple[Colors, ...] | Colors
+    colors: Colors | tuple[Colors, ...]
     regions: Region | tuple[Region, ...]
     min_size: tuple[int, int] = (1, 1)
 
     def __post_init__(self) -> None:
-        regions = self.regions if isinstance(self.regions[0], tuple) else (self.regions,)
-        object.__setattr__(self, "regions", tuple(_check_region(r) for r in regions))  # pyright: ignore[reportArgumentType]
-        per_region = isinstance(self.colors, tuple) and any(isinstance(c, tuple) for c in self.colors)
-        colors = self.colors if per_region else (self.colors,) * len(regions)
-        if len(colors) != len(regions):  # pyright: ignore[reportArgumentType]
-            raise ValueError(f"colors for {len(colors)} regions, but {len(regions)} regions")  # pyright: ignore[reportArgumentType]
-        object.__setattr__(self, "colors", tuple(_color_set(c) for c in colors))  # pyright: ignore[reportGeneralTypeIssues, reportArgumentType]
+        for region, _ in self.parts:
+            _check_region(region)
+
+    @property
+    def parts(self) -> tuple[tuple[Region, tuple[int, ...]], ...]:
+        """Region and colours of each slot."""
+        regions: Any = self.regions if isinstance(self.regions[0], tuple) else (self.regions,)
+        several = isinstance(self.colors, tuple) and any(isinstance(c, tuple) for c in self.colors)
+        colors: Any = self.colors if several else (self.colors,) * len(regions)
+        if len(colors) != len(regions):
+            raise ValueError(f"colors for {len(colors)} regions, but {len(regions)} regions")
+        return tuple((r, _color_set(c)) for r, c in zip(regions, colors, strict=True))
+
+    @property
+    def palette(self) -> tuple[int, ...]:
+        """All colours."""
+        return tuple(sorted({c for _, colors in self.parts for c in colors}))
 
 
 @dataclass(frozen=True)
@@ -140,8 +150,13 @@ class Blobs:
     min_size: tuple[int, int] = (1, 1)
     max_size: tuple[int, int] = (WIDTH, 256)
 
+    @property
+    def palette(self) -> tuple[int, ...]:
+        """All colours."""
+        return _color_set(self.colors)
+
     def __post_init__(self) -> None:
-        object.__setattr__(self, "colors", _color_set(self.colors))
+        _color_set(self.colors)
         if self.region is not None:
             _check_region(self.region)
         if self.connectivity not in (4, 8):
@@ -172,13 +187,16 @@ class Cells:
     whole: bool = True
     margin: int = 0
 
+    @property
+    def palette(self) -> tuple[int, ...]:
+        """All colours."""
+        return _color_set(self.colors)
+
     def __post_init__(self) -> None:
-        object.__setattr__(self, "colors", _color_set(self.colors))
-        object.__setattr__(self, "x", tuple(int(v) for v in self.x))
-        object.__setattr__(self, "y", tuple(int(v) for v in self.y))
+        _color_set(self.colors)
         if len(self.x) != len(self.y) or not self.x:
             raise ValueError(f"x and y need one entry a slot each, got {len(self.x)} and {len(self.y)}")
-        if not (0 <= min(self.x) and max(self.x) + self.w <= WIDTH and 0 <= min(self.y) and self.w > 0 and self.h > 0):
+        if not (min(self.x) >= 0 and max(self.x) + self.w <= WIDTH and min(self.y) >= 0 and self.w > 0 and self.h > 0):
             raise ValueError("every cell must lie on the screen")
 
 
@@ -210,14 +228,20 @@ class Category:
     rgb: tuple[Any, ...] | None = None
     doc: str = ""
 
+    @property
+    def mixed(self) -> bool:
+        """Whether an object's colour is to be read from the frame."""
+        several = [len(colors) for _, colors in self.rule.parts] if isinstance(self.rule, Bounds) else [len(self.rule.palette)]
+        return self.rgb is None and max(several) > 1
+
     def slot_rgb(self) -> np.ndarray:
-        """The colour of each slot, uint8 `[count, 3]`."""
+        """The colour of each slot, uint8 `[count, 3]`; where it is read from the frame, the first of the rule's."""
         if self.rgb is not None:
             colors = np.asarray(self.rgb)
         elif isinstance(self.rule, Bounds):
-            colors = palette.NTSC[np.array([c[0] for c in self.rule.colors])]  # pyright: ignore[reportIndexIssue, reportGeneralTypeIssues]
+            colors = palette.NTSC[np.array([c[0] for _, c in self.rule.parts])]
         else:
-            colors = palette.NTSC[self.rule.colors[0]]  # pyright: ignore[reportIndexIssue]
+            colors = palette.NTSC[self.rule.palette[0]]
         return np.broadcast_to(colors, (self.count, 3)).astype(np.uint8)
 
 
@@ -330,7 +354,8 @@ def _validate(game: Game) -> None:
     need(isinstance(game.rom, str) and game.rom.isidentifier(), "rom", f"must be ALE's name of the ROM, got {game.rom!r}")
     need(len(game.md5) == 32 and set(game.md5) <= set("0123456789abcdef"), "md5", f"must be 32 hex digits, got {game.md5!r}")
     need(isinstance(game.ram, type) and issubclass(game.ram, RamMap), "ram", f"must be a subclass of RamMap, got {game.ram!r}")
-    need(len(game.screen) == 2 and game.screen[1] == WIDTH and 0 < game.screen[0] <= 256, "screen", f"must be (height, {WIDTH}), got {game.screen}")
+    sized = len(game.screen) == 2 and game.screen[1] == WIDTH and 0 < game.screen[0] <= 256
+    need(sized, "screen", f"must be (height, {WIDTH}), got {game.screen}")
     need(len(game.categories) > 0, "categories", "at least one is needed")
     names = [c.name for c in game.categories]
     need(len(set(names)) == len(names), "categories", f"names repeat: {names}")
@@ -342,14 +367,13 @@ def _validate(game: Game) -> None:
         need(isinstance(c.count, int) and c.count > 0, at, f"count must be a positive int, got {c.count!r}")
         need(set(c.attributes) <= set(ATTRIBUTES), at, f"attributes must be of {ATTRIBUTES}, got {c.attributes}")
         need(isinstance(c.rule, Rule), at, f"rule must be one of Bounds, Blobs, Cells, got {c.rule!r}")
-        slots = len(c.rule.regions) if isinstance(c.rule, Bounds) else len(c.rule.x) if isinstance(c.rule, Cells) else c.count
-        need(slots == c.count, at, f"its rule has {slots} slots, its count is {c.count}")
         if isinstance(c.rule, Bounds):
-            bottom = max(r[3] for r in c.rule.regions)  # pyright: ignore[reportGeneralTypeIssues, reportIndexIssue]
+            slots, bottom = len(c.rule.parts), max(region[3] for region, _ in c.rule.parts)
         elif isinstance(c.rule, Cells):
-            bottom = max(c.rule.y) + c.rule.h
+            slots, bottom = len(c.rule.x), max(c.rule.y) + c.rule.h
         else:
-            bottom = c.rule.region[3] if c.rule.region else 0
+            slots, bottom = c.count, c.rule.region[3] if c.rule.region else 0
+        need(slots == c.count, at, f"its rule has {slots} slots, its count is {c.count}")
         need(bottom <= game.screen[0], at, f"its rule reaches down to row {bottom}, the screen has {game.screen[0]}")
         try:
             c.slot_rgb()

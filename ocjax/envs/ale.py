@@ -5,6 +5,7 @@ worker hangs on a socket: when the pool or its process goes away, in whatever ma
 """
 
 import hashlib
+import itertools
 import json
 import mmap
 import os
@@ -53,9 +54,9 @@ def check_rom(game: Game) -> Path:
 class AlePool:
     """Emulators of one game in worker processes.
 
-    The arrays `ram` (uint8 `[N, 128]`), `reward` (float64), `terminated`, `truncated` (bool), `lives` (int32), `frame_number` (int64, emulated
-    frames of the episode) `[N]` and, with `screens=True`, `screen` (uint8 `[N, 2, H, 160]`: palette indices of the last two emulated
-    frames, the latest second) are views of the shared memory: valid until the next call.
+    The arrays `ram` (uint8 `[N, 128]`), `reward` (float64), `terminated`, `truncated` (bool), `lives` (int32) and `frame_number` (int64,
+    emulated frames of the episode) `[N]` are views of the shared memory, valid until the next call; so is, with `screens=True`,
+    `screen` (uint8 `[N, 2, H, 160]`: palette indices of the last two emulated frames, the latest second).
 
     Args:
         game: what to run; its ROM is checked.
@@ -88,7 +89,9 @@ class AlePool:
         game_difficulty: int | None = None,
     ) -> None:
         if num_envs < 1 or frame_skip < 1 or max_episode_frames < 1:
-            raise ValueError(f"num_envs, frame_skip and max_episode_frames must be at least 1, got {num_envs}, {frame_skip}, {max_episode_frames}")
+            raise ValueError(
+                f"num_envs, frame_skip and max_episode_frames must be at least 1, got {num_envs}, {frame_skip}, {max_episode_frames}"
+            )
         if not 0 <= repeat_action_probability < 1:
             raise ValueError(f"repeat_action_probability must be in [0, 1), got {repeat_action_probability}")
         if num_workers is not None and num_workers < 1:
@@ -97,7 +100,10 @@ class AlePool:
         ale_py.ALEInterface.setLoggerMode(ale_py.LoggerMode.Error)
         ale = ale_py.ALEInterface()
         ale.loadROM(path)
-        for name, value, known in (("mode", game_mode, ale.getAvailableModes()), ("difficulty", game_difficulty, ale.getAvailableDifficulties())):
+        for name, value, known in (
+            ("mode", game_mode, ale.getAvailableModes()),
+            ("difficulty", game_difficulty, ale.getAvailableDifficulties()),
+        ):
             if value is not None and value not in known:
                 raise ValueError(f"{game.name} has no {name} {value}; it has {list(known)}")
         self.game, self.num_envs = game, num_envs
@@ -106,7 +112,7 @@ class AlePool:
 
         size = game.screen if screens else None
         _, n_bytes = _worker.layout(num_envs, size)
-        file: IO[bytes] = tempfile.TemporaryFile(dir="/dev/shm" if os.path.isdir("/dev/shm") else None)  # noqa: SIM115  # closed below
+        file: IO[bytes] = tempfile.TemporaryFile(dir="/dev/shm" if Path("/dev/shm").is_dir() else None)  # noqa: SIM115  # closed below
         file.truncate(n_bytes)
         memory = mmap.mmap(file.fileno(), n_bytes)
         self._arrays = _worker.view(memory, num_envs, size)
@@ -121,7 +127,7 @@ class AlePool:
             "mode": game_mode, "difficulty": game_difficulty,
         }  # fmt: skip
         self._finalizer = weakref.finalize(self, _close, self._workers, self._selector)
-        for share in zip(edges, edges[1:], strict=False):
+        for share in itertools.pairwise(edges):
             worker = _Worker(file.fileno(), {**config, "share": share})
             self._workers.append(worker)
             self._selector.register(worker.link, selectors.EVENT_READ, worker)

@@ -51,7 +51,12 @@ class ObjectVectorEnv(VectorEnv):
         self.pool = AlePool(game, num_envs, screens=mode in ("vem", "both"), **pool)
         self.metadata = {"autoreset_mode": AutoresetMode.NEXT_STEP, "render_modes": []}
         space = object_space(game)
-        spaces = {"rem": space, "vem": space, "both": gym.spaces.Dict(rem=space, vem=space), "raw": gym.spaces.Box(0, 255, (128,), np.uint8)}
+        spaces = {
+            "rem": space,
+            "vem": space,
+            "both": gym.spaces.Dict(rem=space, vem=space),
+            "raw": gym.spaces.Box(0, 255, (128,), np.uint8),
+        }
         self.single_observation_space = spaces[mode]
         self.single_action_space = gym.spaces.Discrete(len(self.pool.actions))
         self.observation_space = batch_space(self.single_observation_space, num_envs)

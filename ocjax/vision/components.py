@@ -11,7 +11,9 @@ A component that leaves its window is larger than the rule's `max_size` and no o
 window of the default size are filled again on the whole frame, one at a time: exact for spirals too, only slower.
 """
 
+import itertools
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import jax
@@ -26,7 +28,8 @@ WINDOW = (31, 32)  # width and height of the first try where a rule sets no limi
 CHUNK = 16  # candidates at a time
 
 
-class Search(NamedTuple):
+@dataclass(frozen=True)
+class Search:
     """What to look for in one mask."""
 
     count: int  # boxes at most; the rest is only counted
@@ -98,7 +101,7 @@ def _nth_set(starts: jax.Array, running: jax.Array, k: jax.Array) -> tuple[jax.A
         before = before + bm.popcount(w)
     bit = jnp.zeros_like(k)
     for step in (16, 8, 4, 2, 1):
-        head = bm.popcount((word >> (31 - bit - step + 1).astype(U)))
+        head = bm.popcount(word >> (31 - bit - step + 1).astype(U))
         bit = jnp.where(head <= found, bit + step, bit)
     return row, 32 * word_index + bit
 
@@ -260,5 +263,5 @@ def components(masks: Sequence[Bitmap], searches: Sequence[Search], *, connectiv
     start = (jnp.int32(0), jnp.zeros((n_masks, lanes), jnp.int32), jnp.zeros((first_slot[-1], lanes), U))
     _, totals, packed = lax.while_loop(lambda s: jnp.any(s[0] < found), step, start)
     x, y, w, h = ((packed >> s & U(255)).astype(jnp.int32) for s in (0, 8, 16, 24))
-    spans = [slice(a, b) for a, b in zip(first_slot, first_slot[1:], strict=False)]
+    spans = [slice(a, b) for a, b in itertools.pairwise(first_slot)]
     return [Boxes(x[s], y[s], w[s], h[s], w[s] > 0, totals[i]) for i, s in enumerate(spans)]

@@ -1,5 +1,6 @@
 """The vision rules of a game, evaluated on a batch of frames at once."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import jax
@@ -42,11 +43,11 @@ def _bounds(mask: Bitmap) -> tuple[jax.Array, ...]:
     return first, top, last - first + 1, bottom - top + 1
 
 
-def _see_bounds(rule: Bounds, masks: tuple[Bitmap, ...]) -> Seen:
+def _see_bounds(rule: Bounds, masks: Sequence[Bitmap]) -> Seen:
     boxes = []
-    for mask, region in zip(masks, rule.regions, strict=True):
-        x, y, w, h = _bounds(_cut(mask, region))  # pyright: ignore[reportArgumentType]
-        boxes.append((x, y + region[1], w, h))  # pyright: ignore[reportIndexIssue, reportOperatorIssue]
+    for mask, (region, _) in zip(masks, rule.parts, strict=True):
+        x, y, w, h = _bounds(_cut(mask, region))
+        boxes.append((x, y + region[1], w, h))
     x, y, w, h = (jnp.stack(v) for v in zip(*boxes, strict=True))
     return Seen(x, y, w, h, (w >= rule.min_size[0]) & (h >= rule.min_size[1]))
 
@@ -76,8 +77,9 @@ def _see_cells(rule: Cells, mask: Bitmap) -> Seen:
     if rule.whole:
         every = lax.reduce(cells, U(0xFFFFFFFF), lax.bitwise_and, (0,))
         valid = clear & jnp.all((every & inner) == inner, axis=0)
-        full = [jnp.broadcast_to(jnp.asarray(v, jnp.int32)[:, None], (len(x), lanes)) for v in (x, y, np.full_like(x, rule.w), np.full_like(x, rule.h))]
-        return Seen(*full, valid)
+        boxes = np.stack([x, y, np.full_like(x, rule.w), np.full_like(x, rule.h)])
+        full = jnp.broadcast_to(jnp.asarray(boxes, jnp.int32)[..., None], (*boxes.shape, lanes))
+        return Seen(full[0], full[1], full[2], full[3], valid)
     own = cells & inner[None]
     used = bm.any_of(tuple(jnp.moveaxis(own, 1, 0))) != 0  # [h, cells, B]
     index = jnp.arange(rule.h, dtype=jnp.int32)[:, None, None]
@@ -112,7 +114,7 @@ def see(categories: tuple[Category, ...], frames: jax.Array) -> list[tuple[Seen,
         For each category its boxes, and their palette indices int32 `[count, B]` where the rule has several colours (else None).
     """
     pixels = bm.words_of_pixels(frames)
-    palette = sorted({c for category in categories for c in _colors(category)})
+    palette = sorted({c for category in categories for c in category.rule.palette})
     each = bm.color_masks(pixels, tuple(palette))
     of_color = {c: tuple(each[i]) for i, c in enumerate(palette)}
 
@@ -128,29 +130,13 @@ def see(categories: tuple[Category, ...], frames: jax.Array) -> list[tuple[Seen,
         group = [(c, r) for c, r in blobs if r.connectivity == connectivity]
         if group:
             regions = [r.region or (0, 0, frames.shape[2], frames.shape[1]) for _, r in group]
-            masks = [_cut(union(_colors(c)), region) for (c, _), region in zip(group, regions, strict=True)]
+            masks = [_cut(union(r.palette), region) for (_, r), region in zip(group, regions, strict=True)]
             searches = [Search(c.count, r.join, r.min_size, r.max_size) for c, r in group]
             for (c, _), region, b in zip(group, regions, components(masks, searches, connectivity=connectivity), strict=True):
                 out[c.name] = Seen(b.x, b.y + region[1], b.w, b.h, b.valid)
     for c in categories:
         if isinstance(c.rule, Bounds):
-            out[c.name] = _see_bounds(c.rule, tuple(union(colors) for colors in c.rule.colors))  # pyright: ignore[reportGeneralTypeIssues, reportArgumentType]
+            out[c.name] = _see_bounds(c.rule, [union(colors) for _, colors in c.rule.parts])
         elif isinstance(c.rule, Cells):
-            out[c.name] = _see_cells(c.rule, union(_colors(c)))
-    return [(out[c.name], _first_color(pixels, union(_colors(c)), out[c.name]) if _mixed(c) else None) for c in categories]
-
-
-def _colors(category: Category) -> tuple[int, ...]:
-    """All colours of a category's rule."""
-    rule = category.rule
-    if isinstance(rule, Bounds):
-        return tuple(sorted({c for colors in rule.colors for c in colors}))  # pyright: ignore[reportGeneralTypeIssues]
-    return rule.colors  # pyright: ignore[reportReturnType]
-
-
-def _mixed(category: Category) -> bool:
-    """Whether an object's colour is to be read from the frame."""
-    if category.rgb is not None:
-        return False
-    rule = category.rule
-    return any(len(c) > 1 for c in rule.colors) if isinstance(rule, Bounds) else len(rule.colors) > 1  # pyright: ignore[reportGeneralTypeIssues, reportArgumentType]
+            out[c.name] = _see_cells(c.rule, union(c.rule.palette))
+    return [(out[c.name], _first_color(pixels, union(c.rule.palette), out[c.name]) if c.mixed else None) for c in categories]

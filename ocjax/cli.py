@@ -1,0 +1,176 @@
+"""The `ocjax` command."""
+
+import time
+from pathlib import Path
+from typing import Annotated, Any
+
+import jax
+import numpy as np
+import typer
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from ocjax import registry
+from ocjax.objects import Objects
+from ocjax.spec import Game
+
+app = typer.Typer(
+    add_completion=False, no_args_is_help=True, pretty_exceptions_show_locals=False, help="Objects on the screen of Atari 2600 games."
+)
+console = Console()
+
+
+def _load(name: str) -> Game:
+    try:
+        return registry.load(name)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+
+
+def _host(objects: Objects) -> Objects:
+    return jax.tree.map(np.asarray, objects)
+
+
+@app.command()
+def games() -> None:
+    """List the games: their categories, slots and what each method gives."""
+    table = Table(title=f"{len(registry.games())} games", title_justify="left")
+    for heading in ("Game", "Slots", "Categories (slots)", "Display", "Values of", "Orientation of"):
+        table.add_column(heading, justify="right" if heading == "Slots" else "left")
+    for name in registry.games():
+        game = registry.load(name)
+        plain, hud = (
+            [f"{c.name} {c.count}" if c.count > 1 else c.name for c in game.categories if c.hud is kind] for kind in (False, True)
+        )
+        values, points = ([c.name for c in game.categories if a in c.attributes] for a in ("value", "orientation"))
+        table.add_row(name, str(game.num_slots), *(", ".join(v) for v in (plain, hud, values, points)))
+    console.print(table)
+    console.print("Every game has both methods: REM (from RAM) and VEM (from pixels).")
+
+
+@app.command()
+def demo(
+    game: Annotated[str, typer.Argument(help="Name of the game.")] = "Pong",
+    num_envs: Annotated[int, typer.Option("--envs", min=1, help="Instances stepped side by side.")] = 64,
+    steps: Annotated[int, typer.Option(min=1, help="Agent steps of each instance.")] = 250,
+    seed: Annotated[int, typer.Option(min=0)] = 0,
+    out: Annotated[Path | None, typer.Option(help="Where the picture goes; by default ocjax-<Game>.png.")] = None,
+) -> None:
+    """Play many instances with random actions, extract with both methods, measure, and draw a picture."""
+    from ocjax.envs import AlePool
+    from ocjax.render import overlay, sheet
+
+    spec = _load(game)
+    out = out or Path(f"ocjax-{spec.name}.png")
+    pool = AlePool(spec, num_envs, screens=True)
+    try:
+        with console.status(f"starting {num_envs} instances of {spec.name}"):
+            pool.reset([seed + i for i in range(num_envs)])
+        compiled = {}
+        for name, extract, source in (("REM", spec.rem, pool.ram), ("VEM", spec.vem, pool.screen[:, 1])):
+            with console.status(f"compiling {name}"):
+                start = time.perf_counter()
+                jax.block_until_ready(extract(source))
+                compiled[name] = time.perf_counter() - start
+        actions = np.random.default_rng(seed).integers(len(pool.actions), size=(steps, num_envs))
+        spent: dict[str, list[float]] = {"step": [], "REM": [], "VEM": []}
+        seen: dict[str, Any] = {}
+        for action in track(actions, description=f"playing {spec.name}", console=console, transient=True):
+            start = time.perf_counter()
+            pool.send(action)
+            pool.wait()
+            spent["step"].append(time.perf_counter() - start)
+            for name, extract, source in (("REM", spec.rem, pool.ram), ("VEM", spec.vem, pool.screen[:, 1])):
+                start = time.perf_counter()
+                seen[name] = jax.block_until_ready(extract(source))
+                spent[name].append(time.perf_counter() - start)
+        frames = np.array(pool.screen[:, 1])
+        rem, vem = _host(seen["REM"]), _host(seen["VEM"])
+    finally:
+        pool.close()
+
+    step = float(np.median(spent["step"]))
+    table = Table(
+        title=f"{spec.name}: {num_envs} instances x {steps} agent steps of {pool.frame_skip} emulated frames, random actions",
+        title_justify="left",
+    )
+    for heading in ("", "median", "10-90 %", "per second"):
+        table.add_column(heading, justify="right" if heading else "left")
+    rate = num_envs / step
+    table.add_row(
+        "emulation, all instances",
+        f"{1e3 * step:.2f} ms",
+        _spread(spent["step"], 1e3),
+        f"{rate:,.0f} agent steps = {rate * pool.frame_skip:,.0f} emulated frames",
+    )
+    for name in ("REM", "VEM"):
+        one = float(np.median(spent[name])) / num_envs
+        table.add_row(
+            f"{name}, a frame",
+            f"{1e6 * one:.2f} us",
+            _spread(spent[name], 1e6 / num_envs),
+            f"{1 / one:,.0f} frames; {100 * one * num_envs / step:.2f} % of the step time",
+        )
+    console.print(table)
+    console.print(f"first call with compilation: REM {compiled['REM']:.2f} s, VEM {compiled['VEM']:.2f} s")
+
+    shown = np.linspace(0, num_envs - 1, min(3, num_envs)).astype(int)
+    rows = [[overlay(spec, frames[i], rem[i]), overlay(spec, frames[i], vem[i])] for i in shown]
+    picture = sheet(rows, [f"{spec.name}: REM (from RAM)", "VEM (from pixels)"])
+    picture.save(out)
+    console.print(f"objects of the last frame in {len(shown)} of the instances, REM beside VEM: [bold]{out}[/bold]")
+
+
+def _spread(times: list[float], unit: float) -> str:
+    low, high = np.percentile(times, [10, 90]) * unit
+    return f"{low:.2f}-{high:.2f}"
+
+
+@app.command()
+def render(
+    recording: Annotated[Path, typer.Argument(help="An .npz file with rams and screens.")],
+    out: Annotated[Path, typer.Option(help="A .png of one sample, or a .gif of several.")],
+    game: Annotated[str | None, typer.Option(help="The game, where the file's name or contents do not tell.")] = None,
+    method: Annotated[str, typer.Option(help="rem, vem, or both side by side.")] = "both",
+    first: Annotated[int, typer.Option(min=0, help="First sample drawn.")] = 0,
+    count: Annotated[int, typer.Option(min=1, help="Number of samples in a .gif.")] = 50,
+    scale: Annotated[int, typer.Option(min=1, max=8)] = 2,
+) -> None:
+    """Draw objects over the frames of a recording."""
+    from ocjax import recordings
+    from ocjax.render import overlay, sheet
+
+    if method not in ("rem", "vem", "both"):
+        raise typer.BadParameter(f"method must be rem, vem or both, got {method!r}")
+    if out.suffix not in (".png", ".gif"):
+        raise typer.BadParameter(f"the output must end in .png or .gif, got {out}")
+    try:
+        tape = recordings.read(recording, game)
+    except (OSError, ValueError) as error:
+        raise typer.BadParameter(str(error)) from error
+    if tape.screens is None:
+        raise typer.BadParameter(f"{recording} has no frames (an array 'screens'): nothing to draw on")
+    if first >= len(tape.rams):
+        raise typer.BadParameter(f"{recording} has {len(tape.rams)} samples, the first drawn would be {first}")
+    part = slice(first, first + (count if out.suffix == ".gif" else 1))
+    with console.status("extracting"):
+        seen = {}
+        if method != "vem":
+            seen["REM"] = _host(tape.game.rem(tape.rams[part]))
+        if method != "rem":
+            seen["VEM"] = _host(tape.game.vem(tape.screens[part]))
+    pictures = []
+    for i, frame in enumerate(track(tape.screens[part], description="drawing", console=console, transient=True)):
+        pictures.append(
+            sheet(
+                [[overlay(tape.game, frame, o[i], scale=scale) for o in seen.values()]],
+                [f"{tape.game.name} {first + i}: {m}" for m in seen],
+            )
+        )
+    pictures[0].save(out, **({"save_all": True, "append_images": pictures[1:], "duration": 120, "loop": 0} if out.suffix == ".gif" else {}))
+    console.print(f"{len(pictures)} samples of {recording}: [bold]{out}[/bold]")
+
+
+if __name__ == "__main__":
+    app()
