@@ -184,6 +184,7 @@ def components(masks: Sequence[Bitmap], searches: Sequence[Search], *, connectiv
 
     def of_mask(which: jax.Array, table: Sequence[int]) -> jax.Array:
         """`table[which]` without a gather."""
+        table = [int(v) for v in table]
         out = jnp.full(which.shape, table[0], jnp.int32)
         for i in range(1, len(table)):
             out = out if table[i] == table[i - 1] else jnp.where(which >= i, table[i], out)

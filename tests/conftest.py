@@ -1,0 +1,54 @@
+import functools
+from pathlib import Path
+
+import jax
+import numpy as np
+import pytest
+from hypothesis import Phase, settings
+
+import ocjax
+
+jax.config.update("jax_numpy_dtype_promotion", "strict")
+jax.config.update("jax_numpy_rank_promotion", "raise")
+
+# Shrinking a failing batch of frames takes minutes and says nothing that the failure does not.
+settings.register_profile("ocjax", deadline=None, derandomize=True, phases=[Phase.explicit, Phase.generate])
+settings.load_profile("ocjax")
+
+DATA = Path(__file__).parent / "data"
+
+
+def pytest_addoption(parser):
+    parser.addoption("--fuzz", type=int, default=1_000, help="random RAM states and random frames a game")
+    parser.addoption("--game", action="append", help="only these games (may be given several times)")
+
+
+def pytest_generate_tests(metafunc):
+    """Every test that takes `game` runs on every game that there is."""
+    if "game" in metafunc.fixturenames:
+        names = metafunc.config.getoption("--game") or ocjax.games()
+        metafunc.parametrize("game", [ocjax.load(n) for n in names], ids=names, scope="session")
+
+
+@functools.cache
+def excerpt(name):
+    """Samples of a game with what the video chip drew, the emulator's rewards and lives.
+
+    `rams` [n, 128], `screens` [n, H, 160], `previous` (the emulated frame before each), `drawn` bool [n, H, 160] (a graphics object shows
+    there on one of the two frames), `rewards` [n] (since the episode began) and `lives` [n].
+    """
+    with np.load(DATA / f"{name}.npz") as file:
+        data = dict(file)
+    data["previous"] = data["screens"] ^ data["previous"]
+    data["drawn"] = np.unpackbits(data["drawn"], axis=-1).astype(bool)
+    return data
+
+
+@pytest.fixture(scope="session")
+def truth(game):
+    return excerpt(game.name)
+
+
+@pytest.fixture(scope="session")
+def fuzz(request):
+    return request.config.getoption("--fuzz")

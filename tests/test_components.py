@@ -1,0 +1,169 @@
+"""The vision kernels against scipy.ndimage."""
+
+import functools
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import ndimage
+
+from ocjax.vision import bitmap
+from ocjax.vision.components import Search, components
+
+H, W = 24, 160
+
+
+def reference(mask, connectivity, search):
+    """Boxes in raster order of the components' first pixels, by label and find_objects."""
+    dx, dy = search.join
+    wide = np.zeros((mask.shape[0] + dy, mask.shape[1] + dx), bool)
+    for i in range(dx + 1):
+        for j in range(dy + 1):
+            wide[j : j + mask.shape[0], i : i + mask.shape[1]] |= mask
+    labels, _ = ndimage.label(wide, np.ones((3, 3)) if connectivity == 8 else None)
+    out = []
+    for label, (rows, columns) in enumerate(ndimage.find_objects(labels), start=1):
+        first = int(np.flatnonzero(labels[rows.start] == label)[0])
+        w, h = columns.stop - columns.start - dx, rows.stop - rows.start - dy
+        limit = search.max_size or (W, 256)
+        if search.min_size[0] <= w <= limit[0] and search.min_size[1] <= h <= limit[1]:
+            out.append((rows.start, first, columns.start, w, h))
+    return [(x, y, w, h) for y, _, x, w, h in sorted(out)]
+
+
+@functools.cache
+def compiled(connectivity, searches):
+    @jax.jit
+    def run(frames):
+        masks = bitmap.color_masks(bitmap.words_of_pixels(frames), tuple(range(1, len(searches) + 1)))
+        return components([tuple(m) for m in masks], searches, connectivity=connectivity)
+
+    return run
+
+
+def check(masks, connectivity, searches):
+    """Several masks of one frame (disjoint), several frames at once."""
+    frames = np.zeros((len(masks[0]), H, W), np.uint8)
+    for i, m in enumerate(masks):
+        frames[m] = i + 1
+    masks = [frames == i + 1 for i in range(len(masks))]
+    found = jax.tree.map(np.asarray, compiled(connectivity, searches)(jnp.asarray(frames)))
+    for mask, search, boxes in zip(masks, searches, found, strict=True):
+        for b in range(len(frames)):
+            want = reference(mask[b], connectivity, search)
+            got = [tuple(int(v[k, b]) for v in boxes[:4]) for k in range(search.count) if boxes.valid[k, b]]
+            assert got == want[: search.count]
+            assert boxes.total[b] == len(want)
+            assert not boxes.valid[len(want) :, b].any()
+
+
+def spiral(step):
+    mask = np.zeros((H, W), bool)
+    top, left, bottom, right = 0, 0, H - 1, W - 1
+    while top <= bottom and left <= right:
+        mask[top, left : right + 1] = True
+        mask[top : bottom + 1, right] = True
+        mask[bottom, left : right + 1] = True
+        mask[min(top + step, bottom) : bottom + 1, left] = True
+        mask[min(top + step, bottom), left : left + step] = True
+        top, left, bottom, right = top + step, left + step, bottom - step, right - step
+    return mask
+
+
+def comb():
+    mask = np.zeros((H, W), bool)
+    mask[:, ::2] = True
+    mask[-1] = True
+    return mask
+
+
+def snake():
+    mask = np.zeros((H, W), bool)
+    mask[::4] = True
+    mask[2::8, -1] = mask[1::8, -1] = mask[3::8, -1] = True
+    mask[6::8, 0] = mask[5::8, 0] = mask[7::8, 0] = True
+    return mask
+
+
+checkerboard = np.indices((H, W)).sum(0) % 2 == 0
+WORST = {
+    "empty": np.zeros((H, W), bool),
+    "full": np.ones((H, W), bool),
+    "checkerboard": checkerboard,
+    "comb": comb(),
+    "comb, teeth down": comb()[::-1],
+    "spiral": spiral(2),
+    "snake": snake(),
+    "stripes": np.arange(W)[None].repeat(H, 0) % 3 == 0,
+    "rows": np.arange(H)[:, None].repeat(W, 1) % 2 == 0,
+    "frame": np.pad(np.zeros((H - 2, W - 2), bool), 1, constant_values=True),
+    "corners": np.pad(np.zeros((H - 2, W - 2), bool), 1, constant_values=True) & checkerboard,
+    "diagonal": np.indices((H, W))[1] // 6 == np.indices((H, W))[0],
+}
+SEARCHES = {
+    "any size": Search(12),
+    "small": Search(700, max_size=(8, 10)),
+    "wide": Search(40, max_size=(40, 12), min_size=(2, 2)),
+    "joined": Search(30, join=(3, 1), max_size=(20, 10)),
+    "joined, any size": Search(30, join=(2, 5)),
+}
+KINDS = [(c, name) for name, s in SEARCHES.items() for c in (4, 8) if c == 8 or s.join == (0, 0)]
+
+
+@pytest.mark.parametrize(("connectivity", "search"), KINDS)
+def test_worst_cases(connectivity, search):
+    check([np.stack(list(WORST.values()))], connectivity, (SEARCHES[search],))
+
+
+@st.composite
+def masks(draw):
+    """Noise of any density, and rectangles."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    out = rng.random((len(WORST), H, W)) < draw(st.sampled_from([0.003, 0.02, 0.1, 0.3, 0.5, 0.8]))
+    for m in out:
+        for _ in range(draw(st.integers(0, 6))):
+            x, y, w, h = rng.integers([0, 0, 1, 1], [W, H, 40, 14])
+            m[y : y + h, x : x + w] = rng.random() < 0.7
+    return out
+
+
+@pytest.mark.parametrize(("connectivity", "search"), KINDS)
+@settings(max_examples=25)
+@given(mask=masks())
+def test_random_masks(connectivity, search, mask):
+    check([mask], connectivity, (SEARCHES[search],))
+
+
+@settings(max_examples=25)
+@given(first=masks(), second=masks(), third=masks())
+def test_several_masks_at_once(first, second, third):
+    check([first, second, third], 8, (SEARCHES["small"], SEARCHES["joined"], SEARCHES["any size"]))
+
+
+@settings(max_examples=50)
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(0, 31), words=st.integers(1, 6))
+def test_shifts_and_fills(seed, n, words):
+    rng = np.random.default_rng(seed)
+    pixels = rng.random((4, 32 * words, 3)) < 0.6
+    touched = pixels & (rng.random(pixels.shape) < 0.1)
+
+    def pack(p):
+        return tuple(jnp.asarray(np.packbits(p, axis=1).reshape(4, words, 4, 3).transpose(1, 0, 3, 2).copy().view(">u4")[..., 0].astype(np.uint32)))
+
+    def unpack(words_):
+        stacked = np.stack([np.asarray(w) for w in words_]).astype(">u4")[..., None].view(np.uint8)
+        return np.unpackbits(stacked.transpose(1, 0, 3, 2).reshape(4, -1, 3), axis=1).astype(bool)
+
+    assert np.array_equal(unpack(pack(pixels)), pixels)
+    moved = np.zeros_like(pixels)
+    moved[:, : pixels.shape[1] - n] = pixels[:, n:]
+    assert np.array_equal(unpack(bitmap.left(pack(pixels), n)), moved)
+    moved = np.zeros_like(pixels)
+    moved[:, n:] = pixels[:, : pixels.shape[1] - n]
+    assert np.array_equal(unpack(bitmap.right(pack(pixels), n)), moved)
+    rows = ndimage.label(pixels, np.array([[[0] * 3] * 3, [[0, 1, 0]] * 3, [[0] * 3] * 3]))[0]
+    filled = np.isin(rows, np.unique(rows[touched])) & pixels
+    assert np.array_equal(unpack(bitmap.fill_rows(pack(pixels), pack(touched))), filled)

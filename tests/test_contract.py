@@ -1,0 +1,142 @@
+"""What every game must do, whatever it is."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import ocjax
+from ocjax.vision import palette
+
+FIELDS = {"xywh": (np.int16, (4,)), "valid": (np.bool_, ()), "orientation": (np.int8, ()), "value": (np.int32, ()), "rgb": (np.uint8, (3,))}
+
+
+def host(objects):
+    return jax.tree.map(np.asarray, objects)
+
+
+def same(a, b):
+    return all(np.array_equal(p, q) for p, q in zip(jax.tree.leaves(host(a)), jax.tree.leaves(host(b)), strict=True))
+
+
+def check(game, objects, batch):
+    """Well-formed: dtypes and shapes, boxes on the screen, invalid slots zero, only declared attributes."""
+    o = host(objects)
+    height, width = game.screen
+    for name, (dtype, tail) in FIELDS.items():
+        assert getattr(o, name).dtype == dtype
+        assert getattr(o, name).shape == (*batch, game.num_slots, *tail)
+        assert not getattr(o, name)[~o.valid].any(), f"{name} of invalid slots"
+    x, y, w, h = np.moveaxis(o.xywh.astype(int)[o.valid], -1, 0)
+    assert ((x >= 0) & (y >= 0) & (w > 0) & (h > 0) & (x + w <= width) & (y + h <= height)).all()
+    assert ((o.orientation >= 0) & (o.orientation < 16)).all()
+    for c in game.categories:
+        for attribute in {"value", "orientation"} - set(c.attributes):
+            assert not getattr(o, attribute)[..., game.slices[c.name]].any()
+
+
+def random_frames(game, rng, n):
+    """Noise of all colours, of the game's own, and blocks of them (large, touching objects)."""
+    height, width = game.screen
+    own = np.array(sorted({c for category in game.categories for c in category.rule.palette}), np.uint8)
+    kinds = rng.integers(3, size=n)
+    frames = np.empty((n, height, width), np.uint8)
+    for i, kind in enumerate(kinds):
+        if kind == 0:
+            frames[i] = rng.integers(0, 128, (height, width)) * 2
+        else:
+            size = 1 if kind == 1 else int(rng.integers(2, 40))
+            coarse = rng.choice(np.append(own, [0] * (2 * len(own))), (height // size + 1, width // size + 1))
+            frames[i] = coarse.repeat(size, 0).repeat(size, 1)[:height, :width]
+    return frames
+
+
+def test_declaration(game):
+    assert ocjax.load(game.name) is game
+    assert game.num_slots == len(game.slot_category) == len(game.slot_hud)
+    assert all(c.doc for c in game.categories), "every category has a line for people"
+    assert game.ram.__doc__ is None or "TODO" not in game.ram.__doc__
+
+
+def test_truth_is_well_formed(game, truth):
+    check(game, game.rem(truth["rams"]), (len(truth["rams"]),))
+    check(game, game.vem(truth["screens"]), (len(truth["screens"]),))
+
+
+def test_random_ram(game, fuzz):
+    rng = np.random.default_rng(0)
+    for start in range(0, fuzz, 500):
+        n = min(500, fuzz - start)
+        check(game, game.rem(rng.integers(0, 256, (n, 128), dtype=np.uint8)), (n,))
+
+
+def test_random_frames(game, fuzz):
+    rng = np.random.default_rng(0)
+    for start in range(0, fuzz, 100):
+        n = min(100, fuzz - start)
+        check(game, game.vem(random_frames(game, rng, n)), (n,))
+
+
+@pytest.mark.parametrize("method", ["rem", "vem"])
+def test_batch_is_its_rows(game, truth, method):
+    """A batch, its rows alone, its reverse, other batch shapes, `vmap`, `jit`, `scan`: all the same."""
+    f = getattr(game, method)
+    x = jnp.asarray(truth["rams" if method == "rem" else "screens"][::5][:6])
+    whole = f(x)
+    assert same(whole, f(x[::-1])[::-1])
+    assert same(whole[4], f(x[4]))
+    assert same(whole, jax.tree.map(lambda a: a.reshape(6, *a.shape[2:]), f(x.reshape(2, 3, *x.shape[1:]))))
+    assert same(whole, jax.vmap(f)(x))
+    assert same(whole, jax.jit(f)(x))
+    assert same(whole, jax.lax.scan(lambda carry, row: (carry, f(row)), None, x)[1])
+    assert whole[:0].valid.shape == f(x[:0]).valid.shape
+
+
+def test_no_jit(game, truth):
+    ram = truth["rams"][7]
+    with jax.disable_jit():
+        plain = game.rem(ram)
+    assert same(plain, game.rem(ram))
+
+
+def test_rgb_is_index(game, truth):
+    frames = truth["screens"][::10][:4]
+    rgb = palette.NTSC[frames]
+    palette.check_rgb(rgb)
+    assert same(game.vem(rgb), game.vem(frames))
+
+
+def test_without_hud_is_a_prefix(game, truth):
+    bare = ocjax.load(game.name, hud=False)
+    assert not bare.slot_hud.any()
+    for method, key in (("rem", "rams"), ("vem", "screens")):
+        whole, part = host(getattr(game, method)(truth[key][:3])), host(getattr(bare, method)(truth[key][:3]))
+        assert same(jax.tree.map(lambda a: a[:, : bare.num_slots], whole), part)
+
+
+def test_wrong_input(game):
+    height, width = game.screen
+    for wrong, error in (
+        (np.zeros((2, 128), np.int32), TypeError),
+        (np.zeros((2, 128), float), TypeError),
+        (np.zeros((2, 127), np.uint8), ValueError),
+        ([0] * 128, TypeError),
+    ):
+        with pytest.raises(error, match=f"{game.name}: ram must"):
+            game.rem(wrong)
+    for wrong, error in (
+        (np.zeros((height, width), np.int32), TypeError),
+        (np.zeros((height - 1, width), np.uint8), ValueError),
+        (np.zeros((height, width, 4), np.uint8), ValueError),
+        (np.zeros((84, 84), np.uint8), ValueError),
+    ):
+        with pytest.raises(error, match=f"{game.name}: frames must"):
+            game.vem(wrong)
+
+
+def test_decode_is_pure(game):
+    """No effects, callbacks or random numbers hide in a decoder."""
+    jaxpr = jax.make_jaxpr(game.rem)(np.zeros(128, np.uint8))
+    assert not jaxpr.effects
+    text = str(jaxpr)
+    assert not [word for word in ("callback", "random_bits", "float64", "io_") if word in text]

@@ -1,0 +1,49 @@
+"""Every game against what the video chip drew and what the emulator says, on excerpts of recorded play."""
+
+import jax
+import numpy as np
+import pytest
+
+from ocjax import evaluation
+
+
+@pytest.fixture(scope="session")
+def seen(game, truth):
+    host = lambda objects: jax.tree.map(np.asarray, objects)  # noqa: E731
+    return host(game.rem(truth["rams"])), host(game.vem(truth["screens"])), host(game.vem(truth["previous"]))
+
+
+def test_methods_agree(game, seen):
+    rem, vem, before = seen
+    by_category = evaluation.agreement(game, rem, vem, before)
+    whole = evaluation.total(by_category)
+    assert whole.f1 >= 0.99, {k: (round(100 * a.precision, 1), round(100 * a.recall, 1)) for k, a in by_category.items()}
+    assert whole.mean_iou >= 0.95
+
+
+def test_boxes_hold_drawn_pixels(game, truth, seen):
+    rem = seen[0]
+    held = []
+    for xywh, valid, drawn in zip(rem.xywh.astype(int), rem.valid, truth["drawn"], strict=True):
+        held += [drawn[y : y + h, x : x + w].any() for x, y, w, h in xywh[valid]]
+    assert np.mean(held) >= 0.99
+
+
+def test_score_follows_rewards(game, truth, seen):
+    for name in ("Score", "PlayerScore"):
+        category = next((c for c in game.categories if c.name == name and c.count == 1 and "value" in c.attributes), None)
+        if category is None:
+            continue
+        value = seen[0].value[:, game.slices[name]][:, 0]
+        if "EnemyScore" in game.slices:  # the reward is the difference of the two
+            value = value - seen[0].value[:, game.slices["EnemyScore"]][:, 0]
+        assert (value == truth["rewards"]).mean() == 1
+
+
+def test_lives_follow_the_emulator(game, truth, seen):
+    for name in ("Lives", "Life", "Live"):
+        category = next((c for c in game.categories if c.name == name and c.count == 1 and "value" in c.attributes), None)
+        if category is not None:
+            valid = seen[0].valid[:, game.slices[name]][:, 0]
+            value = seen[0].value[:, game.slices[name]][:, 0]
+            assert (value == truth["lives"])[valid].all()
