@@ -54,18 +54,24 @@ def _ball(m: Ram) -> Box:
     x = (m.ball_x - 49) & 255
     x = jnp.where(x < 160, x, x - 160)
     odd = m.ball_y & 1
-    turn = m.ball_y - odd + jnp.array([0, 4])  # in which the ball is switched on, off
-    no_player = ((turn - m.player_y) & m.player_mask) != 0  # the loop's branches differ by one cycle, three pixels
-    no_enemy = ((turn + 2 - m.enemy_y) & m.enemy_mask) != 0
-    beam = 149 + 3 * no_player + 6 * (turn <= m.paddle_read) + odd * (3 * no_enemy - 22)
-    rows = m.ball_y - 15 + jnp.array([0, 4]) + (x + jnp.array([1, 0]) < beam)
-    return box(x, rows[0], 2, rows[1] - rows[0]).clip(*COURT)
+
+    def row(y: jax.Array, x: jax.Array) -> jax.Array:
+        """Where the ball's column x changes when the loop switches it at the count y."""
+        turn = y - odd
+        no_player = ((turn - m.player_y) & m.player_mask) != 0  # the loop's branches differ by one cycle, three pixels
+        no_enemy = ((turn + 2 - m.enemy_y) & m.enemy_mask) != 0
+        beam = 149 + 3 * no_player + 6 * (turn <= m.paddle_read) + odd * (3 * no_enemy - 22)
+        return y - 15 + (x < beam)
+
+    top, bottom = row(m.ball_y, x + 1), row(m.ball_y + 4, x)
+    return box(x, top, 2, bottom - top).clip(*COURT)
 
 
 def _score(left: int, value: jax.Array, old: jax.Array) -> Box:
     """Tight around two digits of three columns, 4 pixels each; a 1 is the middle column."""
     shown = value - old
-    tens, ones = shown // 10, shown % 10
+    tens = shown * 13 >> 7  # shown // 10 for all scores there are
+    ones = shown - 10 * tens
     first = jnp.where(tens == 0, 16 + 4 * (ones == 1), 4 * (tens == 1))
     last = 28 - 4 * (ones == 1)
     return box(left + first, 1, last - first, 20, value=value)
