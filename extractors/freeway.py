@@ -1,0 +1,93 @@
+"""Freeway: two chickens cross a road of ten lanes.
+
+The leftmost eight columns are always black (the beam's late blank); cars drive in and out under them and over the right edge. The
+kerbs, the dashed lines and the copyright line are scenery.
+
+RAM: `facts/ram/Freeway.md`, and the ROM's code for the order of a frame: the upper five lanes move after they have been drawn, the
+digits are looked up every other frame, so the screen lags behind the RAM by what just moved.
+
+Covered: all eight modes (lanes of two or three cars at fixed distances, trucks of twice the width, random speeds), both
+difficulties, both chickens, collisions, the flashing scores before the end, the end. Car slots: the lanes' first cars from top to
+bottom, then the second ones, then the third ones. A truck that shows at both edges has its left piece in its lane's second slot.
+Not in the RAM: whether a car of the upper lanes has moved in the one frame in 128 in which it may have changed its speed (modes 4-7).
+"""
+
+import jax.numpy as jnp
+import numpy as np
+
+from ocjax.ram import RamMap, bcd, bits, byte
+from ocjax.spec import Blobs, Bounds, Box, Category, Game, box
+from ocjax.vision.palette import NTSC
+
+ROAD = (8, 24, 160, 185)
+BLACK, YELLOW, PINK, GREY = 0, 30, 74, 6
+CARS = (26, 216, 68, 136, 36, 130, 74, 18, 220, 66)[::-1]  # top lane first
+LANES = range(9, -1, -1)  # of the RAM's tables, top lane first
+
+
+class Ram(RamMap):
+    frame = byte(1)
+    chicken_y = byte(14, 15)  # 193 - y
+    car_kind = bits(*(23 + i for i in LANES), first=0, count=3)  # as the chip knows them: copies and their distance, or double width
+    car_pace = bits(*(23 + i for i in LANES), first=4, count=3)  # frames a pixel; 0: two pixels a frame
+    car_timer = byte(*(33 + i for i in LANES))  # frames until the next move
+    over = byte(102)  # the game has ended, nothing moves
+    score = bcd(103, 104)
+    clock = byte(105)  # 256 frames each
+    chicken_state = byte(106, 107)  # bit 6: hit by a car; 143 and counting when it has just crossed
+    car_x = byte(*(108 + i for i in LANES))  # x + 3
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    side = jnp.arange(2)
+    lifted = (m.chicken_y & 4) != 0
+    hit = (m.chicken_state & 64) != 0
+    return {
+        "Chicken": box(44 + 64 * side, 193 - m.chicken_y, jnp.where(lifted | hit, 6, 7), 8),
+        "Car": _cars(m),
+        "Score": _scores(m),
+    }
+
+
+def _cars(m: Ram) -> Box:
+    """The lanes' first cars, the second ones, the third ones."""
+    lane, copy = np.arange(30) % 10, np.arange(30) // 10
+    moved = (m.over == 0) & (m.car_timer == jnp.maximum(m.car_pace - 1, 0))
+    now = m.car_x + jnp.where((lane[:10] < 5) & moved, 1 + (m.car_pace == 0), 0)
+    now, kind = jnp.tile(now, 3), jnp.tile(m.car_kind, 3)
+    truck = kind == 5
+    apart = jnp.where(kind == 4, 64, jnp.where((kind & 3) == 2, 32, 16))
+    copies = 1 + (kind != 0) + ((kind == 3) | (kind == 6))
+    x = (now + 157 + truck + jnp.where(truck, 0, apart * copy)) % 160 - 160 * truck * copy
+    # where only a column of a car shows, it is its nose of 6 rows or its tail of 8
+    nose, tail = np.where(lane < 5, 159, 1), np.where(lane < 5, 1, 159)
+    inset = jnp.where(truck, 0, 2 * (x == nose) + (x == tail))
+    return box(x, 27 + 16 * lane + inset, jnp.where(truck, 16, 8), 10 - 2 * inset, copy < copies).clip(*ROAD)
+
+
+def _scores(m: Ram) -> Box:
+    """Tight around two digits of 6 pixels, 8 apart; a 1 has 4, a leading zero is not shown."""
+    side = jnp.arange(2)
+    since = m.chicken_state
+    old = (since == 143) | ((since == 142) & ((m.frame & 1) == side))  # the digits are those before the point
+    shown = m.score - old
+    tens = shown * 205 >> 11  # shown // 10
+    first = jnp.where(tens == 0, 9 + (shown == 1), 1 + (tens == 1))
+    last = 15 - (shown - 10 * tens == 1)
+    flash = (m.clock >= 30) & (m.over == 0)
+    rgb = jnp.where(flash, jnp.asarray(NTSC)[m.frame], jnp.asarray(NTSC[PINK]))
+    return box(40 + 64 * side + first, 5, last - first, 8, value=m.score, rgb=rgb)
+
+
+GAME = Game(
+    name="Freeway",
+    rom="freeway",
+    md5="8e0ab801b1705a740b476b7f588c6d16",
+    ram=Ram,
+    decode=decode,
+    categories=(
+        Category("Chicken", Blobs(YELLOW, (44, 15, 115, 195), join=(1, 1), min_size=(2, 2), max_size=(7, 12)), count=2),
+        Category("Car", Blobs((BLACK, *CARS), ROAD, max_size=(16, 10)), count=30, rgb=tuple(NTSC[c] for c in CARS * 3)),
+        Category("Score", Bounds(PINK, ((40, 5, 56, 13), (104, 5, 120, 13))), count=2, attributes=("value",), hud=True),
+    ),
+)
