@@ -3,13 +3,15 @@
 The leftmost eight columns are always black (the beam's late blank); cars drive in and out under them and over the right edge. The
 kerbs, the dashed lines and the copyright line are scenery.
 
-RAM: `facts/ram/Freeway.md`, and the ROM's code for the order of a frame: the upper five lanes move after they have been drawn, the
-digits are looked up every other frame, so the screen lags behind the RAM by what just moved.
+RAM: ALE's source (scores), OCAtari 2.2 and a public disassembly by Bill Heineman (positions, tables), and the ROM's code for the
+order of a frame: the upper five lanes move after they have been drawn, the digits are looked up every other frame, so the screen
+lags behind the RAM by what just moved.
 
 Covered: all eight modes (lanes of two or three cars at fixed distances, trucks of twice the width, random speeds), both
 difficulties, both chickens, collisions, the flashing scores before the end, the end. Car slots: the lanes' first cars from top to
 bottom, then the second ones, then the third ones. A truck that shows at both edges has its left piece in its lane's second slot.
-Not in the RAM: whether a car of the upper lanes has moved in the one frame in 128 in which it may have changed its speed (modes 4-7).
+Not in the RAM: whether a car of the upper lanes has moved in the one frame in 128 in which it may have changed its speed (modes
+4-7).
 """
 
 import jax.numpy as jnp
@@ -53,15 +55,15 @@ def _cars(m: Ram) -> Box:
     """The lanes' first cars, the second ones, the third ones."""
     lane, copy = np.arange(30) % 10, np.arange(30) // 10
     moved = (m.over == 0) & (m.car_timer == jnp.maximum(m.car_pace - 1, 0))
-    now = m.car_x + jnp.where((lane[:10] < 5) & moved, 1 + (m.car_pace == 0), 0)
+    now = m.car_x + jnp.where((lane[:10] < 5) & moved, jnp.where(m.car_pace == 0, 2, 1), 0)
     now, kind = jnp.tile(now, 3), jnp.tile(m.car_kind, 3)
     truck = kind == 5
     apart = jnp.where(kind == 4, 64, jnp.where((kind & 3) == 2, 32, 16))
-    copies = 1 + (kind != 0) + ((kind == 3) | (kind == 6))
-    x = (now + 157 + truck + jnp.where(truck, 0, apart * copy)) % 160 - 160 * truck * copy
+    copies = jnp.where(kind == 0, 1, jnp.where((kind == 3) | (kind == 6), 3, 2))
+    x = (now + 157 + jnp.where(truck, 1, apart * copy)) % 160 - jnp.where(truck, 160 * copy, 0)
     # where only a column of a car shows, it is its nose of 6 rows or its tail of 8
     nose, tail = np.where(lane < 5, 159, 1), np.where(lane < 5, 1, 159)
-    inset = jnp.where(truck, 0, 2 * (x == nose) + (x == tail))
+    inset = jnp.where(truck, 0, jnp.where(x == nose, 2, jnp.where(x == tail, 1, 0)))
     return box(x, 27 + 16 * lane + inset, jnp.where(truck, 16, 8), 10 - 2 * inset, copy < copies).clip(*ROAD)
 
 
@@ -70,10 +72,10 @@ def _scores(m: Ram) -> Box:
     side = jnp.arange(2)
     since = m.chicken_state
     old = (since == 143) | ((since == 142) & ((m.frame & 1) == side))  # the digits are those before the point
-    shown = m.score - old
+    shown = jnp.where(old, m.score - 1, m.score)
     tens = shown * 205 >> 11  # shown // 10
-    first = jnp.where(tens == 0, 9 + (shown == 1), 1 + (tens == 1))
-    last = 15 - (shown - 10 * tens == 1)
+    first = jnp.where(tens == 0, jnp.where(shown == 1, 10, 9), jnp.where(tens == 1, 2, 1))
+    last = jnp.where(shown - 10 * tens == 1, 14, 15)
     flash = (m.clock >= 30) & (m.over == 0)
     rgb = jnp.where(flash, jnp.asarray(NTSC)[m.frame], jnp.asarray(NTSC[PINK]))
     return box(40 + 64 * side + first, 5, last - first, 8, value=m.score, rgb=rgb)
@@ -86,8 +88,26 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Chicken", Blobs(YELLOW, (44, 15, 115, 195), join=(1, 1), min_size=(2, 2), max_size=(7, 12)), count=2),
-        Category("Car", Blobs((BLACK, *CARS), ROAD, max_size=(16, 10)), count=30, rgb=tuple(NTSC[c] for c in CARS * 3)),
-        Category("Score", Bounds(PINK, ((40, 5, 56, 13), (104, 5, 120, 13))), count=2, attributes=("value",), hud=True),
+        Category(
+            "Chicken",
+            Blobs(YELLOW, (44, 15, 115, 195), join=(1, 1), min_size=(2, 4), max_size=(7, 12)),
+            count=2,
+            doc="first player's, second player's",
+        ),
+        Category(
+            "Car",
+            Blobs((BLACK, *CARS), ROAD, max_size=(16, 10)),
+            count=30,
+            rgb=tuple(NTSC[c] for c in CARS * 3),
+            doc="cars and trucks, up to three a lane",
+        ),
+        Category(
+            "Score",
+            Bounds(PINK, ((40, 5, 56, 13), (104, 5, 120, 13))),
+            count=2,
+            attributes=("value",),
+            hud=True,
+            doc="roads crossed by each player",
+        ),
     ),
 )

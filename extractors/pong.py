@@ -1,11 +1,11 @@
 """Pong: two paddles, a ball and two scores.
 
-Player is the right paddle (green), Enemy the left one (orange). The white walls above and below the court are scenery: paddles
-and the ball are drawn under them and end at the court's first and last row.
+Player is the right paddle (green), Enemy the left one (orange). The white walls above and below the court are scenery: paddles and
+the ball are drawn under them and end at the court's first and last row.
 
-RAM: `facts/ram/Pong.md`, and the ROM's drawing loop for what it leaves open. The loop draws two rows a turn with one wait for the
-beam: a paddle starts at an even count, and the ball is switched on and off in the middle of a row, so that left of the beam it sits
-a row lower. Every box of 20,000 on unseen play is exact.
+RAM: ALE's source (scores), OCAtari 2.2 and AtariARI (positions), and the ROM's drawing loop for what they leave open. The loop
+draws two rows a turn with one wait for the beam: a paddle starts at an even count, and the ball is switched on and off in the
+middle of a row, so that left of the beam it sits a row lower. Every box of 20,000 on unseen play is exact.
 
 Covered: both modes, all four difficulties (A halves a side's paddle), points of both sides, the end of the game, and the first two
 frames after a reset, which have the screen saver's colours.
@@ -60,8 +60,8 @@ def _ball(m: Ram) -> Box:
         turn = y - odd
         no_player = ((turn - m.player_y) & m.player_mask) != 0  # the loop's branches differ by one cycle, three pixels
         no_enemy = ((turn + 2 - m.enemy_y) & m.enemy_mask) != 0
-        beam = 149 + 3 * no_player + 6 * (turn <= m.paddle_read) + odd * (3 * no_enemy - 22)
-        return y - 15 + (x < beam)
+        beam = 149 + jnp.where(no_player, 3, 0) + jnp.where(turn <= m.paddle_read, 6, 0) + odd * jnp.where(no_enemy, -19, -22)
+        return y - jnp.where(x < beam, 14, 15)
 
     top, bottom = row(m.ball_y, x + 1), row(m.ball_y + 4, x)
     return box(x, top, 2, bottom - top).clip(*COURT)
@@ -69,11 +69,11 @@ def _ball(m: Ram) -> Box:
 
 def _score(left: int, value: jax.Array, old: jax.Array) -> Box:
     """Tight around two digits of three columns, 4 pixels each; a 1 is the middle column."""
-    shown = value - old
+    shown = jnp.where(old, value - 1, value)
     tens = shown * 13 >> 7  # shown // 10 for all scores there are
     ones = shown - 10 * tens
-    first = jnp.where(tens == 0, 16 + 4 * (ones == 1), 4 * (tens == 1))
-    last = 28 - 4 * (ones == 1)
+    first = jnp.where(tens == 0, jnp.where(ones == 1, 20, 16), jnp.where(tens == 1, 4, 0))
+    last = jnp.where(ones == 1, 24, 28)
     return box(left + first, 1, last - first, 20, value=value)
 
 
@@ -86,8 +86,22 @@ GAME = Game(
     categories=(
         Category("Player", Bounds(GREEN, (140, 34, 144, 194)), rgb=(92, 186, 92), doc="right paddle"),
         Category("Enemy", Bounds(ORANGE, (16, 34, 20, 194)), rgb=(213, 130, 74), doc="left paddle"),
-        Category("Ball", Bounds(WHITE, COURT), rgb=(236, 236, 236)),
-        Category("PlayerScore", Bounds(GREEN, (100, 1, 128, 21)), hud=True, attributes=("value",), rgb=(92, 186, 92)),
-        Category("EnemyScore", Bounds(ORANGE, (20, 1, 48, 21)), hud=True, attributes=("value",), rgb=(213, 130, 74)),
+        Category("Ball", Bounds(WHITE, COURT), rgb=(236, 236, 236), doc="the ball, while it is in play"),
+        Category(
+            "PlayerScore",
+            Bounds(GREEN, (100, 1, 128, 21)),
+            hud=True,
+            attributes=("value",),
+            rgb=(92, 186, 92),
+            doc="points of the right paddle",
+        ),
+        Category(
+            "EnemyScore",
+            Bounds(ORANGE, (20, 1, 48, 21)),
+            hud=True,
+            attributes=("value",),
+            rgb=(213, 130, 74),
+            doc="points of the left paddle",
+        ),
     ),
 )

@@ -18,21 +18,33 @@ from ocjax.vision.rules import see
 CHUNK = 64  # frames at a time in the vision method
 
 
-def _any_batch(f: Callable[[jax.Array], Objects], rank: int) -> Callable[[jax.Array], Objects]:
-    """Make a function of `[B, ...]` one of any leading batch shape; `vmap` of it is the function on a larger batch."""
+def _any_batch(f: Callable[[jax.Array], Objects], rank: int) -> Callable[[jax.Array | np.ndarray], Objects]:
+    """Make a function of `[B, ...]`, B > 0, one of any leading batch shape.
 
-    @jax.custom_batching.custom_vmap
-    def flat(x: jax.Array) -> Objects:
-        batch = x.shape[: x.ndim - rank]
-        out = f(x.reshape(math.prod(batch), *x.shape[x.ndim - rank :]))
-        return jax.tree.map(lambda a: a.reshape(*batch, *a.shape[1:]), out)
+    All batch shapes of the same size share one compiled function, and `vmap` of it is the function on a larger batch.
+    """
+    one_axis = jax.jit(f)
 
-    @flat.def_vmap
+    def folded(x: jax.Array) -> Objects:
+        batch, tail = x.shape[: x.ndim - rank], x.shape[x.ndim - rank :]
+        if len(batch) == 1 and batch[0] > 0:
+            return one_axis(x)
+        n = math.prod(batch)
+        out = one_axis(x.reshape(n, *tail) if n else jnp.zeros((1, *tail), x.dtype))
+        return jax.tree.map(lambda a: a[:n].reshape(*batch, *a.shape[1:]), out)
+
+    traced = jax.custom_batching.custom_vmap(folded)
+
+    @traced.def_vmap
     def _(axis_size: int, in_batched: list[bool], x: jax.Array) -> tuple[Objects, Objects]:
-        out = flat(x)
+        out = call(x)
         return out, jax.tree.map(lambda _: True, out)
 
-    return jax.jit(flat)
+    def call(x: jax.Array | np.ndarray) -> Objects:
+        x = jnp.asarray(x)
+        return traced(x) if isinstance(x, jax.core.Tracer) else folded(x)
+
+    return call
 
 
 def _pack(low: jax.Array, high: jax.Array) -> jax.Array:
@@ -52,7 +64,8 @@ def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
     colors = jnp.asarray(np.concatenate([c.slot_rgb() for c in game.categories]))
 
     def one(ram: jax.Array) -> Objects:
-        boxes = game.decode(game.ram(ram))
+        with jax.numpy_dtype_promotion("strict"), jax.numpy_rank_promotion("raise"):
+            boxes = game.decode(game.ram(ram))
         parts = []
         for category in game.categories:
             b: Box = boxes[category.name].clip(0, 0, width, height)
@@ -76,7 +89,7 @@ def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
             raise TypeError(f"{game.name}: ram must be a uint8 array, got {getattr(ram, 'dtype', type(ram).__name__)}")
         if ram.ndim == 0 or ram.shape[-1] != RAM_SIZE:
             raise ValueError(f"{game.name}: ram must have shape [..., {RAM_SIZE}], got {list(ram.shape)}")
-        return batched(jnp.asarray(ram))
+        return batched(ram)
 
     return checked
 
@@ -109,7 +122,7 @@ def vem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
         if whole:
             parts.append(lax.map(chunk, frames[:whole].reshape(-1, CHUNK, *frames.shape[1:])))
             parts[0] = jax.tree.map(lambda a: a.reshape(whole, *a.shape[2:]), parts[0])
-        if n > whole or n == 0:
+        if n > whole:
             parts.append(chunk(frames[whole:]))
         return parts[0] if len(parts) == 1 else jax.tree.map(lambda *a: jnp.concatenate(a), *parts)
 
@@ -121,9 +134,9 @@ def vem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
         if not hasattr(frames, "dtype") or frames.dtype != jnp.uint8:
             raise TypeError(f"{game.name}: frames must be a uint8 array, got {getattr(frames, 'dtype', type(frames).__name__)}")
         if frames.shape[-2:] == (height, width):
-            return by_index(jnp.asarray(frames))
+            return by_index(frames)
         if frames.shape[-3:] == (height, width, 3):
-            return by_rgb(jnp.asarray(frames))
+            return by_rgb(frames)
         raise ValueError(
             f"{game.name}: frames must have shape [..., {height}, {width}] (palette indices) or [..., {height}, {width}, 3] (RGB), "
             f"got {list(frames.shape)}"

@@ -380,7 +380,8 @@ def _validate(game: Game) -> None:
         except ValueError as error:
             need(False, at, f"rgb must be (r, g, b) or one a slot: {error}")
     try:
-        boxes = jax.eval_shape(lambda ram: dict(game.decode(game.ram(ram))), jax.ShapeDtypeStruct((RAM_SIZE,), jnp.uint8))
+        with jax.numpy_dtype_promotion("strict"), jax.numpy_rank_promotion("raise"):
+            boxes = jax.eval_shape(lambda ram: dict(game.decode(game.ram(ram))), jax.ShapeDtypeStruct((RAM_SIZE,), jnp.uint8))
     except Exception as error:
         raise GameError(f"{game.name} ({where}): decode: {type(error).__name__}: {error}") from error
     need(set(boxes) == set(names), "decode", f"must give a box for each of {sorted(names)}, gives {sorted(boxes)}")

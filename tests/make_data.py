@@ -1,6 +1,6 @@
 """Cut the excerpts in tests/data from full recordings (folders with <Game>.npz as described in conftest.excerpt).
 
-    python tests/make_data.py SAMPLES FOLDER [FOLDER ...]
+python tests/make_data.py SAMPLES FOLDER [FOLDER ...]
 """
 
 import sys

@@ -151,7 +151,9 @@ def test_shifts_and_fills(seed, n, words):
     touched = pixels & (rng.random(pixels.shape) < 0.1)
 
     def pack(p):
-        return tuple(jnp.asarray(np.packbits(p, axis=1).reshape(4, words, 4, 3).transpose(1, 0, 3, 2).copy().view(">u4")[..., 0].astype(np.uint32)))
+        return tuple(
+            jnp.asarray(np.packbits(p, axis=1).reshape(4, words, 4, 3).transpose(1, 0, 3, 2).copy().view(">u4")[..., 0].astype(np.uint32))
+        )
 
     def unpack(words_):
         stacked = np.stack([np.asarray(w) for w in words_]).astype(">u4")[..., None].view(np.uint8)
