@@ -114,15 +114,8 @@ def see(categories: tuple[Category, ...], frames: jax.Array) -> list[tuple[Seen,
         For each category its boxes, and their palette indices int32 `[count, B]` where the rule has several colours (else None).
     """
     pixels = bm.words_of_pixels(frames)
-    palette = sorted({c for category in categories for c in category.rule.palette})
-    each = bm.color_masks(pixels, tuple(palette))
-    of_color = {c: tuple(each[i]) for i, c in enumerate(palette)}
-
-    def union(colors: tuple[int, ...]) -> Bitmap:
-        out = of_color[colors[0]]
-        for c in colors[1:]:
-            out = bm.either(out, of_color[c])
-        return out
+    sets = list(dict.fromkeys(colors for c in categories for colors in _color_sets(c)))
+    masks = dict(zip(sets, map(tuple, bm.color_masks(pixels, sets)), strict=True))
 
     out: dict[str, Seen] = {}
     blobs = [(c, c.rule) for c in categories if isinstance(c.rule, Blobs)]
@@ -130,13 +123,19 @@ def see(categories: tuple[Category, ...], frames: jax.Array) -> list[tuple[Seen,
         group = [(c, r) for c, r in blobs if r.connectivity == connectivity]
         if group:
             regions = [r.region or (0, 0, frames.shape[2], frames.shape[1]) for _, r in group]
-            masks = [_cut(union(r.palette), region) for (_, r), region in zip(group, regions, strict=True)]
+            cuts = [_cut(masks[r.palette], region) for (_, r), region in zip(group, regions, strict=True)]
             searches = [Search(c.count, r.join, r.min_size, r.max_size) for c, r in group]
-            for (c, _), region, b in zip(group, regions, components(masks, searches, connectivity=connectivity), strict=True):
+            for (c, _), region, b in zip(group, regions, components(cuts, searches, connectivity=connectivity), strict=True):
                 out[c.name] = Seen(b.x, b.y + region[1], b.w, b.h, b.valid)
     for c in categories:
         if isinstance(c.rule, Bounds):
-            out[c.name] = _see_bounds(c.rule, [union(colors) for _, colors in c.rule.parts])
+            out[c.name] = _see_bounds(c.rule, [masks[colors] for _, colors in c.rule.parts])
         elif isinstance(c.rule, Cells):
-            out[c.name] = _see_cells(c.rule, union(c.rule.palette))
-    return [(out[c.name], _first_color(pixels, union(c.rule.palette), out[c.name]) if c.mixed else None) for c in categories]
+            out[c.name] = _see_cells(c.rule, masks[c.rule.palette])
+    return [(out[c.name], _first_color(pixels, masks[c.rule.palette], out[c.name]) if c.mixed else None) for c in categories]
+
+
+def _color_sets(category: Category) -> list[tuple[int, ...]]:
+    """The sets of colours whose masks a category needs."""
+    parts = [colors for _, colors in category.rule.parts] if isinstance(category.rule, Bounds) else []
+    return parts if parts and not category.mixed else [*parts, category.rule.palette]
