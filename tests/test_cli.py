@@ -1,0 +1,90 @@
+import numpy as np
+import pytest
+from PIL import Image
+from typer.testing import CliRunner
+
+import ocjax
+from ocjax import recordings
+from ocjax.cli import app
+from conftest import DATA
+
+runner = CliRunner()
+
+
+def run(*args):
+    return runner.invoke(app, [str(a) for a in args], terminal_width=200)
+
+
+def test_games():
+    result = run("games")
+    assert result.exit_code == 0
+    for name in ocjax.games():
+        assert name in result.output
+
+
+def test_demo(tmp_path):
+    out = tmp_path / "picture.png"
+    result = run("demo", "pong", "--envs", 4, "--steps", 20, "--out", out)
+    assert result.exit_code == 0, result.output
+    for word in ("agent steps", "emulated frames", "REM", "VEM", "% of the step time"):
+        assert word in result.output
+    image = np.asarray(Image.open(out))
+    assert image.shape[0] > 3 * 600
+    assert len(np.unique(image.reshape(-1, 3), axis=0)) > 8
+
+
+@pytest.mark.parametrize("suffix", [".png", ".gif"])
+def test_render(tmp_path, suffix):
+    out = tmp_path / f"tape{suffix}"
+    result = run("render", DATA / "Pong.npz", "--out", out, "--first", 5, "--count", 3)
+    assert result.exit_code == 0, result.output
+    assert getattr(Image.open(out), "n_frames", 1) == (3 if suffix == ".gif" else 1)
+
+
+def test_wrong_use(tmp_path):
+    bad = tmp_path / "Pong.npz"
+    bad.write_bytes(b"no")
+    for args, message in (
+        (("demo", "Pung"), "did you mean Pong"),
+        (("render", tmp_path / "no.npz", "--out", "x.png"), "no recording"),
+        (("render", bad, "--out", "x.png"), "not a readable"),
+        (("render", DATA / "Pong.npz", "--out", "x.jpg"), "must end in .png or .gif"),
+        (("render", DATA / "Pong.npz", "--out", "x.png", "--method", "ram"), "method must be"),
+        (("render", DATA / "Pong.npz", "--out", "x.png", "--first", 9999), "samples"),
+        (("render", DATA / "Pong.npz", "--out", "x.png", "--game", "Freeway"), "must be uint8|not of"),
+    ):
+        result = run(*args)
+        assert result.exit_code == 2 or "Freeway" in args, args
+        if result.exit_code:
+            import re
+
+            assert re.search(message, " ".join(result.output.replace("│", " ").split())), result.output
+    assert not (tmp_path / "x.png").exists()
+
+
+def test_recordings(tmp_path):
+    with np.load(DATA / "Pong.npz") as file:
+        rams, screens = file["rams"], file["screens"]
+    pong = ocjax.load("Pong")
+
+    def written(**arrays):
+        path = tmp_path / "tape.npz"
+        np.savez(path, **arrays)
+        return path
+
+    tape = recordings.read(written(rams=rams, screens=screens, game="Pong", md5=pong.md5))
+    assert tape.game is pong
+    assert np.array_equal(tape.rams, rams)
+    assert recordings.read(written(rams=rams), "ALE/Pong-v5").screens is None
+    for arrays, game, message in (
+        ({"rams": rams, "game": "Pong"}, "Freeway", "a recording of Pong, not of Freeway"),
+        ({"rams": rams, "game": "Pong", "md5": "0" * 32}, None, "ROM of md5 000"),
+        ({"screens": screens}, "Pong", "no array 'rams'"),
+        ({"rams": rams.astype(int)}, "Pong", "rams must be uint8"),
+        ({"rams": rams, "screens": screens[:, :84, :84]}, "Pong", "screens must be uint8"),
+        ({"rams": rams, "screens": screens[:-1]}, "Pong", "screens must be uint8"),
+    ):
+        with pytest.raises(recordings.RecordingError, match=message):
+            recordings.read(written(**arrays), game)
+    with pytest.raises(ocjax.UnknownGameError):
+        recordings.read(written(rams=rams))

@@ -1,0 +1,44 @@
+import subprocess
+import sys
+
+import pytest
+
+import ocjax
+
+
+def test_spellings():
+    pong = ocjax.load("Pong")
+    for name in ("pong", "ALE/Pong-v5", "ocjax/Pong-v5", "PongNoFrameskip-v4", "PongDeterministic-v4", "Pong-ram-v4", "Pong-v0", "PONG"):
+        assert ocjax.load(name) is pong
+
+
+def test_all_games_by_rom_name():
+    for name in ocjax.games():
+        assert ocjax.load(ocjax.load(name).rom).name == name
+
+
+def test_without_hud_is_cached():
+    assert ocjax.load("Pong", hud=False) is ocjax.load("pong", hud=False)
+
+
+def test_unknown_game():
+    with pytest.raises(ocjax.UnknownGameError, match="did you mean Pong"):
+        ocjax.load("Pung")
+    with pytest.raises(ValueError, match="there are .*Pong"):
+        ocjax.load("Xyzzy")
+    with pytest.raises(TypeError, match="must be a string"):
+        ocjax.load(3)
+
+
+def test_extractors_has_one_name():
+    """A second copy of the game files under the bare name would have its own registry."""
+    run = subprocess.run([sys.executable, "-c", "import extractors"], capture_output=True, text=True, check=False)
+    assert run.returncode != 0
+    assert "ocjax.extractors" in run.stderr or "No module named 'extractors'" in run.stderr
+
+
+def test_import_is_light():
+    """The environments' packages are imported with the environments, not before."""
+    code = "import sys, ocjax; ocjax.load('Pong'); print([m for m in ('gymnasium', 'ale_py', 'envpool', 'PIL', 'typer') if m in sys.modules])"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "[]"
