@@ -25,6 +25,8 @@ from ocjax.spec import Blobs, Bounds, Box, Category, Game, box
 
 YELLOW, RED, PURPLE, GREEN, BROWN, GRAY = 20, 52, 82, 196, 246, 6
 FIELD = (0, 22, 160, 195)
+SCORES = (0, 8, 160, 22)
+SHIELDS = tuple((left, 157, left + 28, 175) for left in (32, 64, 96))  # they move in some modes
 CANNONS = (0, 185, 160, 195)
 NO_SAUCER = 180
 GONE = 0x70  # y of a bullet that does not exist, or more
@@ -177,13 +179,13 @@ GAME = Game(
     decode=decode,
     categories=(
         Category("Player", Bounds(GREEN, CANNONS), attributes=("value",)),
-        Category("Player2", Blobs(BROWN, CANNONS, join=(2, 2), max_size=(8, 10)), attributes=("value",)),
-        Category("Alien", Blobs(YELLOW, FIELD, join=(4, 4)), count=36),
-        Category("Shield", Blobs(RED, FIELD, join=(8, 18)), count=3),
-        Category("Satellite", Bounds(PURPLE, (0, 8, 160, 22))),
-        Category("Bullet", Blobs(GRAY, (0, 8, 160, 195), join=(0, 4)), count=4),
-        Category("Lives", Blobs(BROWN, CANNONS, min_size=(9, 1)), hud=True, attributes=("value",)),
-        Category("P1Score", Bounds(GREEN, (0, 8, 80, 22)), hud=True, attributes=("value",)),
-        Category("P2Score", Bounds(BROWN, (80, 8, 160, 22)), hud=True, attributes=("value",)),
+        Category("Player2", Blobs(BROWN, CANNONS, join=(0, 1), max_size=(8, 10)), attributes=("value",)),
+        Category("Alien", Blobs(YELLOW, FIELD, join=(0, 1), max_size=(8, 10)), count=36),
+        Category("Shield", Bounds(RED, SHIELDS), count=3),
+        Category("Satellite", Bounds(PURPLE, SCORES)),
+        Category("Bullet", Blobs(GRAY, (0, 8, 160, 195), join=(0, 4), max_size=(1, 14)), count=4),
+        Category("Lives", Bounds(BROWN, (84, 185, 96, 195), min_size=(12, 10)), hud=True, attributes=("value",)),
+        Category("P1Score", Bounds(GREEN, SCORES), hud=True, attributes=("value",)),
+        Category("P2Score", Bounds(BROWN, SCORES), hud=True, attributes=("value",)),
     ),
 )
