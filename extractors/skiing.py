@@ -1,7 +1,8 @@
 """Skiing: a skier, gates of two flags, moguls and trees that scroll up, the gates to go and the clock.
 
 Slots are the game's records: eight of them go round while the list in RAM moves up by one at every shift, counted by byte 16. Two are
-gates (Flag: left and right flag of each), two moguls, four trees; in downhill games the gates' records are trees too (the last two slots).
+gates (Flag: left and right flag of each), two moguls, four trees. After the last gate one gate's record is a mogul (the third slot); in
+downhill games the gates' records are trees (the last two slots).
 `orientation` of the player: where the skis point, compass point 12 (west) over 8 (straight down) to 4 (east), from the game's 16
 headings. `value`: of Score the sum of the emulator's rewards, minus the hundredths of a second so far (the emulator ends a run with five
 seconds for every missed gate, as the game's clock does); of Clock the hundredths themselves; of Player the gates to go, the number that
@@ -12,7 +13,8 @@ which RAM holds already; bytes 115 and 116 are that step. A crash shows one fram
 skier's picture is one frame early when it changes.
 Boxes are tight around what the borders leave: a tree cut by the left border or the playfield's top is as narrow as the rows that remain.
 
-Covered: the slalom that ALE starts (there is one mode), crashes, both borders, the end of the run. Scenery: the black frame, the maker's name.
+Covered: the slalom that ALE starts (there is one mode), downhill by editing RAM, crashes, both borders, the end of the run.
+Scenery that no box covers: the black frame, the maker's name.
 """
 
 from typing import NamedTuple
@@ -35,9 +37,9 @@ class Picture(NamedTuple):
 
 FLAG = Picture(8, ((1, 3, 4), (1, 2, 4), (1, 1, 4), (1, 0, 4), (1, 1, 4), (1, 2, 4), (1, 3, 4), (7, 4, 4)))
 MOGUL = Picture(16, ((1, 8, 11), (1, 6, 13), (1, 2, 13), (2, 0, 15), (1, 2, 11)))
-TREETOP = ((2, 7, 7), (1, 6, 7), (2, 6, 8), (2, 5, 8), (3, 5, 9), (2, 4, 9), (1, 4, 10), (1, 4, 8), (1, 4, 11))
-BRANCHES = ((1, 6, 11), (2, 4, 11), (2, 2, 11), (1, 2, 9), (1, 2, 13), (2, 0, 13), (2, 0, 15), (1, 2, 15), (1, 6, 15), (1, 2, 13), (1, 4, 11))
-TREE = Picture(16, TREETOP + BRANCHES)
+THIN = ((2, 7, 7), (1, 6, 7), (2, 6, 8), (2, 5, 8), (3, 5, 9), (2, 4, 9), (1, 4, 10), (1, 4, 8), (1, 4, 11))
+THICK = ((1, 6, 11), (2, 4, 11), (2, 2, 11), (1, 2, 9), (1, 2, 13), (2, 0, 13), (2, 0, 15), (1, 2, 15), (1, 6, 15), (1, 2, 13), (1, 4, 11))
+TREE = Picture(16, THIN + THICK)
 
 
 class Ram(RamMap):
@@ -45,7 +47,7 @@ class Ram(RamMap):
     crashed = bits(15, first=6)
     speed = byte(14)
     turn = byte(16)  # the record at the end of the list, modulo 8
-    state = byte(17)  # 0: skiing
+    state = byte(17)  # 0: skiing, 255: the run has ended
     x = byte(25)  # already moved
     y = byte(26)  # 120; 124 in a jump
     heights = byte(*range(54, 62))  # last row of the picture that shows; 255: none
@@ -63,7 +65,8 @@ class Ram(RamMap):
 def decode(m: Ram) -> dict[str, Box]:
     skiing = m.state == 0
     # the list in the order of the records: record k is at (turn + 7 - k) modulo 8
-    h, x, y, kind = (_records(v, m.turn) for v in (m.heights, m.object_x, m.object_y - jnp.where(skiing, m.step[1], 0), m.kinds))
+    turn = jnp.where(m.state == 255, m.turn + 1, m.turn)  # the run ended before the list moved
+    h, x, y, kind = (_records(v, turn) for v in (m.heights, m.object_x, m.object_y - jnp.where(skiing, m.step[1], 0), m.kinds))
     exists = h < 32
     top = 180 - y + h
     gate, mogul, tree = (kind & 3) == 0, (kind & 3) == 1, (kind & 2) == 2
@@ -73,7 +76,7 @@ def decode(m: Ram) -> dict[str, Box]:
     flag_x = _wrap((x[ends] + 1 + 32 * (jnp.arange(4) & 1)) % 160)
     woods = jnp.array([2, 3, 6, 7, 0, 4])
     tree_x = _wrap(jnp.where(h > 15, x + 157, x + 2) % 160)
-    hills = jnp.array([1, 5])
+    hills = jnp.array([1, 5, 0])
     colors = jnp.where((kind[ends] == 4)[:, None], jnp.array([184, 50, 50], jnp.uint8), jnp.array([66, 72, 200], jnp.uint8))
     minutes = m.time // 10000
     hundredths = m.time - 4000 * minutes
@@ -125,7 +128,7 @@ def _player(m: Ram, skiing: jax.Array) -> Box:
     pose = jnp.where(lying, 4, slope >> 1)
     top = jnp.where(pose == 0, 0, jnp.where(pose < 3, 1, jnp.where(pose == 3, 2, 5)))
     height = jnp.where(pose == 0, 16, jnp.where((pose == 1) | (pose == 4), 15, 18))
-    width = 8 - ((pose == 2) | (pose == 3))
+    width = jnp.where((pose == 2) | (pose == 3), 7, 8)
     mirrored = m.heading < 8
     start = jnp.where((pose == 3) ^ (mirrored & (width == 7)), 1, 0)
     ahead = m.x + m.step[0]  # whoever would leave the hill with the next step stands still
@@ -135,7 +138,7 @@ def _player(m: Ram, skiing: jax.Array) -> Box:
 
 
 def _score(m: Ram, value: jax.Array) -> Box:
-    gates = m.gates + ((m.event == 224) & (m.crashed == 0))  # shown one frame late
+    gates = jnp.where((m.event == 224) & (m.crashed == 0), m.gates + 1, m.gates)  # shown one frame late
     two = gates > 9
     return box(jnp.where(two, 67, 75), 6, jnp.where(two, 14, 6), 7, value=value)
 
@@ -149,7 +152,7 @@ GAME = Game(
     categories=(
         Category("Player", Bounds(PINK, FIELD), attributes=("orientation", "value")),
         Category("Flag", Blobs((BLUE, RED), FIELD, join=(4, 8), max_size=(5, 14)), count=4),
-        Category("Mogul", Blobs(GRAYS, FIELD, join=(8, 4), max_size=(16, 6)), count=2),
+        Category("Mogul", Blobs(GRAYS, FIELD, join=(8, 4), max_size=(16, 6)), count=3),
         Category("Tree", Blobs(GREENS, FIELD, join=(8, 4), max_size=(16, 30)), count=6),
         Category("Score", Bounds(BLACK, (20, 4, 140, 14)), hud=True, attributes=("value",)),
         Category("Clock", Bounds(BLACK, (20, 14, 140, 26)), hud=True, attributes=("value",)),
