@@ -176,7 +176,8 @@ class Cells:
         x, y: left and top of each cell, one entry a slot.
         w, h: size of every cell.
         whole: all pixels of the cell must be set; otherwise any pixel, and the box is the tight box of those set in the cell.
-        margin: this many columns left and right of the cell must be free of the colours (tells a pellet from a wall).
+        margin: this many columns left and right of the cell must be free of the colours (tells a pellet from a wall); a pair (columns, rows)
+            wants that many rows above and below the cell free too.
     """
 
     colors: Colors
@@ -185,7 +186,7 @@ class Cells:
     w: int
     h: int
     whole: bool = True
-    margin: int = 0
+    margin: int | tuple[int, int] = 0
 
     @property
     def palette(self) -> tuple[int, ...]:
@@ -198,6 +199,11 @@ class Cells:
             raise ValueError(f"x and y need one entry a slot each, got {len(self.x)} and {len(self.y)}")
         if not (min(self.x) >= 0 and max(self.x) + self.w <= WIDTH and min(self.y) >= 0 and self.w > 0 and self.h > 0):
             raise ValueError("every cell must lie on the screen")
+
+    @property
+    def margins(self) -> tuple[int, int]:
+        """Columns and rows around a cell that must be free."""
+        return self.margin if isinstance(self.margin, tuple) else (self.margin, 0)
 
 
 Rule = Bounds | Blobs | Cells
