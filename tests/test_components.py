@@ -38,7 +38,7 @@ def reference(mask, connectivity, search):
 def compiled(connectivity, searches):
     @jax.jit
     def run(frames):
-        masks = bitmap.color_masks(bitmap.words_of_pixels(frames), tuple(range(1, len(searches) + 1)))
+        masks = bitmap.color_masks(bitmap.words_of_pixels(frames), [(i,) for i in range(1, len(searches) + 1)])
         return components([tuple(m) for m in masks], searches, connectivity=connectivity)
 
     return run

@@ -5,6 +5,8 @@ significant bit. So the addition carry runs to the left along a row, a shift by 
 vectorises over the batch.
 """
 
+from collections.abc import Sequence
+
 import jax
 import jax.numpy as jnp
 from jax import lax
@@ -19,32 +21,33 @@ def words_of_pixels(frames: jax.Array) -> jax.Array:
     return jnp.transpose(lax.bitcast_convert_type(frames.reshape(b, h, w // 4, 4), U), (2, 1, 0))
 
 
-def color_masks(pixels: jax.Array, colors: tuple[int, ...]) -> jax.Array:
-    """Which pixels have each colour.
+def color_masks(pixels: jax.Array, sets: Sequence[tuple[int, ...]]) -> list[Bitmap]:
+    """For each set of palette indices, which pixels have one of them.
 
     Args:
         pixels: uint32 `[40, H, B]` of `words_of_pixels`.
-        colors: palette indices.
+        sets: of palette indices.
 
-    Returns:
-        uint32 `[len(colors), 5, H, B]`, a bitmap for each colour.
-
-    Bytes equal to the colour are found by exclusive-or and a carry that does not cross bytes, their four flags gathered by one
-    multiplication. The loop over colours keeps the transposed pixels in memory instead of transposing them again for each.
+    Bytes equal to a colour are found by exclusive-or and a carry that does not cross bytes; the flags of a set's colours are put
+    together first and then gathered, four at a time, by one multiplication. The barrier keeps the transposed pixels in memory
+    instead of transposing them again for each set.
     """
     low = U(0x7F7F7F7F)
+    pixels = lax.optimization_barrier(pixels)
 
-    def one(color: jax.Array) -> jax.Array:
-        t = pixels ^ color
-        equal = ~(((t & low) + low) | t | low)  # 0x80 in each byte that is zero
-        nibbles = (((equal >> 7) * U(0x08040201)) >> 24) & U(15)
+    def one(colors: tuple[int, ...]) -> Bitmap:
+        other = jnp.full_like(pixels, 0x80808080)
+        for color in colors:
+            t = pixels ^ U(0x01010101 * color)
+            other &= ((t & low) + low) | t  # 0x80 in each byte that is not zero
+        nibbles = (((~(other | low) >> 7) * U(0x08040201)) >> 24) & U(15)
         parts = nibbles.reshape(-1, 8, *nibbles.shape[1:])
         word = parts[:, 0] << 28
         for i in range(1, 8):
             word = word | (parts[:, i] << (28 - 4 * i))
-        return word
+        return tuple(word)
 
-    return lax.map(one, U(0x01010101) * jnp.asarray(colors, U))
+    return [one(colors) for colors in sets]
 
 
 def zeros_like(bitmap: Bitmap) -> Bitmap:

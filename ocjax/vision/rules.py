@@ -120,15 +120,12 @@ def see(categories: tuple[Category, ...], frames: jax.Array) -> list[tuple[Seen,
         For each category its boxes, and their palette indices int32 `[count, B]` where the rule has several colours (else None).
     """
     pixels = bm.words_of_pixels(frames)
-    palette = sorted({c for category in categories for c in category.rule.palette})
-    each = bm.color_masks(pixels, tuple(palette))
-    of_color = {c: tuple(each[i]) for i, c in enumerate(palette)}
+    rules = [category.rule for category in categories]
+    sets = sorted({tuple(sorted(p)) for r in rules for p in ([r.palette] + ([colors for _, colors in r.parts] if isinstance(r, Bounds) else []))})
+    masks_of = dict(zip(sets, bm.color_masks(pixels, sets), strict=True))
 
     def union(colors: tuple[int, ...]) -> Bitmap:
-        out = of_color[colors[0]]
-        for c in colors[1:]:
-            out = bm.either(out, of_color[c])
-        return out
+        return masks_of[tuple(sorted(colors))]
 
     out: dict[str, Seen] = {}
     blobs = [(c, c.rule) for c in categories if isinstance(c.rule, Blobs)]
