@@ -61,7 +61,7 @@ def _unpack(*packed: jax.Array) -> jax.Array:
 def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
     """The RAM extraction method of a game: uint8 `[..., 128]` -> `Objects`."""
     height, width = game.screen
-    colors = jnp.asarray(np.concatenate([c.slot_rgb() for c in game.categories]))
+    colors = np.concatenate([c.slot_rgb() for c in game.categories])  # of numpy: it outlives the trace
 
     def one(ram: jax.Array) -> Objects:
         with jax.numpy_dtype_promotion("strict"), jax.numpy_rank_promotion("raise"):

@@ -176,7 +176,7 @@ class Cells:
         x, y: left and top of each cell, one entry a slot.
         w, h: size of every cell.
         whole: all pixels of the cell must be set; otherwise any pixel, and the box is the tight box of those set in the cell.
-        margin: this many columns left and right of the cell must be free of the colours (tells a pellet from a wall).
+        margin: this many (columns, rows) beside, and above and below, the cell must be free of the colours (tells a pellet from a wall).
     """
 
     colors: Colors
@@ -185,7 +185,7 @@ class Cells:
     w: int
     h: int
     whole: bool = True
-    margin: int = 0
+    margin: tuple[int, int] = (0, 0)
 
     @property
     def palette(self) -> tuple[int, ...]:

@@ -55,12 +55,14 @@ def _see_bounds(rule: Bounds, masks: Sequence[Bitmap]) -> Seen:
 def _see_cells(rule: Cells, mask: Bitmap) -> Seen:
     x, y = np.array(rule.x), np.array(rule.y)
     lanes = mask[0].shape[1]
-    # The rows of every cell with a margin to its left, moved so that the cell's first column is the top bit of the first word.
+    beside, above = rule.margin
+    # The rows of every cell with a margin around it, moved so that the first column is the top bit of the first word.
     board = jnp.stack((jnp.zeros_like(mask[0]), *mask, *(jnp.zeros_like(mask[0]),) * (rule.w // 32 + 2)))
-    at = x + 32 - rule.margin
-    n_words = (rule.w + 2 * rule.margin + 31) // 32
+    board = jnp.pad(board, ((0, 0), (above, above), (0, 0)))
+    at = x + 32 - beside
+    n_words = (rule.w + 2 * beside + 31) // 32
     word = (at >> 5)[None, :] + np.arange(n_words + 1)[:, None]
-    rows = y[None, :] + np.arange(rule.h)[:, None]
+    rows = y[None, :] + np.arange(rule.h + 2 * above)[:, None]
     cells = board[word[None], rows[:, None]]  # [h, words, cells, B]
     shift = jnp.asarray(at & 31, U)[None, None, :, None]
     cells = (cells[:, :-1] << shift) | ((cells[:, 1:] >> 1) >> (31 - shift))
@@ -70,10 +72,14 @@ def _see_cells(rule: Cells, mask: Bitmap) -> Seen:
         inside[start:stop] = 1
         return jnp.asarray(np.packbits(inside).view(">u4").astype(np.uint32))[:, None, None]
 
-    inner = columns(rule.margin, rule.margin + rule.w)
-    around = columns(0, rule.w + 2 * rule.margin) & ~inner
+    inner = columns(beside, beside + rule.w)
+    around = columns(0, rule.w + 2 * beside) & ~inner
+    ends = (*cells[:above], *cells[above + rule.h :])
+    cells = cells[above : above + rule.h]
     any_row = lax.reduce(cells, U(0), lax.bitwise_or, (0,))
     clear = jnp.all((any_row & around) == 0, axis=0)
+    for row in ends:
+        clear = clear & jnp.all((row & inner) == 0, axis=0)
     if rule.whole:
         every = lax.reduce(cells, U(0xFFFFFFFF), lax.bitwise_and, (0,))
         valid = clear & jnp.all((every & inner) == inner, axis=0)
@@ -86,7 +92,7 @@ def _see_cells(rule: Cells, mask: Bitmap) -> Seen:
     top = jnp.min(jnp.where(used, index, rule.h), axis=0)
     bottom = jnp.max(jnp.where(used, index, -1), axis=0)
     first, last = bm.columns(tuple(any_row & inner))
-    base_x, base_y = (jnp.asarray(v, jnp.int32)[:, None] for v in (x - rule.margin, y))
+    base_x, base_y = (jnp.asarray(v, jnp.int32)[:, None] for v in (x - beside, y))
     return Seen(first + base_x, top + base_y, last - first + 1, bottom - top + 1, clear & (bottom >= 0))
 
 
