@@ -1,0 +1,92 @@
+"""Time of REM and VEM for each game and batch size, on one core, beside OCAtari's in the same run.
+
+    python benchmarks/extraction.py [GAME ...] [--peer PYTHON] [--core 0]
+
+PYTHON is the interpreter of an environment that has OCAtari (see peer.py). The process and the peer's are bound to one core. A figure is the
+median over repeated calls, each waited for, after a warm-up call; the spread is 10-90 %; compilation is timed apart. Frames are those in
+tests/data, repeated to the batch size.
+"""
+
+import argparse
+import json
+import os
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).parent
+BATCHES = {"rem": (1, 64, 4096, 65536), "vem": (1, 64, 1024, 4096)}
+
+
+def timed(f: Callable[[Any], Any], x: Any, seconds: float = 1.0) -> tuple[float, float, float]:
+    """Seconds of a call: median, 10 % and 90 %."""
+    import jax
+
+    jax.block_until_ready(f(x))
+    spent, start = [], time.perf_counter()
+    while len(spent) < 5 or (time.perf_counter() - start < seconds and len(spent) < 500):
+        t = time.perf_counter()
+        jax.block_until_ready(f(x))
+        spent.append(time.perf_counter() - t)
+    deciles = statistics.quantiles(spent, n=10)
+    return statistics.median(spent), deciles[0], deciles[-1]
+
+
+def main() -> None:
+    """Print the table, and the geometric means of the ratios."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("games", nargs="*")
+    parser.add_argument("--peer", help="Python interpreter that has OCAtari")
+    parser.add_argument("--core", type=int, default=0)
+    parser.add_argument("--largest", type=int, default=65536, help="leave out larger batches")
+    arguments = parser.parse_args()
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, {arguments.core})
+
+    import jax
+    import jax.numpy as jnp
+    import numpy as np
+    from rich.console import Console
+    from rich.table import Table
+
+    import ocjax
+
+    console = Console(width=140)
+    table = Table(title=f"microseconds a frame, one core, jax {jax.__version__} on {jax.devices()[0].platform}", title_justify="left")
+    for heading in ("game", "method", "compile s", "batch", "median", "10-90 %", "OCAtari", "ratio"):
+        table.add_column(heading, justify="left" if heading in ("game", "method") else "right")
+    ratios: dict[tuple[str, int], list[float]] = {}
+    for name in arguments.games or ocjax.games():
+        game = ocjax.load(name)
+        peer = {"rem": None, "vem": None}
+        if arguments.peer:
+            run = subprocess.run([arguments.peer, str(HERE / "peer.py"), game.name, "400"], capture_output=True, text=True, check=True)
+            peer = json.loads(run.stdout.splitlines()[-1])
+        with np.load(HERE.parent / "tests" / "data" / f"{game.name}.npz") as file:
+            samples = {"rem": file["rams"], "vem": file["screens"]}
+        for method, batches in BATCHES.items():
+            f = jax.jit(getattr(game, method))
+            for batch in (b for b in batches if b <= arguments.largest):
+                x = jnp.asarray(np.resize(samples[method], (batch, *samples[method].shape[1:])))
+                start = time.perf_counter()
+                jax.block_until_ready(f(x))
+                compiled = time.perf_counter() - start
+                median, low, high = (1e6 * t / batch for t in timed(f, x))
+                theirs = peer[method]
+                row = [game.name, method.upper(), f"{compiled:.2f}", f"{batch:,}", f"{median:.3f}", f"{low:.3f}-{high:.3f}"]
+                if theirs:
+                    ratios.setdefault((method, batch), []).append(theirs[0] / median)
+                    row += [f"{theirs[0]:.1f}", f"{theirs[0] / median:,.0f}"]
+                table.add_row(*row, *[""] * (8 - len(row)))
+                print(f"{game.name} {method} {batch}: {median:.3f} us", file=sys.stderr)
+    console.print(table)
+    for (method, batch), values in ratios.items():
+        console.print(f"{method.upper()} at {batch:,}: {statistics.geometric_mean(values):,.0f} times OCAtari's rate (geometric mean)")
+
+
+if __name__ == "__main__":
+    main()
