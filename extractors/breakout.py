@@ -16,15 +16,15 @@ import jax.numpy as jnp
 import numpy as np
 
 from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.spec import Bounds, Box, Category, Cells, Game, box
+from ocjax.spec import Blobs, Bounds, Box, Category, Cells, Game, box
+from ocjax.vision.palette import NTSC
 
 FIELD = (8, 32, 152, 196)
 ROWS = (70, 54, 38, 22, 198, 134)  # colours of the bricks, top row first
 RED, GREY = 70, 6
 LEFT, TOP = np.tile(8 + 8 * np.arange(18), 6), np.repeat(57 + 6 * np.arange(6), 18)
-# The wall is drawn by six registers of six rows; this is where each column's bricks are in them.
-REGISTER = np.repeat(np.arange(6), (1, 4, 4, 2, 4, 3))
-SHIFT = np.array([6, 6, 4, 2, 0, 0, 2, 4, 6, 4, 6, 6, 4, 2, 0, 0, 2, 4])
+# The wall is drawn by six registers of six rows; these are the bits of each that hold its columns' bricks (each brick has two).
+BRICKS = ((6,), (6, 4, 2, 0), (0, 2, 4, 6), (4, 6), (6, 4, 2, 0), (0, 2, 4))
 
 
 class Ram(RamMap):
@@ -39,35 +39,37 @@ class Ram(RamMap):
     sound = byte(95)  # frames left; 6 - 1 when a brick has just been hit
     pitch = byte(96)  # of that sound, by row
     ball_x = byte(99)  # x + 49
-    ball_y = byte(101)  # y - 9; 0: no ball
+    ball_y = byte(101)  # y - 8 or 9; 0: no ball
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    bricks = (m.wall.reshape(6, 6)[REGISTER] >> SHIFT[:, None]) & 1  # [column, row]
+    registers = m.wall.reshape(6, 6).T
+    bricks = jnp.concatenate([registers[:, i : i + 1] >> np.array([at]) & 1 for i, at in enumerate(BRICKS)], axis=1)  # [row, column]
     width = 8 + 4 * ((m.paddle_size + 1) >> 1)
-    lone = m.lives == 1
     return {
         "Player": box(m.paddle_x - 47, 189, width, 4).clip(*FIELD),
         "Ball": _ball(m),
-        "Block": box(LEFT, TOP, 8, 6, bricks.T.ravel() == 1),
+        "Block": box(LEFT, TOP, 8, 6, bricks.ravel() == 1),
         "PlayerScore": _score(m),
-        "Live": box(100 + 4 * lone, 5, 12 - 8 * lone, 10, value=m.lives),
+        "Live": box(jnp.where(m.lives == 1, 104, 100), 5, jnp.where(m.lives == 1, 4, 12), 10, value=m.lives),
         "PlayerNumber": box(136 - 4 * m.player, 5, 4 + 8 * m.player, 10, value=m.player + 1),
     }
 
 
 def _ball(m: Ram) -> Box:
-    x, left, top, right = m.ball_x - 49, *FIELD[:3]
-    bottom = jnp.where(x < 56 - 10 * (m.ball_y & 1), 196, 195)  # it is switched off in the middle of the last row
-    return box(x, m.ball_y + 9, 2, 4).clip(left, top, right, bottom)
+    x, y = m.ball_x - 49, m.ball_y
+    top, bottom = y + jnp.where(y < 85, 8, 9), y + jnp.where(y < 81, 12, 13)  # the screen has a row more just below the bricks
+    last = jnp.where(x < jnp.where(y & 1 == 1, 46, 56), 196, 195)  # it is switched off in the middle of the last row
+    return box(x, top, 2, bottom - top).clip(8, 32, 152, last)
 
 
 def _score(m: Ram) -> Box:
     """Tight around three digits of 12 pixels, 16 apart; a 1 is their middle third."""
     points = jnp.where(m.pitch < 16, 7, jnp.where(m.pitch < 22, 4, 1))
-    shown = m.score - jnp.where(m.timed == 1, m.frame == 0, points * (m.sound == 5))
-    first = 4 * (shown // 100 == 1)
-    last = 44 - 4 * (shown % 10 == 1)
+    new = jnp.where(m.timed == 1, jnp.where(m.frame == 0, 1, 0), jnp.where(m.sound == 5, points, 0))
+    shown = m.score - new
+    first = jnp.where((shown >= 100) & (shown < 200), 4, 0)
+    last = jnp.where(shown % 10 == 1, 40, 44)
     return box(36 + first, 5, last - first, 10, value=m.score)
 
 
@@ -78,11 +80,17 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", Bounds(RED, (8, 189, 152, 193))),
-        Category("Ball", Bounds((RED, GREY), (8, 32, 152, 189))),
-        Category("Block", Cells(ROWS, tuple(LEFT), tuple(TOP), 8, 6), count=108),
-        Category("PlayerScore", Bounds(GREY, (36, 5, 80, 15)), attributes=("value",), hud=True),
-        Category("Live", Bounds(GREY, (100, 5, 112, 15)), attributes=("value",), hud=True),
-        Category("PlayerNumber", Bounds(GREY, (132, 5, 144, 15)), attributes=("value",), hud=True),
+        Category("Player", Blobs(RED, (8, 189, 152, 193), min_size=(8, 4), max_size=(18, 4)), doc="the paddle"),
+        Category("Ball", Bounds((GREY, *ROWS), FIELD, besides=("Block", "Player")), doc="in the colour of the row it is in"),
+        Category(
+            "Block",
+            Cells(ROWS, tuple(LEFT.tolist()), tuple(TOP.tolist()), 8, 6),
+            count=108,
+            rgb=tuple(np.repeat(NTSC[list(ROWS)], 18, axis=0)),
+            doc="the bricks that are left",
+        ),
+        Category("PlayerScore", Bounds(GREY, (36, 5, 80, 15)), attributes=("value",), hud=True, doc="points, or the time"),
+        Category("Live", Bounds(GREY, (100, 5, 112, 15)), attributes=("value",), hud=True, doc="balls left"),
+        Category("PlayerNumber", Bounds(GREY, (132, 5, 144, 15)), attributes=("value",), hud=True, doc="whose turn it is"),
     ),
 )

@@ -24,6 +24,7 @@ from ocjax.vision.palette import NTSC
 ROAD = (8, 24, 160, 185)
 BLACK, YELLOW, PINK, GREY = 0, 30, 74, 6
 CARS = (26, 216, 68, 136, 36, 130, 74, 18, 220, 66)[::-1]  # top lane first
+CHICKENS = (44, 108)
 LANES = range(9, -1, -1)  # of the RAM's tables, top lane first
 
 
@@ -41,11 +42,10 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    side = jnp.arange(2)
     lifted = (m.chicken_y & 4) != 0
     hit = (m.chicken_state & 64) != 0
     return {
-        "Chicken": box(44 + 64 * side, 193 - m.chicken_y, jnp.where(lifted | hit, 6, 7), 8),
+        "Chicken": box(np.array(CHICKENS), 193 - m.chicken_y, jnp.where(lifted | hit, 6, 7), 8),
         "Car": _cars(m),
         "Score": _scores(m),
     }
@@ -90,7 +90,11 @@ GAME = Game(
     categories=(
         Category(
             "Chicken",
-            Blobs(YELLOW, (44, 15, 115, 195), join=(1, 1), min_size=(2, 4), max_size=(7, 12)),
+            Bounds(
+                YELLOW,
+                tuple((x, 15, x + 7, 195) for x in CHICKENS),
+                scenery=tuple((x, y, x + 4, y + 1) for x in CHICKENS for y in (102, 104)),
+            ),
             count=2,
             doc="first player's, second player's",
         ),
@@ -103,7 +107,7 @@ GAME = Game(
         ),
         Category(
             "Score",
-            Bounds(PINK, ((40, 5, 56, 13), (104, 5, 120, 13))),
+            Bounds(GREY, ((40, 5, 56, 13), (104, 5, 120, 13)), inverse=True),
             count=2,
             attributes=("value",),
             hud=True,

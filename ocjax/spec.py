@@ -105,14 +105,20 @@ class Bounds:
         colors: for all regions, or a tuple of one entry a region.
         regions: a region, or several.
         min_size: least (width, height) of an object; smaller boxes are not valid.
+        inverse: the colours are the background's; all others count.
+        scenery: areas of the screen whose pixels do not count.
+        besides: categories of `Blobs` or whole `Cells`; the pixels in their objects' boxes do not count.
     """
 
     colors: Colors | tuple[Colors, ...]
     regions: Region | tuple[Region, ...]
     min_size: tuple[int, int] = (1, 1)
+    inverse: bool = False
+    scenery: tuple[Region, ...] = ()
+    besides: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        for region, _ in self.parts:
+        for region in (*(region for region, _ in self.parts), *self.scenery):
             _check_region(region)
 
     @property
@@ -141,6 +147,8 @@ class Blobs:
         connectivity: 8 (corners touch) or 4.
         join: parts at most (dx, dy) blank pixels apart are one object; needs connectivity 8.
         min_size, max_size: (width, height) limits; components outside them are not objects.
+        scenery: areas of the screen whose pixels do not count.
+        besides: categories of whole `Cells`; the pixels of their objects do not count.
     """
 
     colors: Colors
@@ -149,6 +157,8 @@ class Blobs:
     join: tuple[int, int] = (0, 0)
     min_size: tuple[int, int] = (1, 1)
     max_size: tuple[int, int] = (WIDTH, 256)
+    scenery: tuple[Region, ...] = ()
+    besides: tuple[str, ...] = ()
 
     @property
     def palette(self) -> tuple[int, ...]:
@@ -157,8 +167,8 @@ class Blobs:
 
     def __post_init__(self) -> None:
         _color_set(self.colors)
-        if self.region is not None:
-            _check_region(self.region)
+        for region in (*self.scenery, *((self.region,) if self.region else ())):
+            _check_region(region)
         if self.connectivity not in (4, 8):
             raise ValueError(f"connectivity must be 4 or 8, got {self.connectivity}")
         if self.join != (0, 0) and self.connectivity == 4:
@@ -232,7 +242,8 @@ class Category:
     def mixed(self) -> bool:
         """Whether an object's colour is to be read from the frame."""
         several = [len(colors) for _, colors in self.rule.parts] if isinstance(self.rule, Bounds) else [len(self.rule.palette)]
-        return self.rgb is None and max(several) > 1
+        inverse = isinstance(self.rule, Bounds) and self.rule.inverse
+        return self.rgb is None and (inverse or max(several) > 1)
 
     def slot_rgb(self) -> np.ndarray:
         """The colour of each slot, uint8 `[count, 3]`; where it is read from the frame, the first of the rule's."""
@@ -373,6 +384,10 @@ def _validate(game: Game) -> None:
             slots, bottom = len(c.rule.x), max(c.rule.y) + c.rule.h
         else:
             slots, bottom = c.count, c.rule.region[3] if c.rule.region else 0
+        for name in c.rule.besides if isinstance(c.rule, Bounds | Blobs) else ():
+            other = next((o.rule for o in game.categories if o.name == name), None)
+            known = (isinstance(other, Cells) and other.whole) or (isinstance(other, Blobs) and isinstance(c.rule, Bounds))
+            need(known, at, f"besides: {name!r} is no category of {'whole Cells' if isinstance(c.rule, Blobs) else 'Blobs or whole Cells'}")
         need(slots == c.count, at, f"its rule has {slots} slots, its count is {c.count}")
         need(bottom <= game.screen[0], at, f"its rule reaches down to row {bottom}, the screen has {game.screen[0]}")
         try:

@@ -1,6 +1,6 @@
 """The vision rules of a game, evaluated on a batch of frames at once."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 import jax
@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ocjax.spec import Blobs, Bounds, Category, Cells, Region
+from ocjax.spec import WIDTH, Blobs, Bounds, Category, Cells, Region, Rule
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.components import Search, components
@@ -31,6 +31,54 @@ def _cut(mask: Bitmap, region: Region) -> Bitmap:
     inside[left:right] = 1
     columns = np.packbits(inside).view(">u4")
     return tuple(w[top:bottom] & U(int(c)) if c else jnp.zeros_like(w[top:bottom]) for w, c in zip(mask, columns, strict=True))
+
+
+def _static(height: int, areas: Iterable[Region]) -> tuple[np.ndarray, ...]:
+    """A bitmap of areas that is the same for all frames, a column of words for each 32 pixels."""
+    inside = np.zeros((height, WIDTH), np.uint8)
+    for left, top, right, bottom in areas:
+        inside[top:bottom, left:right] = 1
+    words = np.packbits(inside, axis=1).reshape(height, -1, 4).view(">u4")[..., 0].astype(np.uint32)
+    return tuple(words.T[..., None])
+
+
+def _whole_cells(rule: Cells, mask: Bitmap) -> Bitmap:
+    """The pixels of the cells that are present, by the neighbours of every pixel at once."""
+
+    def down(bitmap: Bitmap, n: int) -> Bitmap:
+        return tuple(jnp.pad(w[:-n], ((n, 0), (0, 0))) for w in bitmap)
+
+    def up(bitmap: Bitmap, n: int) -> Bitmap:
+        return tuple(jnp.pad(w[n:], ((0, n), (0, 0))) for w in bitmap)
+
+    def over(bitmap: Bitmap, size: int, move: Callable[[Bitmap, int], Bitmap], join: Callable[[Bitmap, Bitmap], Bitmap]) -> Bitmap:
+        n = 1
+        while n < size:
+            step = min(n, size - n)
+            # fused, every step would compute the one before it twice
+            bitmap, n = lax.optimization_barrier(join(bitmap, move(bitmap, step))), n + step
+        return bitmap
+
+    full = over(over(mask, rule.w, bm.left, bm.both), rule.h, up, bm.both)
+    corners = _static(mask[0].shape[0], ((x, y, x + 1, y + 1) for x, y in zip(rule.x, rule.y, strict=True)))
+    present = tuple(w & jnp.asarray(c) for w, c in zip(full, corners, strict=True))
+    return over(over(present, rule.w, bm.right, bm.either), rule.h, down, bm.either)
+
+
+def _painted(seen: Seen, like: Bitmap) -> Bitmap:
+    """All pixels of the boxes."""
+    rows = jnp.arange(like[0].shape[0], dtype=jnp.int32)[:, None]
+    out = []
+    for i in range(len(like)):
+        first, last = (jnp.clip(v - 32 * i, 0, 32) for v in (seen.x, seen.x + seen.w))
+        columns = (U(0xFFFFFFFF) >> jnp.minimum(first, 31).astype(U)) & ~(U(0x7FFFFFFF) >> jnp.maximum(last - 1, 0).astype(U))
+        columns = jnp.where(seen.valid & (first < last), columns, U(0))
+        word = jnp.zeros_like(like[i])
+        for k in range(seen.x.shape[0]):
+            inside = (rows >= seen.y[k][None]) & (rows < (seen.y[k] + seen.h[k])[None])
+            word = word | jnp.where(inside, columns[k][None], U(0))
+        out.append(word)
+    return tuple(out)
 
 
 def _bounds(mask: Bitmap) -> tuple[jax.Array, ...]:
@@ -124,21 +172,42 @@ def see(categories: tuple[Category, ...], frames: jax.Array) -> list[tuple[Seen,
     masks = dict(zip(sets, map(tuple, bm.color_masks(pixels, sets)), strict=True))
 
     out: dict[str, Seen] = {}
+
+    def counted(rule: Rule, colors: tuple[int, ...]) -> Bitmap:
+        """The pixels of the colours that count for a rule."""
+        mask = masks[colors]
+        if isinstance(rule, Cells):
+            return mask
+        if isinstance(rule, Bounds) and rule.inverse:
+            mask = tuple(~w for w in mask)
+        if rule.scenery:
+            areas = _static(frames.shape[1], rule.scenery)
+            mask = tuple(w & ~jnp.asarray(a) for w, a in zip(mask, areas, strict=True))
+        for other in categories:
+            if other.name in rule.besides:
+                whole = (
+                    _whole_cells(other.rule, masks[other.rule.palette])
+                    if isinstance(other.rule, Cells)
+                    else _painted(out[other.name], mask)
+                )
+                mask = bm.minus(mask, whole)
+        return mask
+
     blobs = [(c, c.rule) for c in categories if isinstance(c.rule, Blobs)]
     for connectivity in (4, 8):
         group = [(c, r) for c, r in blobs if r.connectivity == connectivity]
         if group:
             regions = [r.region or (0, 0, frames.shape[2], frames.shape[1]) for _, r in group]
-            cuts = [_cut(masks[r.palette], region) for (_, r), region in zip(group, regions, strict=True)]
+            cuts = [_cut(counted(r, r.palette), region) for (_, r), region in zip(group, regions, strict=True)]
             searches = [Search(c.count, r.join, r.min_size, r.max_size) for c, r in group]
             for (c, _), region, b in zip(group, regions, components(cuts, searches, connectivity=connectivity), strict=True):
                 out[c.name] = Seen(b.x, b.y + region[1], b.w, b.h, b.valid)
     for c in categories:
         if isinstance(c.rule, Bounds):
-            out[c.name] = _see_bounds(c.rule, [masks[colors] for _, colors in c.rule.parts])
+            out[c.name] = _see_bounds(c.rule, [counted(c.rule, colors) for _, colors in c.rule.parts])
         elif isinstance(c.rule, Cells):
             out[c.name] = _see_cells(c.rule, masks[c.rule.palette])
-    return [(out[c.name], _first_color(pixels, masks[c.rule.palette], out[c.name]) if c.mixed else None) for c in categories]
+    return [(out[c.name], _first_color(pixels, counted(c.rule, c.rule.palette), out[c.name]) if c.mixed else None) for c in categories]
 
 
 def _color_sets(category: Category) -> list[tuple[int, ...]]:
