@@ -67,7 +67,7 @@ class Ram(RamMap):
     power = bits(117, first=2, count=4)
     score = bcd((122, 121, 120))  # its lowest digit, shown as 0, marks that the extra life was given
     kind = high(123)
-    spare = bits(123, count=2)
+    lives, spare = bits(123, count=3), bits(123, count=2)  # but the last one; icons shown
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -101,7 +101,7 @@ def decode(m: Ram) -> dict[str, Box]:
                           valid=jnp.stack([(m.fruit_x > 0) & ~dying, m.ghosts == 3]), rgb=jnp.array(FRUIT_RGB, jnp.uint8)[m.kind]),
         "GhostIcon": box(138 - 15 * m.ghosts + 16 * number[:3], 173, 8, 10, (number[:3] <= m.ghosts) & (m.ghosts < 3)),
         "Score": box(left, 187, 102 - left, 7, value=m.score),
-        "Life": box(12, 173, 16 * m.spare - 9, 10, m.spare > 0, value=m.spare),
+        "Life": box(12, 173, 16 * m.spare - 9, 10, m.spare > 0, value=m.lives + 1),
     }  # fmt: skip
 
 
@@ -185,6 +185,6 @@ GAME = Game(
         Category("Fruit", Blobs(FRUITS, (0, 2, 160, 184), min_size=(5, 8), max_size=(8, 10)), count=2, doc="in the maze; level's, below"),
         Category("GhostIcon", Blobs(GHOSTS[0], (100, 172, 160, 184), **SPRITE), count=3, hud=True, doc="as many as ghosts, modes 1-3"),
         Category("Score", Bounds(SCORE, (48, 186, 104, 195)), hud=True, attributes=("value",), doc="all digits"),
-        Category("Life", Bounds(LIFE, (0, 172, 100, 184)), hud=True, attributes=("value",), doc="all icons; value: lives but the last"),
+        Category("Life", Bounds(LIFE, (0, 172, 100, 184)), hud=True, attributes=("value",), doc="all icons; value: lives"),
     ),
 )
