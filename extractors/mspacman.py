@@ -23,15 +23,17 @@ from ocjax.spec import Blobs, Bounds, Box, Category, Cells, Game, box
 MAZES, MAZE_RGB = (74, 138, 8, 214), ((228, 111, 111), (101, 111, 228), (170, 170, 170), (110, 156, 66))  # walls and pills
 GHOSTS, GHOST_RGB = (38, 184, 88, 70), ((180, 122, 48), (84, 184, 153), (198, 89, 179), (200, 72, 72))
 BLUE, WHITE = (150, (66, 114, 194)), (12, (214, 214, 214))  # scared ghosts
-FRUITS, FRUIT_RGB = (68, 54, 22, 214, 40), ((184, 50, 50), (184, 50, 50), (198, 108, 58), (162, 162, 42), (184, 50, 50), (110, 156, 66), (195, 144, 61))
+FRUITS = (68, 54, 22, 214, 40)
+FRUIT_RGB = ((184, 50, 50), (184, 50, 50), (198, 108, 58), (162, 162, 42), (184, 50, 50), (110, 156, 66), (195, 144, 61))
 PLAYER, LIFE, SCORE = 42, 24, 40
-FIELD = (0, 2, 160, 171)
+FIELD, SPRITE = (0, 2, 160, 171), {"min_size": (4, 5), "max_size": (8, 10)}
 
 with np.load(pathlib.Path(__file__).parent / "_data" / "mspacman.npz") as data:
     PILLS, EXITS, PATHS = data["pills"], data["exits"].ravel().astype(np.int32), data["fruit_paths"]  # [4, 14], [336], [16]
 PLACES = np.int32(1) << np.array((6, 15, 13, 11, 9, 16, 18, 20, 22, 14, 12, 10, 8, 17, 19, 21, 23, 4), np.int32)  # bit of each column
 USED = (np.bitwise_or.reduce(PILLS)[:, None] & PLACES) != 0  # [14, 18], in any maze
-PILL_X, PILL_Y = np.array((*range(8, 80, 8), *range(84, 156, 8)))[USED.nonzero()[1]], 7 + 12 * USED.nonzero()[0]
+COLUMNS = (*range(8, 80, 8), *range(84, 156, 8))
+PILL_X, PILL_Y = zip(*((COLUMNS[c], 7 + 12 * r) for r, c in np.argwhere(USED).tolist()), strict=True)
 POWER_X, POWER_Y = (148, 148, 8, 8), (146, 14, 147, 15)
 # Tight boxes of the pictures, height, width, top and left in a nibble each: three of the player by way, seven fruits.
 PLAYERS = (0x8820, 0x9810, 0xA800, 0xA600, 0xA700, 0xA800, 0x8800, 0x9800, 0xA800, 0xA602, 0xA701, 0xA800)
@@ -65,7 +67,7 @@ class Ram(RamMap):
     power = bits(117, first=2, count=4)
     score = bcd((122, 121, 120))  # its lowest digit, shown as 0, marks that the extra life was given
     kind = high(123)
-    spare = bits(123, count=2)
+    lives, spare = bits(123, count=3), bits(123, count=2)  # but the last one; icons shown
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -94,12 +96,12 @@ def decode(m: Ram) -> dict[str, Box]:
         "Player": _picture(picture, _wrap(px - 12), py + 1, orientation=4 * m.way),
         "Ghost": box(_wrap(gx - 12), gy + 1 + late, 8, jnp.where(eyes, 5, 10 - late), (number <= m.ghosts) & ~dying, rgb=ghost_rgb),
         "PowerPill": box(jnp.array(POWER_X), jnp.array(POWER_Y), 4, 7, (m.power >> number) & 1 > 0, rgb=maze_rgb).where(m.demo == 0),
-        "Pill": box(PILL_X, PILL_Y, 4, 2, pills & (m.demo == 0), rgb=maze_rgb),
+        "Pill": box(jnp.array(PILL_X), jnp.array(PILL_Y), 4, 2, pills & (m.demo == 0), rgb=maze_rgb),
         "Fruit": _picture(12 + m.kind, jnp.stack([_wrap(fx - 12), jnp.int32(126)]), jnp.stack([fy + 1, jnp.int32(173)]),
                           valid=jnp.stack([(m.fruit_x > 0) & ~dying, m.ghosts == 3]), rgb=jnp.array(FRUIT_RGB, jnp.uint8)[m.kind]),
         "GhostIcon": box(138 - 15 * m.ghosts + 16 * number[:3], 173, 8, 10, (number[:3] <= m.ghosts) & (m.ghosts < 3)),
         "Score": box(left, 187, 102 - left, 7, value=m.score),
-        "Life": box(12, 173, 16 * m.spare - 9, 10, m.spare > 0, value=m.spare + 1),
+        "Life": box(12, 173, 16 * m.spare - 9, 10, m.spare > 0, value=m.lives + 1),
     }  # fmt: skip
 
 
@@ -115,9 +117,9 @@ def _wrap(x: jax.Array) -> jax.Array:
 
 def _picture(index: jax.Array, x: jax.Array, y: jax.Array, **more: jax.Array) -> Box:
     p = jnp.asarray(PICTURES)[jnp.minimum(index, len(PICTURES) - 1)]
-    top, height = y + (p >> 4 & 15), p >> 12
-    late = jnp.where((top + height - 1) % 12 == 3, 1, 0)  # on some lines a last row is not drawn
-    return box(x + (p & 15), top, p >> 8 & 15, height - late, **more)
+    top, height = p >> 4 & 15, p >> 12
+    late = jnp.where((y % 12 == 6) & (top + height == 10), 1, 0)  # on some lines the tenth row is not drawn
+    return box(x + (p & 15), y + top, p >> 8 & 15, height - late, **more)
 
 
 def _player_before(m: Ram) -> tuple[jax.Array, jax.Array]:
@@ -176,13 +178,13 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", Blobs(PLAYER, FIELD, min_size=(4, 4), max_size=(8, 10)), attributes=("orientation",)),
-        Category("Ghost", Blobs((*GHOSTS, BLUE[0], WHITE[0]), FIELD, join=(2, 0), min_size=(4, 5), max_size=(8, 10)), count=4),
-        Category("PowerPill", Cells(MAZES, POWER_X, POWER_Y, 4, 7, margin=(2, 0)), count=4),
-        Category("Pill", Cells(MAZES, tuple(PILL_X.tolist()), tuple(PILL_Y.tolist()), 4, 2, whole=False, margin=(2, 1)), count=len(PILL_X)),
-        Category("Fruit", Blobs(FRUITS, (0, 2, 160, 184), min_size=(4, 4), max_size=(8, 10)), count=2, doc="in the maze; of the level, below"),
-        Category("GhostIcon", Blobs(GHOSTS[0], (100, 172, 160, 184), max_size=(8, 10)), count=3, hud=True, doc="as many as ghosts, modes 1-3"),
-        Category("Score", Bounds(SCORE, (48, 186, 104, 195)), hud=True, attributes=("value",)),
-        Category("Life", Bounds(LIFE, (0, 172, 100, 184)), hud=True, attributes=("value",), doc="all icons, one fewer than lives; none for the last"),
+        Category("Player", Blobs(PLAYER, FIELD, **SPRITE), attributes=("orientation",), doc="Ms. Pac-Man"),
+        Category("Ghost", Blobs((*GHOSTS, BLUE[0], WHITE[0]), FIELD, join=(2, 0), **SPRITE), count=4, doc="orange, cyan, pink, red"),
+        Category("PowerPill", Cells(MAZES, POWER_X, POWER_Y, 4, 7, margin=(2, 0)), count=4, doc="right: lower, upper; left: lower, upper"),
+        Category("Pill", Cells(MAZES, PILL_X, PILL_Y, 4, 2, whole=False, margin=(2, 1)), count=len(PILL_X), doc="places of all mazes"),
+        Category("Fruit", Blobs(FRUITS, (0, 2, 160, 184), min_size=(5, 8), max_size=(8, 10)), count=2, doc="in the maze; level's, below"),
+        Category("GhostIcon", Blobs(GHOSTS[0], (100, 172, 160, 184), **SPRITE), count=3, hud=True, doc="as many as ghosts, modes 1-3"),
+        Category("Score", Bounds(SCORE, (48, 186, 104, 195)), hud=True, attributes=("value",), doc="all digits"),
+        Category("Life", Bounds(LIFE, (0, 172, 100, 184)), hud=True, attributes=("value",), doc="all icons; value: lives"),
     ),
 )
