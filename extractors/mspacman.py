@@ -2,7 +2,7 @@
 
 RAM facts: OCAtari, AtariARI, ALE; the rest was read from the ROM. The picture shows the positions from before the frame's last
 move, so `decode` takes that move back. Which way somebody came around a corner or to a wall, and when a slower stretch after a
-pill ends, is not in RAM: about one frame in thirty is a pixel or two off for the player, one in a hundred for a ghost.
+pill ends, is not in RAM: one frame in twenty is a pixel or two off for the player, one or two in a hundred for a ghost.
 Pills: three bytes a row, a bit a place, the same in all mazes; places under the walls of a maze never hold one (`_data`, with the
 exits of every crossing and the fruit's paths). A slot is a place that has a pill in any maze.
 Ghosts on the same rows, and fruit and player, share a sprite and take turns; power pills too, left and right, eight frames each.
