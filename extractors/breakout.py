@@ -1,6 +1,7 @@
 """Breakout: a wall of 6 x 18 bricks, a ball and a paddle between three walls.
 
-The grey walls and the coloured feet of the side walls are scenery; the paddle may reach under the right one and is cut off there.
+The grey walls and the coloured feet of the side walls are scenery. The paddle may reach over the right foot, which has its colour:
+VEM takes both for one then.
 Block slots run row by row from the top left brick. The ball has the colour of the row it is in: grey above the bricks, the bricks'
 colours among them, the paddle's below.
 
@@ -47,7 +48,7 @@ def decode(m: Ram) -> dict[str, Box]:
     bricks = jnp.concatenate([registers[:, i : i + 1] >> np.array([at]) & 1 for i, at in enumerate(BRICKS)], axis=1)  # [row, column]
     width = 8 + 4 * ((m.paddle_size + 1) >> 1)
     return {
-        "Player": box(m.paddle_x - 47, 189, width, 4).clip(*FIELD),
+        "Player": box(m.paddle_x - 47, 189, width, 4),
         "Ball": _ball(m),
         "Block": box(LEFT, TOP, 8, 6, bricks.ravel() == 1),
         "PlayerScore": _score(m),
@@ -80,7 +81,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", Blobs(RED, (8, 189, 152, 193), min_size=(8, 4), max_size=(18, 4)), doc="the paddle"),
+        Category("Player", Blobs(RED, (8, 189, 160, 193), min_size=(8, 4), max_size=(26, 4)), doc="the paddle"),
         Category("Ball", Bounds((GREY, *ROWS), FIELD, besides=("Block", "Player")), doc="in the colour of the row it is in"),
         Category(
             "Block",
