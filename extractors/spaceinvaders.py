@@ -11,10 +11,10 @@ RAM facts: facts/ram, and the game's display program: it draws from positions in
 afterwards, while the positions themselves (27-30) move on at once; how many lines it takes between two decrements of the bullet counter
 (byte 9) makes a bullet 4 to 12 lines high.
 
-Covered: all waves, landing, deaths, game over, moving shields, zigzag bombs, fast bombs, invisible invaders, both players at once and in
-turn. Not in RAM: the difficulty switches (a cannon is 14 pixels wide at difficulty 1, boxes say 7), what a hit takes from a shield on the
-frame of the hit, which alien's explosion ends on a frame, an upper bomb on the frame on which it hits. Scenery that
-no box covers: the ground and its two coloured marks (one for each player).
+Covered: later waves, landing, deaths, game over, all of ALE's modes, both players at once and in turn. Not in RAM: the difficulty switches
+(a cannon is 14 pixels wide at difficulty 1, boxes say 7), what a hit takes from a shield on the frame of the hit, which alien's explosion
+ends on a frame, an upper bomb on the frame on which it hits.
+Scenery that no box covers: the ground and its two coloured marks (one for each player).
 """
 
 import jax
@@ -26,7 +26,7 @@ from ocjax.spec import Blobs, Bounds, Box, Category, Game, box
 YELLOW, RED, PURPLE, GREEN, BROWN, GRAY = 20, 52, 82, 196, 246, 6
 FIELD = (0, 22, 160, 195)
 SCORES = (0, 8, 160, 22)
-SHIELDS = tuple((left, 157, left + 28, 175) for left in (32, 64, 96))  # they move in some modes
+SHIELDS = tuple((left, 157, left + 32, 175) for left in (30, 62, 94))  # they move in some modes
 CANNONS = (0, 185, 160, 195)
 NO_SAUCER = 180
 GONE = 0x70  # y of a bullet that does not exist, or more
@@ -80,8 +80,7 @@ def decode(m: Ram) -> dict[str, Box]:
     aliens = _choose(bang & ~alien_hit, _explosion(x, y, stage), alien).where((alive | bang) & (m.alien_color != m.sky_color))
 
     saucer_x = _place(m.saucer_code)
-    moving = m.saucer_x != NO_SAUCER
-    leaving = saucer_x != jnp.where(odd, m.x[2], m.x[0])  # on the screen for the last time
+    moving, leaving = m.saucer_x != NO_SAUCER, saucer_x != jnp.where(odd, m.x[2], m.x[0])  # leaving: shown for the last time
     saucer_on = (m.demo == 0) & (leaving | moving)
     saucer_bang = jnp.where(moving, ((m.explosion & 0x39) == 0x39) & ~saucer_hit, (saucer_x > 1) & (saucer_x < 151))
     saucer = _choose(saucer_bang, _explosion(saucer_x - 1, jnp.int32(11), stage), box(saucer_x - 1, 12, 7, 8)).where(saucer_on)
@@ -173,8 +172,8 @@ def _line(m: Ram, k: jax.Array, x: jax.Array, saucer_on: jax.Array, lowest: jax.
     at_shields = jnp.where((k > 73) & (k < 83), 10, at_shields)
     gap = 9 + jnp.where(k == 85, passed(112), jnp.where(j == end, waiting(7), waiting(70)))
     under = jnp.where((m.shields_up == 1) & (k > 72), at_shields, gap)
-    over = jnp.where(j == -1, 9 if ending else 8, jnp.where(k == 8, 7, 6 + jnp.where(k < 8, waiting(52), waiting(73))))
-    over = jnp.where(j == -2, 9, over)
+    sky = jnp.where(k == 8, 7, 6 + jnp.where(k < 8, waiting(52), waiting(73)))
+    over = jnp.where(j == -2, 9, jnp.where(j == -1, 9 if ending else 8, sky))
     field = jnp.where(j < 0, over, jnp.where(j < end, in_rows, under))
     near = jnp.where(k > 86, 11 + passed(112), jnp.where(k == 86, 10, field))
     line = jnp.where((k < 9) & ~saucer_on, 23, 2 * k + near)
