@@ -21,6 +21,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from ocjax.ram import RamMap, bcd, bits, byte, signed
 from ocjax.spec import Blobs, Bounds, Box, Category, Game, box
@@ -66,58 +67,57 @@ def decode(m: Ram) -> dict[str, Box]:
     skiing = m.state == 0
     # the list in the order of the records: record k is at (turn + 7 - k) modulo 8
     turn = jnp.where(m.state == 255, m.turn + 1, m.turn)  # the run ended before the list moved
-    h, x, y, kind = (_records(v, turn) for v in (m.heights, m.object_x, m.object_y - jnp.where(skiing, m.step[1], 0), m.kinds))
-    exists = h < 32
-    top = 180 - y + h
-    gate, mogul, tree = (kind & 3) == 0, (kind & 3) == 1, (kind & 2) == 2
-    mirrored = (kind & 4) > 0
-
-    ends = jnp.array([0, 0, 4, 4])
-    flag_x = _wrap((x[ends] + 1 + 32 * (jnp.arange(4) & 1)) % 160)
-    woods = jnp.array([2, 3, 6, 7, 0, 4])
-    tree_x = _wrap(jnp.where(h > 15, x + 157, x + 2) % 160)
-    hills = jnp.array([1, 5, 0])
-    colors = jnp.where((kind[ends] == 4)[:, None], jnp.array([184, 50, 50], jnp.uint8), jnp.array([66, 72, 200], jnp.uint8))
+    packed = (m.heights | m.object_x << 8 | m.object_y << 16 | m.kinds << 24)[::-1]
+    for step in (1, 2, 4):
+        packed = jnp.where((turn & step) > 0, jnp.roll(packed, step), packed)
+    slots = packed[:1], packed[:1], packed[4:5], packed[4:5], packed[1::4], packed[:1], packed[2:4], packed[6:], packed[::4]
+    boxes = _tight(jnp.concatenate(slots), jnp.where(skiing, m.step[1], 0))
+    flags, moguls, trees = (box(*(v[i] for v in boxes)) for i in (slice(4), slice(4, 7), slice(7, 13)))
     minutes = m.time // 10000
     hundredths = m.time - 4000 * minutes
     return {
         "Player": _player(m, skiing),
-        "Flag": _tight(FLAG, flag_x, top[ends], mirrored[ends], exists[ends] & gate[ends], colors),
-        "Mogul": _tight(MOGUL, _wrap((x + 2) % 160)[hills], top[hills], mirrored[hills], exists[hills] & mogul[hills]),
-        "Tree": _tight(TREE, tree_x[woods], top[woods], mirrored[woods], exists[woods] & tree[woods]),
+        "Flag": flags,
+        "Mogul": moguls,
+        "Tree": trees,
         "Score": _score(m, -hundredths),
         "Clock": box(59, 16, 38, 7, value=hundredths),
     }
 
 
-def _records(v: jax.Array, turn: jax.Array) -> jax.Array:
-    """Record 7 first in the list at turn 7, 6 at turn 6, ...: turned round until record 0 is first."""
-    v = v[::-1]
-    for step in (1, 2, 4):
-        v = jnp.where((turn & step) > 0, jnp.roll(v, step), v)
-    return v
+def _cuts(picture: Picture) -> np.ndarray:
+    """What remains of a picture that is cut: x, y, w, h, five bits each, by rows cut (above < 0 < below) and columns cut."""
+    rows = [(first, last) for n, first, last in picture.rows for _ in range(n)]
+    ink = np.array([[first <= c <= last for c in range(picture.width)] for first, last in rows])
+    height, width = ink.shape
+    table = np.zeros((2 * height + 1, 2 * width + 1), np.int32)
+    for i, j in np.ndindex(table.shape):
+        y, x = max(height - i, 0), max(width - j, 0)
+        ys, xs = np.nonzero(ink[y : 2 * height - i, x : 2 * width - j])
+        if len(ys):
+            table[i, j] = (x + xs.min()) | (y + ys.min()) << 5 | (np.ptp(xs) + 1) << 10 | (np.ptp(ys) + 1) << 15
+    return table
 
 
-def _wrap(x: jax.Array) -> jax.Array:
-    """The screen is a ring of 160 columns; what begins at the right border shows at the left one."""
-    return jnp.where(x >= FIELD[2], x - 160, x)
-
-
-def _tight(picture: Picture, x: jax.Array, end: jax.Array, mirrored: jax.Array, valid: jax.Array, rgb: jax.Array | None = None) -> Box:
-    """Tight boxes of what the playfield leaves of a picture at x that ends above screen line `end`."""
+def _tight(record: jax.Array, moved: jax.Array) -> tuple[jax.Array, ...]:
+    """Tight boxes of what the playfield leaves of four flags, three moguls and six trees: x, y, w, h, whether they exist."""
+    height, x, y, kind = record & 255, record >> 8 & 255, record >> 16 & 255, record >> 24 & 7
+    shows = jnp.where(kind & 2 == 2, 2, kind & 1)  # 0: gate, 1: mogul, 2: tree
+    exists = (height < 32) & (shows == SHOWS)
     left, above, right, below = FIELD  # the same distance from both sides of the screen
-    x = jnp.where(mirrored, 160 - picture.width - x, x)
-    row = end - sum(n for n, _, _ in picture.rows)
-    x0, x1, y0, y1 = (jnp.full_like(x, v) for v in (999, -999, 999, -999))
-    for n, first, last in picture.rows:
-        shows = (row + n > above) & (row < below) & (x + first < right) & (x + last >= left)
-        x0 = jnp.where(shows, jnp.minimum(x0, x + first), x0)
-        x1 = jnp.where(shows, jnp.maximum(x1, x + last + 1), x1)
-        y0 = jnp.where(shows, jnp.minimum(y0, row), y0)
-        y1 = jnp.where(shows, row + n, y1)
-        row = row + n
-    x0, x1 = jnp.maximum(x0, left), jnp.minimum(x1, right)
-    return box(jnp.where(mirrored, 160 - x1, x0), y0, x1 - x0, y1 - y0, valid, rgb=rgb).clip(*FIELD)
+    x = x + jnp.where((SHOWS == 2) & (height > 15), -3, SHIFT)  # without its thin part a tree is five to the left
+    x = jnp.where(x >= 160, x - 160, x)  # the screen is a ring of 160 columns:
+    x = jnp.where(x >= right, x - 160, x)  # what begins in the right border may show at the left one
+    mirrored = kind > 3
+    x = jnp.where(mirrored, 160 - WIDTH - x, x)
+    end = 180 + height - y + moved
+    y = end - HEIGHT
+    row = jnp.clip(jnp.minimum(y - above, 0) + jnp.maximum(end - below, 0), -HEIGHT, HEIGHT) + HEIGHT
+    column = jnp.clip(jnp.minimum(x - left, 0) + jnp.maximum(x + WIDTH - right, 0), -WIDTH, WIDTH) + WIDTH
+    rest = jnp.asarray(CUTS).at[TABLE + row * (2 * WIDTH + 1) + column].get(mode="promise_in_bounds")
+    w = rest >> 10 & 31
+    x = x + (rest & 31)
+    return jnp.where(mirrored, 160 - w - x, x), y + (rest >> 5 & 31), w, rest >> 15, exists
 
 
 def _player(m: Ram, skiing: jax.Array) -> Box:
@@ -142,6 +142,13 @@ def _score(m: Ram, value: jax.Array) -> Box:
     two = gates > 9
     return box(jnp.where(two, 67, 75), 6, jnp.where(two, 14, 6), 7, value=value)
 
+
+_TABLES = [_cuts(p) for p in (FLAG, MOGUL, TREE)]
+SHOWS = np.repeat(np.arange(3, dtype=np.int32), [4, 3, 6])
+SHIFT = np.array([1, 33, 1, 33, *[2] * 9], np.int32)  # from the record's x
+CUTS = np.concatenate([t.ravel() for t in _TABLES])
+TABLE = np.array([0, _TABLES[0].size, _TABLES[0].size + _TABLES[1].size], np.int32)[SHOWS]
+HEIGHT, WIDTH = (np.array([t.shape[i] // 2 for t in _TABLES], np.int32)[SHOWS] for i in (0, 1))
 
 GAME = Game(
     name="Skiing",

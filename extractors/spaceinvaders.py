@@ -5,15 +5,15 @@ leftmost is empty. An alien that was hit stays in its slot while its explosion i
 hides them. Bullet slots: upper and lower bomb (a new bomb starts above the old one), first and second player's shot; bombs are drawn on
 even frames, shots on odd ones. Shields are the tight box of what is left of them. Player2 is the second cannon of games that ALE has no
 mode for. The players' `value` is the number of lives, as Lives shows it only before a life begins. While the saucer's row hides the
-scores, P1Score stays valid at its place so that its value follows the rewards at every step (until the display wraps at 10000).
+scores, P1Score stays valid at its place: its value follows the rewards at every step (until the display wraps at 10000).
 
 RAM facts: facts/ram, and the game's display program: it draws from positions in the chip's coding (bytes 3-7), which it does not change
 afterwards, while the positions themselves (27-30) move on at once; how many lines it takes between two decrements of the bullet counter
 (byte 9) makes a bullet 4 to 12 lines high.
 
-Covered: all waves, landing, deaths, game over, moving shields, zigzag bombs, fast bombs, invisible invaders, both players at once and in
-turn. Not in RAM: the difficulty switches (a cannon is 14 pixels wide at difficulty 1, boxes say 7), the pixels that a hit takes from a
-shield on the frame of the hit, which alien's explosion ends on a frame, and an upper bomb on the frame on which it hits.
+Covered: later waves, landing, deaths, game over, all of ALE's modes, both players at once and in turn. Not in RAM: the difficulty switches
+(a cannon is 14 pixels wide at difficulty 1, boxes say 7), what a hit takes from a shield on the frame of the hit, which alien's explosion
+ends on a frame, an upper bomb on the frame on which it hits.
 Scenery that no box covers: the ground and its two coloured marks (one for each player).
 """
 
@@ -26,7 +26,7 @@ from ocjax.spec import Blobs, Bounds, Box, Category, Game, box
 YELLOW, RED, PURPLE, GREEN, BROWN, GRAY = 20, 52, 82, 196, 246, 6
 FIELD = (0, 22, 160, 195)
 SCORES = (0, 8, 160, 22)
-SHIELDS = tuple((left, 157, left + 28, 175) for left in (32, 64, 96))  # they move in some modes
+SHIELDS = tuple((left, 157, left + 32, 175) for left in (30, 62, 94))  # they move in some modes
 CANNONS = (0, 185, 160, 195)
 NO_SAUCER = 180
 GONE = 0x70  # y of a bullet that does not exist, or more
@@ -68,11 +68,11 @@ def decode(m: Ram) -> dict[str, Box]:
     odd = (m.clock & 1) == 1
     just = odd & (m.gained > 0)  # what was hit on this very frame is still drawn whole
     saucer_hit, alien_hit = just[0] | just[1], just[2] | just[3]
-    # the stage moves on after drawing on every eighth frame
-    stage = jnp.where((m.clock & 7) == 0, m.explosion - 64, m.explosion) >> 6 & 3
+    stage = jnp.where((m.clock & 7) == 0, m.explosion - 64, m.explosion) >> 6 & 3  # moves on after drawing on every eighth frame
+    lowest = jnp.min(jnp.where(m.rows[:5] > 0, jnp.arange(5), 5))  # the last row that is drawn
 
     rows, columns = jnp.arange(36) // 6, jnp.arange(36) % 6
-    bang = (m.explosion & 63) == 8 * rows + columns
+    bang = ((m.explosion & 63) == 8 * rows + columns) & ((rows >= lowest) | alien_hit)
     alive = (jnp.repeat(m.rows, 6) >> columns & 1) == 1
     x, y = m.aliens_x - 1 + 16 * columns, 31 + 2 * m.drop + 18 * (5 - rows)
     short = (m.second_pose == 0) & ((rows == 2) | (rows == 3))  # two poses are a row of pixels lower
@@ -80,8 +80,7 @@ def decode(m: Ram) -> dict[str, Box]:
     aliens = _choose(bang & ~alien_hit, _explosion(x, y, stage), alien).where((alive | bang) & (m.alien_color != m.sky_color))
 
     saucer_x = _place(m.saucer_code)
-    moving = m.saucer_x != NO_SAUCER
-    leaving = saucer_x != jnp.where(odd, m.x[2], m.x[0])  # on the screen for the last time
+    moving, leaving = m.saucer_x != NO_SAUCER, saucer_x != jnp.where(odd, m.x[2], m.x[0])  # leaving: shown for the last time
     saucer_on = (m.demo == 0) & (leaving | moving)
     saucer_bang = jnp.where(moving, ((m.explosion & 0x39) == 0x39) & ~saucer_hit, (saucer_x > 1) & (saucer_x < 151))
     saucer = _choose(saucer_bang, _explosion(saucer_x - 1, jnp.int32(11), stage), box(saucer_x - 1, 12, 7, 8)).where(saucer_on)
@@ -100,7 +99,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Alien": aliens,
         "Shield": _shields(m),
         "Satellite": saucer,
-        "Bullet": _bullets(m, odd, saucer_on),
+        "Bullet": _bullets(m, odd, saucer_on, lowest),
         "Lives": box(84, 185, 12, 10, (m.starting == 1) & (m.fallen == 0), value=m.lives),
         "P1Score": box(4, 10, 60, 10, value=m.score[0]),
         "P2Score": box(84, 10, 60, 10, ~saucer_on, value=m.score[1]),
@@ -128,9 +127,7 @@ def _shields(m: Ram) -> Box:
     found, top, bottom = lines[0], jnp.full(3, 9), jnp.full(3, 0)
     for k, line in enumerate(lines):
         found = found | line
-        bottom = jnp.where(line > 0, k + 1, bottom)
-    for k in range(8, -1, -1):
-        top = jnp.where(lines[k] > 0, k, top)
+        top, bottom = jnp.where((line > 0) & (top == 9), k, top), jnp.where(line > 0, k + 1, bottom)
     left, right = jnp.full(3, 0), jnp.full(3, 0)
     for k in range(1, 8):
         left = jnp.where(found < 256 >> k, k, left)
@@ -139,7 +136,7 @@ def _shields(m: Ram) -> Box:
     return box(x + left, 157 + 2 * top, 8 - left - right, 2 * (bottom - top), (found > 0) & (m.shields_up == 1))
 
 
-def _bullets(m: Ram, odd: jax.Array, saucer_on: jax.Array) -> Box:
+def _bullets(m: Ram, odd: jax.Array, saucer_on: jax.Array, lowest: jax.Array) -> Box:
     # a bullet that hit something on this frame was drawn: the counter that ran down from its y tells where
     upper, lower = jnp.where(odd, m.y[2], m.y[0]), jnp.where(odd, m.y[3], m.y[1])
     untouched = m.bullet_step != 0x7C
@@ -153,11 +150,11 @@ def _bullets(m: Ram, odd: jax.Array, saucer_on: jax.Array) -> Box:
     turned = m.first_owner == 1  # shots go to their owners' slots
     y = jnp.concatenate([bombs, jnp.where(turned, shots[::-1], shots)])
     x = jnp.concatenate([m.x[:2], jnp.where(turned, m.x[:1:-1], m.x[2:])]) - 2
-    top = _line(m, y - 3, x, saucer_on, ending=False)
-    return box(x, top, 1, _line(m, y + 1, x, saucer_on, ending=True) - top, y < GONE)
+    top, bottom = _line(m, y - 3, x, saucer_on, lowest, ending=False), _line(m, y + 1, x, saucer_on, lowest, ending=True)
+    return box(x, top, 1, bottom - top, y < GONE)
 
 
-def _line(m: Ram, k: jax.Array, x: jax.Array, saucer_on: jax.Array, ending: bool) -> jax.Array:
+def _line(m: Ram, k: jax.Array, x: jax.Array, saucer_on: jax.Array, lowest: jax.Array, ending: bool) -> jax.Array:
     """The first screen line that shows, at x, the k-th decrement of the bullet counter: about 2 * k + 9."""
 
     def passed(column: int) -> jax.Array:  # the beam has not reached x yet
@@ -167,10 +164,7 @@ def _line(m: Ram, k: jax.Array, x: jax.Array, saucer_on: jax.Array, ending: bool
         return jnp.ones_like(x) if ending else passed(column)
 
     j = k - m.drop - 11  # from the first row of aliens
-    lowest = jnp.int32(5)
-    for row in range(4, -1, -1):
-        lowest = jnp.where(m.rows[row] > 0, row, lowest)
-    end = 51 - 9 * lowest  # of the lowest row
+    end = 51 - 9 * lowest
     p = j % 9
     bend = jnp.where(p == 5, 10, jnp.where(p == 6, 9, jnp.where(p == 7, 9 + passed(112), 8 + waiting(118))))
     in_rows = jnp.where(p < 5, 11, bend)
@@ -178,8 +172,8 @@ def _line(m: Ram, k: jax.Array, x: jax.Array, saucer_on: jax.Array, ending: bool
     at_shields = jnp.where((k > 73) & (k < 83), 10, at_shields)
     gap = 9 + jnp.where(k == 85, passed(112), jnp.where(j == end, waiting(7), waiting(70)))
     under = jnp.where((m.shields_up == 1) & (k > 72), at_shields, gap)
-    over = jnp.where(k == 8, 7, 6 + jnp.where(k < 8, waiting(52), waiting(73)))
-    over = jnp.where(j == -2, 9, jnp.where(j == -1, 9 if ending else 8, over))
+    sky = jnp.where(k == 8, 7, 6 + jnp.where(k < 8, waiting(52), waiting(73)))
+    over = jnp.where(j == -2, 9, jnp.where(j == -1, 9 if ending else 8, sky))
     field = jnp.where(j < 0, over, jnp.where(j < end, in_rows, under))
     near = jnp.where(k > 86, 11 + passed(112), jnp.where(k == 86, 10, field))
     line = jnp.where((k < 9) & ~saucer_on, 23, 2 * k + near)
