@@ -11,7 +11,7 @@ Covered: all eight modes (lanes of two or three cars at fixed distances, trucks 
 difficulties, both chickens, collisions, the flashing scores before the end, the end. Car slots: the lanes' first cars from top to
 bottom, then the second ones, then the third ones. A truck that shows at both edges has its left piece in its lane's second slot.
 Not in the RAM: whether a car of the upper lanes has moved in the one frame in 128 in which it may have changed its speed (modes
-4-7).
+4-7); where a chicken was hit, in the one frame in which it is still drawn there but already sent back to the start (difficulty A).
 """
 
 import jax.numpy as jnp

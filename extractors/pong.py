@@ -5,7 +5,7 @@ the ball are drawn under them and end at the court's first and last row.
 
 RAM: ALE's source (scores), OCAtari 2.2 and AtariARI (positions), and the ROM's drawing loop for what they leave open. The loop
 draws two rows a turn with one wait for the beam: a paddle starts at an even count, and the ball is switched on and off in the
-middle of a row, so that left of the beam it sits a row lower. Every box of 20,000 on unseen play is exact.
+middle of a row, so that left of the beam it sits a row lower. Every box of 31,000 on unseen play is exact.
 
 Covered: both modes, all four difficulties (A halves a side's paddle), points of both sides, the end of the game, and the first two
 frames after a reset, which have the screen saver's colours.
