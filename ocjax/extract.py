@@ -1,21 +1,30 @@
 """From a game's declaration to batched, jitted functions."""
 
+import ctypes
 import functools
 import math
-from collections.abc import Callable
+import os
+import sys
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from ocjax.batch_last import batch_last
 from ocjax.objects import Objects
 from ocjax.ram import RAM_SIZE
-from ocjax.spec import Box, Game
+from ocjax.spec import Box, Category, Game
 from ocjax.vision import palette
+from ocjax.vision.bitmap import kept
 from ocjax.vision.rules import see
 
-CHUNK = 64  # frames at a time in the vision method
+# So much at a time, which stays in the processor's cache.
+REM_CHUNK_BYTES = 2**19  # of objects
+VEM_CHUNK = 64  # frames
+SLOT_BYTES = 17  # of `Objects`
 
 
 def _any_batch(f: Callable[[jax.Array], Objects], rank: int) -> Callable[[jax.Array | np.ndarray], Objects]:
@@ -47,7 +56,46 @@ def _any_batch(f: Callable[[jax.Array], Objects], rank: int) -> Callable[[jax.Ar
     return call
 
 
-def _pack(low: jax.Array, high: jax.Array) -> jax.Array:
+def _keep_freed_memory() -> None:
+    """Ask glibc to keep memory that is freed for what comes next.
+
+    By default it hands large results back to the system when they are dropped, and the next call's pages must be mapped and zeroed again: for
+    batches of thousands that takes twice as long as the extraction itself. Whoever sets MALLOC_TRIM_THRESHOLD_ or
+    MALLOC_MMAP_THRESHOLD_ decides for himself; without glibc nothing happens.
+    """
+    if sys.platform != "linux" or {"MALLOC_TRIM_THRESHOLD_", "MALLOC_MMAP_THRESHOLD_"} & os.environ.keys():
+        return
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
+    if mallopt is not None:
+        m_trim_threshold, m_mmap_threshold = -1, -3
+        mallopt(m_trim_threshold, 2**29)
+        mallopt(m_mmap_threshold, 2**25)  # the largest that it takes
+
+
+_keep_freed_memory()
+
+
+def _in_chunks(f: Callable[[jax.Array], Objects], x: jax.Array, size: int) -> Objects:
+    """`f` of a batch, so many at a time."""
+    n = x.shape[0]
+    whole = n - n % size
+    parts = []
+    if whole:
+        mapped = lax.map(f, x[:whole].reshape(-1, size, *x.shape[1:]))
+        parts.append(jax.tree.map(lambda a: a.reshape(whole, *a.shape[2:]), mapped))
+    if n > whole:
+        parts.append(f(x[whole:]))
+    return parts[0] if len(parts) == 1 else jax.tree.map(lambda *a: jnp.concatenate(a), *parts)
+
+
+def _constant_box(one: Callable[[jax.Array], dict[str, Box]], category: Category) -> np.ndarray:
+    """Boxes int `[count, 4]` of a category whose boxes do not depend on the RAM."""
+    with jax.ensure_compile_time_eval():  # also while something else is being traced
+        b = one(jnp.zeros(RAM_SIZE, jnp.uint8))[category.name]
+    return np.stack([np.broadcast_to(np.asarray(v), (category.count,)) for v in (b.x, b.y, b.w, b.h)], axis=-1)
+
+
+def _pack(low: Any, high: Any) -> Any:
     """Two numbers of 16 bits as one of 32: halves the work of putting slots together."""
     return low | (high << 16)
 
@@ -61,27 +109,70 @@ def _unpack(*packed: jax.Array) -> jax.Array:
 def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
     """The RAM extraction method of a game: uint8 `[..., 128]` -> `Objects`."""
     height, width = game.screen
-    colors = np.concatenate([c.slot_rgb() for c in game.categories])  # of numpy: it outlives the trace
+    colors = np.concatenate([c.slot_rgb() for c in game.categories])
 
-    def one(ram: jax.Array) -> Objects:
+    def one(ram: jax.Array) -> dict[str, Box]:
         with jax.numpy_dtype_promotion("strict"), jax.numpy_rank_promotion("raise"):
             boxes = game.decode(game.ram(ram))
-        parts = []
-        for category in game.categories:
-            b: Box = boxes[category.name].clip(0, 0, width, height)
-            keep = -b.valid.astype(jnp.int32)  # all bits set where valid: masking by `&` vectorises, a select of a broadcast does not
-            value = b.value if "value" in category.attributes else jnp.int32(0)
-            point = (b.orientation & 15).astype(jnp.int8) if "orientation" in category.attributes else jnp.int8(0)
-            shape = (category.count,)
-            part = [jnp.broadcast_to(v, shape) for v in (_pack(b.x, b.y) & keep, _pack(b.w, b.h) & keep, b.valid, value & keep)]
-            part.append(jnp.broadcast_to(point & keep.astype(jnp.int8), shape))
-            rgb = colors[game.slices[category.name]] if b.rgb is None else jnp.broadcast_to(b.rgb, (*shape, 3))
-            part.append(rgb * jnp.broadcast_to(b.valid, shape)[:, None].astype(jnp.uint8))
-            parts.append(part)
-        xy, wh, valid, value, point, rgb = (jnp.concatenate(p) for p in zip(*parts, strict=True))
-        return Objects(_unpack(xy, wh), valid, point, value, rgb)
+            return {c.name: boxes[c.name].clip(0, 0, width, height) for c in game.categories}
 
-    batched = _any_batch(jax.vmap(one), 1)
+    decode, fixed = batch_last(one, jax.ShapeDtypeStruct((RAM_SIZE,), jnp.uint8))
+
+    constant = np.zeros((game.num_slots, 4), np.int16)
+    moving = [c.name for c in game.categories if not all(getattr(fixed[c.name], name) for name in "xywh")]
+    for c in game.categories:
+        if c.name not in moving:
+            constant[game.slices[c.name]] = _constant_box(one, c)
+
+    def rows(rams: jax.Array) -> dict[str, dict[str, jax.Array]]:
+        """What depends on the RAM, a row a number, the batch innermost."""
+        boxes = decode(rams)
+        out: dict[str, dict[str, jax.Array]] = {name: {} for name in ("valid", "xywh", "value", "orientation", "rgb")}
+        for c in game.categories:
+            b, shape = boxes[c.name], (c.count, rams.shape[1])
+            keep = -b.valid.astype(jnp.int32)
+            out["valid"][c.name] = jnp.broadcast_to(b.valid, shape)
+            if c.name in moving:
+                numbers = [jnp.broadcast_to((v & keep).astype(jnp.int16), shape) for v in (b.x, b.y, b.w, b.h)]
+                out["xywh"][c.name] = jnp.stack(numbers, axis=1).reshape(-1, rams.shape[1])
+            if "value" in c.attributes:
+                out["value"][c.name] = jnp.broadcast_to(b.value & keep, shape)
+            if "orientation" in c.attributes:
+                out["orientation"][c.name] = jnp.broadcast_to((b.orientation & 15 & keep).astype(jnp.int8), shape)
+            if b.rgb is not None:
+                out["rgb"][c.name] = b.rgb.reshape(-1, rams.shape[1])
+        return out
+
+    def turned(rams: jax.Array) -> dict[str, Any]:
+        found = kept(rows, kept(jnp.transpose, rams))
+        valid = jnp.concatenate([found["valid"][c.name] for c in game.categories])
+        return {**{k: {name: a.T for name, a in v.items()} for k, v in found.items() if k != "valid"}, "valid": valid.T}
+
+    def chunk(rams: jax.Array) -> Objects:
+        lanes, n = rams.shape[0], game.num_slots
+        # Computed, turned round and spread out in separate steps that stay in memory: fused, one would lose the others' order of access.
+        found = kept(turned, rams)
+        valid = found["valid"]
+        # Products vectorise, a choice by a broadcast condition does not.
+        xywh = valid[..., None].astype(jnp.int16) * jnp.asarray(constant)
+        rgb = valid[..., None].astype(jnp.uint8) * jnp.asarray(colors)
+        value, orientation = jnp.zeros((lanes, n), jnp.int32), jnp.zeros((lanes, n), jnp.int8)
+        for name, s in game.slices.items():
+            if name in found["xywh"]:
+                xywh = lax.dynamic_update_slice(xywh, found["xywh"][name].reshape(lanes, -1, 4), (0, s.start, 0))
+            if name in found["rgb"]:
+                part = found["rgb"][name].reshape(lanes, -1, 3) * valid[:, s, None].astype(jnp.uint8)
+                rgb = lax.dynamic_update_slice(rgb, part, (0, s.start, 0))
+            if name in found["value"]:
+                value = lax.dynamic_update_slice(value, found["value"][name], (0, s.start))
+            if name in found["orientation"]:
+                orientation = lax.dynamic_update_slice(orientation, found["orientation"][name], (0, s.start))
+        return Objects(xywh, valid, orientation, value, rgb)
+
+    def batched(rams: jax.Array) -> Objects:
+        return _in_chunks(chunk, rams, 2 ** int(np.log2(REM_CHUNK_BYTES / (SLOT_BYTES * game.num_slots))))
+
+    extract = _any_batch(batched, 1)
 
     @functools.wraps(Game.rem)
     def checked(ram: jax.Array | np.ndarray) -> Objects:
@@ -89,7 +180,7 @@ def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
             raise TypeError(f"{game.name}: ram must be a uint8 array, got {getattr(ram, 'dtype', type(ram).__name__)}")
         if ram.ndim == 0 or ram.shape[-1] != RAM_SIZE:
             raise ValueError(f"{game.name}: ram must have shape [..., {RAM_SIZE}], got {list(ram.shape)}")
-        return batched(ram)
+        return extract(ram)
 
     return checked
 
@@ -115,16 +206,7 @@ def vem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
         return Objects(_unpack(xy, wh), valid, none.astype(jnp.int8), none, shown)
 
     def batched(frames: jax.Array) -> Objects:
-        """Large batches go through in chunks that stay in the processor's cache."""
-        n = frames.shape[0]
-        whole = n - n % CHUNK
-        parts = []
-        if whole:
-            parts.append(lax.map(chunk, frames[:whole].reshape(-1, CHUNK, *frames.shape[1:])))
-            parts[0] = jax.tree.map(lambda a: a.reshape(whole, *a.shape[2:]), parts[0])
-        if n > whole:
-            parts.append(chunk(frames[whole:]))
-        return parts[0] if len(parts) == 1 else jax.tree.map(lambda *a: jnp.concatenate(a), *parts)
+        return _in_chunks(chunk, frames, VEM_CHUNK)
 
     by_index = _any_batch(batched, 2)
     by_rgb = _any_batch(lambda frames: batched(palette.to_index(frames)), 3)

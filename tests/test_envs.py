@@ -63,6 +63,7 @@ def _breakout():
 
 def test_batch_is_its_rows(actions):
     """An environment's episode does not depend on its neighbours, on the number of workers, or on frames being taken."""
+
     def play(pool, column):
         rams = []
         for a in actions[:60]:

@@ -39,6 +39,8 @@ def test_extractors_has_one_name():
 
 def test_import_is_light():
     """The environments' packages are imported with the environments, not before."""
-    code = "import sys, ocjax; ocjax.load('Pong'); print([m for m in ('gymnasium', 'ale_py', 'envpool', 'PIL', 'typer') if m in sys.modules])"
+    code = (
+        "import sys, ocjax; ocjax.load('Pong'); print([m for m in ('gymnasium', 'ale_py', 'envpool', 'PIL', 'typer') if m in sys.modules])"
+    )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.strip() == "[]"

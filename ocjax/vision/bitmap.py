@@ -6,6 +6,7 @@ vectorises over the batch.
 """
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -15,14 +16,14 @@ U = jnp.uint32
 Bitmap = tuple[jax.Array, ...]
 
 
-def kept(f: Callable[[jax.Array], jax.Array], x: jax.Array) -> jax.Array:
+def kept(f: Callable[[jax.Array], Any], x: jax.Array) -> Any:
     """`f(x)`, kept in memory.
 
     The compiler fuses what is cheap into each of its uses, so that masks would be computed again, and frames transposed again, by every
     kernel that reads them: several times the work. What comes out of a condition is not fused; this one is always true.
     """
     result = jax.eval_shape(f, x)
-    return lax.cond(x.ravel()[0].astype(jnp.float32) >= 0, f, lambda _: jnp.zeros(result.shape, result.dtype), x)
+    return lax.cond(x.ravel()[0].astype(jnp.float32) >= 0, f, lambda _: jax.tree.map(jnp.zeros_like, result), x)
 
 
 def words_of_pixels(frames: jax.Array) -> jax.Array:
