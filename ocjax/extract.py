@@ -73,13 +73,13 @@ def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
             value = b.value if "value" in category.attributes else jnp.int32(0)
             point = (b.orientation & 15).astype(jnp.int8) if "orientation" in category.attributes else jnp.int8(0)
             shape = (category.count,)
-            part = [jnp.broadcast_to(v, shape) for v in (_pack(b.x, b.y) & keep, _pack(b.w, b.h) & keep, b.valid, value & keep)]
-            part.append(jnp.broadcast_to(point & keep.astype(jnp.int8), shape))
-            rgb = colors[game.slices[category.name]] if b.rgb is None else jnp.broadcast_to(b.rgb, (*shape, 3))
-            part.append(rgb * jnp.broadcast_to(b.valid, shape)[:, None].astype(jnp.uint8))
+            part = [jnp.broadcast_to(v, shape) for v in (_pack(b.x, b.y), _pack(b.w, b.h) & keep, value, point)]
+            part.append(colors[game.slices[category.name]] if b.rgb is None else jnp.broadcast_to(b.rgb, (*shape, 3)))
             parts.append(part)
-        xy, wh, valid, value, point, rgb = (jnp.concatenate(p) for p in zip(*parts, strict=True))
-        return Objects(_unpack(xy, wh), valid, point, value, rgb)
+        xy, wh, value, point, rgb = (jnp.concatenate(p) for p in zip(*parts, strict=True))
+        valid = wh != 0  # from the result: every use of a decoder's `valid` would decode once more
+        keep = -valid.astype(jnp.int32)
+        return Objects(_unpack(xy & keep, wh), valid, point & keep.astype(jnp.int8), value & keep, rgb * valid[:, None].astype(jnp.uint8))
 
     batched = _any_batch(jax.vmap(one), 1)
 
