@@ -30,8 +30,9 @@ from ocjax.spec import Blobs, Bounds, Box, Category, Game, box
 PINK, BLUE, RED, BLACK = 72, 134, 68, 0
 GRAYS, GREENS = (10, 12), (198, 212, 214, 218)
 FIELD = (8, 32, 152, 178)
-MOGUL_RGB = ((214,) * 3, (192,) * 3, (192,) * 3)
-TREE_RGB = ((110, 156, 66), (82, 126, 45), (158, 208, 101), *[(72, 160, 72)] * 3)
+RGB = np.array(
+    [(66, 72, 200), (214,) * 3, (110, 156, 66), (82, 126, 45), (184, 50, 50), (192,) * 3, (158, 208, 101), (72, 160, 72)], np.uint8
+)
 
 
 class Picture(NamedTuple):
@@ -73,13 +74,15 @@ def decode(m: Ram) -> dict[str, Box]:
     packed = m.heights | m.object_x << 8 | m.object_y << 16 | m.kinds << 24
     records = packed.at[(turn + 7 - RECORD) & 7].get(mode="promise_in_bounds")
     boxes = _tight(records, jnp.where(skiing, m.step[1], 0))
-    flags, moguls, trees = (box(*(v[i] for v in boxes)) for i in (slice(4), slice(4, 7), slice(7, 13)))
-    last = (records[:4, None] >> 24 & 7) == 4  # the last gate is red
+    # colours of the eight kinds: the last gate is red; a mogul or trees in a gate's place are of kinds 5 and 7
+    ends = jnp.where((records[:4, None] >> 24 & 7) == 4, jnp.asarray(RGB[4:5]), jnp.asarray(RGB[:1]))
+    rgb = ends, jnp.asarray(RGB[[1, 5, 5]]), jnp.asarray(RGB[[2, 3, 6, 7, 7, 7]])
+    flags, moguls, trees = (replace(box(*(v[a:b] for v in boxes)), rgb=c) for a, b, c in zip((0, 4, 7), (4, 7, 13), rgb, strict=True))
     minutes = m.time // 10000
     hundredths = m.time - 4000 * minutes
     return {
         "Player": _player(m, skiing),
-        "Flag": replace(flags, rgb=jnp.where(last, jnp.array([[184, 50, 50]], jnp.uint8), jnp.array([[66, 72, 200]], jnp.uint8))),
+        "Flag": flags,
         "Mogul": moguls,
         "Tree": trees,
         "Score": _score(m, -hundredths),
@@ -162,8 +165,8 @@ GAME = Game(
     categories=(
         Category("Player", Bounds(PINK, FIELD), attributes=("orientation", "value"), doc="12 west, 8 down, 4 east; value: gates to go"),
         Category("Flag", Blobs((BLUE, RED), FIELD, join=(4, 8), max_size=(5, 14)), count=4, doc="left and right one of two gates"),
-        Category("Mogul", Blobs(GRAYS, FIELD, join=(8, 4), max_size=(16, 6)), count=3, rgb=MOGUL_RGB, doc="bump in the snow"),
-        Category("Tree", Blobs(GREENS, FIELD, join=(8, 4), max_size=(16, 30)), count=6, rgb=TREE_RGB, doc="two more in downhill games"),
+        Category("Mogul", Blobs(GRAYS, FIELD, join=(8, 4), max_size=(16, 6)), count=3, doc="bump in the snow"),
+        Category("Tree", Blobs(GREENS, FIELD, join=(8, 4), max_size=(16, 30)), count=6, doc="two more in downhill games"),
         Category("Score", Bounds(BLACK, (20, 4, 140, 14)), hud=True, attributes=("value",), doc="gates to go; value: minus the hundredths"),
         Category("Clock", Bounds(BLACK, (20, 14, 140, 26)), hud=True, attributes=("value",), doc="value: hundredths of a second"),
     ),
