@@ -17,6 +17,7 @@ Covered: the slalom that ALE starts (there is one mode), downhill by editing RAM
 Scenery that no box covers: the black frame, the maker's name.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import jax
@@ -29,6 +30,9 @@ from ocjax.spec import Blobs, Bounds, Box, Category, Game, box
 PINK, BLUE, RED, BLACK = 72, 134, 68, 0
 GRAYS, GREENS = (10, 12), (198, 212, 214, 218)
 FIELD = (8, 32, 152, 178)
+RGB = np.array(
+    [(66, 72, 200), (214,) * 3, (110, 156, 66), (82, 126, 45), (184, 50, 50), (192,) * 3, (158, 208, 101), (72, 160, 72)], np.uint8
+)
 
 
 class Picture(NamedTuple):
@@ -67,12 +71,13 @@ def decode(m: Ram) -> dict[str, Box]:
     skiing = m.state == 0
     # the list in the order of the records: record k is at (turn + 7 - k) modulo 8
     turn = jnp.where(m.state == 255, m.turn + 1, m.turn)  # the run ended before the list moved
-    packed = (m.heights | m.object_x << 8 | m.object_y << 16 | m.kinds << 24)[::-1]
-    for step in (1, 2, 4):
-        packed = jnp.where((turn & step) > 0, jnp.roll(packed, step), packed)
-    slots = packed[:1], packed[:1], packed[4:5], packed[4:5], packed[1::4], packed[:1], packed[2:4], packed[6:], packed[::4]
-    boxes = _tight(jnp.concatenate(slots), jnp.where(skiing, m.step[1], 0))
-    flags, moguls, trees = (box(*(v[i] for v in boxes)) for i in (slice(4), slice(4, 7), slice(7, 13)))
+    packed = m.heights | m.object_x << 8 | m.object_y << 16 | m.kinds << 24
+    records = packed.at[(turn + 7 - RECORD) & 7].get(mode="promise_in_bounds")
+    boxes = _tight(records, jnp.where(skiing, m.step[1], 0))
+    # colours of the eight kinds: the last gate is red; a mogul or trees in a gate's place are of kinds 5 and 7
+    ends = jnp.where((records[:4, None] >> 24 & 7) == 4, jnp.asarray(RGB[4:5]), jnp.asarray(RGB[:1]))
+    rgb = ends, jnp.asarray(RGB[[1, 5, 5]]), jnp.asarray(RGB[[2, 3, 6, 7, 7, 7]])
+    flags, moguls, trees = (replace(box(*(v[a:b] for v in boxes)), rgb=c) for a, b, c in zip((0, 4, 7), (4, 7, 13), rgb, strict=True))
     minutes = m.time // 10000
     hundredths = m.time - 4000 * minutes
     return {
@@ -145,6 +150,7 @@ def _score(m: Ram, value: jax.Array) -> Box:
 
 _TABLES = [_cuts(p) for p in (FLAG, MOGUL, TREE)]
 SHOWS = np.repeat(np.arange(3, dtype=np.int32), [4, 3, 6])
+RECORD = np.array([0, 0, 4, 4, 1, 5, 0, 2, 3, 6, 7, 0, 4], np.int32)
 SHIFT = np.array([1, 33, 1, 33, *[2] * 9], np.int32)  # from the record's x
 CUTS = np.concatenate([t.ravel() for t in _TABLES])
 TABLE = np.array([0, _TABLES[0].size, _TABLES[0].size + _TABLES[1].size], np.int32)[SHOWS]
@@ -157,11 +163,11 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", Bounds(PINK, FIELD), attributes=("orientation", "value")),
-        Category("Flag", Blobs((BLUE, RED), FIELD, join=(4, 8), max_size=(5, 14)), count=4),
-        Category("Mogul", Blobs(GRAYS, FIELD, join=(8, 4), max_size=(16, 6)), count=3),
-        Category("Tree", Blobs(GREENS, FIELD, join=(8, 4), max_size=(16, 30)), count=6),
-        Category("Score", Bounds(BLACK, (20, 4, 140, 14)), hud=True, attributes=("value",)),
-        Category("Clock", Bounds(BLACK, (20, 14, 140, 26)), hud=True, attributes=("value",)),
+        Category("Player", Bounds(PINK, FIELD), attributes=("orientation", "value"), doc="12 west, 8 down, 4 east; value: gates to go"),
+        Category("Flag", Blobs((BLUE, RED), FIELD, join=(4, 8), max_size=(5, 14)), count=4, doc="left and right one of two gates"),
+        Category("Mogul", Blobs(GRAYS, FIELD, join=(8, 4), max_size=(16, 6)), count=3, doc="bump in the snow"),
+        Category("Tree", Blobs(GREENS, FIELD, join=(8, 4), max_size=(16, 30)), count=6, doc="two more in downhill games"),
+        Category("Score", Bounds(BLACK, (20, 4, 140, 14)), hud=True, attributes=("value",), doc="gates to go; value: minus the hundredths"),
+        Category("Clock", Bounds(BLACK, (20, 14, 140, 26)), hud=True, attributes=("value",), doc="value: hundredths of a second"),
     ),
 )

@@ -24,31 +24,21 @@ _FRONT_AXES = frozenset(
 _CALLS = {"jit": "jaxpr", "pjit": "jaxpr", "closed_call": "call_jaxpr", "custom_jvp_call": "call_jaxpr"}
 
 
-def batch_last(f: Callable[[jax.Array], Any], example: jax.ShapeDtypeStruct) -> tuple[Callable[[jax.Array], Any], Any]:
-    """The function on a batch in the last axis, and which of its results do not depend on its argument.
+def batch_last(f: Callable[[jax.Array], Any], example: jax.ShapeDtypeStruct) -> Callable[[jax.Array], Any]:
+    """The function on a batch in the last axis: `[*shape, B]` -> each result of shape `s` becomes `[*s, B]`.
 
     Args:
         f: of one array; no effects.
         example: its argument's shape and dtype.
-
-    Returns:
-        A function `[*shape, B]` -> each result of shape `s` as `[*s, B]`; and f's results as a tree of bool, true where a result is the
-        same whatever the argument.
     """
     closed, out = jax.make_jaxpr(f, return_shape=True)(example)
     tree = jax.tree.structure(out)
-    depends: list[bool] = []
-
-    def note(x: jax.Array) -> None:
-        depends.extend(batched for _, batched in _evaluate(closed, [x], [True], x.shape[-1]))
-
-    jax.eval_shape(note, jax.ShapeDtypeStruct((*example.shape, 1), example.dtype))
 
     def run(x: jax.Array) -> Any:
         results = _evaluate(closed, [x], [True], x.shape[-1])
         return jax.tree.unflatten(tree, [v if batched else _spread(v, x.shape[-1]) for v, batched in results])
 
-    return run, jax.tree.unflatten(tree, [not d for d in depends])
+    return run
 
 
 def _spread(v: Any, size: int) -> jax.Array:

@@ -5,7 +5,7 @@ import functools
 import math
 import os
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 import jax
@@ -16,7 +16,7 @@ from jax import lax
 from ocjax.batch_last import batch_last
 from ocjax.objects import Objects
 from ocjax.ram import RAM_SIZE
-from ocjax.spec import Box, Category, Game
+from ocjax.spec import Box, Game
 from ocjax.vision import palette
 from ocjax.vision.bitmap import kept
 from ocjax.vision.rules import see
@@ -88,13 +88,6 @@ def _in_chunks(f: Callable[[jax.Array], Objects], x: jax.Array, size: int) -> Ob
     return parts[0] if len(parts) == 1 else jax.tree.map(lambda *a: jnp.concatenate(a), *parts)
 
 
-def _constant_box(one: Callable[[jax.Array], dict[str, Box]], category: Category) -> np.ndarray:
-    """Boxes int `[count, 4]` of a category whose boxes do not depend on the RAM."""
-    with jax.ensure_compile_time_eval():  # also while something else is being traced
-        b = one(jnp.zeros(RAM_SIZE, jnp.uint8))[category.name]
-    return np.stack([np.broadcast_to(np.asarray(v), (category.count,)) for v in (b.x, b.y, b.w, b.h)], axis=-1)
-
-
 def _pack(low: Any, high: Any) -> Any:
     """Two numbers of 16 bits as one of 32: halves the work of putting slots together."""
     return low | (high << 16)
@@ -116,58 +109,48 @@ def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
             boxes = game.decode(game.ram(ram))
             return {c.name: boxes[c.name].clip(0, 0, width, height) for c in game.categories}
 
-    decode, fixed = batch_last(one, jax.ShapeDtypeStruct((RAM_SIZE,), jnp.uint8))
-
-    constant = np.zeros((game.num_slots, 4), np.int16)
-    moving = [c.name for c in game.categories if not all(getattr(fixed[c.name], name) for name in "xywh")]
-    for c in game.categories:
-        if c.name not in moving:
-            constant[game.slices[c.name]] = _constant_box(one, c)
+    decode = batch_last(one, jax.ShapeDtypeStruct((RAM_SIZE,), jnp.uint8))
 
     def rows(rams: jax.Array) -> dict[str, dict[str, jax.Array]]:
-        """What depends on the RAM, a row a number, the batch innermost."""
-        boxes = decode(rams)
-        out: dict[str, dict[str, jax.Array]] = {name: {} for name in ("valid", "xywh", "value", "orientation", "rgb")}
+        """What the slots hold, a row a number, the batch innermost: uint8 `[128, B]` -> int32 or uint8 `[rows, B]`."""
+        boxes, lanes = decode(rams), rams.shape[1]
+        out: dict[str, dict[str, jax.Array]] = {name: {} for name in ("box", "value", "orientation", "rgb")}
         for c in game.categories:
-            b, shape = boxes[c.name], (c.count, rams.shape[1])
+            b, shape = boxes[c.name], (c.count, lanes)
             keep = -b.valid.astype(jnp.int32)
-            out["valid"][c.name] = jnp.broadcast_to(b.valid, shape)
-            if c.name in moving:
-                numbers = [jnp.broadcast_to((v & keep).astype(jnp.int16), shape) for v in (b.x, b.y, b.w, b.h)]
-                out["xywh"][c.name] = jnp.stack(numbers, axis=1).reshape(-1, rams.shape[1])
+            # A clipped box fits four bytes. One number a slot, so that the compiler computes what its parts share once.
+            out["box"][c.name] = jnp.broadcast_to((b.x | (b.y << 8) | (b.w << 16) | (b.h << 24)) & keep, shape)
             if "value" in c.attributes:
                 out["value"][c.name] = jnp.broadcast_to(b.value & keep, shape)
             if "orientation" in c.attributes:
-                out["orientation"][c.name] = jnp.broadcast_to((b.orientation & 15 & keep).astype(jnp.int8), shape)
+                out["orientation"][c.name] = jnp.broadcast_to(b.orientation & 15 & keep, shape)
             if b.rgb is not None:
-                out["rgb"][c.name] = b.rgb.reshape(-1, rams.shape[1])
+                out["rgb"][c.name] = b.rgb.reshape(-1, lanes)
         return out
 
     def turned(rams: jax.Array) -> dict[str, Any]:
         found = kept(rows, kept(jnp.transpose, rams))
-        valid = jnp.concatenate([found["valid"][c.name] for c in game.categories])
-        return {**{k: {name: a.T for name, a in v.items()} for k, v in found.items() if k != "valid"}, "valid": valid.T}
+        box = jnp.concatenate([found["box"][c.name] for c in game.categories])
+        return {**{k: {name: a.T for name, a in v.items()} for k, v in found.items()}, "box": box.T}
 
     def chunk(rams: jax.Array) -> Objects:
         lanes, n = rams.shape[0], game.num_slots
         # Computed, turned round and spread out in separate steps that stay in memory: fused, one would lose the others' order of access.
         found = kept(turned, rams)
-        valid = found["valid"]
-        # Products vectorise, a choice by a broadcast condition does not.
-        xywh = valid[..., None].astype(jnp.int16) * jnp.asarray(constant)
+        box = found["box"]
+        valid = box != 0
+        # A product vectorises, a choice by a broadcast condition does not.
         rgb = valid[..., None].astype(jnp.uint8) * jnp.asarray(colors)
         value, orientation = jnp.zeros((lanes, n), jnp.int32), jnp.zeros((lanes, n), jnp.int8)
         for name, s in game.slices.items():
-            if name in found["xywh"]:
-                xywh = lax.dynamic_update_slice(xywh, found["xywh"][name].reshape(lanes, -1, 4), (0, s.start, 0))
             if name in found["rgb"]:
                 part = found["rgb"][name].reshape(lanes, -1, 3) * valid[:, s, None].astype(jnp.uint8)
                 rgb = lax.dynamic_update_slice(rgb, part, (0, s.start, 0))
             if name in found["value"]:
                 value = lax.dynamic_update_slice(value, found["value"][name], (0, s.start))
             if name in found["orientation"]:
-                orientation = lax.dynamic_update_slice(orientation, found["orientation"][name], (0, s.start))
-        return Objects(xywh, valid, orientation, value, rgb)
+                orientation = lax.dynamic_update_slice(orientation, found["orientation"][name].astype(jnp.int8), (0, s.start))
+        return Objects(lax.bitcast_convert_type(box, jnp.uint8).astype(jnp.int16), valid, orientation, value, rgb)
 
     def batched(rams: jax.Array) -> Objects:
         return _in_chunks(chunk, rams, 2 ** int(np.log2(REM_CHUNK_BYTES / (SLOT_BYTES * game.num_slots))))
