@@ -2,9 +2,9 @@
 
     python benchmarks/extraction.py [GAME ...] [--peer PYTHON] [--core 0]
 
-PYTHON is the interpreter of an environment that has OCAtari (see peer.py). The process and the peer's are bound to one core. A figure is the
-median over repeated calls, each waited for, after a warm-up call; the spread is 10-90 %; compilation is timed apart. Frames are those in
-tests/data, repeated to the batch size.
+PYTHON is the interpreter of an environment that has OCAtari (see peer.py). The process and the peer's are bound to one core. A
+figure is the median over repeated calls, each waited for, after a warm-up call; the spread is 10-90 %; compilation is timed
+apart. Frames are those in tests/data, repeated to the batch size.
 """
 
 import argparse

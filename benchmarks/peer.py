@@ -1,4 +1,6 @@
-"""Time OCAtari's extraction of one game on random play; prints JSON. Runs in an environment of its own (it needs numpy < 2):
+"""Time OCAtari's extraction of one game on random play; prints JSON.
+
+Runs in an environment of its own (it needs numpy < 2):
 
     python -m venv peer && peer/bin/pip install ocatari==2.2.1 ale-py "numpy<2"
     peer/bin/python benchmarks/peer.py Pong 500

@@ -1,16 +1,16 @@
 """Breakout: a wall of 6 x 18 bricks, a ball and a paddle between three walls.
 
 The grey walls and the coloured feet of the side walls are scenery. The paddle may reach over the right foot, which has its colour:
-VEM takes both for one then.
-Block slots run row by row from the top left brick. The ball has the colour of the row it is in: grey above the bricks, the bricks'
-colours among them, the paddle's below.
+VEM takes both for one then. Block slots run row by row from the top left brick. The ball has the colour of the row it is in: grey
+above the bricks, the bricks' colours among them, the paddle's below.
 
-RAM: `facts/ram/Breakout.md`, and the ROM's code for what it leaves open (the digits show the score of the frame before).
+RAM: ALE's source (score, lives), OCAtari 2.2 and AtariARI (positions, bricks), and the ROM's code for what they leave open (the
+digits show the score of the frame before).
 
 Covered: all twelve modes (catching, steerable and breaking-through balls, timed ones, invisible bricks), both difficulties (A:
-smaller paddles), all lives, the end of the game. Invisible bricks are there but not drawn: REM has them, VEM only while they
-flash. Not in the RAM: one row of the ball while a paddle holds it (it keeps the delay of the row it was caught in), and the width
-of the lives' digit in the frame in which a ball is lost.
+smaller paddles), all lives, the end of the game. Invisible bricks are there but not drawn: REM has them, VEM only while they flash.
+Not in the RAM: one row of the ball while a paddle holds it (it keeps the delay of the row it was caught in), and the width of the
+lives' digit in the frame in which a ball is lost.
 """
 
 import jax.numpy as jnp

@@ -11,7 +11,9 @@ Covered: four mazes, seven fruits, modes 0-3 (four, one, two, three ghosts; the 
 tunnels (the larger part of who is cut in two there), game over. Scenery: the walls, all other pixels in the pills' colour.
 """
 
+import functools
 import pathlib
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -26,7 +28,8 @@ BLUE, WHITE = (150, (66, 114, 194)), (12, (214, 214, 214))  # scared ghosts
 FRUITS = (68, 54, 22, 214, 40)
 FRUIT_RGB = ((184, 50, 50), (184, 50, 50), (198, 108, 58), (162, 162, 42), (184, 50, 50), (110, 156, 66), (195, 144, 61))
 PLAYER, LIFE, SCORE = 42, 24, 40
-FIELD, SPRITE = (0, 2, 160, 171), {"min_size": (4, 5), "max_size": (8, 10)}
+FIELD = (0, 2, 160, 171)
+sprites = functools.partial(Blobs, min_size=(4, 5), max_size=(8, 10))
 
 with np.load(pathlib.Path(__file__).parent / "_data" / "mspacman.npz") as data:
     PILLS, EXITS, PATHS = data["pills"], data["exits"].ravel().astype(np.int32), data["fruit_paths"]  # [4, 14], [336], [16]
@@ -115,7 +118,7 @@ def _wrap(x: jax.Array) -> jax.Array:
     return jnp.where(x > 156, x - 160, jnp.where(x < -4, x + 160, x))
 
 
-def _picture(index: jax.Array, x: jax.Array, y: jax.Array, **more: jax.Array) -> Box:
+def _picture(index: jax.Array, x: jax.Array, y: jax.Array, **more: Any) -> Box:
     p = jnp.asarray(PICTURES)[jnp.minimum(index, len(PICTURES) - 1)]
     top, height = p >> 4 & 15, p >> 12
     late = jnp.where((y % 12 == 6) & (top + height == 10), 1, 0)  # on some lines the tenth row is not drawn
@@ -178,12 +181,18 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", Blobs(PLAYER, FIELD, **SPRITE), attributes=("orientation",), doc="Ms. Pac-Man"),
-        Category("Ghost", Blobs((*GHOSTS, BLUE[0], WHITE[0]), FIELD, join=(2, 0), **SPRITE), count=4, doc="orange, cyan, pink, red"),
-        Category("PowerPill", Cells(MAZES, POWER_X, POWER_Y, 4, 7, margin=(2, 0)), count=4, doc="right: lower, upper; left: lower, upper"),
+        Category("Player", sprites(PLAYER, FIELD), attributes=("orientation",), doc="Ms. Pac-Man"),
+        Category("Ghost", sprites((*GHOSTS, BLUE[0], WHITE[0]), FIELD, join=(2, 0)), count=4, doc="orange, cyan, pink, red"),
+        Category(
+            "PowerPill",
+            Cells(MAZES, POWER_X, POWER_Y, 4, 7, margin=(2, 0)),
+            count=4,
+            blinks=True,
+            doc="right lower, upper, left lower, upper",
+        ),
         Category("Pill", Cells(MAZES, PILL_X, PILL_Y, 4, 2, whole=False, margin=(2, 1)), count=len(PILL_X), doc="places of all mazes"),
         Category("Fruit", Blobs(FRUITS, (0, 2, 160, 184), min_size=(5, 8), max_size=(8, 10)), count=2, doc="in the maze; level's, below"),
-        Category("GhostIcon", Blobs(GHOSTS[0], (100, 172, 160, 184), **SPRITE), count=3, hud=True, doc="as many as ghosts, modes 1-3"),
+        Category("GhostIcon", sprites(GHOSTS[0], (100, 172, 160, 184)), count=3, hud=True, doc="as many as ghosts, modes 1-3"),
         Category("Score", Bounds(SCORE, (48, 186, 104, 195)), hud=True, attributes=("value",), doc="all digits"),
         Category("Life", Bounds(LIFE, (0, 172, 100, 184)), hud=True, attributes=("value",), doc="all icons; value: lives"),
     ),

@@ -1,20 +1,19 @@
 """Skiing: a skier, gates of two flags, moguls and trees that scroll up, the gates to go and the clock.
 
-Slots are the game's records: eight of them go round while the list in RAM moves up by one at every shift, counted by byte 16. Two are
-gates (Flag: left and right flag of each), two moguls, four trees. After the last gate one gate's record is a mogul (the third slot); in
-downhill games the gates' records are trees (the last two slots).
-`orientation` of the player: where the skis point, compass point 12 (west) over 8 (straight down) to 4 (east), from the game's 16
-headings. `value`: of Score the sum of the emulator's rewards, minus the hundredths of a second so far (the emulator ends a run with five
-seconds for every missed gate, as the game's clock does); of Clock the hundredths themselves; of Player the gates to go, the number that
-Score's digits show.
+Slots are the game's records: eight of them go round while the list in RAM moves up by one at every shift, counted by byte 16. Two
+are gates (Flag: left and right flag of each), two moguls, four trees. After the last gate one gate's record is a mogul (the third
+slot); in downhill games the gates' records are trees (the last two slots). `orientation` of the player: where the skis point,
+compass point 12 (west) over 8 (straight down) to 4 (east), from the game's 16 headings. `value`: of Score the sum of the emulator's
+rewards, minus the hundredths of a second so far (the emulator ends a run with five seconds for every missed gate, as the game's
+clock does); of Clock the hundredths themselves; of Player the gates to go, the number that Score's digits show.
 
-RAM facts: facts/ram, and the game's display program. The frame shows the state before the latest step of the scroll and the clock,
-which RAM holds already; bytes 115 and 116 are that step. A crash shows one frame late. Not in RAM: which way the latest turn went, so the
-skier's picture is one frame early when it changes.
-Boxes are tight around what the borders leave: a tree cut by the left border or the playfield's top is as narrow as the rows that remain.
+RAM: ALE's source, OCAtari 2.2, AtariARI, and the game's display program. The frame shows the state before the latest step of the
+scroll and the clock, which RAM holds already; bytes 115 and 116 are that step. A crash shows one frame late. Not in RAM: which way
+the latest turn went, so the skier's picture is one frame early when it changes. Boxes are tight around what the borders leave: a
+tree cut by the left border or the playfield's top is as narrow as the rows that remain.
 
-Covered: the slalom that ALE starts (there is one mode), downhill by editing RAM, crashes, both borders, the end of the run.
-Scenery that no box covers: the black frame, the maker's name.
+Covered: the slalom that ALE starts (there is one mode), downhill by editing RAM, crashes, both borders, the end of the run. Scenery
+that no box covers: the black frame, the maker's name.
 """
 
 from dataclasses import replace

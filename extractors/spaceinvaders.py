@@ -1,20 +1,21 @@
 """Space Invaders: 36 aliens, three shields that wear away, the cannon, bombs and shots, the saucer.
 
-Alien slots are row * 6 + column of the game's own bitmaps, rows from the bottom; the game moves its columns one to the left when the
-leftmost is empty. An alien that was hit stays in its slot while its explosion is shown; invisible invaders are not valid while the game
-hides them. Bullet slots: upper and lower bomb (a new bomb starts above the old one), first and second player's shot; bombs are drawn on
-even frames, shots on odd ones. Shields are the tight box of what is left of them. Player2 is the second cannon of games that ALE has no
-mode for. The players' `value` is the number of lives, as Lives shows it only before a life begins. While the saucer's row hides the
-scores, P1Score stays valid at its place: its value follows the rewards at every step (until the display wraps at 10000).
+Alien slots are row * 6 + column of the game's own bitmaps, rows from the bottom; the game moves its columns one to the left when
+the leftmost is empty. An alien that was hit stays in its slot while its explosion is shown; invisible invaders are not valid while
+the game hides them. Bullet slots: upper and lower bomb (a new bomb starts above the old one), first and second player's shot; bombs
+are drawn on even frames, shots on odd ones. Shields are the tight box of what is left of them. Player2 is the second cannon of
+games that ALE has no mode for. The players' `value` is the number of lives, as Lives shows it only before a life begins. While the
+saucer's row hides the scores, P1Score stays valid at its place: its value follows the rewards at every step (until the display
+wraps at 10000).
 
-RAM facts: facts/ram, and the game's display program: it draws from positions in the chip's coding (bytes 3-7), which it does not change
-afterwards, while the positions themselves (27-30) move on at once; how many lines it takes between two decrements of the bullet counter
-(byte 9) makes a bullet 4 to 12 lines high.
+RAM: ALE's source, OCAtari 2.2, AtariARI, and the game's display program: it draws from positions in the chip's coding (bytes 3-7),
+which it does not change afterwards, while the positions themselves (27-30) move on at once; how many lines it takes between two
+decrements of the bullet counter (byte 9) makes a bullet 4 to 12 lines high.
 
-Covered: later waves, landing, deaths, game over, all of ALE's modes, both players at once and in turn. Not in RAM: the difficulty switches
-(a cannon is 14 pixels wide at difficulty 1, boxes say 7), what a hit takes from a shield on the frame of the hit, which alien's explosion
-ends on a frame, an upper bomb on the frame on which it hits.
-Scenery that no box covers: the ground and its two coloured marks (one for each player).
+Covered: later waves, landing, deaths, game over, all of ALE's modes, both players at once and in turn. Not in RAM: the difficulty
+switches (a cannon is 14 pixels wide at difficulty 1, boxes say 7), what a hit takes from a shield on the frame of the hit, which
+alien's explosion ends on a frame, an upper bomb on the frame on which it hits. Scenery that no box covers: the ground and its two
+coloured marks (one for each player).
 """
 
 import jax

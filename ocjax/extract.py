@@ -12,6 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
+from jax.core import Tracer
 
 from ocjax.batch_last import batch_last
 from ocjax.objects import Objects
@@ -22,7 +23,7 @@ from ocjax.vision.bitmap import kept
 from ocjax.vision.rules import see
 
 # So much at a time, which stays in the processor's cache.
-REM_CHUNK_BYTES = 2**19  # of objects
+REM_CHUNK_BYTES = 2**18  # of objects
 VEM_CHUNK = 64  # frames
 SLOT_BYTES = 17  # of `Objects`
 
@@ -51,7 +52,7 @@ def _any_batch(f: Callable[[jax.Array], Objects], rank: int) -> Callable[[jax.Ar
 
     def call(x: jax.Array | np.ndarray) -> Objects:
         x = jnp.asarray(x)
-        return traced(x) if isinstance(x, jax.core.Tracer) else folded(x)
+        return traced(x) if isinstance(x, Tracer) else folded(x)
 
     return call
 
@@ -59,9 +60,9 @@ def _any_batch(f: Callable[[jax.Array], Objects], rank: int) -> Callable[[jax.Ar
 def _keep_freed_memory() -> None:
     """Ask glibc to keep memory that is freed for what comes next.
 
-    By default it hands large results back to the system when they are dropped, and the next call's pages must be mapped and zeroed again: for
-    batches of thousands that takes twice as long as the extraction itself. Whoever sets MALLOC_TRIM_THRESHOLD_ or
-    MALLOC_MMAP_THRESHOLD_ decides for himself; without glibc nothing happens.
+    By default it hands large results back to the system when they are dropped, and the next call's pages must be mapped and zeroed
+    again: for batches of thousands that takes twice as long as the extraction itself. Where MALLOC_TRIM_THRESHOLD_ or
+    MALLOC_MMAP_THRESHOLD_ is set, it stays as it is; without glibc nothing happens.
     """
     if sys.platform != "linux" or {"MALLOC_TRIM_THRESHOLD_", "MALLOC_MMAP_THRESHOLD_"} & os.environ.keys():
         return
@@ -131,13 +132,14 @@ def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
     def turned(rams: jax.Array) -> dict[str, Any]:
         found = kept(rows, kept(jnp.transpose, rams))
         box = jnp.concatenate([found["box"][c.name] for c in game.categories])
-        return {**{k: {name: a.T for name, a in v.items()} for k, v in found.items()}, "box": box.T}
+        return jax.tree.map(lambda a: a.T.ravel(), found | {"box": box})
 
     def chunk(rams: jax.Array) -> Objects:
         lanes, n = rams.shape[0], game.num_slots
-        # Computed, turned round and spread out in separate steps that stay in memory: fused, one would lose the others' order of access.
+        # Computed, turned round and spread out in separate steps that stay in memory: fused, one would lose the others' order of
+        # access. (What is turned round is made flat, else the compiler would only note that its axes are exchanged.)
         found = kept(turned, rams)
-        box = found["box"]
+        box = found["box"].reshape(lanes, n)
         valid = box != 0
         # A product vectorises, a choice by a broadcast condition does not.
         rgb = valid[..., None].astype(jnp.uint8) * jnp.asarray(colors)
@@ -147,9 +149,11 @@ def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
                 part = found["rgb"][name].reshape(lanes, -1, 3) * valid[:, s, None].astype(jnp.uint8)
                 rgb = lax.dynamic_update_slice(rgb, part, (0, s.start, 0))
             if name in found["value"]:
-                value = lax.dynamic_update_slice(value, found["value"][name], (0, s.start))
+                value = lax.dynamic_update_slice(value, found["value"][name].reshape(lanes, -1), (0, s.start))
             if name in found["orientation"]:
-                orientation = lax.dynamic_update_slice(orientation, found["orientation"][name].astype(jnp.int8), (0, s.start))
+                orientation = lax.dynamic_update_slice(
+                    orientation, found["orientation"][name].reshape(lanes, -1).astype(jnp.int8), (0, s.start)
+                )
         return Objects(lax.bitcast_convert_type(box, jnp.uint8).astype(jnp.int16), valid, orientation, value, rgb)
 
     def batched(rams: jax.Array) -> Objects:

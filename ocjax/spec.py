@@ -21,7 +21,7 @@ WIDTH = 160
 ATTRIBUTES = ("orientation", "value")
 
 Region = tuple[int, int, int, int]  # left, top, right, bottom in pixels; right and bottom exclusive
-Number = jax.Array | int | bool
+Number = jax.Array | np.ndarray | int | bool
 
 
 class GameError(ValueError):
@@ -228,6 +228,7 @@ class Category:
         attributes: which of "value" and "orientation" are meaningful.
         rgb: colour, (r, g, b) or one entry a slot; the rule's first colour without it.
         doc: one line for people.
+        blinks: drawn only part of the time, and for longer than the one frame of the usual flicker. REM has it all the time.
     """
 
     name: str
@@ -237,6 +238,7 @@ class Category:
     attributes: tuple[str, ...] = ()
     rgb: tuple[Any, ...] | None = None
     doc: str = ""
+    blinks: bool = False
 
     @property
     def mixed(self) -> bool:

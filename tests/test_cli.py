@@ -1,12 +1,14 @@
+import re
+
 import numpy as np
 import pytest
+from conftest import DATA
 from PIL import Image
 from typer.testing import CliRunner
 
 import ocjax
 from ocjax import recordings
 from ocjax.cli import app
-from conftest import DATA
 
 runner = CliRunner()
 
@@ -56,8 +58,6 @@ def test_wrong_use(tmp_path):
         result = run(*args)
         assert result.exit_code == 2 or "Freeway" in args, args
         if result.exit_code:
-            import re
-
             assert re.search(message, " ".join(result.output.replace("│", " ").split())), result.output
     assert not (tmp_path / "x.png").exists()
 

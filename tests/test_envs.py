@@ -215,7 +215,7 @@ def test_workers_do_not_outlive_their_parent(how):
         while len(sys.argv) == 1:
             pool.send(np.zeros(4, int)); pool.wait()
     """)
-    before = set(os.listdir("/dev/shm"))
+    before = set(Path("/dev/shm").iterdir())
     command = [sys.executable, "-c", code, *(["end"] if how is None else [])]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as parent:
         pids = [int(p) for p in parent.stdout.readline().split()]
@@ -232,4 +232,4 @@ def test_workers_do_not_outlive_their_parent(how):
     while any(alive(p) for p in pids) and time.monotonic() < deadline:
         time.sleep(0.05)
     assert not any(alive(p) for p in pids)
-    assert set(os.listdir("/dev/shm")) <= before
+    assert set(Path("/dev/shm").iterdir()) <= before

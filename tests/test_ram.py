@@ -59,5 +59,5 @@ def test_declaration():
 
 @pytest.mark.parametrize("wrong", [lambda: byte(128), lambda: byte(-1), lambda: byte(), lambda: byte((1, 2), 3), lambda: bits(3, count=0)])
 def test_wrong_declarations(wrong):
-    with pytest.raises(ValueError, match="RAM|bit field"):
+    with pytest.raises(ValueError, match=r"RAM|bit field"):
         wrong()

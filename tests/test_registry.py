@@ -24,7 +24,7 @@ def test_without_hud_is_cached():
 def test_unknown_game():
     with pytest.raises(ocjax.UnknownGameError, match="did you mean Pong"):
         ocjax.load("Pung")
-    with pytest.raises(ValueError, match="there are .*Pong"):
+    with pytest.raises(ValueError, match=r"there are .*Pong"):
         ocjax.load("Xyzzy")
     with pytest.raises(TypeError, match="must be a string"):
         ocjax.load(3)
