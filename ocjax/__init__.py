@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from ocjax.objects import Objects, velocity
 from ocjax.registry import UnknownGameError, games, load
 from ocjax.spec import Box, Category, Game, GameError
+from ocjax.tracking import merge_frames, track
 
 __version__ = "0.1.0"
 
@@ -25,6 +26,8 @@ __all__ = [
     "games",
     "load",
     "make_vec",
+    "merge_frames",
+    "track",
     "velocity",
 ]
 
