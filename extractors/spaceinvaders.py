@@ -9,8 +9,7 @@ saucer's row hides the scores, P1Score stays valid at its place: its value follo
 wraps at 10000).
 
 RAM: ALE's source, OCAtari 2.2, AtariARI, and the game's display program: it draws from positions in the chip's coding (bytes 3-7),
-which it does not change afterwards, while the positions themselves (27-30) move on at once; how many lines it takes between two
-decrements of the bullet counter (byte 9) makes a bullet 4 to 12 lines high.
+which it does not change, while the positions (27-30) move on; the lines between two steps of byte 9 make bullets 4 to 12 high.
 
 Covered: later waves, landing, deaths, game over, all of ALE's modes, both players at once and in turn. Not in RAM: the difficulty
 switches (a cannon is 14 pixels wide at difficulty 1, boxes say 7), what a hit takes from a shield on the frame of the hit, which

@@ -37,7 +37,7 @@ def games() -> None:
     """List the games: their categories, slots and what each method gives."""
     table = Table(title=f"{len(registry.games())} games", title_justify="left")
     for heading in ("Game", "Slots", "Categories (slots)", "Display", "Values of", "Orientation of"):
-        table.add_column(heading, justify="right" if heading == "Slots" else "left")
+        table.add_column(heading, justify="right" if heading == "Slots" else "left", no_wrap=heading == "Game")
     for name in registry.games():
         game = registry.load(name)
         plain, hud = (

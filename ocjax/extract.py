@@ -142,7 +142,7 @@ def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
         box = found["box"].reshape(lanes, n)
         valid = box != 0
         # A product vectorises, a choice by a broadcast condition does not.
-        rgb = valid[..., None].astype(jnp.uint8) * jnp.asarray(colors)
+        rgb = valid[..., None].astype(jnp.uint8) * jnp.asarray(colors)[None]
         value, orientation = jnp.zeros((lanes, n), jnp.int32), jnp.zeros((lanes, n), jnp.int8)
         for name, s in game.slices.items():
             if name in found["rgb"]:
@@ -154,7 +154,7 @@ def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
                 orientation = lax.dynamic_update_slice(
                     orientation, found["orientation"][name].reshape(lanes, -1).astype(jnp.int8), (0, s.start)
                 )
-        return Objects(lax.bitcast_convert_type(box, jnp.uint8).astype(jnp.int16), valid, orientation, value, rgb)
+        return Objects(lax.bitcast_convert_type(box, jnp.uint8).astype(jnp.int16), valid, orientation, value, rgb, game)
 
     def batched(rams: jax.Array) -> Objects:
         return _in_chunks(chunk, rams, 2 ** int(np.log2(REM_CHUNK_BYTES / (SLOT_BYTES * game.num_slots))))
@@ -190,7 +190,7 @@ def vem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
         xy, wh, valid = (jnp.concatenate(f).T for f in zip(*fields, strict=True))
         none = jnp.zeros((lanes, game.num_slots), jnp.int32)
         shown = lax.bitcast_convert_type(jnp.concatenate(rgb).T & -valid.astype(jnp.uint32), jnp.uint8)[..., :3]
-        return Objects(_unpack(xy, wh), valid, none.astype(jnp.int8), none, shown)
+        return Objects(_unpack(xy, wh), valid, none.astype(jnp.int8), none, shown, game)
 
     def batched(frames: jax.Array) -> Objects:
         return _in_chunks(chunk, frames, VEM_CHUNK)

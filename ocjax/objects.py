@@ -24,6 +24,7 @@ class Objects:
     orientation: jax.Array  # int8 [..., N]: compass point 0-15, clockwise from north
     value: jax.Array  # int32 [..., N]: score, lives, time, ...
     rgb: jax.Array  # uint8 [..., N, 3]
+    game: "Game | None" = dataclasses.field(default=None, repr=False, metadata={"static": True})  # whose objects they are
 
     @property
     def x(self) -> jax.Array:
@@ -66,14 +67,19 @@ class Objects:
         s = game.slices[category]
         return Objects(self.xywh[..., s, :], self.valid[..., s], self.orientation[..., s], self.value[..., s], self.rgb[..., s, :])
 
-    def to_list(self, game: "Game") -> list[Any]:
+    def to_list(self) -> list[Any]:
         """Readable records of the valid objects: a list of dicts for one state, nested lists for a batch.
 
-        A record has `category`, `slot`, `x`, `y`, `w`, `h`, `rgb`, `hud`, and `value` and `orientation` where the category has them.
+        A record has `category`, `slot` (within its category), `x`, `y`, `w`, `h`, `rgb`, `hud`, and `value` and `orientation` where the
+        category has them.
+
+        Raises:
+            ValueError: the objects do not know their game (they are not what a game's methods returned, or only a part of it).
         """
+        game = whose(self)
         host = jax.tree.map(np.asarray, self)
         if host.valid.ndim > 1:
-            return [host[i].to_list(game) for i in range(len(host.valid))]
+            return [host[i].to_list() for i in range(len(host.valid))]
         records = []
         for slot in np.flatnonzero(host.valid):
             category = game.categories[game.slot_category[slot]]
@@ -83,6 +89,17 @@ class Objects:
             record |= {name: int(getattr(host, name)[slot]) for name in category.attributes}
             records.append(record)
         return records
+
+
+def whose(objects: Objects) -> "Game":
+    """The game that objects belong to.
+
+    Raises:
+        ValueError: they do not know it (they are not what a game's methods returned, or only a part of it).
+    """
+    if objects.game is None:
+        raise ValueError("these objects do not know their game: give what game.rem or game.vem returned, with all of its slots")
+    return objects.game
 
 
 def velocity(previous: Objects, current: Objects) -> jax.Array:

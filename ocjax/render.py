@@ -36,7 +36,7 @@ def overlay(game: Game, frame: np.ndarray, objects: Objects, *, scale: int = 3, 
     draw = ImageDraw.Draw(image)
     font = ImageFont.load_default(size=4 * scale + 2)
     colors, named = category_colors(game), set()
-    records = objects.to_list(game)
+    records = objects.to_list()
     for r in records:
         corners = (r["x"] * sx - 1, r["y"] * sy - 1, (r["x"] + r["w"]) * sx, (r["y"] + r["h"]) * sy)
         draw.rectangle(corners, outline=colors[r["category"]], width=max(1, scale // 2))

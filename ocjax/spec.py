@@ -352,6 +352,11 @@ class Game:
         """
         return self._vem(frames)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        from ocjax import registry
+
+        return functools.partial(registry.load, hud=self.hud), (self.name,)
+
     def __repr__(self) -> str:
         return f"Game({self.name}, {self.num_slots} slots: {', '.join(f'{c.name} {c.count}' for c in self.categories)})"
 

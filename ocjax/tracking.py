@@ -5,7 +5,6 @@ compared as integers (squares, in half pixels), so that ties are exact: of equal
 goes first, then the one with the lower slot in the second.
 """
 
-import dataclasses
 import functools
 import math
 
@@ -14,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ocjax.objects import Objects
+from ocjax.objects import Objects, whose
 from ocjax.spec import WIDTH, Blobs, Game
 
 MERGE_RADIUS = 5.0  # pixels; one emulated frame apart
@@ -189,25 +188,27 @@ def _limit(radius: float) -> int:
     return int(min(4.0 * float(radius) ** 2, _LONGEST))
 
 
-def _check(game: Game, **states: Objects) -> tuple[int, ...]:
-    """The batch shape of the states: all of their fields must have it and the game's slots."""
+def _check(**states: Objects) -> tuple[Game, tuple[int, ...]]:
+    """The game and the batch shape of the states: all of their fields must have it and the game's slots."""
+    game, other = (whose(objects) for objects in states.values())
+    if game is not other:
+        raise ValueError(f"{' and '.join(states)} must be objects of one game, got {game} and {other}")
     batch: tuple[int, ...] | None = None
     for name, objects in states.items():
-        for f in dataclasses.fields(Objects):
-            tail = _TAILS[f.name]
-            shape = np.shape(getattr(objects, f.name))
+        for field, tail in _TAILS.items():
+            shape = np.shape(getattr(objects, field))
             batch = shape[: len(shape) - 1 - len(tail)] if batch is None else batch
             if shape != (*batch, game.num_slots, *tail):
                 want = ", ".join(str(n) for n in (game.num_slots, *tail))
                 both = " and ".join(states)
                 raise ValueError(
-                    f"{game.name}: {name}.{f.name} must have shape [..., {want}], the same batch shape in all of {both}, got {list(shape)}"
+                    f"{game.name}: {name}.{field} must have shape [..., {want}], the same batch shape in all of {both}, got {list(shape)}"
                 )
     assert batch is not None
-    return batch
+    return game, batch
 
 
-def merge_frames(game: Game, earlier: Objects, later: Objects, radius: float = MERGE_RADIUS) -> Objects:
+def merge_frames(earlier: Objects, later: Objects, radius: float = MERGE_RADIUS) -> Objects:
     """What two successive emulated frames show together: for objects that the console draws only every other frame.
 
     The later frame's objects, each in its slot, and those of the earlier frame that have no counterpart in the later one: an object that
@@ -217,7 +218,6 @@ def merge_frames(game: Game, earlier: Objects, later: Objects, radius: float = M
     `vmap` and `scan`.
 
     Args:
-        game: whose objects they are.
         earlier, later: what `game.vem` found on two successive emulated frames, any batch shape.
         radius: how far a counterpart's centre may be, in pixels; a Python number.
 
@@ -227,12 +227,12 @@ def merge_frames(game: Game, earlier: Objects, later: Objects, radius: float = M
     Raises:
         ValueError: the shapes are not those of the game's slots, the batch shapes differ, or the radius is negative or nan.
     """
-    _check(game, earlier=earlier, later=later)
+    game, _ = _check(earlier=earlier, later=later)
     return _merge(game, _limit(radius), earlier, later)
 
 
 def track(
-    game: Game, previous: Objects, current: Objects, radius: float = TRACK_RADIUS, is_first: jax.Array | np.ndarray | bool | None = None
+    previous: Objects, current: Objects, radius: float = TRACK_RADIUS, is_first: jax.Array | np.ndarray | bool | None = None
 ) -> Objects:
     """The current objects, in the slots of the previous objects that they continue: slots become identities.
 
@@ -241,13 +241,12 @@ def track(
     region or cell i) objects stay where they are. No object is added, lost or changed. A pure function that works under `jit`, `vmap` and
     `scan`; the result is the next call's `previous`:
 
-        tracked = ocjax.track(game, tracked, game.vem(frame))
+        tracked = ocjax.track(tracked, game.vem(frame))
 
     Only the previous objects are remembered: one that is not seen once loses its identity, and is new when it comes back, maybe in another
     slot. Where objects flicker, give the objects that `merge_frames` makes of the last two emulated frames.
 
     Args:
-        game: whose objects they are.
         previous, current: objects of two successive states, any batch shape.
         radius: how far an object's centre may have moved, in pixels; a Python number.
         is_first: bool `[...]`, the batch shape: the state begins an episode, nothing continues, and `current` is returned as it is.
@@ -259,7 +258,7 @@ def track(
         ValueError: the shapes are not those of the game's slots, the batch shapes differ, or the radius is negative or nan.
         TypeError: `is_first` is not bool.
     """
-    batch = _check(game, previous=previous, current=current)
+    game, batch = _check(previous=previous, current=current)
     first = jnp.zeros(batch, jnp.bool_) if is_first is None else jnp.asarray(is_first)
     if first.dtype != jnp.bool_:
         raise TypeError(f"is_first must be bool, got {first.dtype}")

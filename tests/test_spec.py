@@ -112,8 +112,8 @@ def test_objects_views():
     o = GAME.rem(ram)
     assert o.of(GAME, "A").x.tolist() == [[10], [20], [30]]
     assert o[1].of(GAME, "A").center.tolist() == [[22.0, 12.0]]
-    assert o.to_list(GAME)[2][0] == {"category": "A", "slot": 0, "x": 30, "y": 10, "w": 4, "h": 4, "rgb": (236, 236, 236), "hud": False}
-    assert [r["category"] for r in o[0].to_list(GAME)] == ["A", "B", "B", "H"]
+    assert o.to_list()[2][0] == {"category": "A", "slot": 0, "x": 30, "y": 10, "w": 4, "h": 4, "rgb": (236, 236, 236), "hud": False}
+    assert [r["category"] for r in o[0].to_list()] == ["A", "B", "B", "H"]
     with pytest.raises(ValueError, match="no category 'C'; it has A, B, H"):
         o.of(GAME, "C")
     v = ocjax.velocity(o[0], o[1])

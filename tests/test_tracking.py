@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from conftest import DATA, excerpt
+from conftest import excerpt
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -16,7 +16,7 @@ from ocjax.objects import Objects
 from ocjax.ram import RamMap, byte
 from ocjax.spec import Blobs, Bounds, Category, Cells, Game, box
 
-FIELDS = [f.name for f in dataclasses.fields(Objects)]
+FIELDS = ["xywh", "valid", "orientation", "value", "rgb"]
 
 
 class Ram(RamMap):
@@ -45,7 +45,7 @@ def some(rng, batch, game=GAME, density=0.6, span=30):
     fields["rgb"] = rng.integers(0, 256, (*shape, 3))
     dtypes = {"xywh": np.int16, "orientation": np.int8, "value": np.int32, "rgb": np.uint8}
     whole = {k: (v * valid.reshape(*shape, *[1] * (v.ndim - len(shape)))).astype(dtypes[k]) for k, v in fields.items()}
-    return Objects(valid=valid, **whole)
+    return Objects(valid=valid, **whole, game=game)
 
 
 def host(objects):
@@ -156,7 +156,7 @@ def test_reference(seed, density, span, radius):
     rng = np.random.default_rng(seed)
     a, b = some(rng, (12,), density=density, span=span), some(rng, (12,), density=density, span=span)
     first = rng.random(12) < 0.2
-    merge, track = ocjax.merge_frames(GAME, a, b, radius), ocjax.track(GAME, a, b, radius, first)
+    merge, track = ocjax.merge_frames(a, b, radius), ocjax.track(a, b, radius, first)
     assert same(merge, rows(lambda p, q: merged(GAME, p, q, radius), a, b))
     plain = [tracked(GAME, *(jax.tree.map(lambda v, i=i: v[i], o) for o in (a, b)), radius, first[i]) for i in range(12)]
     assert same(track, jax.tree.map(lambda *v: np.stack(v), *plain))
@@ -186,14 +186,14 @@ def test_large_category():
         o.xywh[0] = np.where(o.valid[0, :, None], np.stack([slot % 18 * 8 + shift, slot // 18 * 20, slot * 0 + 4, slot * 0 + 4], -1), 0)
         for name in ("orientation", "value", "rgb"):
             getattr(o, name)[0][40:] = 0
-    assert same(ocjax.track(game, a, b), rows(lambda p, q: tracked(game, p, q, 16), a, b))
-    assert same(ocjax.merge_frames(game, a, b), rows(lambda p, q: merged(game, p, q, 5), a, b))
+    assert same(ocjax.track(a, b), rows(lambda p, q: tracked(game, p, q, 16), a, b))
+    assert same(ocjax.merge_frames(a, b), rows(lambda p, q: merged(game, p, q, 5), a, b))
 
 
 FUNCTIONS = {
-    "merge": lambda a, b, first: ocjax.merge_frames(GAME, a, b),
-    "track": lambda a, b, first: ocjax.track(GAME, a, b),
-    "is_first": lambda a, b, first: ocjax.track(GAME, a, b, is_first=first),
+    "merge": lambda a, b, first: ocjax.merge_frames(a, b),
+    "track": lambda a, b, first: ocjax.track(a, b),
+    "is_first": lambda a, b, first: ocjax.track(a, b, is_first=first),
 }
 
 
@@ -235,7 +235,7 @@ def test_scan_keeps_slots():
     frames = jax.tree.map(jnp.asarray, frames)
 
     def step(before, now):
-        now = ocjax.track(GAME, before, now)
+        now = ocjax.track(before, now)
         return now, (now, ocjax.velocity(before, now))
 
     first = frames[0]
@@ -264,25 +264,25 @@ def x_of(objects, name):
 def test_merge_by_hand():
     earlier = state(Few=[(10, 10), (50, 10), (90, 10)], One=[(5, 5)], Cell=[(0, 0), (9, 0), None, None], Place=[(1, 1), (10, 1)])
     later = state(Few=[None, (53, 10), None], Cell=[None, (10, 0), (18, 0), None], Place=[None, (12, 2)])
-    both = ocjax.merge_frames(GAME, earlier, later)
+    both = ocjax.merge_frames(earlier, later)
     assert x_of(both, "Few") == [10, 53, 90]
     assert x_of(both, "One") == [5]
     assert x_of(both, "Cell") == [0, 10, 18, None]
     assert x_of(both, "Place") == [1, 12]
-    assert x_of(ocjax.merge_frames(GAME, earlier, later, radius=2), "Few") == [10, 53, 50], "what does not fit is left out"
-    assert x_of(ocjax.merge_frames(GAME, state(One=[(5, 5)]), state(One=[(80, 5)])), "One") == [80]
+    assert x_of(ocjax.merge_frames(earlier, later, radius=2), "Few") == [10, 53, 50], "what does not fit is left out"
+    assert x_of(ocjax.merge_frames(state(One=[(5, 5)]), state(One=[(80, 5)])), "One") == [80]
 
 
 def test_track_by_hand():
     before = state(Few=[(10, 10), None, (50, 10)])
-    assert x_of(ocjax.track(GAME, before, state(Few=[(52, 10), (12, 10), None])), "Few") == [12, None, 52]
-    assert x_of(ocjax.track(GAME, before, state(Few=[(120, 10), (52, 10), None])), "Few") == [None, 120, 52], "free before, first"
-    assert x_of(ocjax.track(GAME, before, state(Few=[(120, 10), (130, 10), (52, 10)])), "Few") == [130, 120, 52], "then freed"
-    assert x_of(ocjax.track(GAME, before, state(Few=[(30, 10), None, None]), radius=100), "Few") == [30, None, None], "ties by slot"
+    assert x_of(ocjax.track(before, state(Few=[(52, 10), (12, 10), None])), "Few") == [12, None, 52]
+    assert x_of(ocjax.track(before, state(Few=[(120, 10), (52, 10), None])), "Few") == [None, 120, 52], "free before, first"
+    assert x_of(ocjax.track(before, state(Few=[(120, 10), (130, 10), (52, 10)])), "Few") == [130, 120, 52], "then freed"
+    assert x_of(ocjax.track(before, state(Few=[(30, 10), None, None]), radius=100), "Few") == [30, None, None], "ties by slot"
     shuffled = state(Few=[(52, 10), (12, 10), None])
-    assert same(ocjax.track(GAME, before, shuffled, is_first=np.True_), shuffled)
+    assert same(ocjax.track(before, shuffled, is_first=np.True_), shuffled)
     cells = state(Cell=[None, (9, 0), None, None], Place=[(5, 1), None])
-    assert same(ocjax.track(GAME, state(Cell=[(9, 0)], Place=[None, (5, 1)]), cells), cells)
+    assert same(ocjax.track(state(Cell=[(9, 0)], Place=[None, (5, 1)]), cells), cells)
 
 
 def test_wrong_input():
@@ -292,16 +292,16 @@ def test_wrong_input():
     for f, names in ((ocjax.merge_frames, ("earlier", "later")), (ocjax.track, ("previous", "current"))):
         for left, right, name in ((short, short, names[0]), (a, short, names[1]), (a, b, names[1]), (a[0], a, names[1])):
             with pytest.raises(ValueError, match=f"Test: {name}.xywh must have shape"):
-                f(GAME, left, right)
+                f(left, right)
         with pytest.raises(ValueError, match=f"Test: {names[1]}.rgb must have shape"):
-            f(GAME, a, dataclasses.replace(a, rgb=a.rgb[:1]))
+            f(a, dataclasses.replace(a, rgb=a.rgb[:1]))
         for radius in (-1, float("nan")):
             with pytest.raises(ValueError, match="radius must be"):
-                f(GAME, a, a, radius)
+                f(a, a, radius)
     with pytest.raises(ValueError, match="is_first must have"):
-        ocjax.track(GAME, a, a, is_first=True)
+        ocjax.track(a, a, is_first=True)
     with pytest.raises(TypeError, match="is_first must be bool"):
-        ocjax.track(GAME, a, a, is_first=np.zeros(2, int))
+        ocjax.track(a, a, is_first=np.zeros(2, int))
 
 
 def test_games(game, truth):
@@ -309,22 +309,19 @@ def test_games(game, truth):
     screens, previous = (game.vem(truth[k][::8]) for k in ("screens", "previous"))
     screens, previous = host(screens), host(previous)
     n = len(screens.valid)
-    both = ocjax.merge_frames(game, previous, screens)
+    both = ocjax.merge_frames(previous, screens)
     well_formed(game, both, (n,))
     assert same(both, rows(functools.partial(merged, game, radius=5), previous, screens))
     assert same(jax.tree.map(lambda a: a[screens.valid], host(both)), jax.tree.map(lambda a: a[screens.valid], screens))
-    assert same(ocjax.track(game, previous, screens), rows(functools.partial(tracked, game, radius=16), previous, screens))
-    assert same(ocjax.merge_frames(game, screens, screens), screens)
-    assert same(ocjax.track(game, screens, screens), screens)
+    assert same(ocjax.track(previous, screens), rows(functools.partial(tracked, game, radius=16), previous, screens))
+    assert same(ocjax.merge_frames(screens, screens), screens)
+    assert same(ocjax.track(screens, screens), screens)
 
 
-@pytest.mark.skipif(not (DATA / "MsPacman.npz").exists(), reason="no excerpt of MsPacman")
 def test_flickering_ghosts():
     """Together, two frames show more ghosts than either: as many as there are, mostly."""
     game, data = ocjax.load("MsPacman"), excerpt("MsPacman")
     previous, screens = game.vem(data["previous"]), game.vem(data["screens"])
-    earlier, later, both = (
-        host(o.of(game, "Ghost")).valid.sum(1) for o in (previous, screens, ocjax.merge_frames(game, previous, screens))
-    )
+    earlier, later, both = (host(o.of(game, "Ghost")).valid.sum(1) for o in (previous, screens, ocjax.merge_frames(previous, screens)))
     assert (both >= np.maximum(earlier, later)).all()
     assert both.sum() > 1.2 * later.sum()
