@@ -91,27 +91,19 @@ def demo(
         pool.close()
 
     step = float(np.median(spent["step"]))
+    rate = num_envs / step
     table = Table(
         title=f"{spec.name}: {num_envs} instances x {steps} agent steps of {pool.frame_skip} emulated frames, random actions",
         title_justify="left",
     )
-    for heading in ("", "median", "10-90 %", "per second"):
+    for heading in ("", "median", "10-90 %", "a second", "of the step time"):
         table.add_column(heading, justify="right" if heading else "left")
-    rate = num_envs / step
-    table.add_row(
-        "emulation, all instances",
-        f"{1e3 * step:.2f} ms",
-        _spread(spent["step"], 1e3),
-        f"{rate:,.0f} agent steps = {rate * pool.frame_skip:,.0f} emulated frames",
-    )
+    table.add_row("a step of all", f"{1e3 * step:.2f} ms", _spread(spent["step"], 1e3), f"{rate:,.0f} agent steps", "100 %")
+    table.add_row("", "", "", f"{rate * pool.frame_skip:,.0f} emulated frames")
     for name in ("REM", "VEM"):
         one = float(np.median(spent[name])) / num_envs
-        table.add_row(
-            f"{name}, a frame",
-            f"{1e6 * one:.2f} us",
-            _spread(spent[name], 1e6 / num_envs),
-            f"{1 / one:,.0f} frames; {100 * one * num_envs / step:.2f} % of the step time",
-        )
+        share = f"{100 * one * num_envs / step:.2f} %"
+        table.add_row(f"{name}, a frame", f"{1e6 * one:.2f} us", _spread(spent[name], 1e6 / num_envs), f"{1 / one:,.0f} frames", share)
     console.print(table)
     console.print(f"first call with compilation: REM {compiled['REM']:.2f} s, VEM {compiled['VEM']:.2f} s")
 

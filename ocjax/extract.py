@@ -117,14 +117,17 @@ def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
         boxes, lanes = decode(rams), rams.shape[1]
         out: dict[str, dict[str, jax.Array]] = {name: {} for name in ("box", "value", "orientation", "rgb")}
         for c in game.categories:
-            b, shape = boxes[c.name], (c.count, lanes)
-            keep = -b.valid.astype(jnp.int32)
+            b = boxes[c.name]
+            x, y, w, h, valid, value, point = (
+                jnp.broadcast_to(v, (c.count, lanes)) for v in (b.x, b.y, b.w, b.h, b.valid, b.value, b.orientation)
+            )
+            keep = -valid.astype(jnp.int32)
             # A clipped box fits four bytes. One number a slot, so that the compiler computes what its parts share once.
-            out["box"][c.name] = jnp.broadcast_to((b.x | (b.y << 8) | (b.w << 16) | (b.h << 24)) & keep, shape)
+            out["box"][c.name] = (x | (y << 8) | (w << 16) | (h << 24)) & keep
             if "value" in c.attributes:
-                out["value"][c.name] = jnp.broadcast_to(b.value & keep, shape)
+                out["value"][c.name] = value & keep
             if "orientation" in c.attributes:
-                out["orientation"][c.name] = jnp.broadcast_to(b.orientation & 15 & keep, shape)
+                out["orientation"][c.name] = point & 15 & keep
             if b.rgb is not None:
                 out["rgb"][c.name] = b.rgb.reshape(-1, lanes)
         return out

@@ -1,5 +1,3 @@
-import re
-
 import numpy as np
 import pytest
 from conftest import DATA
@@ -28,9 +26,10 @@ def test_demo(tmp_path):
     out = tmp_path / "picture.png"
     result = run("demo", "pong", "--envs", 4, "--steps", 20, "--out", out)
     assert result.exit_code == 0, result.output
-    for word in ("agent steps", "emulated frames", "REM", "VEM", "% of the step time"):
+    for word in ("agent steps", "emulated frames", "REM", "VEM", "of the step"):
         assert word in result.output
-    image = np.asarray(Image.open(out))
+    with Image.open(out) as picture:
+        image = np.asarray(picture)
     assert image.shape[0] > 3 * 600
     assert len(np.unique(image.reshape(-1, 3), axis=0)) > 8
 
@@ -40,7 +39,8 @@ def test_render(tmp_path, suffix):
     out = tmp_path / f"tape{suffix}"
     result = run("render", DATA / "Pong.npz", "--out", out, "--first", 5, "--count", 3)
     assert result.exit_code == 0, result.output
-    assert getattr(Image.open(out), "n_frames", 1) == (3 if suffix == ".gif" else 1)
+    with Image.open(out) as picture:
+        assert getattr(picture, "n_frames", 1) == (3 if suffix == ".gif" else 1)
 
 
 def test_wrong_use(tmp_path):
@@ -53,12 +53,10 @@ def test_wrong_use(tmp_path):
         (("render", DATA / "Pong.npz", "--out", "x.jpg"), "must end in .png or .gif"),
         (("render", DATA / "Pong.npz", "--out", "x.png", "--method", "ram"), "method must be"),
         (("render", DATA / "Pong.npz", "--out", "x.png", "--first", 9999), "samples"),
-        (("render", DATA / "Pong.npz", "--out", "x.png", "--game", "Freeway"), "must be uint8|not of"),
     ):
         result = run(*args)
-        assert result.exit_code == 2 or "Freeway" in args, args
-        if result.exit_code:
-            assert re.search(message, " ".join(result.output.replace("│", " ").split())), result.output
+        assert result.exit_code == 2, args
+        assert message in " ".join(result.output.replace("│", " ").split()), result.output
     assert not (tmp_path / "x.png").exists()
 
 

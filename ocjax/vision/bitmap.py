@@ -16,12 +16,18 @@ U = jnp.uint32
 Bitmap = tuple[jax.Array, ...]
 
 
+LITTLE = 2**12  # elements
+
+
 def kept(f: Callable[[jax.Array], Any], x: jax.Array) -> Any:
     """`f(x)`, kept in memory.
 
     The compiler fuses what is cheap into each of its uses, so that masks would be computed again, and frames transposed again, by every
-    kernel that reads them: several times the work. What comes out of a condition is not fused; this one is always true.
+    kernel that reads them: several times the work. What comes out of a condition is not fused; this one is always true. Where there is
+    little to compute, the condition would cost more than it saves.
     """
+    if x.size < LITTLE:
+        return f(x)
     result = jax.eval_shape(f, x)
     return lax.cond(x.ravel()[0].astype(jnp.float32) >= 0, f, lambda _: jax.tree.map(jnp.zeros_like, result), x)
 
