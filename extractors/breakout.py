@@ -17,7 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.spec import Blobs, Bounds, Box, Category, Cells, Game, box
+from ocjax.spec import DIGITS_3X5, Blobs, Bounds, Box, Category, Cells, Digits, Game, box
 from ocjax.vision.palette import NTSC
 
 FIELD = (8, 32, 152, 196)
@@ -74,6 +74,10 @@ def _score(m: Ram) -> Box:
     return box(36 + first, 5, last - first, 10, value=m.score)
 
 
+def digits(*lefts: int) -> Digits:
+    return Digits(lefts, 5, (3, 5), (4, 2), DIGITS_3X5)
+
+
 GAME = Game(
     name="Breakout",
     rom="breakout",
@@ -90,8 +94,16 @@ GAME = Game(
             rgb=tuple(np.repeat(NTSC[list(ROWS)], 18, axis=0)),
             doc="the bricks that are left",
         ),
-        Category("PlayerScore", Bounds(GREY, (36, 5, 80, 15)), attributes=("value",), hud=True, doc="points, or the time"),
-        Category("Live", Bounds(GREY, (100, 5, 112, 15)), attributes=("value",), hud=True, doc="balls left"),
-        Category("PlayerNumber", Bounds(GREY, (132, 5, 144, 15)), attributes=("value",), hud=True, doc="whose turn it is"),
+        Category(
+            "PlayerScore",
+            Bounds(GREY, (36, 5, 80, 15), value=digits(36, 52, 68)),
+            attributes=("value",),
+            hud=True,
+            doc="points, or the time",
+        ),
+        Category("Live", Bounds(GREY, (100, 5, 112, 15), value=digits(100)), attributes=("value",), hud=True, doc="balls left"),
+        Category(
+            "PlayerNumber", Bounds(GREY, (132, 5, 144, 15), value=digits(132)), attributes=("value",), hud=True, doc="whose turn it is"
+        ),
     ),
 )

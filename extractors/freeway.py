@@ -18,7 +18,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.spec import Blobs, Bounds, Box, Category, Game, box
+from ocjax.spec import Blobs, Bounds, Box, Category, Digits, Game, box
 from ocjax.vision.palette import NTSC
 
 ROAD = (8, 24, 160, 185)
@@ -26,6 +26,9 @@ BLACK, YELLOW, PINK, GREY = 0, 30, 74, 6
 CARS = (26, 216, 68, 136, 36, 130, 74, 18, 220, 66)[::-1]  # top lane first
 CHICKENS = (44, 108)
 LANES = range(9, -1, -1)  # of the RAM's tables, top lane first
+
+GLYPHS = ("3c6666666666663c", "183818181818183c", "3c4606063c60607e", "3c46060c0c06463c", "0c1c2c4c7e0c0c0c",
+          "7e60607c0606467c", "3c62607c6666663c", "7e42060c18181818", "3c66663c3c66663c", "3c6666663e06463c")  # fmt: skip
 
 
 class Ram(RamMap):
@@ -81,6 +84,10 @@ def _scores(m: Ram) -> Box:
     return box(40 + 64 * side + first, 5, last - first, 8, value=m.score, rgb=rgb)
 
 
+def digits(*lefts: int) -> Digits:
+    return Digits(lefts, 5, (8, 8), (1, 1), GLYPHS)
+
+
 GAME = Game(
     name="Freeway",
     rom="freeway",
@@ -107,7 +114,7 @@ GAME = Game(
         ),
         Category(
             "Score",
-            Bounds(GREY, ((40, 5, 56, 13), (104, 5, 120, 13)), inverse=True),
+            Bounds(GREY, ((40, 5, 56, 13), (104, 5, 120, 13)), inverse=True, value=(digits(40, 48), digits(104, 112))),
             count=2,
             attributes=("value",),
             hud=True,

@@ -20,7 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ocjax.ram import RamMap, bcd, bits, byte, high
-from ocjax.spec import Blobs, Bounds, Box, Category, Cells, Game, box
+from ocjax.spec import Blobs, Bounds, Box, Category, Cells, Digits, Game, Gauge, box
 
 MAZES, MAZE_RGB = (74, 138, 8, 214), ((228, 111, 111), (101, 111, 228), (170, 170, 170), (110, 156, 66))  # walls and pills
 GHOSTS, GHOST_RGB = (38, 184, 88, 70), ((180, 122, 48), (84, 184, 153), (198, 89, 179), (200, 72, 72))
@@ -29,6 +29,9 @@ FRUITS = (68, 54, 22, 214, 40)
 FRUIT_RGB = ((184, 50, 50), (184, 50, 50), (198, 108, 58), (162, 162, 42), (184, 50, 50), (110, 156, 66), (195, 144, 61))
 PLAYER, LIFE, SCORE = 42, 24, 40
 FIELD = (0, 2, 160, 171)
+GLYPHS = ("386cc6c6c66c38", "1838181818187e", "7cc6063ce0c0fe", "fc06067c0606fc", "ccccccfe0c0c0c",
+          "fcc0c0fc0606fc", "7cc0c0fcc6c67c", "fe060c18183030", "7cc6c67cc6c67c", "7cc6c67e06067c")  # fmt: skip
+DIGITS = Digits((55, 63, 71, 79, 87, 95), 187, (8, 7), (1, 1), GLYPHS)
 sprites = functools.partial(Blobs, min_size=(4, 5), max_size=(8, 10))
 
 with np.load(pathlib.Path(__file__).parent / "_data" / "mspacman.npz") as data:
@@ -193,7 +196,9 @@ GAME = Game(
         Category("Pill", Cells(MAZES, PILL_X, PILL_Y, 4, 2, whole=False, margin=(2, 1)), count=len(PILL_X), doc="places of all mazes"),
         Category("Fruit", Blobs(FRUITS, (0, 2, 160, 184), min_size=(5, 8), max_size=(8, 10)), count=2, doc="in the maze; level's, below"),
         Category("GhostIcon", sprites(GHOSTS[0], (100, 172, 160, 184)), count=3, hud=True, doc="as many as ghosts, modes 1-3"),
-        Category("Score", Bounds(SCORE, (48, 186, 104, 195)), hud=True, attributes=("value",), doc="all digits"),
-        Category("Life", Bounds(LIFE, (0, 172, 100, 184)), hud=True, attributes=("value",), doc="all icons; value: lives"),
+        Category("Score", Bounds(SCORE, (48, 186, 104, 195), value=DIGITS), hud=True, attributes=("value",), doc="all digits"),
+        Category(
+            "Life", Bounds(LIFE, (0, 172, 100, 184), value=Gauge(16, 7, 2)), hud=True, attributes=("value",), doc="all icons; value: lives"
+        ),
     ),
 )

@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 
 from ocjax.ram import RamMap, byte
-from ocjax.spec import Bounds, Box, Category, Game, box
+from ocjax.spec import DIGITS_3X5, Bounds, Box, Category, Digits, Game, box
 
 COURT = (0, 34, 160, 194)
 WHITE, GREEN, ORANGE = (14, 210), (200, 138), (56, 250)  # in play, in the screen saver
@@ -89,7 +89,7 @@ GAME = Game(
         Category("Ball", Bounds(WHITE, COURT), rgb=(236, 236, 236), doc="the ball, while it is in play"),
         Category(
             "PlayerScore",
-            Bounds(GREEN, (100, 1, 128, 21)),
+            Bounds(GREEN, (100, 1, 128, 21), value=Digits((100, 116), 1, (3, 5), (4, 4), DIGITS_3X5)),
             hud=True,
             attributes=("value",),
             rgb=(92, 186, 92),
@@ -97,7 +97,7 @@ GAME = Game(
         ),
         Category(
             "EnemyScore",
-            Bounds(ORANGE, (20, 1, 48, 21)),
+            Bounds(ORANGE, (20, 1, 48, 21), value=Digits((20, 36), 1, (3, 5), (4, 4), DIGITS_3X5)),
             hud=True,
             attributes=("value",),
             rgb=(213, 130, 74),

@@ -24,11 +24,14 @@ import jax.numpy as jnp
 import numpy as np
 
 from ocjax.ram import RamMap, bcd, bits, byte, signed
-from ocjax.spec import Blobs, Bounds, Box, Category, Game, box
+from ocjax.spec import Blobs, Bounds, Box, Category, Digits, Game, box
 
 PINK, BLUE, RED, BLACK = 72, 134, 68, 0
 GRAYS, GREENS = (10, 12), (198, 212, 214, 218)
 FIELD = (8, 32, 152, 178)
+GLYPHS = ("1e33333333331e", "1c3c0c0c0c0c3f", "3e23031e30303f", "1e23030603231e", "060e16263f0606",
+          "3f30303e03233e", "1e31303e33331e", "3f2103060c0c0c", "1e33331e33331e", "1e33331f03231e")  # fmt: skip
+TIME = Digits((59, 68, 75, 84, 91), 16, (6, 7), (1, 1), GLYPHS, weights=(6000, 1000, 100, 10, 1))
 RGB = np.array(
     [(66, 72, 200), (214,) * 3, (110, 156, 66), (82, 126, 45), (184, 50, 50), (192,) * 3, (158, 208, 101), (72, 160, 72)], np.uint8
 )
@@ -167,6 +170,6 @@ GAME = Game(
         Category("Mogul", Blobs(GRAYS, FIELD, join=(8, 4), max_size=(16, 6)), count=3, doc="bump in the snow"),
         Category("Tree", Blobs(GREENS, FIELD, join=(8, 4), max_size=(16, 30)), count=6, doc="two more in downhill games"),
         Category("Score", Bounds(BLACK, (20, 4, 140, 14)), hud=True, attributes=("value",), doc="gates to go; value: minus the hundredths"),
-        Category("Clock", Bounds(BLACK, (20, 14, 140, 26)), hud=True, attributes=("value",), doc="value: hundredths of a second"),
+        Category("Clock", Bounds(BLACK, (20, 14, 140, 26), value=TIME), hud=True, attributes=("value",), doc="hundredths of a second"),
     ),
 )

@@ -1,35 +1,33 @@
 """Space Invaders: 36 aliens, three shields that wear away, the cannon, bombs and shots, the saucer.
 
-Alien slots are row * 6 + column of the game's own bitmaps, rows from the bottom; the game moves its columns one to the left when
-the leftmost is empty. An alien that was hit stays in its slot while its explosion is shown; invisible invaders are not valid while
-the game hides them. Bullet slots: upper and lower bomb (a new bomb starts above the old one), first and second player's shot; bombs
-are drawn on even frames, shots on odd ones. Shields are the tight box of what is left of them. Player2 is the second cannon of
-games that ALE has no mode for. The players' `value` is the number of lives, as Lives shows it only before a life begins. While the
-saucer's row hides the scores, P1Score stays valid at its place: its value follows the rewards at every step (until the display
-wraps at 10000).
+Alien slots are row * 6 + column of the game's own bitmaps, rows from the bottom; the game moves its columns one to the left when the
+leftmost is empty. An alien that was hit stays in its slot while its explosion is shown; invisible invaders are not valid while the game
+hides them. Bullet slots: upper and lower bomb (a new bomb starts above the old one), first and second player's shot; bombs are drawn on
+even frames, shots on odd ones. The players' `value` is the number of lives, as Lives shows it only before a life begins. While the
+saucer's row hides the scores, P1Score stays valid at its place: its value follows the rewards at every step (until the display wraps at
+10000).
 
-RAM: ALE's source, OCAtari 2.2, AtariARI, and the game's display program: it draws from positions in the chip's coding (bytes 3-7),
-which it does not change, while the positions (27-30) move on; the lines between two steps of byte 9 make bullets 4 to 12 high.
+RAM: ALE's source, OCAtari 2.2, AtariARI, and the game's display program: it draws from positions in the chip's coding (bytes 3-7), which
+it does not change, while the positions (27-30) move on; the lines between two steps of byte 9 make bullets 4 to 12 high.
 
-Covered: later waves, landing, deaths, game over, all of ALE's modes, both players at once and in turn. Not in RAM: the difficulty
-switches (a cannon is 14 pixels wide at difficulty 1, boxes say 7), what a hit takes from a shield on the frame of the hit, which
-alien's explosion ends on a frame, an upper bomb on the frame on which it hits. Scenery that no box covers: the ground and its two
-coloured marks (one for each player).
+Covered: later waves, landing, deaths, game over, all of ALE's modes, both players at once and in turn. Not in RAM: the difficulty switches
+(a cannon is 14 pixels wide at difficulty 1, boxes say 7), what a hit takes from a shield on the frame of the hit, which alien's explosion
+ends on a frame, an upper bomb on the frame on which it hits. Scenery that no box covers: the ground and its two coloured marks.
 """
+
+import functools
 
 import jax
 import jax.numpy as jnp
 
 from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.spec import Blobs, Bounds, Box, Category, Game, box
+from ocjax.spec import DIGITS_3X5, Blobs, Bounds, Box, Category, Digits, Game, box
 
 YELLOW, RED, PURPLE, GREEN, BROWN, GRAY = 20, 52, 82, 196, 246, 6
 FIELD = (0, 22, 160, 195)
-SCORES = (0, 8, 160, 22)
+SCORES, CANNONS = (0, 8, 160, 22), (0, 185, 160, 195)
 SHIELDS = tuple((left, 157, left + 32, 175) for left in (30, 62, 94))  # they move in some modes
-CANNONS = (0, 185, 160, 195)
-NO_SAUCER = 180
-GONE = 0x70  # y of a bullet that does not exist, or more
+NO_SAUCER, GONE = 180, 0x70  # x of no saucer; y, or more, of no bullet
 
 
 class Ram(RamMap):
@@ -180,6 +178,8 @@ def _line(m: Ram, k: jax.Array, x: jax.Array, saucer_on: jax.Array, lowest: jax.
     return jnp.clip(line, jnp.where(saucer_on, 6, 23), 195)
 
 
+digits = functools.partial(Digits, dots=(3, 5), size=(4, 2), glyphs=(DIGITS_3X5[0], "26227", DIGITS_3X5[2], "71717", *DIGITS_3X5[4:]))
+display = functools.partial(Category, hud=True, attributes=("value",))
 GAME = Game(
     name="SpaceInvaders",
     rom="space_invaders",
@@ -193,8 +193,8 @@ GAME = Game(
         Category("Shield", Bounds(RED, SHIELDS), count=3, doc="what is left of it"),
         Category("Satellite", Bounds(PURPLE, SCORES), doc="the saucer"),
         Category("Bullet", Blobs(GRAY, (0, 8, 160, 195), join=(0, 4), max_size=(1, 14)), count=4, doc="two bombs, two shots"),
-        Category("Lives", Bounds(BROWN, (84, 185, 96, 195), min_size=(12, 10)), hud=True, attributes=("value",), doc="when a life begins"),
-        Category("P1Score", Bounds(GREEN, SCORES), hud=True, attributes=("value",), doc="hidden by the saucer"),
-        Category("P2Score", Bounds(BROWN, SCORES), hud=True, attributes=("value",), doc="hidden by the saucer"),
+        display("Lives", Bounds(BROWN, (84, 185, 96, 195), min_size=(12, 10), value=digits((84,), 185)), doc="when a life begins"),
+        display("P1Score", Bounds(GREEN, SCORES, value=digits((4, 20, 36, 52), 10)), doc="hidden by the saucer"),
+        display("P2Score", Bounds(BROWN, SCORES, value=digits((84, 100, 116, 132), 10)), doc="hidden by the saucer"),
     ),
 )

@@ -185,15 +185,16 @@ def vem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
         fields, rgb = [], []
         for category, (seen, color) in zip(game.categories, see(game.categories, frames), strict=True):
             keep = -seen.valid.astype(jnp.int32)
-            fields.append((_pack(seen.x, seen.y) & keep, _pack(seen.w, seen.h) & keep, seen.valid))
+            value = jnp.zeros_like(keep) if seen.value is None else seen.value & keep
+            fields.append((_pack(seen.x, seen.y) & keep, _pack(seen.w, seen.h) & keep, seen.valid, value))
             fixed = palette.packed(colors[game.slices[category.name]])[:, None]
             rgb.append(
                 jnp.broadcast_to(jnp.asarray(fixed), keep.shape) if color is None else jnp.asarray(palette.packed(palette.NTSC))[color]
             )
-        xy, wh, valid = (jnp.concatenate(f).T for f in zip(*fields, strict=True))
-        none = jnp.zeros((lanes, game.num_slots), jnp.int32)
+        xy, wh, valid, value = (jnp.concatenate(f).T for f in zip(*fields, strict=True))
+        none = jnp.zeros((lanes, game.num_slots), jnp.int8)
         shown = lax.bitcast_convert_type(jnp.concatenate(rgb).T & -valid.astype(jnp.uint32), jnp.uint8)[..., :3]
-        return Objects(_unpack(xy, wh), valid, none.astype(jnp.int8), none, shown, game)
+        return Objects(_unpack(xy, wh), valid, none, value, shown, game)
 
     def batched(frames: jax.Array) -> Objects:
         return _in_chunks(chunk, frames, VEM_CHUNK)

@@ -98,6 +98,67 @@ def _check_region(region: Region) -> Region:
 
 
 @dataclass(frozen=True)
+class Digits:
+    """How VEM reads a number: digits in cells at fixed places, each compared with ten pictures.
+
+    A cell that is empty counts as 0 (leading zeros are often not shown), and so does one that holds none of the pictures.
+
+    Args:
+        lefts: left column of each digit's cell, the most significant first.
+        top: first row of the cells.
+        dots: (width, height) of the pictures in dots.
+        size: (width, height) of a dot in pixels. A dot is set where its first column has a pixel in any of its rows.
+        glyphs: ten pictures, 0 to 9, rows from the top, each row a hexadecimal number whose lowest bit is the rightmost dot.
+        weights: what a 1 in each cell is worth; powers of ten without it.
+    """
+
+    lefts: tuple[int, ...]
+    top: int
+    dots: tuple[int, int]
+    size: tuple[int, int]
+    glyphs: tuple[str, ...]
+    weights: tuple[int, ...] | None = None
+
+    def __post_init__(self) -> None:
+        if len(self.glyphs) != 10 or any(len(g) != self.dots[1] * -(-self.dots[0] // 4) for g in self.glyphs):
+            raise ValueError(f"glyphs must be ten pictures of {self.dots[1]} rows of {-(-self.dots[0] // 4)} hexadecimal digits")
+        if self.weights is not None and len(self.weights) != len(self.lefts):
+            raise ValueError(f"weights for {len(self.weights)} digits, but {len(self.lefts)} digits")
+        if not (0 < self.dots[0] * self.size[0] <= 32 and min(self.lefts) >= 0 and max(self.lefts) + self.dots[0] * self.size[0] <= WIDTH):
+            raise ValueError("every cell must lie on the screen and be at most 32 pixels wide")
+
+    @property
+    def worth(self) -> tuple[int, ...]:
+        """What a 1 in each cell is worth."""
+        return self.weights or tuple(10**i for i in reversed(range(len(self.lefts))))
+
+    @property
+    def table(self) -> np.ndarray:
+        """The pictures, int `[10, rows]`."""
+        n = -(-self.dots[0] // 4)
+        return np.array([[int(g[i : i + n], 16) for i in range(0, len(g), n)] for g in self.glyphs])
+
+
+@dataclass(frozen=True)
+class Gauge:
+    """How VEM reads a length: `base + (width - start) // unit`, of a bar or a row of icons.
+
+    Args:
+        unit: pixels for each 1.
+        start: width, in pixels, that stands for `base`.
+        base: value at that width.
+    """
+
+    unit: int
+    start: int = 0
+    base: int = 0
+
+    def __post_init__(self) -> None:
+        if self.unit < 1:
+            raise ValueError(f"a gauge's unit must be at least 1 pixel, got {self.unit}")
+
+
+@dataclass(frozen=True)
 class Bounds:
     """One object a region: the tight box of all pixels of the colours there. Slot i is region i, so regions name the slots.
 
@@ -108,11 +169,13 @@ class Bounds:
         inverse: the colours are the background's; all others count.
         scenery: areas of the screen whose pixels do not count.
         besides: categories of `Blobs` or whole `Cells`; the pixels in their objects' boxes do not count.
+        value: how the value is read off: a `Gauge`, or `Digits` (one for each region where there are several). Without it, it is 0.
     """
 
     colors: Colors | tuple[Colors, ...]
     regions: Region | tuple[Region, ...]
     min_size: tuple[int, int] = (1, 1)
+    value: Gauge | Digits | tuple[Digits, ...] | None = None
     inverse: bool = False
     scenery: tuple[Region, ...] = ()
     besides: tuple[str, ...] = ()
@@ -120,6 +183,13 @@ class Bounds:
     def __post_init__(self) -> None:
         for region in (*(region for region, _ in self.parts), *self.scenery):
             _check_region(region)
+        if isinstance(self.value, Digits | tuple) and len(self.digits) != len(self.parts):
+            raise ValueError(f"digits for {len(self.digits)} regions, but {len(self.parts)} regions")
+
+    @property
+    def digits(self) -> tuple[Digits, ...]:
+        """The digits of each region, if any."""
+        return self.value if isinstance(self.value, tuple) else (self.value,) if isinstance(self.value, Digits) else ()
 
     @property
     def parts(self) -> tuple[tuple[Region, tuple[int, ...]], ...]:
@@ -211,6 +281,9 @@ class Cells:
 
 
 Rule = Bounds | Blobs | Cells
+
+# Digits of 3 x 5 dots as several games draw them: 0 to 9, a hexadecimal digit a row.
+DIGITS_3X5 = ("75557", "22222", "71747", "71317", "55711", "74717", "44757", "71111", "75757", "75711")
 
 
 # ------------------------------------------------------------------------------------------------------ category and game
@@ -395,6 +468,10 @@ def _validate(game: Game) -> None:
             other = next((o.rule for o in game.categories if o.name == name), None)
             known = (isinstance(other, Cells) and other.whole) or (isinstance(other, Blobs) and isinstance(c.rule, Bounds))
             need(known, at, f"besides: {name!r} is no category of {'whole Cells' if isinstance(c.rule, Blobs) else 'Blobs or whole Cells'}")
+        reads = isinstance(c.rule, Bounds) and c.rule.value is not None
+        need(not reads or "value" in c.attributes, at, "its rule reads a value, but it has no attribute 'value'")
+        if isinstance(c.rule, Bounds):
+            bottom = max(bottom, *(d.top + d.dots[1] * d.size[1] for d in c.rule.digits), 0)
         need(slots == c.count, at, f"its rule has {slots} slots, its count is {c.count}")
         need(bottom <= game.screen[0], at, f"its rule reaches down to row {bottom}, the screen has {game.screen[0]}")
         try:

@@ -8,7 +8,7 @@ import pytest
 
 import ocjax
 from ocjax.ram import RamMap, byte
-from ocjax.spec import Blobs, Bounds, Category, Cells, Game, GameError, box
+from ocjax.spec import Blobs, Bounds, Category, Cells, Digits, Game, GameError, Gauge, box
 
 
 class Ram(RamMap):
@@ -118,3 +118,62 @@ def test_objects_views():
         o.of(GAME, "C")
     v = ocjax.velocity(o[0], o[1])
     assert v.tolist() == [[10.0, 0.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]]
+
+
+def test_digits_and_gauges_are_read():
+    """Numbers drawn into a frame, against VEM's values; empty and foreign cells count as 0."""
+    font = ("75557", "22222", "71747", "71317", "55711", "74717", "44757", "71111", "75757", "75711")
+    digits = [Digits((left, left + 16, left + 32), top, (3, 5), (4, 2), font) for left, top in ((3, 4), (90, 100))]
+    clock = Digits((20, 31), 60, (3, 5), (2, 1), font, weights=(60, 1))
+    game = Game(
+        name="Test",
+        rom="pong",
+        md5="0" * 32,
+        ram=Ram,
+        decode=lambda m: {"Two": box(0, 0, 1, 1), "Clock": box(0, 0, 1, 1), "Bar": box(0, 0, 1, 1)},
+        categories=(
+            Category("Two", Bounds(14, ((0, 0, 60, 20), (80, 90, 160, 120)), value=tuple(digits)), count=2, attributes=("value",)),
+            Category("Clock", Bounds(20, (0, 50, 160, 80), value=clock), attributes=("value",)),
+            Category("Bar", Bounds(30, (0, 150, 160, 160), value=Gauge(8, 4, 1)), attributes=("value",)),
+        ),
+    )
+    rng = np.random.default_rng(0)
+    frames, want = np.zeros((40, 210, 160), np.uint8), np.zeros((40, 4), int)
+
+    def draw(frame, d, cell, digit, color):
+        for j, row in enumerate(font[digit]):
+            for i in range(3):
+                if int(row, 16) >> (2 - i) & 1:
+                    y, x = d.top + j * d.size[1], d.lefts[cell] + i * d.size[0]
+                    frame[y : y + d.size[1], x : x + d.size[0]] = color
+
+    for frame, values in zip(frames, want, strict=True):
+        for slot, (d, color) in enumerate(((digits[0], 14), (digits[1], 14), (clock, 20))):
+            shown = [c for c in range(len(d.lefts)) if c == len(d.lefts) - 1 or rng.random() < 0.8]
+            for cell in shown:
+                digit = int(rng.integers(10))
+                draw(frame, d, cell, digit, color)
+                values[slot] += digit * d.worth[cell]
+        length = int(rng.integers(4, 100))
+        frame[152:155, 10 : 10 + length] = 30
+        values[3] = 1 + (length - 4) // 8
+    frames[0, 4:14, 3:15] = 14  # a full block is no digit
+    first = np.asarray(game.vem(frames[:1]).value)[0, 0]
+    assert first == want[0, 0] % 100
+    assert np.array_equal(np.asarray(game.vem(frames).value)[1:], want[1:])
+
+
+@pytest.mark.parametrize(
+    ("rule", "message"),
+    [
+        (lambda: Digits((0,), 0, (3, 5), (4, 4), ("75557",) * 9), "ten pictures"),
+        (lambda: Digits((0,), 0, (3, 5), (4, 4), ("7555",) * 10), "ten pictures of 5 rows"),
+        (lambda: Digits((0,), 0, (3, 5), (4, 4), ("75557",) * 10, weights=(1, 2)), "weights for 2 digits"),
+        (lambda: Digits((150,), 0, (3, 5), (4, 4), ("75557",) * 10), "on the screen"),
+        (lambda: Gauge(0), "unit"),
+        (lambda: Bounds(14, ((0, 0, 9, 9), (9, 0, 20, 9)), value=Digits((0,), 0, (3, 5), (1, 1), ("75557",) * 10)), "digits for 1 regions"),
+    ],
+)
+def test_wrong_readings(rule, message):
+    with pytest.raises(ValueError, match=message):
+        rule()

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from ocjax import evaluation
+from ocjax.spec import Bounds
 
 
 @pytest.fixture(scope="session")
@@ -49,3 +50,15 @@ def test_lives_follow_the_emulator(game, truth, seen):
             valid = seen[0].valid[:, game.slices[name]][:, 0]
             value = seen[0].value[:, game.slices[name]][:, 0]
             assert (value == truth["lives"])[valid].all()
+
+
+def test_vem_reads_what_is_shown(game, seen):
+    """Where a rule reads digits or a gauge, it reads REM's value, but on the few frames on which the display lags behind the RAM."""
+    rem, vem, _ = seen
+    for c in game.categories:
+        if isinstance(c.rule, Bounds) and c.rule.value is not None:
+            s = game.slices[c.name]
+            both = rem.valid[:, s] & vem.valid[:, s]
+            lag = np.abs(rem.value[:, s] - vem.value[:, s])[both]
+            if len(lag) > 5:
+                assert (lag <= 2).mean() >= 0.95  # two hundredths of a second are one frame of a clock

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ocjax.spec import WIDTH, Blobs, Bounds, Category, Cells, Region, Rule
+from ocjax.spec import WIDTH, Blobs, Bounds, Category, Cells, Digits, Gauge, Region, Rule
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.components import Search, components
@@ -22,6 +22,7 @@ class Seen(NamedTuple):
     w: jax.Array
     h: jax.Array
     valid: jax.Array  # bool [count, B]
+    value: jax.Array | None = None  # int32 [count, B]; None: 0
 
 
 def _cut(mask: Bitmap, region: Region) -> Bitmap:
@@ -97,7 +98,32 @@ def _see_bounds(rule: Bounds, masks: Sequence[Bitmap]) -> Seen:
         x, y, w, h = _bounds(_cut(mask, region))
         boxes.append((x, y + region[1], w, h))
     x, y, w, h = (jnp.stack(v) for v in zip(*boxes, strict=True))
-    return Seen(x, y, w, h, (w >= rule.min_size[0]) & (h >= rule.min_size[1]))
+    value = None
+    if isinstance(rule.value, Gauge):
+        value = rule.value.base + jnp.floor_divide(w - rule.value.start, rule.value.unit)
+    elif rule.digits:
+        value = jnp.stack([_read(digits, mask) for digits, mask in zip(rule.digits, masks, strict=True)])
+    return Seen(x, y, w, h, (w >= rule.min_size[0]) & (h >= rule.min_size[1]), value)
+
+
+def _read(digits: Digits, mask: Bitmap) -> jax.Array:
+    """The number that digits show, int32 `[B]`."""
+    (columns, rows), (dot_w, dot_h) = digits.dots, digits.size
+    board = jnp.stack((*mask, jnp.zeros_like(mask[0])))
+    at = np.array(digits.lefts)
+    word = (at >> 5)[None, None, :] + np.arange(2)[None, :, None]
+    row = digits.top + np.arange(rows * dot_h)[:, None, None]
+    cells = board[word, row]  # [rows * dot_h, 2, digits, B]
+    shift = jnp.asarray(at & 31, U)[None, :, None]
+    cells = (cells[:, 0] << shift) | ((cells[:, 1] >> 1) >> (31 - shift))
+    cells = lax.reduce(cells.reshape(rows, dot_h, *cells.shape[1:]), U(0), lax.bitwise_or, (1,))
+    picture = jnp.zeros_like(cells)
+    for i in range(columns):
+        picture = (picture << 1) | (cells >> (31 - i * dot_w) & 1)
+    table = jnp.asarray(digits.table, U)
+    same = jnp.all(picture[None] == table[:, :, None, None], axis=1)  # [10, digits, B]
+    worth = np.arange(10)[:, None, None] * np.array(digits.worth)[None, :, None]
+    return jnp.sum(jnp.where(same, jnp.asarray(worth, jnp.int32), 0), axis=(0, 1), dtype=jnp.int32)
 
 
 def _see_cells(rule: Cells, mask: Bitmap) -> Seen:
