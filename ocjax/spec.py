@@ -217,6 +217,8 @@ class Blobs:
         connectivity: 8 (corners touch) or 4.
         join: parts at most (dx, dy) blank pixels apart are one object; needs connectivity 8.
         min_size, max_size: (width, height) limits; components outside them are not objects.
+        split: (width, height) of one object, for objects that touch: a larger component is as many of them as cover it (4 at most),
+            evenly spaced from edge to edge. `max_size` is that of the whole component.
         scenery: areas of the screen whose pixels do not count.
         besides: categories of whole `Cells`; the pixels of their objects do not count.
     """
@@ -226,7 +228,8 @@ class Blobs:
     connectivity: int = 8
     join: tuple[int, int] = (0, 0)
     min_size: tuple[int, int] = (1, 1)
-    max_size: tuple[int, int] = (WIDTH, 256)
+    max_size: tuple[int, int] | None = None
+    split: tuple[int, int] | None = None
     scenery: tuple[Region, ...] = ()
     besides: tuple[str, ...] = ()
 
@@ -243,6 +246,8 @@ class Blobs:
             raise ValueError(f"connectivity must be 4 or 8, got {self.connectivity}")
         if self.join != (0, 0) and self.connectivity == 4:
             raise ValueError("join needs connectivity 8")
+        if self.split is not None and min(self.split) < 1:
+            raise ValueError(f"split must be (width, height) of at least 1 pixel, got {self.split}")
         if not all(0 <= j < 32 for j in self.join):
             raise ValueError(f"join must be (dx, dy) of 0 to 31 pixels, got {self.join}")
 

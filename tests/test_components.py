@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy import ndimage
 
 from ocjax.vision import bitmap
-from ocjax.vision.components import Search, components
+from ocjax.vision.components import PARTS, Search, components
 
 H, W = 24, 160
 
@@ -31,7 +31,16 @@ def reference(mask, connectivity, search):
         limit = search.max_size or (W, 256)
         if search.min_size[0] <= w <= limit[0] and search.min_size[1] <= h <= limit[1]:
             out.append((rows.start, first, columns.start, w, h))
-    return [(x, y, w, h) for y, _, x, w, h in sorted(out)]
+    return [part for y, _, x, w, h in sorted(out) for part in parts(x, y, w, h, search.split or (256, 256))]
+
+
+def parts(x, y, w, h, size):
+    """A component as objects of a size: evenly spaced from edge to edge."""
+    across = min(-(-w // size[0]), PARTS)
+    down = min(-(-h // size[1]), PARTS // across)
+    part_w, part_h = size[0] if across > 1 else w, size[1] if down > 1 else h
+    places = [(i * (w - part_w) // max(across - 1, 1), j * (h - part_h) // max(down - 1, 1)) for j in range(down) for i in range(across)]
+    return [(x + i, y + j, part_w, part_h) for i, j in places]
 
 
 @functools.cache
@@ -108,6 +117,7 @@ SEARCHES = {
     "small": Search(700, max_size=(8, 10)),
     "wide": Search(40, max_size=(40, 12), min_size=(2, 2)),
     "joined": Search(30, join=(3, 1), max_size=(20, 10)),
+    "split": Search(40, max_size=(30, 20), split=(8, 7)),
     "joined, any size": Search(30, join=(2, 5)),
 }
 KINDS = [(c, name) for name, s in SEARCHES.items() for c in (4, 8) if c == 8 or s.join == (0, 0)]

@@ -26,6 +26,7 @@ from ocjax.vision.bitmap import Bitmap, U
 
 WINDOW = (31, 32)  # width and height of the first try where a rule sets no limit
 CHUNK = 16  # candidates at a time
+PARTS = 4  # objects at most that one component is split into
 
 
 @dataclass(frozen=True)
@@ -36,6 +37,7 @@ class Search:
     join: tuple[int, int] = (0, 0)  # parts at most (dx, dy) blank pixels apart are one component
     min_size: tuple[int, int] = (1, 1)  # limits (width, height): components outside them do not count
     max_size: tuple[int, int] | None = None
+    split: tuple[int, int] | None = None  # a component larger than this is as many objects of this size as cover it, `PARTS` at most
 
 
 class Boxes(NamedTuple):
@@ -251,15 +253,29 @@ def components(masks: Sequence[Bitmap], searches: Sequence[Search], *, connectiv
         w0, h0, w1, h1 = (of_mask(which, column) for column in zip(*limits, strict=True))
         good = own & inside & (w >= w0) & (h >= h0) & (w <= w1) & (h <= h1)
 
-        new = jnp.stack([jnp.sum(good & (which == i), axis=0, dtype=jnp.int32) for i in range(n_masks)])
-        rank = jnp.cumsum(good.astype(jnp.int32), axis=0) - 1  # among the chunk's; masks come one after the other
+        # Parts of equal size, evenly spaced from one edge to the other.
+        part_w, part_h = (of_mask(which, [(s.split or (256, 256))[i] for s in searches]) for i in (0, 1))
+        across = jnp.clip(-(-w // part_w), 1, PARTS)
+        down = jnp.clip(-(-h // part_h), 1, PARTS // across)
+        parts = jnp.where(good, across * down, 0)
+        new = jnp.stack([jnp.sum(jnp.where(which == i, parts, 0), axis=0, dtype=jnp.int32) for i in range(n_masks)])
+        rank = jnp.cumsum(parts, axis=0) - parts  # among the chunk's; masks come one after the other
         for i in range(n_masks):
             rank = jnp.where(which == i, rank + (totals[i] - jnp.sum(new[:i], axis=0, dtype=jnp.int32))[None], rank)
-        fits = good & (rank < of_mask(which, [s.count for s in searches]))
-        slot = jnp.where(fits, rank + of_mask(which, first_slot), -1)
-        entry = x.astype(U) | (y.astype(U) << 8) | (w.astype(U) << 16) | (h.astype(U) << 24)
-        hit = slot[None] == jnp.arange(first_slot[-1], dtype=jnp.int32)[:, None, None]
-        return done + CHUNK, totals + new, packed | jnp.sum(jnp.where(hit, entry[None], U(0)), axis=1, dtype=U)
+        count, base = of_mask(which, [s.count for s in searches]), of_mask(which, first_slot)
+        slots = jnp.arange(first_slot[-1], dtype=jnp.int32)[:, None, None]
+        for p in range(PARTS if any(s.split for s in searches) else 1):
+            column_of, row_of = p % across, p // across
+            part = [
+                x + column_of * (w - part_w) // jnp.maximum(across - 1, 1),
+                y + row_of * (h - part_h) // jnp.maximum(down - 1, 1),
+                jnp.where(across > 1, part_w, w),
+                jnp.where(down > 1, part_h, h),
+            ]
+            entry = part[0].astype(U) | (part[1].astype(U) << 8) | (part[2].astype(U) << 16) | (part[3].astype(U) << 24)
+            slot = jnp.where((p < parts) & (rank + p < count), base + rank + p, -1)
+            packed = packed | jnp.sum(jnp.where(slot[None] == slots, entry[None], U(0)), axis=1, dtype=U)
+        return done + CHUNK, totals + new, packed
 
     start = (jnp.int32(0), jnp.zeros((n_masks, lanes), jnp.int32), jnp.zeros((first_slot[-1], lanes), U))
     _, totals, packed = lax.while_loop(lambda s: jnp.any(s[0] < found), step, start)

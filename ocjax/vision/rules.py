@@ -225,7 +225,7 @@ def see(categories: tuple[Category, ...], frames: jax.Array) -> list[tuple[Seen,
         if group:
             regions = [r.region or (0, 0, frames.shape[2], frames.shape[1]) for _, r in group]
             cuts = [_cut(counted(r, r.palette), region) for (_, r), region in zip(group, regions, strict=True)]
-            searches = [Search(c.count, r.join, r.min_size, r.max_size) for c, r in group]
+            searches = [Search(c.count, r.join, r.min_size, r.max_size, r.split) for c, r in group]
             for (c, _), region, b in zip(group, regions, components(cuts, searches, connectivity=connectivity), strict=True):
                 out[c.name] = Seen(b.x, b.y + region[1], b.w, b.h, b.valid)
     for c in categories:
