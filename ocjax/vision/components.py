@@ -25,7 +25,7 @@ from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 
 WINDOW = (31, 32)  # width and height of the first try where a rule sets no limit
-CHUNK = 16  # candidates at a time
+CHUNK = 8  # candidates at a time
 PARTS = 4  # objects at most that one component is split into
 
 
