@@ -18,6 +18,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 HERE = Path(__file__).parent
 BATCHES = {"rem": (1, 64, 4096, 65536), "vem": (1, 64, 1024, 4096)}
 
@@ -36,6 +38,31 @@ def timed(f: Callable[[Any], Any], x: Any, seconds: float = 1.0) -> tuple[float,
     return statistics.median(spent), deciles[0], deciles[-1]
 
 
+def bind(core: int) -> None:
+    """Keep the process, and those that it starts, on one core; to be called before jax starts its threads."""
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, {core})
+
+
+def peer_times(python: str | None, game: str) -> dict[str, list[float] | None]:
+    """Microseconds a frame of OCAtari's methods (median, 10 %, 90 %), None where there is no figure."""
+    if not python:
+        return {"rem": None, "vem": None}
+    run = subprocess.run([python, str(HERE / "peer.py"), game, "400"], capture_output=True, text=True, check=True)
+    return json.loads(run.stdout.splitlines()[-1])
+
+
+def recorded(game: str) -> dict[str, np.ndarray]:
+    """Arrays of the game's file in tests/data."""
+    with np.load(HERE.parent / "tests" / "data" / f"{game}.npz") as file:
+        return dict(file)
+
+
+def repeated(samples: np.ndarray, batch: int) -> np.ndarray:
+    """As many samples as the batch needs, over and over."""
+    return np.resize(samples, (batch, *samples.shape[1:]))
+
+
 def main() -> None:
     """Print the table, and the geometric means of the ratios."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -44,12 +71,10 @@ def main() -> None:
     parser.add_argument("--core", type=int, default=0)
     parser.add_argument("--largest", type=int, default=65536, help="leave out larger batches")
     arguments = parser.parse_args()
-    if hasattr(os, "sched_setaffinity"):
-        os.sched_setaffinity(0, {arguments.core})
+    bind(arguments.core)
 
     import jax
     import jax.numpy as jnp
-    import numpy as np
     from rich.console import Console
     from rich.table import Table
 
@@ -62,16 +87,12 @@ def main() -> None:
     ratios: dict[tuple[str, int], list[float]] = {}
     for name in arguments.games or ocjax.games():
         game = ocjax.load(name)
-        peer = {"rem": None, "vem": None}
-        if arguments.peer:
-            run = subprocess.run([arguments.peer, str(HERE / "peer.py"), game.name, "400"], capture_output=True, text=True, check=True)
-            peer = json.loads(run.stdout.splitlines()[-1])
-        with np.load(HERE.parent / "tests" / "data" / f"{game.name}.npz") as file:
-            samples = {"rem": file["rams"], "vem": file["screens"]}
+        peer, data = peer_times(arguments.peer, game.name), recorded(game.name)
+        samples = {"rem": data["rams"], "vem": data["screens"]}
         for method, batches in BATCHES.items():
             f = jax.jit(getattr(game, method))
             for batch in (b for b in batches if b <= arguments.largest):
-                x = jnp.asarray(np.resize(samples[method], (batch, *samples[method].shape[1:])))
+                x = jnp.asarray(repeated(samples[method], batch))
                 start = time.perf_counter()
                 jax.block_until_ready(f(x))
                 compiled = time.perf_counter() - start

@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from conftest import excerpt
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
@@ -55,7 +56,7 @@ def compiled(connectivity, searches):
 
 def check(masks, connectivity, searches):
     """Several masks of one frame (disjoint), several frames at once."""
-    frames = np.zeros((len(masks[0]), H, W), np.uint8)
+    frames = np.zeros(masks[0].shape, np.uint8)
     for i, m in enumerate(masks):
         frames[m] = i + 1
     masks = [frames == i + 1 for i in range(len(masks))]
@@ -126,6 +127,14 @@ KINDS = [(c, name) for name, s in SEARCHES.items() for c in (4, 8) if c == 8 or 
 @pytest.mark.parametrize(("connectivity", "search"), KINDS)
 def test_worst_cases(connectivity, search):
     check([np.stack(list(WORST.values()))], connectivity, (SEARCHES[search],))
+
+
+@pytest.mark.parametrize(
+    ("name", "colors"), [("SpaceInvaders", (20,)), ("MsPacman", (38, 184, 88, 70, 42)), ("Skiing", (198, 212, 214, 218))]
+)
+@pytest.mark.parametrize(("connectivity", "search"), KINDS)
+def test_real_frames(connectivity, search, name, colors):
+    check([np.isin(excerpt(name)["screens"][::4], colors)], connectivity, (SEARCHES[search],))
 
 
 @st.composite
