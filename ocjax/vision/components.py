@@ -9,6 +9,14 @@ Candidates are taken a chunk at a time until there are none left, so the result 
 
 A component that leaves its window is larger than the rule's `max_size` and no object. Without such a limit those that leave a
 window of the default size are filled again on the whole frame, one at a time: exact for spirals too, only slower.
+
+What was tried, in microseconds a frame on one core, frames of Space Invaders with 36 aliens (`benchmarks/vision.py` times what is here):
+one search for each category costs 5 before it has found anything, and its compilation 1 to 2 seconds: hence one search over all
+masks of a game, one below the other. Filling rows by doubling steps across words took 25 times as long for windows of two words as
+for one, because the compiler computes what the words share once for each; filling within words and passing runs on from word to
+word takes twice as long (286 -> 64 for windows of 63 x 32). In the whole of the game's VEM, 8 candidates at a time take 51, 16 take 60,
+32 take 71: what is left over in the last round is wasted. For this one mask OpenCV's findContours takes 52, scipy's label and
+find_objects 146.
 """
 
 import itertools
