@@ -19,6 +19,7 @@ STATUS, RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
 # Prints how far memory grows above what was in use before a call: of a copy as float32 (its output is four times its input), and of VEM.
 # The process's own peak, which can be reset: getrusage's starts at what the parent had, and keeps the peak of compilation.
 # What is larger than a page comes straight from the system and goes straight back, so that a call cannot use memory freed before.
+# The frames' source stays referenced: whether the device has its own copy or shares it, nothing of it is given back between the two readings.
 SCRIPT = """
 import ctypes, pathlib, sys, time
 import jax, jax.numpy as jnp, numpy as np
@@ -30,16 +31,18 @@ def resident(line):
 
 def growth(f, x):
     kept = jax.block_until_ready(f(x))  # dropped, it would be freed some time later
-    time.sleep(0.2)  # so is what the call itself needed
-    ctypes.CDLL(None).malloc_trim(0)
+    before = 0
+    while abs(before - (before := resident("VmRSS"))) > 2**18:  # what the call itself needed is given back after it, by other threads
+        time.sleep(0.5)
+        ctypes.CDLL(None).malloc_trim(0)
     pathlib.Path("/proc/self/clear_refs").write_text("5")
-    before = resident("VmRSS")
     jax.block_until_ready(f(x))
     return resident("VmHWM") - before
 
 game, batch = ocjax.load(sys.argv[1]), int(sys.argv[2])
 with np.load(sys.argv[3]) as file:
-    x = jnp.asarray(np.resize(file["screens"], (batch, *game.screen)))
+    source = np.resize(file["screens"], (batch, *game.screen))
+x = jax.block_until_ready(jnp.asarray(source))
 print(x.nbytes, growth(jax.jit(lambda x: x.astype(jnp.float32)), x), growth(game.vem, x))
 """
 
