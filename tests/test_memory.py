@@ -19,7 +19,7 @@ STATUS, RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
 # Prints how far memory grows above what was in use before a call: of a copy as float32 (its output is four times its input), and of VEM.
 # The process's own peak, which can be reset: getrusage's starts at what the parent had, and keeps the peak of compilation.
 # What is larger than a page comes straight from the system and goes straight back, so that a call cannot use memory freed before.
-# The frames' source stays referenced: whether the device has its own copy or shares it, nothing of it is given back between the two readings.
+# The frames' source stays referenced: whether the device copies or shares it, nothing of it is given back between the two readings.
 SCRIPT = """
 import ctypes, pathlib, sys, time
 import jax, jax.numpy as jnp, numpy as np
