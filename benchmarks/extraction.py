@@ -2,16 +2,14 @@
 
     python benchmarks/extraction.py [GAME ...] [--peer PYTHON] [--core 0]
 
-PYTHON is the interpreter of an environment that has OCAtari (see peer.py). The process and the peer's are bound to one core. A
-figure is the median over repeated calls, each waited for, after a warm-up call; the spread is 10-90 %; compilation is timed
-apart. Frames are those in tests/data, repeated to the batch size.
+PYTHON is the interpreter of an environment that has OCAtari; `ocjax evaluate Pong --peer --peer-env DIR` makes one in a folder. The process
+and the peer's are bound to one core. A figure is the median over repeated calls, each waited for, after a warm-up call; the spread is
+10-90 %; compilation is timed apart. Frames are those in tests/data, repeated to the batch size.
 """
 
 import argparse
-import json
 import os
 import statistics
-import subprocess
 import sys
 import time
 from collections.abc import Callable
@@ -45,11 +43,17 @@ def bind(core: int) -> None:
 
 
 def peer_times(python: str | None, game: str) -> dict[str, list[float] | None]:
-    """Microseconds a frame of OCAtari's methods (median, 10 %, 90 %), None where there is no figure."""
-    if not python:
-        return {"rem": None, "vem": None}
-    run = subprocess.run([python, str(HERE / "peer.py"), game, "400"], capture_output=True, text=True, check=True)
-    return json.loads(run.stdout.splitlines()[-1])
+    """Microseconds a frame of OCAtari's methods on the same samples (median, 10 %, 90 %), None where there is no figure."""
+    from ocjax import load, peer
+    from ocjax.recordings import Recording
+
+    times: dict[str, list[float] | None] = {"rem": None, "vem": None}
+    if python:
+        rams, screens = (repeated(recorded(game)[k], 400) for k in ("rams", "screens"))
+        for name, method in peer.run(Recording(load(game), rams, screens), Path(python)).items():
+            if not method.error:
+                times[name] = np.percentile(method.us, [50, 10, 90]).tolist()
+    return times
 
 
 def recorded(game: str) -> dict[str, np.ndarray]:

@@ -2,7 +2,7 @@
 
     python benchmarks/vision.py [GAME ...] [--peer PYTHON] [--core 0] [--largest 4096]
 
-PYTHON is the interpreter of an environment that has OCAtari (see peer.py). On a CPU the process and the peer's are bound to one
+PYTHON is the interpreter of an environment that has OCAtari. On a CPU the process and the peer's are bound to one
 core, and OpenCV to one thread. A figure is the median over repeated calls, each waited for, after a warm-up call; the spread is
 10-90 %; compilation is timed apart. Frames are those in tests/data, repeated to the batch size.
 

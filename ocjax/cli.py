@@ -164,5 +164,82 @@ def render(
     console.print(f"{len(pictures)} samples of {recording}: [bold]{out}[/bold]")
 
 
+@app.command()
+def evaluate(
+    what: Annotated[list[str], typer.Argument(metavar="GAME|RECORDING...", help="Games to play, or .npz recordings with frames.")],
+    samples: Annotated[int, typer.Option(min=8, help="Samples of each play.")] = 2000,
+    policy: Annotated[str, typer.Option(help="random, repeat (actions held for 1-8 steps), or an .npz file of a saved policy.")] = "repeat",
+    seed: Annotated[list[int] | None, typer.Option(min=0, help="May be given several times.")] = None,
+    game_mode: Annotated[
+        list[int] | None, typer.Option("--mode", help="Game mode as ale-py numbers them; several times for several.")
+    ] = None,
+    game_difficulty: Annotated[list[int] | None, typer.Option("--difficulty", help="As --mode.")] = None,
+    frame_skip: Annotated[int, typer.Option(min=1, help="Emulated frames a step; odd, so that both phases of flicker are seen.")] = 3,
+    num_envs: Annotated[int, typer.Option("--envs", min=1, help="Instances played side by side.")] = 8,
+    peer: Annotated[bool, typer.Option("--peer", help="Run OCAtari 2.2.1 on the same frames.")] = False,
+    peer_env: Annotated[
+        Path | None, typer.Option(help="Its virtual environment, made where there is none; by default in the cache.")
+    ] = None,
+    markdown: Annotated[Path | None, typer.Option(help="Write the tables as Markdown.")] = None,
+    csv: Annotated[Path | None, typer.Option(help="Write all numbers as CSV.")] = None,
+    latex: Annotated[Path | None, typer.Option(help="Write LaTeX tables in the OCAtari paper's layout.")] = None,
+    html: Annotated[Path | None, typer.Option(help="Write a page with the worst frames drawn.")] = None,
+) -> None:
+    """Measure how well REM and VEM agree, and REM's values: by category, with confidence intervals over episodes."""
+    import itertools
+
+    from ocjax import peer as ocatari
+    from ocjax import recordings, report
+    from ocjax.play import play
+
+    try:
+        tapes = {w: recordings.read(w) for w in what if w.endswith(".npz")}
+        specs = {w: _load(w) for w in what if w not in tapes}
+        for w, tape in tapes.items():
+            if tape.screens is None:
+                raise recordings.RecordingError(f"{w} has no frames (an array 'screens'): nothing to compare REM with")
+        for path in (markdown, csv, latex, html):
+            if path is not None and not path.absolute().parent.is_dir():
+                raise ValueError(f"no folder {path.absolute().parent} for {path.name}")
+        with console.status("looking for OCAtari"):
+            python = ocatari.interpreter(peer_env) if peer else None
+        done = []
+        for w in dict.fromkeys(what):
+            if w in tapes:
+                tape, source = tapes[w], f"{len(tapes[w]):,} samples of {w}"
+            else:
+                plays = list(itertools.product(seed or [12345], game_mode or [None], game_difficulty or [None]))
+                tape = recordings.join(
+                    [
+                        play(
+                            specs[w], samples, policy=policy, seed=s, num_envs=num_envs, frame_skip=frame_skip, game_mode=m,
+                            game_difficulty=d,
+                        )
+                        for s, m, d in plays
+                    ]
+                )  # fmt: skip
+                source = f"{len(tape):,} samples of {policy} play, {frame_skip} emulated frames a step, seeds {seed or [12345]}"
+                source += f", modes {game_mode}" * bool(game_mode) + f", difficulties {game_difficulty}" * bool(game_difficulty)
+            with console.status(f"evaluating {tape.game.name}"):
+                done.append(report.evaluate(tape, source, ocatari.run(tape, python) if python else None))
+            report.show(report.by_category(done[-1]), console)
+            for note in report.notes(done[-1]):
+                console.print(note)
+    except (OSError, ValueError, ocatari.PeerError) as error:
+        raise typer.BadParameter(str(error)) from error
+    table = report.overview(done)
+    report.show(table, console)
+    tables = [table, *map(report.by_category, done)]
+    for path, content in (
+        (markdown, report.to_markdown(tables)),
+        (csv, report.to_csv(done)),
+        (latex, report.to_latex(done)),
+        (html, report.to_html(done)),
+    ):
+        if path is not None:
+            path.write_text(content)
+            console.print(f"written: [bold]{path}[/bold]")
+
+
 if __name__ == "__main__":
     app()

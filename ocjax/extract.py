@@ -76,7 +76,7 @@ def _keep_freed_memory() -> None:
 _keep_freed_memory()
 
 
-def _in_chunks(f: Callable[[jax.Array], Objects], x: jax.Array, size: int) -> Objects:
+def _in_chunks(f: Callable[[jax.Array], Any], x: jax.Array, size: int) -> Any:
     """`f` of a batch, so many at a time."""
     n = x.shape[0]
     whole = n - n % size
@@ -175,14 +175,13 @@ def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
     return checked
 
 
-def vem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
-    """The vision extraction method of a game: uint8 `[..., H, 160]` or `[..., H, 160, 3]` -> `Objects`."""
-    height, width = game.screen
+def _seen(game: Game) -> Callable[[jax.Array], tuple[Objects, jax.Array]]:
+    """What a game's rules see on uint8 `[B, H, 160]`, and how many objects of each category did not fit, int32 `[B, categories]`."""
     colors = np.concatenate([c.slot_rgb() for c in game.categories])
 
-    def chunk(frames: jax.Array) -> Objects:
+    def seen_on(frames: jax.Array) -> tuple[Objects, jax.Array]:
         lanes = frames.shape[0]
-        fields, rgb = [], []
+        fields, rgb, unfit = [], [], []
         for category, (seen, color) in zip(game.categories, see(game.categories, frames), strict=True):
             keep = -seen.valid.astype(jnp.int32)
             value = jnp.zeros_like(keep) if seen.value is None else seen.value & keep
@@ -191,13 +190,27 @@ def vem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
             rgb.append(
                 jnp.broadcast_to(jnp.asarray(fixed), keep.shape) if color is None else jnp.asarray(palette.packed(palette.NTSC))[color]
             )
+            unfit.append(jnp.zeros(lanes, jnp.int32) if seen.unfit is None else seen.unfit)
         xy, wh, valid, value = (jnp.concatenate(f).T for f in zip(*fields, strict=True))
         none = jnp.zeros((lanes, game.num_slots), jnp.int8)
         shown = lax.bitcast_convert_type(jnp.concatenate(rgb).T & -valid.astype(jnp.uint32), jnp.uint8)[..., :3]
-        return Objects(_unpack(xy, wh), valid, none, value, shown, game)
+        return Objects(_unpack(xy, wh), valid, none, value, shown, game), jnp.stack(unfit, axis=-1)
+
+    return seen_on
+
+
+def vem_counted(game: Game) -> Callable[[jax.Array], tuple[Objects, jax.Array]]:
+    """`vem` of uint8 `[B, H, 160]`, with the numbers of objects that did not fit, int32 `[B, categories]`."""
+    return jax.jit(lambda frames: _in_chunks(_seen(game), frames, VEM_CHUNK))
+
+
+def vem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
+    """The vision extraction method of a game: uint8 `[..., H, 160]` or `[..., H, 160, 3]` -> `Objects`."""
+    height, width = game.screen
+    seen = _seen(game)
 
     def batched(frames: jax.Array) -> Objects:
-        return _in_chunks(chunk, frames, VEM_CHUNK)
+        return _in_chunks(lambda chunk: seen(chunk)[0], frames, VEM_CHUNK)
 
     by_index = _any_batch(batched, 2)
     by_rgb = _any_batch(lambda frames: batched(palette.to_index(frames)), 3)

@@ -2,28 +2,30 @@ import dataclasses
 
 import numpy as np
 import pytest
+from conftest import excerpt
 
+import ocjax
 from ocjax import evaluation
-from ocjax.objects import Objects
+from ocjax.evaluation import Agreement, Detections
 
 
-def objects(boxes):
-    """[frames][slots] boxes or None."""
-    xywh = np.array([[b or (0, 0, 0, 0) for b in frame] for frame in boxes], np.int16)
-    valid = np.array([[b is not None for b in frame] for frame in boxes])
-    return Objects(xywh, valid, *(np.zeros(valid.shape, int) for _ in range(2)), np.zeros((*valid.shape, 3)))
+def detections(boxes, label=None, categories=("A",), score=None):
+    """[frames][boxes] boxes or None, and their labels."""
+    xywh = np.array([[b or (0, 0, 0, 0) for b in frame] for frame in boxes], float).reshape(len(boxes), -1, 4)
+    there = np.array([[b is not None for b in frame] for frame in boxes]).reshape(len(boxes), -1)
+    return Detections(xywh, np.where(there, 0 if label is None else label, -1), categories, score)
 
 
-def greedy(left, right, category, radius):
+def greedy(left, right, radius):
     """The plain way, one frame and one pair at a time."""
-    out = np.full(left.valid.shape, -1)
+    out = np.full(left.label.shape, -1)
     for b in range(len(out)):
         pairs = []
-        for i in np.flatnonzero(left.valid[b]):
-            for j in np.flatnonzero(right.valid[b]):
+        for i in np.flatnonzero(left.label[b] >= 0):
+            for j in np.flatnonzero(right.label[b] >= 0):
                 a, c = left.xywh[b, i].astype(np.float32), right.xywh[b, j].astype(np.float32)
                 d = np.hypot(*(a[:2] + a[2:] / 2 - c[:2] - c[2:] / 2))
-                if category[i] == category[j] and d <= radius:
+                if left.label[b, i] == right.label[b, j] and d <= radius:
                     pairs.append((d, i, j))
         used_i, used_j = set(), set()
         for _, i, j in sorted(pairs):
@@ -34,17 +36,24 @@ def greedy(left, right, category, radius):
     return out
 
 
+def some(rng, frames=40, boxes=10, categories=3):
+    xywh = rng.integers([0, 0, 1, 1], [25, 25, 9, 9], (frames, boxes, 4))
+    return Detections(xywh, rng.integers(-1, categories, (frames, boxes)), tuple("ABC"[:categories]))
+
+
 @pytest.mark.parametrize("seed", range(5))
-def test_match_is_greedy(seed):
+def test_match_is_greedy(seed, monkeypatch):
     rng = np.random.default_rng(seed)
-    category = np.repeat([0, 1, 2], [6, 3, 1])
+    left, right = some(rng), some(rng, boxes=13)
+    assert np.array_equal(evaluation.match(left, right), greedy(left, right, 5.0))
+    monkeypatch.setattr(evaluation, "PAIRS_AT_ONCE", 100)  # frame by frame
+    assert np.array_equal(evaluation.match(left, right), greedy(left, right, 5.0))
 
-    def some():
-        xywh = rng.integers([0, 0, 1, 1], [25, 25, 9, 9], (40, 10, 4)).astype(np.int16)
-        return dataclasses.replace(objects([[None] * 10] * 40), xywh=xywh, valid=rng.random((40, 10)) < 0.8)
 
-    left, right = some(), some()
-    assert np.array_equal(evaluation.match(left, right, category), greedy(left, right, category, 5.0))
+def test_labels_are_matched_by_name():
+    left = detections([[(0, 0, 2, 2), (9, 9, 2, 2)]], [[0, 1]], ("A", "B"))
+    right = detections([[(9, 9, 2, 2), (0, 0, 2, 2)]], [[0, 1]], ("B", "C"))
+    assert evaluation.match(left, right).tolist() == [[-1, 0]]
 
 
 def test_iou():
@@ -53,25 +62,128 @@ def test_iou():
     assert evaluation.iou(b[3], b[3]) == 0
 
 
-class OneCategory:
-    slot_category = np.zeros(2, int)
-    slices = {"A": slice(0, 2)}  # noqa: RUF012
-
-
 def test_agreement():
-    rem = objects([[(10, 10, 4, 4), (50, 50, 4, 4)], [(10, 10, 4, 4), None]])
-    vem = objects([[(10, 10, 4, 4), None], [(12, 10, 4, 4), (90, 90, 2, 2)]])
-    before = objects([[None, (50, 51, 4, 4)], [None, None]])
-    plain = evaluation.total(evaluation.agreement(OneCategory, rem, vem))
+    rem = detections([[(10, 10, 4, 4), (50, 50, 4, 4)], [(10, 10, 4, 4), None]])
+    vem = detections([[(10, 10, 4, 4), None], [(12, 10, 4, 4), (90, 90, 2, 2)]])
+    before = detections([[None, (50, 51, 4, 4)], [None, None]])
+    counts = evaluation.agreement(rem, vem)
+    assert counts.left.tolist() == [[2], [1]]
+    plain = counts.sum()
     assert (plain.left, plain.right, plain.confirmed, plain.found, plain.exact) == (3, 3, 2, 2, 1)
     assert plain.precision == plain.recall == plain.f1 == pytest.approx(2 / 3)
     assert plain.mean_iou == pytest.approx((1 + 8 / 24) / 2)
-    aware = evaluation.total(evaluation.agreement(OneCategory, rem, vem, before))
+    aware = evaluation.agreement(rem, vem, before).sum()
     assert aware.precision == 1
     assert aware.recall == pytest.approx(2 / 3)
 
 
 def test_nothing_to_match():
-    empty = objects([[None, None]])
-    a = evaluation.total(evaluation.agreement(OneCategory, empty, empty))
+    a = evaluation.agreement(detections([[None, None]]), detections([[]])).sum()
     assert all(np.isnan(v) for v in (a.precision, a.recall, a.f1, a.mean_iou))
+    nothing_right = Agreement(*(np.array(v) for v in (3, 3, 0, 0, 0, 0)))
+    assert nothing_right.f1 == 0
+
+
+def test_intervals_are_over_episodes():
+    """Episodes that are all right or all wrong: as the mean of so many coins; frames within one say nothing new."""
+    episode = np.repeat(np.arange(40), 25)
+    right = (episode % 2 == 0).astype(float)[:, None]
+    counts = Agreement(np.ones((1000, 1)), np.ones((1000, 1)), right, right, right, right)
+    low, high = (v[0] for v in evaluation.intervals(counts, episode, lambda a: a.f1))
+    assert low == pytest.approx(0.5 - 1.96 * 0.5 / 40**0.5, abs=0.03)
+    assert high == pytest.approx(0.5 + 1.96 * 0.5 / 40**0.5, abs=0.03)
+    assert all(np.isnan(v).all() for v in evaluation.intervals(counts, np.zeros(1000, int), lambda a: a.f1))
+
+
+def test_average_precision():
+    """Confidences 0.9 right, 0.8 wrong, 0.7 right, of three objects: precision 1 to recall 1/3, 2/3 to recall 2/3, then 0."""
+    truth = detections([[(0, 0, 4, 4), (20, 0, 4, 4), (40, 0, 4, 4)]])
+    mine = detections([[(60, 0, 4, 4), (20, 0, 4, 4), (0, 0, 4, 4)]], score=np.array([[0.8, 0.7, 0.9]]))
+    (found,) = evaluation.average_precision(mine, truth, [0.5])
+    assert found == pytest.approx((34 + 33 * 2 / 3) / 101)
+    level = dataclasses.replace(mine, score=None)  # all or nothing: 2/3 of them right, to recall 2/3
+    assert evaluation.average_precision(level, truth, [0.5]) == pytest.approx(67 * 2 / 3 / 101)
+    assert evaluation.average_precision(truth, truth).tolist() == [[1] * 10]
+    nothing = detections([[None]], categories=("A", "B"))
+    assert evaluation.average_precision(nothing, dataclasses.replace(truth, categories=("A", "B")))[0].tolist() == [0] * 10
+    assert np.isnan(evaluation.average_precision(truth, nothing)).all()
+
+
+def test_average_precision_takes_each_object_once():
+    truth = detections([[(0, 0, 10, 10), None]])
+    mine = detections([[(0, 0, 10, 10), (0, 0, 10, 8)]], score=np.array([[0.5, 0.9]]))
+    half, most = evaluation.average_precision(mine, truth, [0.5, 0.9])[0]
+    assert half == pytest.approx(1)  # the first one takes it, the second is one too many, at full recall
+    assert most == pytest.approx(0.5)
+
+
+def test_records():
+    game = ocjax.load("Pong")
+    d = evaluation.from_records([[("Ball", 1, 2, 3, 4)], [("Ghost", 5, 6, 7, 8), ("Player", 0, 0, 1, 1)]], game)
+    assert d.categories == (*(c.name for c in game.categories), "Ghost")
+    assert [[d.categories[k] for k in row if k >= 0] for row in d.label] == [["Ball"], ["Ghost", "Player"]]
+    assert d.xywh[1, 0].tolist() == [5, 6, 7, 8]
+    assert evaluation.from_records([[("Ball", 1, 2, 3, 4, 0.25)]], game).score.tolist() == [[0.25]]
+
+
+def test_detections_of_objects():
+    game, data = ocjax.load("Pong"), excerpt("Pong")
+    objects = game.rem(data["rams"])
+    d = evaluation.detections(objects)
+    assert np.array_equal(d.label >= 0, np.asarray(objects.valid))
+    assert np.array_equal(evaluation.match(d, d), np.where(d.label >= 0, np.arange(d.label.shape[1]), -1))
+    with pytest.raises(ValueError, match="do not know their game"):
+        evaluation.detections(objects.of(game, "Ball"))
+
+
+def test_wrong_detections():
+    good = detections([[(0, 0, 1, 1)]])
+    for change, error, message in (
+        ({"xywh": np.zeros((1, 1, 3))}, ValueError, "xywh must have shape"),
+        ({"label": np.zeros((2, 1), int)}, ValueError, "label must have shape"),
+        ({"label": np.zeros((1, 1))}, TypeError, "label must be integers"),
+        ({"label": np.ones((1, 1), int)}, ValueError, "label must be -1 to 0"),
+        ({"score": np.ones((1, 2))}, ValueError, "score must have shape"),
+    ):
+        with pytest.raises(error, match=message):
+            dataclasses.replace(good, **change)
+    with pytest.raises(ValueError, match="same frames"):
+        evaluation.match(good, detections([[None], [None]]))
+
+
+def test_coverage():
+    sprites = np.zeros((1, 210, 160), bool)
+    sprites[0, 10:14, 10:14] = True  # 16 pixels, half of them in a box
+    drawn = sprites.copy()
+    drawn[0, 50, 50] = True
+    boxes = detections([[(10, 10, 2, 4), (9, 10, 3, 4), (50, 50, 1, 1), (100, 100, 9, 9)]])
+    assert evaluation.coverage(boxes, sprites, drawn) == (0.5, 0.75)
+
+
+def test_identity_switches():
+    """Two cars of the same lane that swap their slots in REM, once."""
+    game = ocjax.load("Freeway")
+    car = game.slices["Car"].start
+    xywh = np.zeros((6, game.num_slots, 4), np.int16)
+    valid = np.zeros((6, game.num_slots), bool)
+    valid[:, car : car + 2] = True
+    xywh[:, car] = [[20 + t, 27, 8, 10] for t in range(6)]
+    xywh[:, car + 1] = [[90 + t, 27, 8, 10] for t in range(6)]
+    still = game.rem(np.zeros((6, 128), np.uint8))
+    vem = dataclasses.replace(still, xywh=xywh, valid=valid)
+    swapped = xywh.copy()
+    swapped[3:, [car, car + 1]] = xywh[3:, [car + 1, car]]
+    rem = dataclasses.replace(vem, xywh=swapped)
+    resets = np.zeros(6, bool)
+    for objects, starts, want in ((vem, resets, (0, 10)), (rem, resets, (2, 10)), (rem, np.arange(6) == 3, (0, 8))):
+        moved, on = evaluation.identity_switches(objects, vem, starts)
+        index = [c.name for c in game.categories].index("Car")
+        assert (moved[index], on[index], moved.sum()) == (*want, want[0])
+
+
+def test_value_shares():
+    data = excerpt("SpaceInvaders")
+    objects = ocjax.load("SpaceInvaders").rem(data["rams"])
+    assert evaluation.value_shares(objects, data["rewards"], data["lives"]) == {"P1Score": 1.0, "Lives": 1.0}
+    wrong = evaluation.value_shares(objects, data["rewards"] + (np.arange(len(data["rewards"])) % 2), data["lives"])
+    assert wrong["P1Score"] == pytest.approx(0.5, abs=0.05)

@@ -23,6 +23,7 @@ class Seen(NamedTuple):
     h: jax.Array
     valid: jax.Array  # bool [count, B]
     value: jax.Array | None = None  # int32 [count, B]; None: 0
+    unfit: jax.Array | None = None  # int32 [B]: objects that did not fit; None: there are none
 
 
 def _cut(mask: Bitmap, region: Region) -> Bitmap:
@@ -227,7 +228,8 @@ def see(categories: tuple[Category, ...], frames: jax.Array) -> list[tuple[Seen,
             cuts = [_cut(counted(r, r.palette), region) for (_, r), region in zip(group, regions, strict=True)]
             searches = [Search(c.count, r.join, r.min_size, r.max_size, r.split) for c, r in group]
             for (c, _), region, b in zip(group, regions, components(cuts, searches, connectivity=connectivity), strict=True):
-                out[c.name] = Seen(b.x, b.y + region[1], b.w, b.h, b.valid)
+                unfit = b.total - jnp.sum(b.valid, axis=0, dtype=jnp.int32)
+                out[c.name] = Seen(b.x, b.y + region[1], b.w, b.h, b.valid, unfit=unfit)
     for c in categories:
         if isinstance(c.rule, Bounds):
             out[c.name] = _see_bounds(c.rule, [counted(c.rule, colors) for _, colors in c.rule.parts])
