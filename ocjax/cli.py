@@ -12,12 +12,14 @@ from rich.progress import track
 from rich.table import Table
 
 from ocjax import registry
+from ocjax.analysis.commands import app as ram
 from ocjax.objects import Objects
 from ocjax.spec import Game
 
 app = typer.Typer(
     add_completion=False, no_args_is_help=True, pretty_exceptions_show_locals=False, help="Objects on the screen of Atari 2600 games."
 )
+app.add_typer(ram, name="ram")
 console = Console()
 
 

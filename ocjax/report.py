@@ -262,7 +262,9 @@ def show(table: Table, console: Console) -> None:
     out = RichTable(title=table.title, title_justify="left")
     cells = [[text(c) for c in row] for row in table.rows]
     for i, heading in enumerate(table.header):
-        out.add_column(heading, justify="right" if i else "left", min_width=max(map(len, (*heading.split(), *(row[i] for row in cells)))))
+        words = all(isinstance(row[i], str | None) for row in table.rows)
+        longest = max(len(word) for cell in (heading, *(row[i] for row in cells)) for word in cell.split() or [""])
+        out.add_column(heading, justify="left" if words else "right", min_width=longest)
     for row in cells:
         out.add_row(*row)
     console.print(out, crop=False, width=max(console.width, Measurement.get(console, console.options, out).minimum))

@@ -16,7 +16,7 @@ from typing import Any
 import ale_py
 import numpy as np
 
-RESET, STEP, QUIT, OK, ERROR = b"R", b"S", b"Q", b"K", b"E"
+RESET, STEP, SAVE, RESTORE, WRITE, QUIT, OK, ERROR = b"R", b"S", b"C", b"L", b"W", b"Q", b"K", b"E"
 
 
 def layout(num_envs: int, screen: tuple[int, int] | None) -> tuple[dict[str, tuple[str, tuple[int, ...], int]], int]:
@@ -25,7 +25,8 @@ def layout(num_envs: int, screen: tuple[int, int] | None) -> tuple[dict[str, tup
         "ram": ("uint8", (num_envs, 128)),
         "action": ("int32", (num_envs,)),  # index into the action set
         "seed": ("int64", (num_envs,)),  # -1: none
-        "reset": ("bool", (num_envs,)),  # which to reset on RESET
+        "chosen": ("bool", (num_envs,)),  # which RESET, RESTORE and WRITE are for
+        "written": ("uint8", (num_envs, 128)),  # the RAM wanted on WRITE
         "reward": ("float64", (num_envs,)),
         "terminated": ("bool", (num_envs,)),
         "truncated": ("bool", (num_envs,)),
@@ -55,6 +56,7 @@ class Share:
         self.arrays = arrays
         self.emulators: dict[int, Any] = {}
         self.over = dict.fromkeys(range(*config["share"]), False)
+        self.saved: dict[int, tuple[Any, bool]] = {}
 
     def load(self, i: int, seed: int) -> None:
         ale = ale_py.ALEInterface()
@@ -91,11 +93,29 @@ class Share:
 
     def reset(self) -> None:
         for i in self.over:
-            if self.arrays["reset"][i]:
+            if self.arrays["chosen"][i]:
                 seed = int(self.arrays["seed"][i])
                 if seed >= 0 or i not in self.emulators:
                     self.load(i, seed)
                 self.restart(i)
+
+    def save(self) -> None:
+        self.saved = {i: (ale.cloneState(include_rng=True), self.over[i]) for i, ale in self.emulators.items()}
+
+    def restore(self) -> None:
+        for i, (state, over) in self.saved.items():
+            if self.arrays["chosen"][i]:
+                self.emulators[i].restoreState(state)
+                self.over[i] = over
+                self.observe(i)
+
+    def write(self) -> None:
+        for i, ale in self.emulators.items():
+            if self.arrays["chosen"][i]:
+                wanted = self.arrays["written"][i]
+                for address in np.flatnonzero(wanted != self.arrays["ram"][i]).tolist():
+                    ale.setRAM(address, int(wanted[address]))
+                ale.getRAM(self.arrays["ram"][i])
 
     def step(self) -> None:
         arrays, actions, skip = self.arrays, self.config["actions"], self.config["frame_skip"]
@@ -133,9 +153,10 @@ def main(socket_fd: int, memory_fd: int) -> None:
         screen = tuple(config["screen"]) if config["screen"] else None
         memory = mmap.mmap(memory_fd, layout(config["num_envs"], screen)[1])
         share = Share(config, view(memory, config["num_envs"], screen))
+        commands = {RESET: share.reset, STEP: share.step, SAVE: share.save, RESTORE: share.restore, WRITE: share.write}
         while (command := incoming.read(1)) not in (b"", QUIT):
             try:
-                {RESET: share.reset, STEP: share.step}[command]()
+                commands[command]()
             except Exception:
                 text = traceback.format_exc().encode()
                 link.sendall(ERROR + len(text).to_bytes(4, "big") + text)

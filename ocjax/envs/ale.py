@@ -149,8 +149,40 @@ class AlePool:
             mask: bool `[N]`, which to restart; all by default.
         """
         self._arrays["seed"][:] = -1 if seeds is None else [-1 if s is None else s for s in seeds]
-        self._arrays["reset"][:] = True if mask is None else mask
-        self._ask(_worker.RESET)
+        self._do(_worker.RESET, mask)
+
+    def save(self) -> None:
+        """Keep the state of every emulator, for `restore`; it replaces the one kept before. All must have been reset."""
+        self._do(_worker.SAVE, None)
+
+    def restore(self, mask: np.ndarray | None = None) -> None:
+        """Go back to what `save` kept. The frames in `screen` are those before, until the next step.
+
+        Args:
+            mask: bool `[N]`, which to restore; all by default.
+        """
+        self._do(_worker.RESTORE, mask)
+
+    def set_ram(self, ram: np.ndarray, mask: np.ndarray | None = None) -> None:
+        """Write the RAM of emulators; `self.ram` shows it, the frames will with the next step.
+
+        Args:
+            ram: uint8 `[N, 128]`, or `[128]` for all; only the bytes that differ are written.
+            mask: bool `[N]`, which to write; all by default.
+
+        Raises:
+            TypeError, ValueError: a wrong dtype or shape.
+        """
+        if not isinstance(ram, np.ndarray) or ram.dtype != np.uint8:
+            raise TypeError(f"ram must be a uint8 array, got {getattr(ram, 'dtype', type(ram).__name__)}")
+        if ram.shape not in ((128,), (self.num_envs, 128)):
+            raise ValueError(f"ram must have shape [{self.num_envs}, 128] or [128], got {list(ram.shape)}")
+        self._arrays["written"][:] = ram
+        self._do(_worker.WRITE, mask)
+
+    def _do(self, command: bytes, mask: np.ndarray | None) -> None:
+        self._arrays["chosen"][:] = True if mask is None else mask
+        self._ask(command)
         self.wait()
 
     def send(self, actions: np.ndarray) -> None:

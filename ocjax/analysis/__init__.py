@@ -1,0 +1,1 @@
+"""Tools for reverse-engineering a game's RAM: the commands `ocjax ram ...`."""

@@ -1,0 +1,237 @@
+"""The tools for reverse-engineering, on games whose bytes are known: they must find them from nothing."""
+
+import re
+
+import numpy as np
+import pytest
+from conftest import DATA
+from PIL import Image
+from test_cli import run
+
+import ocjax
+from ocjax import play, recordings
+from ocjax.analysis import causes, correlate, fits, ram_map, watch
+
+
+@pytest.fixture(scope="module")
+def pong():
+    return play.play(ocjax.load("Pong"), 1600, seed=3)
+
+
+@pytest.fixture(scope="module")
+def pong_findings(pong):
+    return {(f.object, f.field): f for f in correlate.correlate(pong)}
+
+
+def formula(finding, i=0):
+    return str(finding.fits[i]), finding.fits[i].exact
+
+
+@pytest.mark.parametrize(
+    ("at", "pattern", "share"),
+    [
+        (("Ball", "x"), r"byte\(49\) - 49", 0.99),
+        (("Ball", "y"), r"byte\(54\) - 14", 0.75),  # it is one row lower on one side of the beam
+        (("Enemy", "y"), r"byte\((50|21)\) - 15", 0.98),
+        (("Player", "y"), r"byte\(51\) - 14, \+1 where bits\(51, first=0, count=1\)", 0.75),  # the rest is cut off at the walls
+    ],
+)
+def test_correlate_finds_pong(pong_findings, at, pattern, share):
+    text, exact = formula(pong_findings[at])
+    assert re.fullmatch(pattern, text)
+    assert exact >= share
+
+
+def test_correlate_finds_values_and_presence(pong_findings):
+    score = pong_findings["EnemyScore", "value"].fits
+    assert [f.source.address for f in score] == [13]
+    assert score[0].exact > 0.95
+    present = pong_findings["Ball", "present"].fits[0]
+    assert present.source.address in (54, 49, 12)
+    assert present.exact > 0.95
+
+
+def test_correlate_finds_freeway():
+    tape = play.play(ocjax.load("Freeway"), 1200, seed=3)
+    found = {(f.object, f.field): f for f in correlate.correlate(tape)}
+    text, exact = formula(found["Chicken 0", "y"])
+    assert text == "-byte(14) + 193"
+    assert exact > 0.95
+    cars = found["Car, one of", "x"].fits
+    assert {f.source.address for f in cars if f.exact > 0.4} >= set(range(108, 118))
+    assert {f.offset for f in cars if f.scale == 1 and 108 <= f.source.address < 118} <= {-3, -2}
+
+
+def test_correlate_with_what_the_chip_drew():
+    """Without vision rules: here a recording that says the ball was drawn where it is."""
+    game = ocjax.load("Pong")
+    tape = play.play(game, 800, seed=4)
+    ball = game.rem(tape.rams).of(game, "Ball")
+    shown = np.zeros(tape.screens.shape, np.uint8)
+    for i, ((x, y, w, h),) in enumerate(np.asarray(ball.xywh).astype(int)):
+        shown[i, y : y + h, x : x + w] = 16
+    chip = recordings.Recording(game, tape.rams, tape.screens, shown=shown, resets=tape.resets)
+    found = {(f.object, f.field): f for f in correlate.correlate(chip, "sprites")}
+    assert formula(found["Ball 0", "x"])[0] == "byte(49) - 49"
+    with pytest.raises(ValueError, match="what the video chip drew"):
+        list(correlate.correlate(tape, "sprites"))
+
+
+def test_digits():
+    """A score of six decimal digits in three bytes, among noise."""
+    rng = np.random.default_rng(0)
+    rams = rng.integers(0, 256, (600, 128), dtype=np.uint8)
+    score = rng.integers(0, 1_000_000, 600)
+    for address, power in ((70, 0), (20, 1), (9, 2)):
+        two = score // 100**power % 100
+        rams[:, address] = two // 10 * 16 + two % 10
+    parts = fits.digits(rams, score, fits.halves(np.zeros(600, int)))
+    assert [(str(p.source), p.offset) for p in parts] == [("bcd(70)", 0), ("bcd(20)", 1), ("bcd(9)", 2)]
+
+
+def test_affine_finds_what_is_there():
+    rng = np.random.default_rng(1)
+    rams = rng.integers(0, 256, (500, 128), dtype=np.uint8)
+    half = fits.halves(np.arange(500) // 50)
+    target = 4 * (rams[:, 77].astype(int) >> 3 & 15) + 7 - 5 * (rams[:, 30] >> 6 & 1)
+    best = fits.affine(rams, target, half)[0]
+    assert str(best) == "4 * bits(77, first=3, count=4) + 7, -5 where bits(30, first=6, count=1)"
+    assert best.exact == 1
+    assert np.array_equal(best.predict(rams), target)
+    noise = fits.affine(rams, rng.integers(0, 160, 500), half)
+    assert noise[0].exact < 0.1
+    table = fits.tables(rams, np.array([9, 2, 200, 5])[rams[:, 5] >> 6], half)[0]
+    assert str(table) == "bits(5, first=6, count=2): 0 -> 9, 1 -> 2, 2 -> 200, 3 -> 5"
+    assert table.exact == 1
+
+
+def test_residual(pong):
+    """A decoder that is wrong by a bit: it is found; the right one leaves nothing."""
+    right = correlate.residual(pong, "Player", "y")
+    assert right.exact > 0.999
+    assert right.bits == ()
+    odd = np.random.default_rng(0).integers(2, size=len(pong))  # the decoder is made wrong by a column when bit 3 of byte 127 is set
+    rams = pong.rams.copy()
+    rams[:, 49] += odd.astype(np.uint8)
+    rams[:, 127] = 8 * odd
+    tape = recordings.Recording(pong.game, rams, pong.screens, resets=pong.resets)
+    wrong = correlate.residual(tape, "Ball", "x")
+    assert wrong.exact == pytest.approx(0.5, abs=0.05)
+    assert set(wrong.errors) == {0, -1}
+    bit, clear, set_, share = wrong.bits[0]
+    assert (str(bit), clear, set_) == ("bits(127, first=3, count=1)", 0, -1)
+    assert share > 0.99
+
+
+@pytest.fixture(scope="module")
+def pong_causes():
+    return causes.causes(ocjax.load("Pong"), values=32, num_envs=32, seed=1)
+
+
+def test_causes_finds_pong(pong_causes):
+    """Byte 49 moves the ball sideways, 54 up and down; 13 and 14 are the scores; most bytes do nothing."""
+    by_name = {a: {e.category: e for e in es} for a, es in pong_causes.effects.items()}
+    scale, _, share = by_name[49]["Ball"].formulas["x"]
+    assert (scale, share > 0.8) == (1, True)
+    scale, _, share = by_name[54]["Ball"].formulas["y"]
+    assert (scale, share > 0.4) == (1, True)  # near the walls it is cut off or turns around
+    assert by_name[13]["EnemyScore"].formulas["value"][:2] == (1, 0)
+    assert by_name[14]["PlayerScore"].formulas["value"][:2] == (1, 0)
+    assert "EnemyScore" not in by_name[14]
+    assert (pong_causes.effective == 0).sum() > 60
+    assert pong_causes.pixels[14, 1:21, 100:128].any()
+
+
+def test_causes_finds_freeway():
+    found = causes.causes(ocjax.load("Freeway"), values=32, num_envs=32, steps=60)
+    effects = {a: {e.category: e for e in es} for a, es in found.effects.items()}
+    scale, offset, share = effects[14]["Chicken"].formulas["y"]
+    assert scale == -1
+    assert abs(offset - 193) <= 1 or abs(offset + 256 - 193) <= 1
+    assert share > 0.4
+    assert {a for a in range(108, 118) if "Car" in effects[a]} == set(range(108, 118))
+
+
+def test_map():
+    table = ram_map.ram_map(ocjax.load("Freeway"))
+    rows = {row[3]: row for row in table.rows}
+    assert rows["chicken_y[0]"] == ["14", "unsigned", "0-255", "chicken_y[0]", "193 - y"]
+    assert rows["score[1]"][1:3] == ["BCD", "0-99"]
+    assert rows["car_kind[0]"][2] == "0-7"
+    for name in ocjax.games():
+        assert len(ram_map.ram_map(ocjax.load(name)).rows) >= 4
+
+
+def test_watch():
+    session = watch.Session(ocjax.load("Pong"))
+    for key in ("v", "d", "\x1b[A"):
+        session.key(key)
+    assert session.action().name == "UPRIGHT"
+    for _ in range(30):
+        session.step()
+    assert session.action().name == "NOOP"  # a press does not last
+    session.key("k")
+    kept = session.ram.copy()
+    for key in ":14 0x7\r":
+        session.key(key)
+    assert session.ram[14] == 7
+    assert "byte 14 is 7" in session.message
+    assert session.changed[14] == watch.GLOW
+    session.key("p")
+    session.step()
+    assert session.ram[14] == 7
+    session.key("l")
+    assert np.array_equal(session.ram, kept)
+    for key in ":300 1\r":
+        session.key(key)
+    assert "0-127" in session.message
+    for key in ":x\x7fy\r":
+        session.key(key)
+    assert "to poke type" in session.message
+    session.key("r")
+    session.key("n")
+    assert session.paused
+    session.key("q")
+    assert session.done
+
+
+def test_watch_in_terminal():
+    result = run("ram", "watch", "Pong", "--policy", "random", "--frames", 3)
+    assert result.exit_code == 0, result.output
+    assert "▀" in result.output
+    assert "PlayerScore 0" in result.output
+
+
+def test_commands(tmp_path):
+    for args, words in (
+        (("correlate", DATA / "Pong.npz"), ("present", "Constant")),
+        (("residual", DATA / "SpaceInvaders.npz", "Alien", "x"), ("matched objects",)),
+        (("causes", "Pong", "--values", 4, "--envs", 8, "--steps", 5, "--out", tmp_path / "c.png"), ("Byte", "EnemyScore")),
+        (("map", "Pong"), ("ball_x", "x + 49")),
+    ):
+        result = run("ram", *args, "--markdown", tmp_path / "out.md")
+        assert result.exit_code == 0, result.output
+        for word in words:
+            assert word in result.output
+        assert (tmp_path / "out.md").read_text().startswith("**")
+    with Image.open(tmp_path / "c.png") as picture:
+        assert picture.size[0] > 500
+
+
+def test_wrong_use(tmp_path):
+    bare = tmp_path / "bare.npz"
+    recordings.Recording(ocjax.load("Pong"), np.zeros((9, 128), np.uint8)).write(bare)
+    for args, message in (
+        (("correlate", "Pung"), "did you mean Pong"),
+        (("correlate", bare), "has no array screens"),
+        (("correlate", DATA / "Pong.npz", "--target", "sprites"), "has no array shown"),
+        (("correlate", DATA / "Pong.npz", "--target", "eyes"), "vem or sprites"),
+        (("residual", DATA / "Pong.npz", "Car", "x"), "no category 'Car'"),
+        (("residual", DATA / "Pong.npz", "Ball", "z"), "must be one of x, y, w, h"),
+        (("causes", "Pong", "--mode", 99), "no mode 99"),
+        (("watch", "Pong", "--policy", "greedy"), "no policy 'greedy'"),
+        (("watch", "Pong", "--mode", 99), "no mode 99"),
+    ):
+        result = run("ram", *args)
+        assert result.exit_code == 2, result.output
+        assert message in " ".join(result.output.replace("│", " ").split()), result.output
