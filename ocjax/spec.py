@@ -219,6 +219,9 @@ class Blobs:
         min_size, max_size: (width, height) limits; components outside them are not objects.
         split: (width, height) of one object, for objects that touch: a larger component is as many of them as cover it (4 at most),
             evenly spaced from edge to edge. `max_size` is that of the whole component.
+        pixels: least and most pixels of a component, those between its parts that `join` bridges from the left and from above
+            included: tells pictures of the same size apart. Needs `max_size`.
+        thin: where it is not 0, pixels of vertical runs longer than this do not count: finds low objects in the colour of walls.
         scenery: areas of the screen whose pixels do not count.
         besides: categories of whole `Cells`; the pixels of their objects do not count.
     """
@@ -230,6 +233,8 @@ class Blobs:
     min_size: tuple[int, int] = (1, 1)
     max_size: tuple[int, int] | None = None
     split: tuple[int, int] | None = None
+    pixels: tuple[int, int] | None = None
+    thin: int = 0
     scenery: tuple[Region, ...] = ()
     besides: tuple[str, ...] = ()
 
@@ -246,6 +251,10 @@ class Blobs:
             raise ValueError(f"connectivity must be 4 or 8, got {self.connectivity}")
         if self.join != (0, 0) and self.connectivity == 4:
             raise ValueError("join needs connectivity 8")
+        if self.pixels is not None and self.max_size is None:
+            raise ValueError("pixels needs max_size")
+        if self.thin < 0:
+            raise ValueError(f"thin must be a number of pixels, got {self.thin}")
         if self.split is not None and min(self.split) < 1:
             raise ValueError(f"split must be (width, height) of at least 1 pixel, got {self.split}")
         if not all(0 <= j < 32 for j in self.join):

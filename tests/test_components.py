@@ -30,7 +30,8 @@ def reference(mask, connectivity, search):
         first = int(np.flatnonzero(labels[rows.start] == label)[0])
         w, h = columns.stop - columns.start - dx, rows.stop - rows.start - dy
         limit = search.max_size or (W, 256)
-        if search.min_size[0] <= w <= limit[0] and search.min_size[1] <= h <= limit[1]:
+        least, most = search.pixels or (1, wide.size)
+        if search.min_size[0] <= w <= limit[0] and search.min_size[1] <= h <= limit[1] and least <= (labels == label).sum() <= most:
             out.append((rows.start, first, columns.start, w, h))
     return [part for y, _, x, w, h in sorted(out) for part in parts(x, y, w, h, search.split or (256, 256))]
 
@@ -120,6 +121,7 @@ SEARCHES = {
     "joined": Search(30, join=(3, 1), max_size=(20, 10)),
     "split": Search(40, max_size=(30, 20), split=(8, 7)),
     "joined, any size": Search(30, join=(2, 5)),
+    "so many pixels": Search(60, join=(1, 0), max_size=(20, 10), pixels=(5, 40)),
 }
 KINDS = [(c, name) for name, s in SEARCHES.items() for c in (4, 8) if c == 8 or s.join == (0, 0)]
 

@@ -96,6 +96,8 @@ def test_wrong_games(change, message):
         (lambda: Blobs(14, connectivity=6), "connectivity"),
         (lambda: Blobs(14, connectivity=4, join=(1, 0)), "join needs"),
         (lambda: Blobs(14, join=(40, 0)), "join must"),
+        (lambda: Blobs(14, pixels=(3, 5)), "pixels needs"),
+        (lambda: Blobs(14, thin=-1), "thin must"),
         (lambda: Bounds(((14,), (15,)), (0, 0, 9, 9)), "colors for 2 regions"),
         (lambda: Cells(14, (1, 2), (1,), 2, 2), "one entry a slot"),
         (lambda: Cells(14, (159,), (1,), 2, 2), "on the screen"),
@@ -118,6 +120,22 @@ def test_objects_views():
         o.of(GAME, "C")
     v = ocjax.velocity(o[0], o[1])
     assert v.tolist() == [[10.0, 0.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]]
+
+
+def test_thin_objects_in_front_of_walls():
+    categories = (Category("A", Blobs(14, thin=2, min_size=(2, 1)), count=3), *CATEGORIES[1:])
+    game = dataclasses.replace(GAME, categories=categories, decode=three)
+    frame = np.zeros((210, 160), np.uint8)
+    frame[20:28, 40:60] = 14  # a wall
+    frame[23:25, 30:50] = 14  # half hidden by it
+    frame[100:103, 10:20] = 14
+    frame[150, 100:104] = 14  # beside another
+    frame[140:180, 104:108] = 14
+    assert game.vem(frame).xywh[:3].tolist() == [[30, 23, 10, 2], [100, 150, 4, 1], [0, 0, 0, 0]]
+
+
+def three(m):
+    return decode(m) | {"A": box(jnp.arange(3), 10, 4, 4)}
 
 
 def test_digits_and_gauges_are_read():

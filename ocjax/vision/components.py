@@ -46,6 +46,7 @@ class Search:
     min_size: tuple[int, int] = (1, 1)  # limits (width, height): components outside them do not count
     max_size: tuple[int, int] | None = None
     split: tuple[int, int] | None = None  # a component larger than this is as many objects of this size as cover it, `PARTS` at most
+    pixels: tuple[int, int] | None = None  # least and most pixels of a component, after joining; needs max_size
 
 
 class Boxes(NamedTuple):
@@ -260,6 +261,10 @@ def components(masks: Sequence[Bitmap], searches: Sequence[Search], *, connectiv
         limits = [(*s.min_size, *m[2:]) for s, m in zip(searches, limits, strict=True)]
         w0, h0, w1, h1 = (of_mask(which, column) for column in zip(*limits, strict=True))
         good = own & inside & (w >= w0) & (h >= h0) & (w <= w1) & (h <= h1)
+        if any(s.pixels for s in searches):
+            least, most = (of_mask(which, [(s.pixels or (0, 2**30))[i] for s in searches]) for i in (0, 1))
+            pixels = jnp.sum(bm.popcount(filled), axis=(0, 1), dtype=jnp.int32)
+            good = good & (pixels >= least) & (pixels <= most)
 
         # Parts of equal size, evenly spaced from one edge to the other.
         part_w, part_h = (of_mask(which, [(s.split or (256, 256))[i] for s in searches]) for i in (0, 1))

@@ -44,27 +44,36 @@ def _static(height: int, areas: Iterable[Region]) -> tuple[np.ndarray, ...]:
     return tuple(words.T[..., None])
 
 
+def _down(bitmap: Bitmap, n: int) -> Bitmap:
+    return tuple(jnp.pad(w[:-n], ((n, 0), (0, 0))) for w in bitmap)
+
+
+def _up(bitmap: Bitmap, n: int) -> Bitmap:
+    return tuple(jnp.pad(w[n:], ((0, n), (0, 0))) for w in bitmap)
+
+
+def _over(bitmap: Bitmap, size: int, move: Callable[[Bitmap, int], Bitmap], join: Callable[[Bitmap, Bitmap], Bitmap]) -> Bitmap:
+    """Every pixel joined with the `size - 1` next to it on one side."""
+    n = 1
+    while n < size:
+        step = min(n, size - n)
+        # fused, every step would compute the one before it twice
+        bitmap, n = lax.optimization_barrier(join(bitmap, move(bitmap, step))), n + step
+    return bitmap
+
+
+def _thin(mask: Bitmap, most: int) -> Bitmap:
+    """The pixels of vertical runs of at most so many."""
+    return bm.minus(mask, _over(_over(mask, most + 1, _up, bm.both), most + 1, _down, bm.either))
+
+
 def _whole_cells(rule: Cells, mask: Bitmap) -> Bitmap:
     """The pixels of the cells that are present, by the neighbours of every pixel at once."""
 
-    def down(bitmap: Bitmap, n: int) -> Bitmap:
-        return tuple(jnp.pad(w[:-n], ((n, 0), (0, 0))) for w in bitmap)
-
-    def up(bitmap: Bitmap, n: int) -> Bitmap:
-        return tuple(jnp.pad(w[n:], ((0, n), (0, 0))) for w in bitmap)
-
-    def over(bitmap: Bitmap, size: int, move: Callable[[Bitmap, int], Bitmap], join: Callable[[Bitmap, Bitmap], Bitmap]) -> Bitmap:
-        n = 1
-        while n < size:
-            step = min(n, size - n)
-            # fused, every step would compute the one before it twice
-            bitmap, n = lax.optimization_barrier(join(bitmap, move(bitmap, step))), n + step
-        return bitmap
-
-    full = over(over(mask, rule.w, bm.left, bm.both), rule.h, up, bm.both)
+    full = _over(_over(mask, rule.w, bm.left, bm.both), rule.h, _up, bm.both)
     corners = _static(mask[0].shape[0], ((x, y, x + 1, y + 1) for x, y in zip(rule.x, rule.y, strict=True)))
     present = tuple(w & jnp.asarray(c) for w, c in zip(full, corners, strict=True))
-    return over(over(present, rule.w, bm.right, bm.either), rule.h, down, bm.either)
+    return _over(_over(present, rule.w, bm.right, bm.either), rule.h, _down, bm.either)
 
 
 def _painted(seen: Seen, like: Bitmap) -> Bitmap:
@@ -218,7 +227,7 @@ def see(categories: tuple[Category, ...], frames: jax.Array) -> list[tuple[Seen,
                     else _painted(out[other.name], mask)
                 )
                 mask = bm.minus(mask, whole)
-        return mask
+        return _thin(mask, rule.thin) if isinstance(rule, Blobs) and rule.thin else mask
 
     blobs = [(c, c.rule) for c in categories if isinstance(c.rule, Blobs)]
     for connectivity in (4, 8):
@@ -226,7 +235,7 @@ def see(categories: tuple[Category, ...], frames: jax.Array) -> list[tuple[Seen,
         if group:
             regions = [r.region or (0, 0, frames.shape[2], frames.shape[1]) for _, r in group]
             cuts = [_cut(counted(r, r.palette), region) for (_, r), region in zip(group, regions, strict=True)]
-            searches = [Search(c.count, r.join, r.min_size, r.max_size, r.split) for c, r in group]
+            searches = [Search(c.count, r.join, r.min_size, r.max_size, r.split, r.pixels) for c, r in group]
             for (c, _), region, b in zip(group, regions, components(cuts, searches, connectivity=connectivity), strict=True):
                 unfit = b.total - jnp.sum(b.valid, axis=0, dtype=jnp.int32)
                 out[c.name] = Seen(b.x, b.y + region[1], b.w, b.h, b.valid, unfit=unfit)
