@@ -147,11 +147,13 @@ class Gauge:
         unit: pixels for each 1.
         start: width, in pixels, that stands for `base`.
         base: value at that width.
+        vertical: the height is read, not the width.
     """
 
     unit: int
     start: int = 0
     base: int = 0
+    vertical: bool = False
 
     def __post_init__(self) -> None:
         if self.unit < 1:

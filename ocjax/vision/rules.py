@@ -69,7 +69,6 @@ def _thin(mask: Bitmap, most: int) -> Bitmap:
 
 def _whole_cells(rule: Cells, mask: Bitmap) -> Bitmap:
     """The pixels of the cells that are present, by the neighbours of every pixel at once."""
-
     full = _over(_over(mask, rule.w, bm.left, bm.both), rule.h, _up, bm.both)
     corners = _static(mask[0].shape[0], ((x, y, x + 1, y + 1) for x, y in zip(rule.x, rule.y, strict=True)))
     present = tuple(w & jnp.asarray(c) for w, c in zip(full, corners, strict=True))
@@ -110,7 +109,7 @@ def _see_bounds(rule: Bounds, masks: Sequence[Bitmap]) -> Seen:
     x, y, w, h = (jnp.stack(v) for v in zip(*boxes, strict=True))
     value = None
     if isinstance(rule.value, Gauge):
-        value = rule.value.base + jnp.floor_divide(w - rule.value.start, rule.value.unit)
+        value = rule.value.base + jnp.floor_divide((h if rule.value.vertical else w) - rule.value.start, rule.value.unit)
     elif rule.digits:
         value = jnp.stack([_read(digits, mask) for digits, mask in zip(rule.digits, masks, strict=True)])
     return Seen(x, y, w, h, (w >= rule.min_size[0]) & (h >= rule.min_size[1]), value)
