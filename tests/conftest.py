@@ -27,7 +27,9 @@ def pytest_generate_tests(metafunc):
     """Every test that takes `game` runs on every game that there is."""
     if "game" in metafunc.fixturenames:
         names = metafunc.config.getoption("--game") or ocjax.games()
-        metafunc.parametrize("game", [ocjax.load(n) for n in names], ids=names, scope="session")
+        # One process compiles a game for all of its tests.
+        games = [pytest.param(ocjax.load(n), id=n, marks=pytest.mark.xdist_group(n)) for n in names]
+        metafunc.parametrize("game", games, scope="session")
 
 
 @functools.cache
