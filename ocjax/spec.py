@@ -110,6 +110,8 @@ class Digits:
         size: (width, height) of a dot in pixels. A dot is set where its first column has a pixel in any of its rows.
         glyphs: ten pictures, 0 to 9, rows from the top, each row a hexadecimal number whose lowest bit is the rightmost dot.
         weights: what a 1 in each cell is worth; powers of ten without it.
+        base: value of nothing but zeros.
+        required: the object is valid only where the last cell holds one of the pictures: tells it from others at the same place.
     """
 
     lefts: tuple[int, ...]
@@ -118,6 +120,8 @@ class Digits:
     size: tuple[int, int]
     glyphs: tuple[str, ...]
     weights: tuple[int, ...] | None = None
+    base: int = 0
+    required: bool = False
 
     def __post_init__(self) -> None:
         if len(self.glyphs) != 10 or any(len(g) != self.dots[1] * -(-self.dots[0] // 4) for g in self.glyphs):

@@ -107,16 +107,19 @@ def _see_bounds(rule: Bounds, masks: Sequence[Bitmap]) -> Seen:
         x, y, w, h = _bounds(_cut(mask, region))
         boxes.append((x, y + region[1], w, h))
     x, y, w, h = (jnp.stack(v) for v in zip(*boxes, strict=True))
-    value = None
+    value, valid = None, (w >= rule.min_size[0]) & (h >= rule.min_size[1])
     if isinstance(rule.value, Gauge):
         value = rule.value.base + jnp.floor_divide((h if rule.value.vertical else w) - rule.value.start, rule.value.unit)
     elif rule.digits:
-        value = jnp.stack([_read(digits, mask) for digits, mask in zip(rule.digits, masks, strict=True)])
-    return Seen(x, y, w, h, (w >= rule.min_size[0]) & (h >= rule.min_size[1]), value)
+        numbers, held = zip(*(_read(digits, mask) for digits, mask in zip(rule.digits, masks, strict=True)), strict=True)
+        value = jnp.stack(numbers)
+        if any(digits.required for digits in rule.digits):
+            valid = valid & jnp.stack([h | (not digits.required) for h, digits in zip(held, rule.digits, strict=True)])
+    return Seen(x, y, w, h, valid, value)
 
 
-def _read(digits: Digits, mask: Bitmap) -> jax.Array:
-    """The number that digits show, int32 `[B]`."""
+def _read(digits: Digits, mask: Bitmap) -> tuple[jax.Array, jax.Array]:
+    """The number that digits show, int32 `[B]`, and whether the last cell holds one of the pictures."""
     (columns, rows), (dot_w, dot_h) = digits.dots, digits.size
     board = jnp.stack((*mask, jnp.zeros_like(mask[0])))
     at = np.array(digits.lefts)
@@ -132,7 +135,8 @@ def _read(digits: Digits, mask: Bitmap) -> jax.Array:
     table = jnp.asarray(digits.table, U)
     same = jnp.all(picture[None] == table[:, :, None, None], axis=1)  # [10, digits, B]
     worth = np.arange(10)[:, None, None] * np.array(digits.worth)[None, :, None]
-    return jnp.sum(jnp.where(same, jnp.asarray(worth, jnp.int32), 0), axis=(0, 1), dtype=jnp.int32)
+    number = digits.base + jnp.sum(jnp.where(same, jnp.asarray(worth, jnp.int32), 0), axis=(0, 1), dtype=jnp.int32)
+    return number, jnp.any(same[:, -1], axis=0)
 
 
 def _see_cells(rule: Cells, mask: Bitmap) -> Seen:
