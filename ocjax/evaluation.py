@@ -214,7 +214,9 @@ class Agreement:
         return _ratio(self.exact, self.found)
 
 
-def agreement(left: Detections, right: Detections, before: Detections | None = None, radius: float = RADIUS) -> Agreement:
+def agreement(
+    left: Detections, right: Detections, before: Detections | None = None, radius: float = RADIUS, pairs: np.ndarray | None = None
+) -> Agreement:
     """Agreement of two methods on a batch of frames, by frame and category.
 
     Args:
@@ -223,12 +225,13 @@ def agreement(left: Detections, right: Detections, before: Detections | None = N
         before: of the latter on the emulated frame just before each. With it the scores are flicker-aware: a box of `left` that is not
             matched on the frame may be matched there; everything in `right` must still be found.
         radius: largest distance of the centres in pixels.
+        pairs: what `match(left, right, radius)` gives, where it is known already.
 
     Returns:
         Counts of shape `[B, categories]`, in the order of `left`'s categories, then those that only the others have.
     """
     names, labels = _together(left, right, before)
-    pairs = match(left, right, radius)
+    pairs = match(left, right, radius) if pairs is None else pairs
     frame, i = np.nonzero(pairs >= 0)
     overlap = np.zeros(pairs.shape)
     overlap[frame, i] = iou(left.xywh[frame, i], right.xywh[frame, pairs[frame, i]])

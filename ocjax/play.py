@@ -15,7 +15,7 @@ from ocjax.spec import Game
 
 HOLD = 8  # steps that "repeat" holds an action at most
 
-Policy = Callable[[Objects], np.ndarray]  # objects (REM) of N instances -> int [N], indices into the game's actions
+Policy = Callable[[np.ndarray], np.ndarray]  # RAM of N instances, uint8 [N, 128] -> int [N], indices into the game's actions
 
 
 class PolicyError(ValueError):
@@ -35,7 +35,7 @@ class RandomPolicy:
         self.action = np.zeros(self.num_envs, int)
         self.left = np.zeros(self.num_envs, int)
 
-    def __call__(self, objects: Objects) -> np.ndarray:
+    def __call__(self, ram: np.ndarray) -> np.ndarray:
         """The next actions."""
         new = self.left == 0
         self.action = np.where(new, self.rng.integers(self.num_actions, size=self.num_envs), self.action)
@@ -76,8 +76,8 @@ def saved_policy(path: str | Path, game: Game, num_actions: int) -> Policy:
     if not layers or width != num_actions:
         raise PolicyError(f"{path}: the last layer must have {num_actions} outputs, one for each action of {game.name}, got {width}")
 
-    def act(objects: Objects) -> np.ndarray:
-        x = features(objects)
+    def act(ram: np.ndarray) -> np.ndarray:
+        x = features(game.rem(ram))
         for i, (w, b) in enumerate(layers):
             x = x @ w + b
             x = np.tanh(x) if i + 1 < len(layers) else x
@@ -151,7 +151,7 @@ def play(
         }
         total, over = np.zeros(num_envs), np.ones(num_envs, bool)
         for t in track(range(steps), description=f"playing {game.name}", transient=True):
-            pool.send(act(game.rem(pool.ram)))
+            pool.send(act(pool.ram))
             pool.wait()
             total = np.where(over, 0, total) + pool.reward
             now = (pool.ram, pool.screen[:, 1], pool.screen[:, 0], total, pool.lives, over)

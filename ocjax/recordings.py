@@ -68,6 +68,8 @@ class Recording:
 
 def join(parts: Sequence[Recording]) -> Recording:
     """Recordings of one game one after the other, with what all of them have."""
+    if len(parts) == 1:
+        return parts[0]
 
     def of(name: str) -> np.ndarray | None:
         arrays = [getattr(p, name) for p in parts]

@@ -3,6 +3,7 @@
 import base64
 import csv
 import dataclasses
+import functools
 import html
 import io
 import math
@@ -50,7 +51,7 @@ class Table:
         return Table(self.title, [self.header[k] for k in kept], [[row[k] for k in kept] for row in self.rows])
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, eq=False)
 class Evaluation:
     """What was measured on a recording of one game. Arrays over categories are in the order of `aware`'s columns."""
 
@@ -98,12 +99,13 @@ def evaluate(recording: Recording, source: str, peer: dict[str, PeerMethod] | No
     rem: Objects = _by_parts(game.rem, recording.rams)  # pyright: ignore[reportAssignmentType]
     now, unfit = _by_parts(see, screens)  # pyright: ignore[reportGeneralTypeIssues]
     left, right = evaluation.detections(rem), evaluation.detections(now)
-    plain = evaluation.agreement(left, right)
+    pairs = evaluation.match(left, right)
+    plain = evaluation.agreement(left, right, pairs=pairs)
     aware, before, merged = plain, None, None
     if recording.previous is not None:
         earlier = _by_parts(see, recording.previous)[0]  # pyright: ignore[reportIndexIssue]
         before, merged = evaluation.detections(earlier), tracking.merge_frames(earlier, now)
-        aware = evaluation.agreement(left, right, before)
+        aware = evaluation.agreement(left, right, before, pairs=pairs)
     values = {}
     if recording.rewards is not None and recording.lives is not None:
         values = evaluation.value_shares(rem, recording.rewards, recording.lives)
@@ -184,6 +186,7 @@ def _range(e: Evaluation, category: int | None) -> Cell:
     return None if np.isnan(low).any() else f"{100 * float(np.ravel(low)[0]):.1f}-{100 * float(np.ravel(high)[0]):.1f}"
 
 
+@functools.cache
 def by_category(e: Evaluation) -> Table:
     """Each category of a game, and all together."""
     header = ["Category", "Objects", "Precision", "Recall", "F1", "95 %", "IoU", "Exact", "F1, one frame", "Switches", "Unfit", "Value"]

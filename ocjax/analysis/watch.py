@@ -82,8 +82,7 @@ class Session:
     def action(self) -> ale_py.Action:
         """What is done next: by the policy, or by the keys that are held."""
         if self.policy is not None:
-            rem = jax.tree.map(np.asarray, self.game.rem(self.ram[None]))
-            return self.actions[int(self.policy(rem)[0])]
+            return self.actions[int(self.policy(self.ram[None])[0])]
         # ALE names its actions by what is held: UPRIGHTFIRE, LEFT, FIRE, ...
         name = "".join(MOVES[k] for k in "wsda " if k in self.held)
         return getattr(ale_py.Action, name, ale_py.Action.NOOP)
