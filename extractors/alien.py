@@ -23,7 +23,7 @@ CYAN, YELLOW, PINK, ORANGE, BLUE, WEAK, WHITE = 190, 30, 94, 78, 142, 138, 14
 MAZE = (8, 8, 160, 172)
 EGG_X = ((26, 34, 42, 56, 64, 72), (89, 97, 105, 118, 126, 134))
 EGG_BITS = np.array((2, 4, 6, 3, 5, 7))
-EGGS = [(x, 19 + 12 * row + 2 * (i % 3)) for half in EGG_X for row in range(13) for i, x in enumerate(half)]
+EGGS_X, EGGS_Y = zip(*((x, 19 + 12 * row + 2 * (i % 3)) for half in EGG_X for row in range(13) for i, x in enumerate(half)), strict=True)
 GLYPHS = ("3c66666666663c", "3878181818187e", "7c46063c60607e", "3c46060c06463c", "0c1c2c4c7e0c0c",
           "7e60607c06467c", "3c62607c66663c", "7e42060c181818", "3c66663c66663c", "3c66663e06463c")  # fmt: skip
 BLANK = 0x80
@@ -51,7 +51,6 @@ def decode(m: Ram) -> dict[str, Box]:
     x = 17 + 15 * m.places + (m.steps ^ 7)
     then = m.frame - 2
     egg = m.eggs[:, None] >> EGG_BITS[None] & 1
-    egg_x, egg_y = np.array(EGGS).T
     shown = m.digits != BLANK
     count = jnp.sum(jnp.where(shown, 1, 0))
     score = jnp.sum(jnp.where(shown, m.digits >> 3, 0) * np.array([100000, 10000, 1000, 100, 10, 1]))
@@ -65,7 +64,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Pulsar": box(x[4] + left, 197 - 2 * m.pulsar_y, jnp.where(large, 7, 5), 5, (m.pulsar_y > 0) & ~flame & maze),
         "Flame": box(x[4], 197 - 2 * m.pulsar_y, 8, 5, flame & maze),
         "Rocket": box(x[5], 197 - 2 * m.rocket_y, 8, 5, (m.rocket_y > 0) & maze),
-        "Egg": box(egg_x, egg_y, 1, 2, (egg.ravel() == 1) & maze),
+        "Egg": box(np.array(EGGS_X), np.array(EGGS_Y), 1, 2, (egg.ravel() == 1) & maze),
         "Score": box(69 - 8 * count + 2, 176, 8 * count - 2, 7, value=score),
         "Life": box(21, 187, 8 * m.lives - 11, 5, m.lives > 1, value=m.lives),
     }
@@ -111,8 +110,8 @@ GAME = Game(
         Category("Rocket", Blobs(YELLOW, MAZE, besides=("Egg",), join=(2, 2), min_size=(8, 4), max_size=(8, 5)), doc="bonus"),
         Category(
             "Egg",
-            Cells((CYAN, YELLOW, PINK, ORANGE, BLUE, WEAK, WHITE), *zip(*EGGS, strict=True), 1, 2, margin=(0, 1)),
-            count=len(EGGS),
+            Cells((CYAN, YELLOW, PINK, ORANGE, BLUE, WEAK, WHITE), EGGS_X, EGGS_Y, 1, 2, margin=(0, 1)),
+            count=len(EGGS_X),
             doc="what is left of them",
         ),
         Category(

@@ -186,13 +186,7 @@ GAME = Game(
     categories=(
         Category("Player", sprites(PLAYER, FIELD), attributes=("orientation",), doc="Ms. Pac-Man"),
         Category("Ghost", sprites((*GHOSTS, BLUE[0], WHITE[0]), FIELD, join=(2, 0)), count=4, doc="orange, cyan, pink, red"),
-        Category(
-            "PowerPill",
-            Cells(MAZES, POWER_X, POWER_Y, 4, 7, margin=(2, 0)),
-            count=4,
-            blinks=True,
-            doc="right lower, upper, left lower, upper",
-        ),
+        Category("PowerPill", Cells(MAZES, POWER_X, POWER_Y, 4, 7, margin=(2, 0)), count=4, blinks=True, doc="two right, two left"),
         Category("Pill", Cells(MAZES, PILL_X, PILL_Y, 4, 2, whole=False, margin=(2, 1)), count=len(PILL_X), doc="places of all mazes"),
         Category("Fruit", Blobs(FRUITS, (0, 2, 160, 184), min_size=(5, 8), max_size=(8, 10)), count=2, doc="in the maze; level's, below"),
         Category("GhostIcon", sprites(GHOSTS[0], (100, 172, 160, 184)), count=3, hud=True, doc="as many as ghosts, modes 1-3"),

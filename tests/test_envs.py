@@ -236,7 +236,7 @@ def test_workers_do_not_outlive_their_parent(how):
 
 
 def test_states_are_kept_and_restored(actions):
-    """The same actions from a restored state give the same RAM, frames and rewards, also across a random number; others stay as they are."""
+    """The same actions from a restored state give the same RAM, frames and rewards; others stay as they are."""
     pool = AlePool(ocjax.load("Breakout"), 4, screens=True, num_workers=2)
 
     def play(some):
