@@ -128,7 +128,7 @@ GAME = Game(
     categories=(
         Category("Player", Blobs(CAR, STREETS, max_size=(8, 7)), rgb=(162, 98, 33), doc="the getaway car, or its wreck"),
         Category("Bank", Blobs(GREY, STREETS, max_size=(8, 7), pixels=(34, 34)), count=3, doc="to be robbed"),
-        Category("Police", Blobs(BLUE, STREETS, max_size=(8, 7)), count=3, doc="police cars"),
+        Category("Police", Blobs(BLUE, STREETS, min_size=(3, 3), max_size=(8, 7)), count=3, doc="police cars"),
         Category(
             "Dynamite",
             Blobs(WALL, (0, 38, 160, 176), min_size=(2, 1), max_size=(8, 3), thin=3),

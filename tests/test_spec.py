@@ -122,6 +122,20 @@ def test_objects_views():
     assert v.tolist() == [[10.0, 0.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]]
 
 
+def test_digits_that_are_required():
+    glyphs = ("7", "5", *("0",) * 8)
+    men = Digits((40, 44), 10, (3, 1), (1, 1), glyphs, weights=(1, 1), base=1, required=True)
+    h = Category("H", Bounds(14, (40, 10, 48, 11), value=men), hud=True, attributes=("value",))
+    game = dataclasses.replace(GAME, categories=(*CATEGORIES[:2], h))
+    frames = np.zeros((3, 210, 160), np.uint8)
+    frames[:2, 10, [44, 46]] = 14  # a 1 in the last cell
+    frames[1, 10, [40, 42]] = 14
+    frames[2, 10, 44:46] = 14  # something else
+    found = game.vem(frames)
+    assert found.valid[:, -1].tolist() == [True, True, False]
+    assert found.value[:, -1].tolist() == [2, 3, 0]
+
+
 def test_thin_objects_in_front_of_walls():
     categories = (Category("A", Blobs(14, thin=2, min_size=(2, 1)), count=3), *CATEGORIES[1:])
     game = dataclasses.replace(GAME, categories=categories, decode=three)
