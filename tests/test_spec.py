@@ -123,7 +123,7 @@ def test_objects_views():
 
 
 def test_digits_that_are_required():
-    glyphs = ("7", "5", *("0",) * 8)
+    glyphs = ("7", "5", *("2",) * 8)
     men = Digits((40, 44), 10, (3, 1), (1, 1), glyphs, weights=(1, 1), base=1, required=True)
     h = Category("H", Bounds(14, (40, 10, 48, 11), value=men), hud=True, attributes=("value",))
     game = dataclasses.replace(GAME, categories=(*CATEGORIES[:2], h))
