@@ -227,6 +227,8 @@ class Blobs:
             evenly spaced from edge to edge. `max_size` is that of the whole component.
         pixels: least and most pixels of a component, those between its parts that `join` bridges from the left and from above
             included: tells pictures of the same size apart. Needs `max_size`.
+        first: colours that an object's first pixel (in raster order) has; where given, components that begin in another one are not
+            objects: tells those apart that share some of their colours.
         thin: where it is not 0, pixels of vertical runs longer than this do not count: finds low objects in the colour of walls.
         scenery: areas of the screen whose pixels do not count.
         besides: categories of whole `Cells`; the pixels of their objects do not count.
@@ -240,6 +242,7 @@ class Blobs:
     max_size: tuple[int, int] | None = None
     split: tuple[int, int] | None = None
     pixels: tuple[int, int] | None = None
+    first: Colors | None = None
     thin: int = 0
     scenery: tuple[Region, ...] = ()
     besides: tuple[str, ...] = ()
@@ -259,6 +262,8 @@ class Blobs:
             raise ValueError("join needs connectivity 8")
         if self.pixels is not None and self.max_size is None:
             raise ValueError("pixels needs max_size")
+        if self.first is not None and not set(_color_set(self.first)) <= set(self.palette):
+            raise ValueError(f"first must be of the colors {self.palette}, got {self.first}")
         if self.thin < 0:
             raise ValueError(f"thin must be a number of pixels, got {self.thin}")
         if self.split is not None and min(self.split) < 1:

@@ -98,6 +98,7 @@ def test_wrong_games(change, message):
         (lambda: Blobs(14, join=(40, 0)), "join must"),
         (lambda: Blobs(14, pixels=(3, 5)), "pixels needs"),
         (lambda: Blobs(14, thin=-1), "thin must"),
+        (lambda: Blobs((14, 16), first=18), "first must"),
         (lambda: Bounds(((14,), (15,)), (0, 0, 9, 9)), "colors for 2 regions"),
         (lambda: Cells(14, (1, 2), (1,), 2, 2), "one entry a slot"),
         (lambda: Cells(14, (159,), (1,), 2, 2), "on the screen"),
@@ -146,6 +147,17 @@ def test_thin_objects_in_front_of_walls():
     frame[150, 100:104] = 14  # beside another
     frame[140:180, 104:108] = 14
     assert game.vem(frame).xywh[:3].tolist() == [[30, 23, 10, 2], [100, 150, 4, 1], [0, 0, 0, 0]]
+
+
+def test_objects_that_share_colours():
+    categories = (Category("A", Blobs((14, 16), first=14), count=3), *CATEGORIES[1:])
+    game = dataclasses.replace(GAME, categories=categories, decode=three)
+    frame = np.zeros((210, 160), np.uint8)
+    frame[20:24, 40:50], frame[24:28, 40:50] = 14, 16
+    frame[50:58, 20:30] = 16
+    frame[80:84, 60:70], frame[84:88, 60:70] = 16, 14
+    seen = game.vem(frame)
+    assert seen.xywh[:3][seen.valid[:3]].tolist() == [[40, 20, 10, 8]]
 
 
 def three(m):

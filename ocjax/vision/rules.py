@@ -247,7 +247,17 @@ def see(categories: tuple[Category, ...], frames: jax.Array) -> list[tuple[Seen,
             out[c.name] = _see_bounds(c.rule, [counted(c.rule, colors) for _, colors in c.rule.parts])
         elif isinstance(c.rule, Cells):
             out[c.name] = _see_cells(c.rule, masks[c.rule.palette])
-    return [(out[c.name], _first_color(pixels, counted(c.rule, c.rule.palette), out[c.name]) if c.mixed else None) for c in categories]
+    found = []
+    for c in categories:
+        seen, first = out[c.name], c.rule.first if isinstance(c.rule, Blobs) else None
+        color = _first_color(pixels, counted(c.rule, c.rule.palette), seen) if c.mixed or first is not None else None
+        if first is not None and color is not None:
+            begins = jnp.zeros_like(seen.valid)
+            for own in (first,) if isinstance(first, int) else first:
+                begins = begins | (color == own)
+            seen = seen._replace(valid=seen.valid & begins)
+        found.append((seen, color if c.mixed else None))
+    return found
 
 
 def _color_sets(category: Category) -> list[tuple[int, ...]]:
