@@ -10,7 +10,7 @@ across are in the chip's coding: low nibble the step of 15 pixels (odd and even 
 
 Covered: modes with slow and fast asteroids and with each of the stick's features (hyperspace, shields, turning about), both difficulties
 (the saucer flies at A), explosions, later waves. Not in the RAM: the digits of the frame on which a point is made; on odd frames, whether
-a ship that is there again has already been drawn. In a frame asteroids that touch are one object.
+a ship that is there again has already been drawn. In a frame asteroids of one colour that touch are one object.
 """
 
 import functools
@@ -134,7 +134,7 @@ GAME = Game(
         Category("Player", Bounds(SHIP, FIELD, min_size=(3, 2), besides=("PlayerMissile",)), attributes=("orientation",), doc="the ship"),
         Category(
             "Asteroid",
-            Blobs(ROCKS, FIELD, min_size=(2, 1), max_size=(32, 80), split=(20, 34)),
+            Blobs(ROCKS, FIELD, min_size=(2, 1), max_size=(20, 40), apart=True),
             count=36,
             doc="two lists of nine; their left parts where the right edge cuts them",
         ),

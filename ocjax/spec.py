@@ -229,6 +229,7 @@ class Blobs:
             included: tells pictures of the same size apart. Needs `max_size`.
         first: colours that an object's first pixel (in raster order) has; where given, components that begin in another one are not
             objects: tells those apart that share some of their colours.
+        apart: components of different colours are different objects even where they touch; of each colour half of the slots at most.
         thin: where it is not 0, pixels of vertical runs longer than this do not count: finds low objects in the colour of walls.
         scenery: areas of the screen whose pixels do not count.
         besides: categories of whole `Cells`; the pixels of their objects do not count.
@@ -243,6 +244,7 @@ class Blobs:
     split: tuple[int, int] | None = None
     pixels: tuple[int, int] | None = None
     first: Colors | None = None
+    apart: bool = False
     thin: int = 0
     scenery: tuple[Region, ...] = ()
     besides: tuple[str, ...] = ()

@@ -160,6 +160,15 @@ def test_objects_that_share_colours():
     assert seen.xywh[:3][seen.valid[:3]].tolist() == [[40, 20, 10, 8]]
 
 
+def test_objects_of_different_colours_stay_apart():
+    categories = (Category("A", Blobs((14, 16), apart=True), count=3), *CATEGORIES[1:])
+    game = dataclasses.replace(GAME, categories=categories, decode=three)
+    frame = np.zeros((210, 160), np.uint8)
+    frame[20:24, 40:50], frame[24:28, 44:54] = 16, 14
+    frame[10:12, 90:93] = frame[100:103, 0:5] = frame[110:113, 0:5] = 14
+    assert game.vem(frame).xywh[:3].tolist() == [[90, 10, 3, 2], [40, 20, 10, 4], [44, 24, 10, 4]]
+
+
 def three(m):
     return decode(m) | {"A": box(jnp.arange(3), 10, 4, 4)}
 

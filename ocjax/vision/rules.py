@@ -1,5 +1,6 @@
 """The vision rules of a game, evaluated on a batch of frames at once."""
 
+import functools
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
@@ -11,7 +12,7 @@ from jax import lax
 from ocjax.spec import WIDTH, Blobs, Bounds, Category, Cells, Digits, Gauge, Region, Rule
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
-from ocjax.vision.components import Search, components
+from ocjax.vision.components import Boxes, Search, components
 
 
 class Seen(NamedTuple):
@@ -236,12 +237,19 @@ def see(categories: tuple[Category, ...], frames: jax.Array) -> list[tuple[Seen,
     for connectivity in (4, 8):
         group = [(c, r) for c, r in blobs if r.connectivity == connectivity]
         if group:
-            regions = [r.region or (0, 0, frames.shape[2], frames.shape[1]) for _, r in group]
-            cuts = [_cut(counted(r, r.palette), region) for (_, r), region in zip(group, regions, strict=True)]
-            searches = [Search(c.count, r.join, r.min_size, r.max_size, r.split, r.pixels) for c, r in group]
-            for (c, _), region, b in zip(group, regions, components(cuts, searches, connectivity=connectivity), strict=True):
+            parts = [(c, r, colors) for c, r in group for colors in (_color_sets(c)[:-1] if r.apart else [r.palette])]
+            regions = [r.region or (0, 0, frames.shape[2], frames.shape[1]) for _, r, _ in parts]
+            cuts = [_cut(counted(r, colors), region) for (_, r, colors), region in zip(parts, regions, strict=True)]
+            searches = [
+                Search(-(-c.count // 2) if r.apart else c.count, r.join, r.min_size, r.max_size, r.split, r.pixels) for c, r, _ in parts
+            ]
+            lists: dict[str, list[Boxes]] = {}
+            for (c, _, _), region, b in zip(parts, regions, components(cuts, searches, connectivity=connectivity), strict=True):
+                lists.setdefault(c.name, []).append(b._replace(y=b.y + region[1]))
+            for c, _ in group:
+                b = _one_list(lists[c.name], c.count)
                 unfit = b.total - jnp.sum(b.valid, axis=0, dtype=jnp.int32)
-                out[c.name] = Seen(b.x, b.y + region[1], b.w, b.h, b.valid, unfit=unfit)
+                out[c.name] = Seen(b.x, b.y, b.w, b.h, b.valid, unfit=unfit)
     for c in categories:
         if isinstance(c.rule, Bounds):
             out[c.name] = _see_bounds(c.rule, [counted(c.rule, colors) for _, colors in c.rule.parts])
@@ -260,7 +268,19 @@ def see(categories: tuple[Category, ...], frames: jax.Array) -> list[tuple[Seen,
     return found
 
 
+def _one_list(lists: list[Boxes], count: int) -> Boxes:
+    """Boxes of several searches in raster order of their corners, so many of them."""
+    if len(lists) == 1:
+        return lists[0]
+    x, y, w, h, valid = (jnp.concatenate(v) for v in list(zip(*lists, strict=True))[:5])
+    place = jnp.where(valid, y * WIDTH + x, jnp.iinfo(jnp.int32).max)
+    _, x, y, w, h, keep = (v[:count] for v in lax.sort((place, x, y, w, h, valid.astype(jnp.int32)), dimension=0))
+    return Boxes(x, y, w, h, keep > 0, functools.reduce(jnp.add, (b.total for b in lists)))
+
+
 def _color_sets(category: Category) -> list[tuple[int, ...]]:
     """The sets of colours whose masks a category needs."""
+    if isinstance(category.rule, Blobs) and category.rule.apart:
+        return [*((c,) for c in category.rule.palette), category.rule.palette]
     parts = [colors for _, colors in category.rule.parts] if isinstance(category.rule, Bounds) else []
     return parts if parts and not category.mixed else [*parts, category.rule.palette]
