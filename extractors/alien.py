@@ -1,15 +1,14 @@
 """Alien: a crewman in a ship's maze of eggs, three aliens, a pulsar that makes them weak, a flame-thrower, a rocket; score and lives.
 
-Slots: Alien by the game's records (cyan, yellow, pink), in the bonus screen by rows; Egg by rows of the left half, then of the
-right half, in each row by column. The flame takes the pulsar's record, so the pulsar is not there while the flame-thrower fires.
+Slots: Alien by the game's records (cyan, yellow, pink); Egg by rows of the left half, then of the right half, in each row by column. The flame takes the pulsar's record, so the pulsar is not there while the flame-thrower fires.
 Eggs of the left and right half are drawn in turn, as missiles, so in whatever colours the sprites of their rows have. Scenery: walls.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (positions, eggs), and the ROM's code. A frame moves the aliens, works out the chip's
 positions, draws, and then moves the crewman and chooses the pictures: so his column is read from the chip's position, his row from
 the copy that the collision test keeps, and pictures follow the frame counter's previous value.
 
-Covered: all four modes and difficulties, deaths, weak aliens, tunnels, flame, rocket, the game's end. Not in RAM: the row of an alien
-that is removed on this very frame.
+Covered: all four modes and difficulties, deaths, weak aliens, tunnels, flame, rocket, the game's end. Not covered: the bonus screen
+after the last egg, where only score and lives are reported. Not in RAM: the row of an alien that is removed on this very frame.
 """
 
 import jax

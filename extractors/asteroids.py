@@ -134,7 +134,7 @@ GAME = Game(
         Category("Player", Bounds(SHIP, FIELD, min_size=(3, 2), besides=("PlayerMissile",)), attributes=("orientation",), doc="the ship"),
         Category(
             "Asteroid",
-            Blobs(ROCKS, FIELD, min_size=(2, 1), max_size=(20, 40), apart=True),
+            Blobs(ROCKS, FIELD, pixels=(3, 900), max_size=(24, 56), split=(20, 34), apart=True),
             count=36,
             doc="two lists of nine; their left parts where the right edge cuts them",
         ),

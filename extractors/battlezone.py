@@ -174,7 +174,7 @@ GAME = Game(
         Category("Yellow_Blue_Tank", enemy((40, 8, 162), join=(1, 1), first=40), count=2, doc="enemy"),
         Category("Red_Thing", enemy((2, 64, 66, 70, 72, 74), join=(2, 4), first=(70, 72, 74)), count=2, doc="flyer, with its shadow"),
         Category("Boss", enemy((44, 0, 2), join=(2, 4), first=44), count=2, doc="with its shadow"),
-        Category("Explosion", enemy((24, 82, 68), join=(10, 6), max_size=(44, 20), first=(24, 82)), count=2, doc="of an enemy"),
+        Category("Explosion", enemy((24, 82, 68), join=(5, 4), max_size=(32, 18), first=(24, 82)), count=2, doc="of an enemy"),
         Category("Shot", Blobs(WHITE, PLAIN, max_size=(8, 4)), doc="of the player or an enemy"),
         Category("Radar", Bounds(GREEN, (74, 3, 96, 36), min_size=(22, 33)), doc="its rim"),
         Category("Radar_Content", Blobs(WHITE, (75, 4, 95, 35), join=(1, 1), max_size=(12, 18)), count=3, doc="hand and blips"),
