@@ -23,12 +23,14 @@ from ocjax.spec import Blobs, Bounds, Box, Category, Cells, Digits, Game, box
 
 SCORE, AMOUNT, TORPEDO, YELLOW = 42, 212, 98, 26
 FIELD, SHIP = (0, 44, 160, 164), tuple(range(64, 112, 2))
-GLYPHS = tuple(
-    "3c6666666666663c 183818181818183c 3c4606063c60607e 3c46060c0c06463c 0c1c2c4c7e0c0c0c 7e60607c0606467c 3c62607c6666663c 7e42060c18181818 3c66663c3c66663c 3c6666663e06463c".split()
-)
-NARROW = tuple(
-    "1e3333333333331e 0c1c0c0c0c0c0c1e 1e2303031e30303f 1e2303060603231e 060e16263f060606 3f30303e0303233e 1e31303e3333331e 3f2103060c0c0c0c 1e33331e1e33331e 1e3333331f03231e".split()
-)  # without their empty sides
+GLYPHS = (
+    "3c6666666666663c 183818181818183c 3c4606063c60607e 3c46060c0c06463c 0c1c2c4c7e0c0c0c "
+    "7e60607c0606467c 3c62607c6666663c 7e42060c18181818 3c66663c3c66663c 3c6666663e06463c"
+).split()
+NARROW = (
+    "1e3333333333331e 0c1c0c0c0c0c0c1e 1e2303031e30303f 1e2303060603231e 060e16263f060606 "
+    "3f30303e0303233e 1e31303e3333331e 3f2103060c0c0c0c 1e33331e1e33331e 1e3333331f03231e"
+).split()  # without their empty sides
 
 with np.load(pathlib.Path(__file__).parent / "_data" / "beamrider.npz") as data:
     LINES = data["lines"]  # line of the list for each depth; 0: none
@@ -58,8 +60,8 @@ class Ram(RamMap):
     sentinel_x = byte(52)
     torpedoes = byte(83)
     enemies = byte(84)  # left; 255 while the sentinel passes
-    colors = byte(*range(85, 93))  # of the list
-    lines = byte(*range(93, 101))
+    colors = byte(*range(85, 92))  # of the list
+    lines = byte(*range(93, 100))
     half = byte(101)  # 0 or 255: the list is new, and not drawn yet
 
 
@@ -67,6 +69,7 @@ def decode(m: Ram) -> dict[str, Box]:
     i3, i13 = jnp.arange(3), jnp.arange(13)
     state = m.kind & 63
     tick = jnp.sum((m.clock >> jnp.arange(4) & 1) << (3 - jnp.arange(4))) + 1
+    new = (m.half == 255) | (m.half == 0)
     saucer, hit = jnp.arange(7) < 3, (state == 6) & (m.rate == 8)
     script = jnp.asarray(SCRIPT, jnp.int32)[m.steps]
     # saucers
@@ -90,52 +93,60 @@ def decode(m: Ram) -> dict[str, Box]:
     pace = jnp.where((k >= 24) & (k < 28), v + 0x0C, pace)
     pace = jnp.where(k == 33, v + 0xFB, jnp.where(k == 34, 0xE0 - v, pace))
     sideways = (k == 4) | (k >= 28) & (k <= 32) | (k >= 20) & (k < 24) & (flag > 1)
-    o_dy = jnp.where(sideways, 0, _step(pace, tick)) + jnp.where(flag & 1 == 1, drift, 0)
-    o_dx = jnp.where(sideways, _step(rate, tick), 0)
+    o_dy = jnp.where(new & ~sideways, jnp.where((k >= 6) & (k < 12), -2, _step(pace, tick)), 0) + jnp.where(flag & 1 == 1, drift, 0)
+    o_dx = jnp.where(new & sideways, _step(rate, tick), 0)
     bursts = (state >= 6) & (state < 12) & ~hit
-    odd = m.clock & 1
-    dy = jnp.where(bursts, -2, jnp.concatenate((s_dy, o_dy)) - jnp.where(hit, 10, 0))
-    dx = jnp.where(bursts, 0, jnp.concatenate((s_dx, o_dx)))
+    odd = jnp.where(saucer | new, m.clock & 1, 0)
+    dy = jnp.concatenate((jnp.where(bursts[:3], -2, s_dy), o_dy))
+    dx = jnp.concatenate((jnp.where(bursts[:3], 0, s_dx), o_dx))
     y, x = m.y - dy, m.x - dx
     y = jnp.where(m.y == 0, 0, y)
 
     # pictures
-    near = lambda *limits: sum(jnp.where(y >= limit, 1, 0) for limit in limits)
+    def near(*limits: int) -> jax.Array:
+        return jnp.sum(jnp.where(y[:, None] >= jnp.array(limits)[None], 1, 0), axis=1)
+
     disk = 0x27 + near(0x30, 0x50, 0x70, 0x90, 0xB8)
     back = m.kind >= 128
     spin = jnp.where(back, jnp.where(state == 30, 31, jnp.where(state == 31, 30, state + 1)), jnp.where(state == 28, 29, state - 1))
-    other = jnp.where((state >= 28) & (state < 32), spin, state)
+    other = jnp.where(new & (state >= 28) & (state < 32), spin, state)
     grows = (state >= 12) & (state < 28)
     other = jnp.where(grows, (state & 60) + near(0x68, 0x90, 0xB0), other)
     shots = (state == 2) | (state == 3)
     other = jnp.where(shots, state ^ odd, jnp.where(bursts, jnp.maximum(state - odd, 6), other))
     is_saucer = saucer & ((state > 0) & (state < 6) | hit)
     at = jnp.where(is_saucer, disk, other)
-    far = is_saucer & (m.y < 32)
+    far = is_saucer & (y < 32)
     # the shot
-    new = (m.half == 255) | (m.half == 0)
     struck = m.shot == 192
-    target = jnp.max(jnp.where(hit, m.y + 11, 0))
-    gone = new & (m.shot & 63 == 0) & jnp.any((m.lines == 104) & (m.colors == 54))
-    shot_y = jnp.where(struck, (target & ~7) + 6, jnp.where(gone, 102, m.shot_y + jnp.where(new, 8, 0)))
+    target = jnp.max(jnp.where(hit, m.y + 1, 0))
+    gone = new & (m.shot & 63 == 0) & jnp.any(((m.lines == 104) | (m.lines == 101)) & (m.colors == 54))
+    shot_y = jnp.where(struck, (target & ~7) + 14, jnp.where(gone, 102, m.shot_y + jnp.where(new, 8, 0)))
     laser = (m.shot == 35) | struck & (target > 0) | gone
     picture = jnp.where(laser, 35, 36 + jnp.where(shot_y >= 0x4E, 1, 0) + jnp.where(shot_y >= 0x80, 1, 0))
     flies = (m.shot >= 36) & (m.shot < 39)
     all_y, all_x = jnp.append(y, shot_y), jnp.append(x, m.shot_x)
     *area, seen = _place(all_x, all_y, jnp.append(at, picture))
-    top = lambda sl, cond: box(*(side[sl] for side in area), cond & seen[sl])
+
+    def top(slots: slice | int, valid: jax.Array) -> Box:
+        return box(*(side[slots] for side in area), valid & seen[slots])
+
     three, four, all7 = slice(0, 3), slice(3, 7), slice(0, 7)
-    live = lambda low, high: (state[3:] >= low) & (state[3:] <= high)
-    side = x[:3] - 123
-    dot_x = 80 + jnp.where(side >= 0, side * 84 >> 7, -(-side * 84 >> 7))
-    crowd = (i3 > 0) | ~(far[1] & far[2])
+
+    def live(first: int, last: int) -> jax.Array:
+        return (k >= first) & (k <= last)
+
     saucers = top(three, is_saucer[:3])
+    before = (y[:3][None] < y[:3][:, None]) | (y[:3][None] == y[:3][:, None]) & (i3[None] > i3[:, None])
+    third = jnp.sum(jnp.where(before & far[:3][None], 1, 0), axis=1) == 2  # drawn in another way
+    side = x[:3] - jnp.where(third, 128, 123)
+    dot_x = jnp.where(third, 84, 80) + jnp.where(side >= 0, side * 84 >> 7, -(-side * 84 >> 7))
     saucers = box(
         jnp.where(far[:3], dot_x, saucers.x),
         jnp.where(far[:3], 43, saucers.y),
         jnp.where(far[:3], 1, saucers.w),
         jnp.where(far[:3], 1, saucers.h),
-        jnp.where(far[:3], crowd & (state[:3] > 0), saucers.valid),
+        far[:3] | saucers.valid,
     )
     explodes = m.ship == 0x98 >> 3
     one = m.first == 1
@@ -155,7 +166,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Charger": top(four, live(12, 15)),
         "Jumper": top(four, live(20, 23)),
         "Enemy_Projectile": top(four, live(2, 3)),
-        "Explosion": top(all7, (bursts | hit & ~saucer) & (at < 10)),
+        "Explosion": top(all7, bursts & (at < 10)),
         "Sparks": top(all7, bursts & (at >= 10)),
         "Player_Projectile": top(7, laser & (shot_y <= 206)),
         "Torpedos": top(7, flies & (shot_y <= 206)),
@@ -213,21 +224,21 @@ GAME = Game(
         Category("Torpedos_Available", Cells(TORPEDO, (128, 136, 144), (32,) * 3, 4, 8), count=3, hud=True, doc="left in this sector"),
         Category(
             "Enemy_Amount",
-            Bounds(AMOUNT, (15, 30, 40, 43), value=Digits((19, 25), 32, (6, 8), (1, 1), NARROW)),
+            Bounds(AMOUNT, (15, 30, 40, 43), value=Digits((19, 25), 32, (6, 8), (1, 1), tuple(NARROW))),
             hud=True,
             attributes=("value",),
             doc="enemies left in this sector",
         ),
         Category(
             "HUD",
-            Bounds(SCORE, (56, 8, 110, 19), value=Digits(tuple(range(60, 101, 8)), 10, (8, 8), (1, 1), GLYPHS)),
+            Bounds(SCORE, (56, 8, 110, 19), value=Digits(tuple(range(60, 101, 8)), 10, (8, 8), (1, 1), tuple(GLYPHS))),
             hud=True,
             attributes=("value",),
             doc="the score",
         ),
         Category(
             "Sector",
-            Bounds(SCORE, (56, 20, 110, 30), value=Digits((92, 100), 21, (8, 8), (1, 1), GLYPHS)),
+            Bounds(SCORE, (56, 20, 110, 30), value=Digits((92, 100), 21, (8, 8), (1, 1), tuple(GLYPHS))),
             hud=True,
             attributes=("value",),
             doc="the sector's number",
