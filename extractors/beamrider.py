@@ -212,7 +212,9 @@ GAME = Game(
         Category("Charger", Blobs(202, FIELD, max_size=(8, 7)), count=4, doc="come fast"),
         Category("Jumper", Blobs(40, FIELD, max_size=(7, 6)), count=4, doc="orange"),
         Category("Enemy_Projectile", Blobs((104, 86), FIELD, min_size=(2, 2), max_size=(4, 6), pixels=(8, 12)), count=4, doc="shots"),
-        Category("Explosion", Blobs((26, 24, 22, 14), FIELD, join=(1, 1), min_size=(7, 7), max_size=(8, 8)), count=7, doc="what was hit"),
+        Category(
+            "Explosion", Blobs((26, 24, 22, 14), FIELD, min_size=(7, 7), max_size=(8, 8), pixels=(17, 25)), count=7, doc="what was hit"
+        ),
         Category("Sparks", Blobs((38, 86), FIELD, join=(2, 1), min_size=(7, 5), max_size=(8, 5)), count=7, doc="its end"),
         Category("Player_Projectile", Blobs(54, FIELD, max_size=(8, 5)), doc="the laser"),
         Category("Torpedos", Blobs(104, FIELD, min_size=(3, 3), max_size=(5, 5)), doc="a torpedo on its way"),
