@@ -1,6 +1,7 @@
 """Alien: a crewman in a ship's maze of eggs, three aliens, a pulsar that makes them weak, a flame-thrower, a rocket; score and lives.
 
-Slots: Alien by the game's records (cyan, yellow, pink); Egg by rows of the left half, then of the right half, in each row by column. The flame takes the pulsar's record, so the pulsar is not there while the flame-thrower fires.
+Slots: Alien by the game's records (cyan, yellow, pink); Egg by rows of the left half, then of the right half, in each row by column.
+The flame takes the pulsar's record, so the pulsar is not there while the flame-thrower fires.
 Eggs of the left and right half are drawn in turn, as missiles, so in whatever colours the sprites of their rows have. Scenery: walls.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (positions, eggs), and the ROM's code. A frame moves the aliens, works out the chip's
