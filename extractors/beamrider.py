@@ -7,9 +7,10 @@ records, which move after it is made, so what is drawn is one step of the record
 its speed or the script that it follows, and from the frame counter. A line of the screen is a table of the record's depth, the column
 a product of line and lane; the picture follows from kind and depth.
 
-Covered: sectors 1 to 20, deaths, game over, the sentinel. Not exact: the step back where a record has just changed what it does; the
-few lines by which one of two objects near each other is shifted; where the shot was when it hit. Of three saucers at the horizon only
-two are drawn. Scenery that no box covers: the beams' lines and dots, the name of the maker.
+Covered: sectors 1 to 20, all kinds of enemies, deaths, game over, the sentinel. Not exact: the step back where a record has just
+changed what it does; the few lines by which one of two objects near each other is shifted, and which of them is left out on a frame;
+an enemy other than a saucer on the frame on which it is hit (it is in no category then); the torpedoes when a life begins. Scenery that
+no box covers: the beams' lines and dots, the name of the maker.
 """
 
 import pathlib
@@ -71,7 +72,7 @@ def decode(m: Ram) -> dict[str, Box]:
     tick = jnp.sum((m.clock >> jnp.arange(4) & 1) << (3 - jnp.arange(4))) + 1
     new = (m.half == 255) | (m.half == 0)
     saucer, hit = jnp.arange(7) < 3, (state == 6) & (m.rate == 8)
-    script = jnp.asarray(SCRIPT, jnp.int32)[m.steps]
+    script = jnp.asarray(SCRIPT, jnp.int32).at[m.steps].get(mode="promise_in_bounds")
     # saucers
     op, pace = script >> 8, script & 255
     s_state, s_hit = state[:3], hit[:3]
@@ -126,7 +127,7 @@ def decode(m: Ram) -> dict[str, Box]:
     picture = jnp.where(laser, 35, 36 + jnp.where(shot_y >= 0x4E, 1, 0) + jnp.where(shot_y >= 0x80, 1, 0))
     flies = (m.shot >= 36) & (m.shot < 39)
     all_y, all_x = jnp.append(y, shot_y), jnp.append(x, m.shot_x)
-    *area, seen = _place(all_x, all_y, jnp.append(at, picture))
+    *area, seen = jax.lax.optimization_barrier(_place(all_x, all_y, jnp.append(at, picture)))
 
     def top(slots: slice | int, valid: jax.Array) -> Box:
         return box(*(side[slots] for side in area), valid & seen[slots])
@@ -187,10 +188,10 @@ def _step(pace: jax.Array | int, tick: jax.Array) -> jax.Array:
 
 def _place(x: jax.Array, y: jax.Array, picture: jax.Array) -> tuple[jax.Array, ...]:
     """Left, top, width and height of the picture on the screen, and whether it shows."""
-    line = jnp.asarray(LINES, jnp.int32)[jnp.clip(y, 0, 255)]
+    line = jnp.asarray(LINES, jnp.int32).at[jnp.clip(y, 0, 255)].get(mode="promise_in_bounds")
     spread = 0xC6 - line + (line >> 4) + (line >> 3 & 1)
     left = 80 + jnp.where(x >= 128, (x - 128) * spread >> 7, -((128 - x) * spread >> 7))
-    extent = jnp.asarray(PICTURES, jnp.int32)[picture & 63]
+    extent = jnp.asarray(PICTURES, jnp.int32).at[picture & 63].get(mode="promise_in_bounds")
     return left + (extent & 15), 164 - line + (extent >> 8 & 15), extent >> 4 & 15, extent >> 12, (line > 0) & (left < 158)
 
 
@@ -213,7 +214,10 @@ GAME = Game(
         Category("Jumper", Blobs(40, FIELD, max_size=(7, 6)), count=4, doc="orange"),
         Category("Enemy_Projectile", Blobs((104, 86), FIELD, min_size=(2, 2), max_size=(4, 6), pixels=(8, 12)), count=4, doc="shots"),
         Category(
-            "Explosion", Blobs((26, 24, 22, 14), FIELD, min_size=(7, 7), max_size=(8, 8), pixels=(17, 25)), count=7, doc="what was hit"
+            "Explosion",
+            Blobs((26, 24, 22, 14), FIELD, min_size=(7, 7), max_size=(8, 8), pixels=(17, 25)),
+            count=7,
+            doc="what was hit bursts",
         ),
         Category("Sparks", Blobs((38, 86), FIELD, join=(2, 1), min_size=(7, 5), max_size=(8, 5)), count=7, doc="its end"),
         Category("Player_Projectile", Blobs(54, FIELD, max_size=(8, 5)), doc="the laser"),
