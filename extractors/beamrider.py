@@ -13,6 +13,7 @@ an enemy other than a saucer on the frame on which it is hit (it is in no catego
 no box covers: the beams' lines and dots, the name of the maker.
 """
 
+import functools
 import pathlib
 
 import jax
@@ -24,15 +25,10 @@ from ocjax.spec import Blobs, Bounds, Box, Category, Cells, Digits, Game, box
 
 SCORE, AMOUNT, TORPEDO, YELLOW = 42, 212, 98, 26
 FIELD, SHIP = (0, 44, 160, 164), tuple(range(64, 112, 2))
-GLYPHS = (
-    "3c6666666666663c 183818181818183c 3c4606063c60607e 3c46060c0c06463c 0c1c2c4c7e0c0c0c "
-    "7e60607c0606467c 3c62607c6666663c 7e42060c18181818 3c66663c3c66663c 3c6666663e06463c"
-).split()
-NARROW = (
-    "1e3333333333331e 0c1c0c0c0c0c0c1e 1e2303031e30303f 1e2303060603231e 060e16263f060606 "
-    "3f30303e0303233e 1e31303e3333331e 3f2103060c0c0c0c 1e33331e1e33331e 1e3333331f03231e"
-).split()  # without their empty sides
-
+GLYPHS = tuple("3c6666666666663c 183818181818183c 3c4606063c60607e 3c46060c0c06463c 0c1c2c4c7e0c0c0c "
+               "7e60607c0606467c 3c62607c6666663c 7e42060c18181818 3c66663c3c66663c 3c6666663e06463c".split())  # fmt: skip
+NARROW = tuple("1e3333333333331e 0c1c0c0c0c0c0c1e 1e2303031e30303f 1e2303060603231e 060e16263f060606 "
+               "3f30303e0303233e 1e31303e3333331e 3f2103060c0c0c0c 1e33331e1e33331e 1e3333331f03231e".split())  # fmt: skip
 with np.load(pathlib.Path(__file__).parent / "_data" / "beamrider.npz") as data:
     LINES = data["lines"]  # line of the list for each depth; 0: none
     PICTURES = data["pictures"]  # left | width << 4 | top << 8 | height << 12
@@ -40,29 +36,22 @@ with np.load(pathlib.Path(__file__).parent / "_data" / "beamrider.npz") as data:
 
 
 class Ram(RamMap):
-    sector = bcd(0)
+    sector, last = bcd(0), bits(0, count=4)
     clock = bits(1, count=4)  # steps
-    drift = byte(4)  # speed of the saucers
+    drift, speed = byte(4), byte(7)  # of the saucers; of the others
     icons = byte(5)
-    speed = byte(7)  # of the others
     score = bcd((11, 10, 9))
     ones, first = bits(9, count=4), bits(11, first=4, count=4)
-    last = bits(0, count=4)
     ship = bits(14, first=3, count=5)  # picture
     steps = byte(17, 18, 19)  # place in the script
-    y = byte(25, 26, 27, 28, 29, 30, 31)  # depth; 0 horizon, 255 none
-    shot_y = byte(32)
-    x = byte(33, 34, 35, 36, 37, 38, 39)  # 128 is the middle
-    shot_x = byte(40)
-    ship_x = byte(41)
-    kind = byte(42, 43, 44, 45, 46, 47, 48)
-    shot = byte(49)
-    rate = byte(50, 51, 52, 53, 54, 55, 56)  # time, or speed to the side
-    sentinel_x = byte(52)
+    y, shot_y = byte(*range(25, 32)), byte(32)  # depth; 0 horizon, 255 none
+    x, shot_x = byte(*range(33, 40)), byte(40)  # 128 is the middle
+    ship_x, sentinel_x = byte(41), byte(52)
+    kind, shot = byte(*range(42, 49)), byte(49)
+    rate = byte(*range(50, 57))  # time, or speed to the side
     torpedoes = byte(83)
     enemies = byte(84)  # left; 255 while the sentinel passes
-    colors = byte(*range(85, 92))  # of the list
-    lines = byte(*range(93, 100))
+    colors, lines = byte(*range(85, 92)), byte(*range(93, 100))  # of the list
     half = byte(101)  # 0 or 255: the list is new, and not drawn yet
 
 
@@ -73,7 +62,6 @@ def decode(m: Ram) -> dict[str, Box]:
     new = (m.half == 255) | (m.half == 0)
     saucer, hit = jnp.arange(7) < 3, (state == 6) & (m.rate == 8)
     script = jnp.asarray(SCRIPT, jnp.int32).at[m.steps].get(mode="promise_in_bounds")
-    # saucers
     op, pace = script >> 8, script & 255
     s_state, s_hit = state[:3], hit[:3]
     follows = (s_state == 4) | (s_state == 5) | s_hit
@@ -83,10 +71,7 @@ def decode(m: Ram) -> dict[str, Box]:
     right = (op & 1) ^ (s_state & 1) == 1
     s_dx = jnp.where(op < 2, jnp.where(right, _step(pace, tick), _step(-pace, tick)), 0)
     s_dx = jnp.where(follows, s_dx, jnp.where(s_state == 2, -1, jnp.where(s_state == 3, 1, 0)))
-    # the others
-    k, v = state[3:], m.speed
-    rate = m.rate[3:]
-    flag = m.kind[3:] >> 6  # 1: goes with the saucers; 2: back
+    k, v, rate, flag = state[3:], m.speed, m.rate[3:], m.kind[3:] >> 6  # 1: goes with the saucers; 2: back
     pace = jnp.where(k <= 3, v + jnp.where(k == 1, 0x2D, 0), v + jnp.where(k == 5, 0x0E, 0x13))
     pace = jnp.where((k == 15) & (rate < 128), jnp.where(rate > 0, 0, 8), pace)
     pace = jnp.where((k >= 12) & (k < 16) & (flag > 1), 0x8D, pace)
@@ -100,10 +85,8 @@ def decode(m: Ram) -> dict[str, Box]:
     odd = jnp.where(saucer | new, m.clock & 1, 0)
     dy = jnp.concatenate((jnp.where(bursts[:3], -2, s_dy), o_dy))
     dx = jnp.concatenate((jnp.where(bursts[:3], 0, s_dx), o_dx))
-    y, x = m.y - dy, m.x - dx
-    y = jnp.where(m.y == 0, 0, y)
+    y, x = jnp.where(m.y == 0, 0, m.y - dy), m.x - dx
 
-    # pictures
     def near(*limits: int) -> jax.Array:
         return jnp.sum(jnp.where(y[:, None] >= jnp.array(limits)[None], 1, 0), axis=1)
 
@@ -111,14 +94,11 @@ def decode(m: Ram) -> dict[str, Box]:
     back = m.kind >= 128
     spin = jnp.where(back, jnp.where(state == 30, 31, jnp.where(state == 31, 30, state + 1)), jnp.where(state == 28, 29, state - 1))
     other = jnp.where(new & (state >= 28) & (state < 32), spin, state)
-    grows = (state >= 12) & (state < 28)
-    other = jnp.where(grows, (state & 60) + near(0x68, 0x90, 0xB0), other)
-    shots = (state == 2) | (state == 3)
-    other = jnp.where(shots, state ^ odd, jnp.where(bursts, jnp.maximum(state - odd, 6), other))
+    other = jnp.where((state >= 12) & (state < 28), (state & 60) + near(0x68, 0x90, 0xB0), other)
+    other = jnp.where((state == 2) | (state == 3), state ^ odd, jnp.where(bursts, jnp.maximum(state - odd, 6), other))
     is_saucer = saucer & ((state > 0) & (state < 6) | hit)
     at = jnp.where(is_saucer, disk, other)
     far = is_saucer & (y < 32)
-    # the shot
     struck = m.shot == 192
     target = jnp.max(jnp.where(hit, m.y + 1, 0))
     gone = new & (m.shot & 63 == 0) & jnp.any(((m.lines == 104) | (m.lines == 101)) & (m.colors == 54))
@@ -130,43 +110,24 @@ def decode(m: Ram) -> dict[str, Box]:
     *area, seen = jax.lax.optimization_barrier(_place(all_x, all_y, jnp.append(at, picture)))
 
     def top(slots: slice | int, valid: jax.Array) -> Box:
-        return box(*(side[slots] for side in area), valid & seen[slots])
+        return box(*(side[slots] for side in area), valid=valid & seen[slots])
 
     three, four, all7 = slice(0, 3), slice(3, 7), slice(0, 7)
-
-    def live(first: int, last: int) -> jax.Array:
-        return (k >= first) & (k <= last)
-
     saucers = top(three, is_saucer[:3])
     before = (y[:3][None] < y[:3][:, None]) | (y[:3][None] == y[:3][:, None]) & (i3[None] > i3[:, None])
     third = jnp.sum(jnp.where(before & far[:3][None], 1, 0), axis=1) == 2  # drawn in another way
     side = x[:3] - jnp.where(third, 128, 123)
     dot_x = jnp.where(third, 84, 80) + jnp.where(side >= 0, side * 84 >> 7, -(-side * 84 >> 7))
-    saucers = box(
-        jnp.where(far[:3], dot_x, saucers.x),
-        jnp.where(far[:3], 43, saucers.y),
-        jnp.where(far[:3], 1, saucers.w),
-        jnp.where(far[:3], 1, saucers.h),
-        far[:3] | saucers.valid,
-    )
-    explodes = m.ship == 0x98 >> 3
-    one = m.first == 1
-    drive = m.sentinel_x - 7
+    dot, near_by = (dot_x, jnp.int32(43), jnp.int32(1), jnp.int32(1)), (saucers.x, saucers.y, saucers.w, saucers.h)
+    saucers = box(*(jnp.where(far[:3], a, b) for a, b in zip(dot, near_by, strict=True)), valid=far[:3] | saucers.valid)
+    explodes, one, drive = m.ship == 0x98 >> 3, m.first == 1, m.sentinel_x - 7
     units = jnp.where(m.enemies >= 10, m.enemies - 10, m.enemies)
     slim = jnp.where(units == 1, 1, 0)
     left = jnp.where(m.enemies >= 10, 20, 25 + slim)
     return {
         "Player": box(77 + (3 * (m.ship_x - 128) >> 1), jnp.where(explodes, 168, 164), 15, jnp.where(explodes, 12, 16)),
         "Saucer": saucers,
-        "Rejuvenator": top(four, live(16, 19)),
-        "Debris": top(four, live(1, 1)),
-        "Rock": top(four, live(24, 27)),
-        "Chriper": top(four, live(28, 31)),
-        "Blocker": top(four, live(4, 5)),
-        "Bouncecraft": top(four, live(32, 34)),
-        "Charger": top(four, live(12, 15)),
-        "Jumper": top(four, live(20, 23)),
-        "Enemy_Projectile": top(four, live(2, 3)),
+        **{name: top(four, (k >= first) & (k <= last)) for name, first, last, *_ in FOUR},
         "Explosion": top(all7, bursts & (at < 10)),
         "Sparks": top(all7, bursts & (at >= 10)),
         "Player_Projectile": top(7, laser & (shot_y <= 206)),
@@ -195,6 +156,26 @@ def _place(x: jax.Array, y: jax.Array, picture: jax.Array) -> tuple[jax.Array, .
     return left + (extent & 15), 164 - line + (extent >> 8 & 15), extent >> 4 & 15, extent >> 12, (line > 0) & (left < 158)
 
 
+FOUR = (  # of the records that are no saucers: first and last kind, rule, what it is
+    ("Rejuvenator", 16, 19, Blobs(24, FIELD, min_size=(3, 2), max_size=(5, 7)), "yellow: a life"),
+    ("Debris", 1, 1, Blobs(52, FIELD, join=(1, 1), max_size=(7, 7)), "what a shot leaves of a rejuvenator"),
+    ("Rock", 24, 27, Blobs(20, FIELD, max_size=(8, 6)), "brown"),
+    ("Chriper", 28, 31, Blobs(26, FIELD, min_size=(8, 7), max_size=(8, 7)), "yellow, across"),
+    ("Blocker", 4, 5, Blobs(216, FIELD, join=(1, 1), max_size=(8, 7)), "green"),
+    ("Bouncecraft", 32, 34, Blobs(218, FIELD, max_size=(8, 7)), "green, cannot be hit by the laser"),
+    ("Charger", 12, 15, Blobs(202, FIELD, max_size=(8, 7)), "come fast"),
+    ("Jumper", 20, 23, Blobs(40, FIELD, max_size=(7, 6)), "orange"),
+    ("Enemy_Projectile", 2, 3, Blobs((104, 86), FIELD, min_size=(2, 2), max_size=(4, 6), pixels=(8, 12)), "shots"),
+)
+BURST = Blobs((26, 24, 22, 14), FIELD, min_size=(7, 7), max_size=(8, 8), pixels=(17, 25))
+PASSING = Blobs((140, 66, 68, 218, 58), (0, 37, 160, 44), min_size=(8, 4), max_size=(16, 7))
+hud, number = functools.partial(Category, hud=True), functools.partial(Category, hud=True, attributes=("value",))
+
+
+def digits(top: int, glyphs: tuple[str, ...], width: int, *lefts: int) -> Digits:
+    return Digits(lefts, top, (width, 8), (1, 1), glyphs)
+
+
 GAME = Game(
     name="BeamRider",
     rom="beam_rider",
@@ -204,51 +185,16 @@ GAME = Game(
     categories=(
         Category("Player", Blobs((*SHIP, YELLOW, 86), (0, 164, 160, 180), join=(4, 2), min_size=(9, 9), max_size=(15, 16)), doc="the ship"),
         Category("Saucer", Blobs((8, 14), (0, 43, 160, 164), max_size=(8, 6)), count=3, doc="white saucers; dots at the horizon"),
-        Category("Rejuvenator", Blobs(24, FIELD, min_size=(3, 2), max_size=(5, 7)), count=4, doc="yellow: a life"),
-        Category("Debris", Blobs(52, FIELD, join=(1, 1), max_size=(7, 7)), count=4, doc="what a shot leaves of a rejuvenator"),
-        Category("Rock", Blobs(20, FIELD, max_size=(8, 6)), count=4, doc="brown"),
-        Category("Chriper", Blobs(26, FIELD, min_size=(8, 7), max_size=(8, 7)), count=4, doc="yellow, across"),
-        Category("Blocker", Blobs(216, FIELD, join=(1, 1), max_size=(8, 7)), count=4, doc="green"),
-        Category("Bouncecraft", Blobs(218, FIELD, max_size=(8, 7)), count=4, doc="green, cannot be hit by the laser"),
-        Category("Charger", Blobs(202, FIELD, max_size=(8, 7)), count=4, doc="come fast"),
-        Category("Jumper", Blobs(40, FIELD, max_size=(7, 6)), count=4, doc="orange"),
-        Category("Enemy_Projectile", Blobs((104, 86), FIELD, min_size=(2, 2), max_size=(4, 6), pixels=(8, 12)), count=4, doc="shots"),
-        Category(
-            "Explosion",
-            Blobs((26, 24, 22, 14), FIELD, min_size=(7, 7), max_size=(8, 8), pixels=(17, 25)),
-            count=7,
-            doc="what was hit bursts",
-        ),
+        *(Category(name, rule, count=4, doc=doc) for name, _, _, rule, doc in FOUR),
+        Category("Explosion", BURST, count=7, doc="what was hit"),
         Category("Sparks", Blobs((38, 86), FIELD, join=(2, 1), min_size=(7, 5), max_size=(8, 5)), count=7, doc="its end"),
         Category("Player_Projectile", Blobs(54, FIELD, max_size=(8, 5)), doc="the laser"),
         Category("Torpedos", Blobs(104, FIELD, min_size=(3, 3), max_size=(5, 5)), doc="a torpedo on its way"),
-        Category(
-            "Sentinel",
-            Blobs((140, 66, 68, 218, 58), (0, 37, 160, 44), min_size=(8, 4), max_size=(16, 7)),
-            doc="passes above when no enemies are left",
-        ),
-        Category("Torpedos_Available", Cells(TORPEDO, (128, 136, 144), (32,) * 3, 4, 8), count=3, hud=True, doc="left in this sector"),
-        Category(
-            "Enemy_Amount",
-            Bounds(AMOUNT, (15, 30, 40, 43), value=Digits((19, 25), 32, (6, 8), (1, 1), tuple(NARROW))),
-            hud=True,
-            attributes=("value",),
-            doc="enemies left in this sector",
-        ),
-        Category(
-            "HUD",
-            Bounds(SCORE, (56, 8, 110, 19), value=Digits(tuple(range(60, 101, 8)), 10, (8, 8), (1, 1), tuple(GLYPHS))),
-            hud=True,
-            attributes=("value",),
-            doc="the score",
-        ),
-        Category(
-            "Sector",
-            Bounds(SCORE, (56, 20, 110, 30), value=Digits((92, 100), 21, (8, 8), (1, 1), tuple(GLYPHS))),
-            hud=True,
-            attributes=("value",),
-            doc="the sector's number",
-        ),
-        Category("Life", Blobs(YELLOW, (0, 182, 160, 194), max_size=(5, 7)), count=13, hud=True, doc="spare ships"),
+        Category("Sentinel", PASSING, doc="passes above when no enemies are left"),
+        hud("Torpedos_Available", Cells(TORPEDO, (128, 136, 144), (32,) * 3, 4, 8), count=3, doc="left in this sector"),
+        number("Enemy_Amount", Bounds(AMOUNT, (15, 30, 40, 43), value=digits(32, NARROW, 6, 19, 25)), doc="enemies left in this sector"),
+        number("HUD", Bounds(SCORE, (56, 8, 110, 19), value=digits(10, GLYPHS, 8, *range(60, 101, 8))), doc="the score"),
+        number("Sector", Bounds(SCORE, (56, 20, 110, 30), value=digits(21, GLYPHS, 8, 92, 100)), doc="the sector's number"),
+        hud("Life", Blobs(YELLOW, (0, 182, 160, 194), max_size=(5, 7)), count=13, doc="spare ships"),
     ),
 )
