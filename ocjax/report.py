@@ -24,11 +24,6 @@ from ocjax.recordings import Recording
 from ocjax.spec import Game
 from ocjax.vision.palette import NTSC
 
-# F1 of unsupervised detectors on these games, in percent: Table 2 of Delfosse et al., OCAtari, RLJ 2024.
-PUBLISHED = {
-    "SPACE": {"Boxing": 24.5, "Carnival": 48.6, "MsPacman": 0.4, "Pong": 10.7, "Riverraid": 45.0, "SpaceInvaders": 87.5, "Tennis": 3.6},
-    "SPOC": {"Boxing": 70.5, "Carnival": 90.6, "MsPacman": 90.5, "Pong": 87.4, "Riverraid": 76.6, "SpaceInvaders": 85.2, "Tennis": 40.2},
-}
 FRAMES = 6  # worst frames drawn
 MISSED, INVENTED, AGREED = (255, 40, 40), (255, 220, 0), (150, 150, 150)
 SCALE = 2  # picture pixels a console pixel, twice as wide
@@ -229,7 +224,7 @@ def overview(evaluations: Sequence[Evaluation]) -> Table:
         "Sprites",
         "Boxes",
     ]
-    header += ["OCAtari F1", "IoU of it", *PUBLISHED]
+    header += ["OCAtari F1", "IoU of it"]
     rows: list[list[Cell]] = []
     for e in evaluations:
         a = e.aware.sum()
@@ -239,7 +234,6 @@ def overview(evaluations: Sequence[Evaluation]) -> Table:
             row.append(next((_percent(v) for k, v in e.values.items() if k in names), None))
         row += [None, None] if e.cover is None else [_percent(v) for v in e.cover]
         row += [None, None] if e.peer_plain is None else _four(e.peer_plain, None)[2:]
-        row += [values.get(e.game.name) for values in PUBLISHED.values()]
         rows.append(row)
     if len(rows) > 1:
         means: list[Cell] = [None if k in (7, *range(1, 4)) else _mean([row[k] for row in rows]) for k in range(1, len(header))]
