@@ -9,6 +9,7 @@ objects = game.vem(frames)     # uint8 [..., 210, 160] palette indices or [..., 
 
 from typing import TYPE_CHECKING, Any
 
+from ocjax import registration
 from ocjax.objects import Objects, velocity
 from ocjax.registry import UnknownGameError, games, load
 from ocjax.spec import Box, Category, Game, GameError
@@ -27,18 +28,21 @@ __all__ = [
     "load",
     "make_vec",
     "merge_frames",
+    "ocatari",
     "track",
     "velocity",
 ]
 
 if TYPE_CHECKING:
-    from ocjax.envs import make_vec
+    from ocjax.envs import make_vec, ocatari
+
+registration.register()
 
 
 def __getattr__(name: str) -> Any:
-    """The environments need gymnasium and ale-py: they are imported when they are first used."""
-    if name == "make_vec":
-        from ocjax.envs import make_vec
+    """The environments need ale-py and more: they are imported when they are first used."""
+    if name in ("make_vec", "ocatari"):
+        from ocjax import envs
 
-        return make_vec
+        return getattr(envs, name)
     raise AttributeError(f"module 'ocjax' has no attribute {name!r}")

@@ -22,6 +22,8 @@ app = typer.Typer(
 app.add_typer(ram, name="ram")
 console = Console()
 
+FRAMES = 4  # emulated frames a step of the demonstration
+
 
 def _load(name: str) -> Game:
     try:
@@ -60,12 +62,12 @@ def demo(
     out: Annotated[Path | None, typer.Option(help="Where the picture goes; by default ocjax-<Game>.png.")] = None,
 ) -> None:
     """Play many instances with random actions, extract with both methods, measure, and draw a picture."""
-    from ocjax.envs import AlePool
+    from ocjax.envs import AlePool, Protocol
     from ocjax.render import overlay, sheet
 
     spec = _load(game)
     out = out or Path(f"ocjax-{spec.name}.png")
-    pool = AlePool(spec, num_envs, screens=True)
+    pool = AlePool(spec, num_envs, Protocol(frame_skip=FRAMES), screens=("screen",))
     try:
         with console.status(f"starting {num_envs} instances of {spec.name}"):
             pool.reset([seed + i for i in range(num_envs)])
@@ -95,13 +97,13 @@ def demo(
     step = float(np.median(spent["step"]))
     rate = num_envs / step
     table = Table(
-        title=f"{spec.name}: {num_envs} instances x {steps} agent steps of {pool.frame_skip} emulated frames, random actions",
+        title=f"{spec.name}: {num_envs} instances x {steps} agent steps of {FRAMES} emulated frames, random actions",
         title_justify="left",
     )
     for heading in ("", "median", "10-90 %", "a second", "of the step time"):
         table.add_column(heading, justify="right" if heading else "left")
     table.add_row("a step of all", f"{1e3 * step:.2f} ms", _spread(spent["step"], 1e3), f"{rate:,.0f} agent steps", "100 %")
-    table.add_row("", "", "", f"{rate * pool.frame_skip:,.0f} emulated frames")
+    table.add_row("", "", "", f"{rate * FRAMES:,.0f} emulated frames")
     for name in ("REM", "VEM"):
         one = float(np.median(spent[name])) / num_envs
         share = f"{100 * one * num_envs / step:.2f} %"

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from rich.progress import track
 
-from ocjax.envs import AlePool
+from ocjax.envs import AlePool, Protocol
 from ocjax.objects import Objects
 from ocjax.recordings import Recording
 from ocjax.spec import Game
@@ -132,10 +132,8 @@ def play(
     """
     if samples < num_envs:
         raise ValueError(f"samples must be at least the number of instances {num_envs}, got {samples}")
-    pool = AlePool(
-        game, num_envs, screens=True, frame_skip=frame_skip, repeat_action_probability=repeat_action_probability, game_mode=game_mode,
-        game_difficulty=game_difficulty,
-    )  # fmt: skip
+    protocol = Protocol(frame_skip=frame_skip, repeat_action_probability=repeat_action_probability)
+    pool = AlePool(game, num_envs, protocol, screens=("screen",), game_mode=game_mode, game_difficulty=game_difficulty)
     try:
         act = make_policy(policy, game, len(pool.actions), num_envs, seed)
         pool.reset([seed + i for i in range(num_envs)])

@@ -5,6 +5,7 @@ import functools
 import importlib
 import pkgutil
 import re
+from pathlib import Path
 
 from ocjax.spec import Game, GameError
 
@@ -33,6 +34,19 @@ def _modules() -> tuple[str, ...]:
 def games() -> tuple[str, ...]:
     """Names of all games, sorted, as in gymnasium's "ALE/<Name>-v5"."""
     return tuple(_load_module(m).name for m in _modules())
+
+
+@functools.cache
+def names() -> tuple[str, ...]:
+    """What `games` gives, read off the files: for who only wants the names, importing every game takes too long."""
+    extractors = importlib.import_module("ocjax.extractors")
+    files = sorted(p for folder in extractors.__path__ for p in Path(folder).glob("[!_]*.py"))
+    return tuple(m[1] for p in files if (m := re.search(r'^    name="(\w+)",$', p.read_text(encoding="utf-8"), re.MULTILINE)))
+
+
+def env_id(name: str) -> str:
+    """Gymnasium's id of a game's environments."""
+    return f"ocjax/{name}-v5"
 
 
 @functools.cache

@@ -1,4 +1,6 @@
+import dataclasses
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -12,8 +14,7 @@ import numpy as np
 import pytest
 
 import ocjax
-from ocjax.envs import AlePool, WorkerError
-from ocjax.envs.ale import RomError
+from ocjax.envs import AlePool, Protocol, RomError, WorkerError
 
 gymnasium.register_envs(ale_py)
 
@@ -78,14 +79,14 @@ def test_batch_is_its_rows(actions):
     together.reset([3, 4, 5, 6, 7])
     whole = play(together, slice(None))
     for i in (0, 3):
-        alone = AlePool(game, 1, screens=True)
+        alone = AlePool(game, 1, screens=("screen",))
         alone.reset([3 + i])
         assert np.array_equal(play(alone, slice(i, i + 1))[:, 0], whole[:, i])
 
 
 def test_screens_are_the_last_two_frames(actions):
     game = ocjax.load("Pong")
-    pool = AlePool(game, 2, screens=True, repeat_action_probability=0, num_workers=1)
+    pool = AlePool(game, 2, Protocol(repeat_action_probability=0), screens=("screen",), num_workers=1)
     pool.reset([0, 0])
     ale = ale_py.ALEInterface()
     ale.setFloat("repeat_action_probability", 0)
@@ -148,7 +149,7 @@ def test_wrong_arguments():
     for kwargs, message in (
         ({"mode": "pixels"}, "mode must be one of"),
         ({"frame_skip": 0}, "at least 1"),
-        ({"num_workers": 0}, "num_workers"),
+        ({"num_workers": -1}, "num_workers"),
         ({"repeat_action_probability": 1.5}, "repeat_action_probability"),
         ({"game_mode": 77}, "Pong has no mode 77; it has"),
     ):
@@ -235,38 +236,57 @@ def test_workers_do_not_outlive_their_parent(how):
     assert set(Path("/dev/shm").iterdir()) <= before
 
 
-def test_states_are_kept_and_restored(actions):
-    """The same actions from a restored state give the same RAM, frames and rewards; others stay as they are."""
-    pool = AlePool(ocjax.load("Breakout"), 4, screens=True, num_workers=2)
+@pytest.mark.parametrize("sticky", [0.0, 0.25])
+def test_states_are_kept_and_restored(actions, sticky):
+    """The same actions from a restored state give the same RAM, frames and rewards, from the first frame on; others stay as they are."""
+    protocol = Protocol(repeat_action_probability=sticky)
+    pool = AlePool(ocjax.load("Breakout"), 4, protocol, screens=("screen", "gray", "rgb"), num_workers=2)
+    names = ("ram", "screen", "gray", "rgb", "reward", "lives", "frame_number", "episode_return", "episode_length")
+
+    def now():
+        return {name: getattr(pool, name).copy() for name in names}
 
     def play(some):
         out = []
         for a in some:
             pool.send(a % len(pool.actions))
             pool.wait()
-            out.append((pool.ram.copy(), pool.screen.copy(), pool.reward.copy(), pool.lives.copy()))
+            out.append(now())
         return out
 
-    def same(a, b, which):
-        return all(np.array_equal(p[which], q[which]) for one, two in zip(a, b, strict=True) for p, q in zip(one, two, strict=True))
+    def same(a, b, which=slice(None)):
+        return all(np.array_equal(a[name][which], b[name][which]) for name in names)
 
     pool.reset([0, 1, 2, 3])
     play(actions[:100, :4])
-    pool.save()
-    kept = pool.ram.copy()
+    saved, kept = pool.clone_state(), now()
     first = play(actions[100:160, :4])
-    pool.restore()
-    assert np.array_equal(pool.ram, kept)
+    pool.restore_state(saved)
+    assert same(now(), kept)
     again = play(actions[100:160, :4])
-    assert same(first[2:], again[2:], slice(None))  # the frames just after restoring may differ: the emulator does not keep its screen
-    late = pool.ram.copy()
-    pool.restore(np.array([True, False, False, True]))
-    assert np.array_equal(pool.ram, np.where([[True], [False], [False], [True]], kept, late))
+    assert all(same(a, b) for a, b in zip(first, again, strict=True))
+    late, some = now(), np.array([True, False, False, True])
+    pool.restore_state(pickle.loads(pickle.dumps(saved)), some)
+    assert same(now(), kept, some)
+    assert same(now(), late, ~some)
+    pool.restore_state(saved[2])
+    assert np.array_equal(pool.ram, np.repeat(kept["ram"][2:3], 4, axis=0))
+    other = AlePool(ocjax.load("Breakout"), 4, protocol, screens=("screen", "gray", "rgb"), num_workers=0)
+    other.restore_state(saved)  # a pool that was never reset
+    other.send(actions[100, :4] % len(pool.actions))
+    assert np.array_equal(other.ram, first[0]["ram"])
+    assert np.array_equal(other.screen, first[0]["screen"])
+    with pytest.raises(ValueError, match="must be 1 or 4 states"):
+        pool.restore_state(saved[:3])
+    with pytest.raises(ValueError, match="are of the ROM with md5"):
+        AlePool(ocjax.load("Pong"), 4, num_workers=0).restore_state(saved)
+    with pytest.raises(ValueError, match="saved without rgb"):
+        pool.restore_state(dataclasses.replace(saved, rows={k: v for k, v in saved.rows.items() if k != "rgb"}))
     pool.close()
 
 
 def test_ram_is_written():
-    pool = AlePool(ocjax.load("Pong"), 3, screens=True, num_workers=2, repeat_action_probability=0)
+    pool = AlePool(ocjax.load("Pong"), 3, Protocol(repeat_action_probability=0), screens=("screen",), num_workers=2)
     pool.reset([0, 0, 0])
     ram = pool.ram.copy()
     ram[:, 14] = 5, 6, 7  # the player's points

@@ -4,6 +4,7 @@ import sys
 import pytest
 
 import ocjax
+from ocjax import registry
 
 
 def test_spellings():
@@ -15,6 +16,10 @@ def test_spellings():
 def test_all_games_by_rom_name():
     for name in ocjax.games():
         assert ocjax.load(ocjax.load(name).rom).name == name
+
+
+def test_names_are_those_of_the_games():
+    assert registry.names() == ocjax.games()
 
 
 def test_without_hud_is_cached():
@@ -38,9 +43,8 @@ def test_extractors_has_one_name():
 
 
 def test_import_is_light():
-    """The environments' packages are imported with the environments, not before."""
-    code = (
-        "import sys, ocjax; ocjax.load('Pong'); print([m for m in ('gymnasium', 'ale_py', 'envpool', 'PIL', 'typer') if m in sys.modules])"
-    )
+    """The environments' packages are imported with the environments, not before. (Gymnasium is: it is told of their names.)"""
+    packages = ("ale_py", "envpool", "PIL", "typer", "ocjax.envs", "ocjax.extractors.skiing")
+    code = f"import sys, ocjax; ocjax.load('Pong'); print([m for m in {packages} if m in sys.modules])"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.strip() == "[]"

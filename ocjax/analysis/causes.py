@@ -8,7 +8,7 @@ from PIL import Image, ImageDraw, ImageFont
 from rich.progress import track
 
 from ocjax.analysis import fits
-from ocjax.envs import AlePool
+from ocjax.envs import AlePool, Protocol
 from ocjax.objects import Objects
 from ocjax.report import Cell, Table
 from ocjax.spec import Game
@@ -62,7 +62,8 @@ def causes(
     rng = np.random.default_rng(seed)
     tries = np.round(np.linspace(0, 255, values)).astype(np.uint8)
     todo = np.stack(np.meshgrid(np.arange(128), tries, indexing="ij"), axis=-1).reshape(-1, 2)  # (address, value)
-    pool = AlePool(game, num_envs, screens=True, frame_skip=frames, repeat_action_probability=0, game_mode=game_mode)
+    protocol = Protocol(frame_skip=frames, repeat_action_probability=0)
+    pool = AlePool(game, num_envs, protocol, screens=("screen",), game_mode=game_mode)
     try:
         pool.reset([seed] * num_envs)
         for _ in range(steps * 4 // frames):
@@ -70,9 +71,9 @@ def causes(
             pool.wait()
             if pool.terminated.any():
                 break
-        pool.save()
+        saved = pool.clone_state()
         state, nothing = pool.ram[0].copy(), np.zeros(num_envs, int)
-        pool.restore()  # the change to compare with is none, after the same restoring
+        pool.restore_state(saved)  # the change to compare with is none, after the same restoring
         pool.send(nothing)
         pool.wait()
         screen = pool.screen[0, 1].copy()
@@ -83,7 +84,7 @@ def causes(
             part = todo[start : start + num_envs]
             rams = np.repeat(state[None], num_envs, axis=0)
             rams[np.arange(len(part)), part[:, 0]] = part[:, 1]
-            pool.restore()
+            pool.restore_state(saved)
             pool.set_ram(rams)
             pool.send(nothing)
             pool.wait()

@@ -1,6 +1,29 @@
 """Environments whose observations are objects."""
 
-from ocjax.envs.ale import AlePool, WorkerError
-from ocjax.envs.vector import ObjectVectorEnv, make_vec
+from ocjax.envs.ale import AlePool, RomError, States, WorkerError
+from ocjax.envs.make import ObjectEnv, make, make_vec, ocatari
+from ocjax.envs.observations import Dqn, Masks, ObjectFields, Observation, Pixels, Ram, Vector
+from ocjax.envs.protocol import PRESETS, Protocol, protocol
+from ocjax.envs.vector import ObjectVectorEnv
 
-__all__ = ["AlePool", "ObjectVectorEnv", "WorkerError", "make_vec"]
+__all__ = [
+    "PRESETS",
+    "AlePool",
+    "Dqn",
+    "Masks",
+    "ObjectEnv",
+    "ObjectFields",
+    "ObjectVectorEnv",
+    "Observation",
+    "Pixels",
+    "Protocol",
+    "Ram",
+    "RomError",
+    "States",
+    "Vector",
+    "WorkerError",
+    "make",
+    "make_vec",
+    "ocatari",
+    "protocol",
+]

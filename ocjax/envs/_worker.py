@@ -7,34 +7,55 @@ It ends when the socket closes, so it cannot outlive the process that started it
 
 import json
 import mmap
+import pickle
 import signal
 import socket
 import sys
 import traceback
+from collections.abc import Callable
 from typing import Any
 
 import ale_py
 import numpy as np
 
 RESET, STEP, SAVE, RESTORE, WRITE, QUIT, OK, ERROR = b"R", b"S", b"C", b"L", b"W", b"Q", b"K", b"E"
+NEXT_STEP, SAME_STEP, DISABLED = "next step", "same step", "disabled"  # what happens to an environment whose episode ended
+STATE_BYTES = 2**15  # room for a saved emulator, which takes 14,500
+# Repeats until an action is held for certain where sticky actions are on: as many as make another one likelier than this impossible.
+CERTAIN = 1e-9
+
+# What an observation may need of the screen: name -> (frames kept, trailing shape).
+SCREENS: dict[str, tuple[int, tuple[int, ...]]] = {"screen": (2, ()), "gray": (2, ()), "rgb": (1, (3,))}
+# What the end of an episode keeps where another begins in the same step.
+KEPT = ("ram", *SCREENS, "lives", "frame_number", "episode_return", "episode_length")
 
 
-def layout(num_envs: int, screen: tuple[int, int] | None) -> tuple[dict[str, tuple[str, tuple[int, ...], int]], int]:
+def layout(config: dict[str, Any]) -> tuple[dict[str, tuple[str, tuple[int, ...], int]], int]:
     """Name -> (dtype, shape, offset) of the arrays in the shared memory, and its size in bytes."""
+    n = config["num_envs"]
     arrays: dict[str, tuple[str, tuple[int, ...]]] = {
-        "ram": ("uint8", (num_envs, 128)),
-        "action": ("int32", (num_envs,)),  # index into the action set
-        "seed": ("int64", (num_envs,)),  # -1: none
-        "chosen": ("bool", (num_envs,)),  # which RESET, RESTORE and WRITE are for
-        "written": ("uint8", (num_envs, 128)),  # the RAM wanted on WRITE
-        "reward": ("float64", (num_envs,)),
-        "terminated": ("bool", (num_envs,)),
-        "truncated": ("bool", (num_envs,)),
-        "lives": ("int32", (num_envs,)),
-        "frame_number": ("int64", (num_envs,)),  # of the episode
+        "ram": ("uint8", (n, 128)),
+        "action": ("int32", (n,)),  # index into the action set
+        "seed": ("int64", (n,)),  # -1: none
+        "chosen": ("bool", (n,)),  # which RESET, RESTORE and WRITE are for
+        "loaded": ("bool", (n,)),
+        "written": ("uint8", (n, 128)),  # the RAM wanted on WRITE
+        "reward": ("float64", (n,)),
+        "terminated": ("bool", (n,)),
+        "truncated": ("bool", (n,)),
+        "started": ("bool", (n,)),  # an episode began in this step
+        "lives": ("int32", (n,)),
+        "frame_number": ("int64", (n,)),  # emulated frames of the game
+        "episode_return": ("float64", (n,)),  # of the game
+        "episode_length": ("int64", (n,)),  # agent steps of the game
+        "state": ("uint8", (n, STATE_BYTES)),  # only touched where states are saved
+        "state_bytes": ("int64", (n,)),
     }
-    if screen:
-        arrays["screen"] = ("uint8", (num_envs, 2, *screen))  # the last two emulated frames, the latest second
+    for name in config["screens"]:
+        frames, tail = SCREENS[name]
+        arrays[name] = ("uint8", (n, frames, *config["size"], *tail))  # the latest frame last
+    if config["autoreset"] == SAME_STEP:
+        arrays |= {f"final_{name}": arrays[name] for name in KEPT if name in arrays}
     out, offset = {}, 0
     for name, (dtype, shape) in arrays.items():
         out[name] = (dtype, shape, offset)
@@ -42,106 +63,235 @@ def layout(num_envs: int, screen: tuple[int, int] | None) -> tuple[dict[str, tup
     return out, offset
 
 
-def view(memory: mmap.mmap, num_envs: int, screen: tuple[int, int] | None) -> dict[str, np.ndarray]:
+def view(memory: Any, config: dict[str, Any]) -> dict[str, np.ndarray]:
     """The arrays in the shared memory."""
-    arrays, _ = layout(num_envs, screen)
+    arrays, _ = layout(config)
     return {k: np.ndarray(shape, dtype, memory, offset) for k, (dtype, shape, offset) in arrays.items()}
 
 
-class Share:
-    """The emulators of one worker."""
+class Emulator:
+    """One environment."""
 
-    def __init__(self, config: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
-        self.config = config
-        self.arrays = arrays
-        self.emulators: dict[int, Any] = {}
-        self.over = dict.fromkeys(range(*config["share"]), False)
-        self.saved: dict[int, tuple[Any, bool]] = {}
+    def __init__(self, i: int, config: dict[str, Any], arrays: dict[str, np.ndarray], hook: Callable[[np.ndarray], None] | None) -> None:
+        self.i, self.config, self.arrays, self.hook = i, config, arrays, hook
+        self.screens = {name: arrays[name][i] for name in config["screens"]}
+        self.actions = [ale_py.Action(a) for a in config["actions"]]
+        self.least_skip, self.most_skip = config["frame_skip"][0], config["frame_skip"][1] - 1
+        # All frames of a step in one call, unless something is wanted of single ones.
+        self.pairs = [name for name in self.screens if SCREENS[name][0] > 1]
+        self.whole = self.least_skip == self.most_skip and hook is None and not self.pairs and not config["noop_max"]
+        self.over = self.game_over = False
 
-    def load(self, i: int, seed: int) -> None:
+    def load(self, seed: int) -> None:
+        c = self.config
         ale = ale_py.ALEInterface()
-        ale.setFloat("repeat_action_probability", self.config["repeat_action_probability"])
-        ale.setInt("max_num_frames_per_episode", self.config["max_episode_frames"])
-        # Emulated frames are stepped in one call unless the one before the last is wanted too.
-        ale.setInt("frame_skip", 1 if "screen" in self.arrays else self.config["frame_skip"])
-        # As ale-py's own environment derives it, so that equal seeds give equal episodes.
-        entropy = None if seed < 0 else seed
-        ale.setInt("random_seed", int(np.random.SeedSequence(entropy).generate_state(2)[1].astype(np.int32)))
-        ale.loadROM(self.config["rom_path"])
-        if self.config["mode"] is not None:
-            ale.setMode(self.config["mode"])
-        if self.config["difficulty"] is not None:
-            ale.setDifficulty(self.config["difficulty"])
-        self.emulators[i] = ale
+        ale.setFloat("repeat_action_probability", c["repeat_action_probability"])
+        ale.setInt("max_num_frames_per_episode", c["max_episode_frames"])
+        ale.setInt("frame_skip", self.least_skip if self.whole else 1)
+        # As gymnasium's own environment derives them, so that equal seeds give equal episodes.
+        for_rng, for_ale = np.random.SeedSequence(None if seed < 0 else seed).generate_state(2)
+        self.rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(int(for_rng))))
+        ale.setInt("random_seed", int(for_ale.astype(np.int32)))
+        ale.loadROM(c["rom_path"])
+        if c["game_mode"][self.i] is not None:
+            ale.setMode(c["game_mode"][self.i])
+        if c["game_difficulty"][self.i] is not None:
+            ale.setDifficulty(c["game_difficulty"][self.i])
+        self.ale = ale
+        self.arrays["loaded"][self.i] = True
 
-    def restart(self, i: int) -> None:
-        ale, arrays = self.emulators[i], self.arrays
-        ale.reset_game()
-        self.over[i] = False
+    def emulate(self, action: int, frames: int) -> float:
+        """So many frames with an action held, all there are to a step where they are done in one call."""
+        ale, a = self.ale, self.actions[action]
+        self.held = action
+        if self.whole:
+            reward = float(ale.act(a))
+        else:
+            reward = 0.0
+            for k in range(frames):
+                if self.hook is not None:
+                    self.edit()
+                if k == frames - 1:
+                    for name in self.pairs:
+                        self.shoot(name, -2) if k else self.shift(name)
+                reward += ale.act(a)
+        self.episode_return += reward
+        return reward
+
+    def edit(self) -> None:
+        """Let the hook write RAM."""
+        before = self.ale.getRAM()
+        wanted = before.copy()
+        self.hook(wanted)  # pyright: ignore[reportOptionalCall]
+        for address in np.flatnonzero(wanted != before).tolist():
+            self.ale.setRAM(address, int(wanted[address]))
+
+    def shoot(self, name: str, place: int) -> None:
+        """Copy the screen, as it is after the last frame."""
+        out = self.screens[name][place]
+        if name == "screen":
+            self.ale.getScreen(out)
+        elif name == "gray":
+            self.ale.getScreenGrayscale(out)
+        else:
+            self.ale.getScreenRGB(out)
+
+    def shift(self, name: str) -> None:
+        """What was the latest frame is the one before it."""
+        self.screens[name][-2] = self.screens[name][-1]
+
+    def reset(self) -> None:
+        """Begin a new game: random no-ops, then FIRE where wanted; none of it counts as steps."""
+        noop_max = self.config["noop_max"]
+        self.ale.reset_game()
+        self.held, self.episode_return, self.episode_length = 0, 0.0, 0
+        for _ in range(int(self.rng.integers(1, noop_max + 1)) if noop_max else 0):
+            self.emulate(0, 1)
+            if self.ale.game_over():
+                self.ale.reset_game()
+                self.episode_return = 0.0
+        self.begin()
+
+    def begin(self) -> None:
+        """Begin an episode of the game that is running, and show it."""
+        for action in self.config["fire"]:
+            self.advance(action)
+            if self.game_over:
+                self.ale.reset_game()
+                self.episode_return = 0.0
+        self.over = self.game_over = False
+        self.lives = self.ale.lives()
+        arrays, i = self.arrays, self.i
         arrays["reward"][i] = 0
         arrays["terminated"][i] = arrays["truncated"][i] = False
-        self.observe(i)
-        if "screen" in arrays:
-            ale.getScreen(arrays["screen"][i, 1])
-            arrays["screen"][i, 0] = arrays["screen"][i, 1]
+        arrays["started"][i] = True
+        self.observe()
+        for name in self.pairs:
+            self.shift(name)
 
-    def observe(self, i: int) -> None:
-        ale, arrays = self.emulators[i], self.arrays
+    def restart(self) -> None:
+        """Begin the next episode: with the next life where a life is an episode and the game goes on, else a new game."""
+        if self.game_over:
+            self.reset()
+        else:
+            self.advance(0)
+            self.reset() if self.game_over else self.begin()
+
+    def advance(self, action: int) -> tuple[float, bool, bool]:
+        """As many frames as a step has: reward, terminated, truncated."""
+        low, high = self.least_skip, self.most_skip
+        frames = low if low == high else int(self.rng.integers(low, high + 1))
+        reward = self.emulate(action, frames)
+        terminated, truncated = self.ale.game_over(with_truncation=False), self.ale.game_truncated()
+        self.game_over = terminated or truncated
+        return reward, terminated, truncated
+
+    def step(self, action: int) -> None:
+        arrays, i = self.arrays, self.i
+        reward, terminated, truncated = self.advance(action)
+        self.episode_length += 1
+        if self.config["episodic_life"]:
+            lives = self.ale.lives()
+            terminated = terminated or 0 < lives < self.lives
+            self.lives = lives
+        self.over = terminated or truncated
+        arrays["reward"][i] = reward
+        arrays["terminated"][i] = terminated
+        arrays["truncated"][i] = truncated
+        arrays["started"][i] = False
+        self.observe()
+
+    def observe(self) -> None:
+        ale, arrays, i = self.ale, self.arrays, self.i
         ale.getRAM(arrays["ram"][i])
         arrays["lives"][i] = ale.lives()
         arrays["frame_number"][i] = ale.getEpisodeFrameNumber()
+        arrays["episode_return"][i] = self.episode_return
+        arrays["episode_length"][i] = self.episode_length
+        for name in self.screens:
+            self.shoot(name, -1)
 
-    def reset(self) -> None:
-        for i in self.over:
-            if self.arrays["chosen"][i]:
-                seed = int(self.arrays["seed"][i])
-                if seed >= 0 or i not in self.emulators:
-                    self.load(i, seed)
-                self.restart(i)
+    def keep_final(self) -> None:
+        for name in KEPT:
+            if name in self.arrays:
+                self.arrays[f"final_{name}"][self.i] = self.arrays[name][self.i]
 
     def save(self) -> None:
-        self.saved = {i: (ale.cloneState(include_rng=True), self.over[i]) for i, ale in self.emulators.items()}
+        state = pickle.dumps((self.ale.cloneState(include_rng=True), self.rng.bit_generator.state, self.over, self.game_over, self.lives,
+                              self.held, self.episode_return, self.episode_length))  # fmt: skip
+        if len(state) > STATE_BYTES:
+            raise RuntimeError(f"the emulator's state takes {len(state)} bytes, there is room for {STATE_BYTES}")
+        self.arrays["state"][self.i, : len(state)] = np.frombuffer(state, np.uint8)
+        self.arrays["state_bytes"][self.i] = len(state)
 
     def restore(self) -> None:
-        for i, (state, over) in self.saved.items():
-            if self.arrays["chosen"][i]:
-                self.emulators[i].restoreState(state)
-                self.over[i] = over
-                self.observe(i)
+        data = self.arrays["state"][self.i, : self.arrays["state_bytes"][self.i]].tobytes()
+        (state, self.rng.bit_generator.state, self.over, self.game_over, self.lives, self.held, self.episode_return,
+         self.episode_length) = pickle.loads(data)  # fmt: skip
+        # The emulator's state lacks the action that a sticky frame repeats: act it until it is held for certain.
+        p = self.config["repeat_action_probability"]
+        for _ in range(1 + int(np.ceil(np.log(CERTAIN) / np.log(p))) if p else 1):
+            self.ale.act(self.actions[self.held])
+        self.ale.restoreState(state)
 
     def write(self) -> None:
-        for i, ale in self.emulators.items():
-            if self.arrays["chosen"][i]:
-                wanted = self.arrays["written"][i]
-                for address in np.flatnonzero(wanted != self.arrays["ram"][i]).tolist():
-                    ale.setRAM(address, int(wanted[address]))
-                ale.getRAM(self.arrays["ram"][i])
+        wanted, ram = self.arrays["written"][self.i], self.arrays["ram"][self.i]
+        for address in np.flatnonzero(wanted != ram).tolist():
+            self.ale.setRAM(address, int(wanted[address]))
+        self.ale.getRAM(ram)
+
+
+class Share:
+    """The environments of one worker."""
+
+    def __init__(self, config: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
+        self.arrays, self.autoreset = arrays, config["autoreset"]
+        hook = None
+        if config["hook"] is not None:
+            hook = pickle.loads(bytes.fromhex(config["hook"]))  # by value: see `AlePool`
+        self.share = slice(*config["share"])
+        self.emulators = [Emulator(i, config, arrays, hook) for i in range(*config["share"])]
+        self.commands = {RESET: self.reset, STEP: self.step, SAVE: self.save, RESTORE: self.restore, WRITE: self.write}
+
+    def reset(self) -> None:
+        for e in self.chosen():
+            seed = int(self.arrays["seed"][e.i])
+            if seed >= 0 or not self.arrays["loaded"][e.i]:
+                e.load(seed)
+                e.reset()
+            else:  # a life that ended does not end the game
+                e.restart() if e.over else e.reset()
 
     def step(self) -> None:
-        arrays, actions, skip = self.arrays, self.config["actions"], self.config["frame_skip"]
-        screens = arrays.get("screen")
-        for i, over in self.over.items():
-            if over:
-                self.restart(i)  # next-step autoreset: the action is ignored
+        for e, action in zip(self.emulators, self.arrays["action"][self.share].tolist(), strict=True):
+            if e.over and self.autoreset == NEXT_STEP:
+                e.restart()  # the action is ignored
                 continue
-            ale, action = self.emulators[i], ale_py.Action(actions[arrays["action"][i]])
-            if screens is None:
-                reward = ale.act(action)
-            else:
-                reward = 0
-                for _ in range(skip - 1):
-                    reward += ale.act(action)
-                if skip > 1:
-                    ale.getScreen(screens[i, 0])
-                else:
-                    screens[i, 0] = screens[i, 1]
-                reward += ale.act(action)
-                ale.getScreen(screens[i, 1])
-            arrays["reward"][i] = reward
-            arrays["terminated"][i] = terminated = ale.game_over(with_truncation=False)
-            arrays["truncated"][i] = truncated = ale.game_truncated()
-            self.over[i] = terminated or truncated
-            self.observe(i)
+            e.step(action)
+            if e.over and self.autoreset == SAME_STEP:
+                e.keep_final()
+                reward, terminated, truncated = (self.arrays[k][e.i] for k in ("reward", "terminated", "truncated"))
+                e.restart()
+                for name, value in (("reward", reward), ("terminated", terminated), ("truncated", truncated)):
+                    self.arrays[name][e.i] = value
+
+    def save(self) -> None:
+        for e in self.emulators:
+            e.save()
+
+    def restore(self) -> None:
+        for e in self.chosen():
+            if not self.arrays["loaded"][e.i]:
+                e.load(-1)
+                e.ale.reset_game()
+            e.restore()
+
+    def write(self) -> None:
+        for e in self.chosen():
+            e.write()
+
+    def chosen(self) -> list[Emulator]:
+        return [e for e in self.emulators if self.arrays["chosen"][e.i]]
 
 
 def main(socket_fd: int, memory_fd: int) -> None:
@@ -150,13 +300,11 @@ def main(socket_fd: int, memory_fd: int) -> None:
     link = socket.socket(fileno=socket_fd)
     with link.makefile("rb") as incoming:
         config = json.loads(incoming.readline())
-        screen = tuple(config["screen"]) if config["screen"] else None
-        memory = mmap.mmap(memory_fd, layout(config["num_envs"], screen)[1])
-        share = Share(config, view(memory, config["num_envs"], screen))
-        commands = {RESET: share.reset, STEP: share.step, SAVE: share.save, RESTORE: share.restore, WRITE: share.write}
+        memory = mmap.mmap(memory_fd, layout(config)[1])
+        share = Share(config, view(memory, config))
         while (command := incoming.read(1)) not in (b"", QUIT):
             try:
-                commands[command]()
+                share.commands[command]()
             except Exception:
                 text = traceback.format_exc().encode()
                 link.sendall(ERROR + len(text).to_bytes(4, "big") + text)

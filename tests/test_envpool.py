@@ -1,0 +1,110 @@
+"""The envpool backend, where the extra is installed."""
+
+import jax
+import numpy as np
+import pytest
+
+import ocjax
+
+pytest.importorskip("envpool", reason="the extra `envpool` is not installed")
+
+PLAIN = {"noop_max": 1, "repeat_action_probability": 0.0}  # envpool plays one no-op at least
+
+
+def rows(tree, i):
+    return jax.tree.map(lambda a: a[i], tree)
+
+
+@pytest.mark.parametrize("name", ["Breakout", "MsPacman", "SpaceInvaders"])
+def test_same_as_the_ale_backend(name):
+    """RAM, observations, rewards, ends and info of every step, through the ends of episodes; and inside `lax.scan`."""
+    options = {"obs": ["ram", "vector", "objects"], **PLAIN}
+    a, b = ocjax.make_vec(name, 3, **options), ocjax.make_vec(name, 3, backend="envpool", **options)
+    first = a.reset(seed=1), b.reset(seed=1)
+    assert jax.tree.all(jax.tree.map(np.array_equal, first[0][0], first[1][0]))
+    actions, ends = np.random.default_rng(0).integers(a.single_action_space.n, size=(1300, 3)).astype(np.int32), 0
+    for some in actions[:1200]:
+        (*left, info), (*right, other) = a.step(some), b.step(some)
+        assert jax.tree.all(jax.tree.map(np.array_equal, left, right))
+        for key in ("lives", "episode_return", "episode_length"):
+            assert np.array_equal(info[key], other[key]), key
+        ends += (left[2] | left[3]).sum()
+    assert ends >= 3
+    state, step = b.xla()
+    _, (seen, reward, terminated, truncated, info) = jax.jit(lambda s, x: jax.lax.scan(step, s, x))(state, actions[1200:])
+    for t, some in enumerate(actions[1200:]):
+        *left, other = a.step(some)
+        right = rows((seen, reward, terminated, truncated), t)
+        assert jax.tree.all(jax.tree.map(np.allclose, left, list(right)))
+        assert np.array_equal(info["lives"][t], other["lives"])
+        assert np.array_equal(info["ram"][t], left[0]["ram"])
+    a.close()
+    b.close()
+
+
+def test_asynchronous_environments_keep_their_identity():
+    """What comes in any order, put in order by env_id, is what the synchronous environments give, movements included."""
+    options = {"obs": ["ram", "vector"], **PLAIN}
+    a, b = ocjax.make_vec("Pong", 5, **options), ocjax.make_vec("Pong", 5, backend="envpool", batch_size=2, **options)
+    actions = np.random.default_rng(0).integers(6, size=(200, 5))
+    want = [[a.reset(seed=4)[0]]]
+    for some in actions:
+        want.append(list(a.step(some)))
+    b.async_reset(seed=4)
+    at = np.zeros(5, int)
+    for _ in range(200):
+        seen, reward, terminated, truncated, info = b.recv()
+        for k, i in enumerate(info["env_id"]):
+            expected = want[at[i]]
+            assert jax.tree.all(jax.tree.map(np.array_equal, rows(seen, k), rows(expected[0], i)))
+            if at[i]:
+                assert (reward[k], terminated[k], truncated[k]) == tuple(e[i] for e in expected[1:4])
+        b.send(actions[at[info["env_id"]], info["env_id"]], info["env_id"])
+        at[info["env_id"]] += 1
+    assert at.min() > 10
+    assert {o.category for o in b.objects(0)} <= {c.name for c in b.game.categories}
+    with pytest.raises(ValueError, match="use async_reset, recv and send"):
+        b.reset()
+    a.close()
+    b.close()
+
+
+def test_vision_without_frame_skip():
+    envs = ocjax.make_vec("Pong", 2, backend="envpool", mode="both", preset="noframeskip")
+    envs.reset(seed=0)
+    for _ in range(120):
+        seen, *_ = envs.step(np.full(2, 2))
+    assert seen["rem"]["valid"].any()
+    assert np.array_equal(seen["rem"]["xywh"], seen["vem"]["xywh"])
+    envs.close()
+
+
+def test_what_envpool_cannot_do_is_refused():
+    for kwargs, reason in (
+        ({"mode": "vem"}, "the brighter of two frames"),
+        ({"obs": "dqn"}, "no grey frames"),
+        ({"hook": print}, "cannot write RAM"),
+        ({"autoreset_mode": "SameStep"}, "next-step autoreset only"),
+        ({"preset": "v4"}, "no random frame skip"),
+        ({"game_mode": [0, 1]}, "one game_mode for all"),
+        ({"render_mode": "rgb_array"}, "renders by itself"),
+    ):
+        with pytest.raises(ValueError, match=reason):
+            ocjax.make_vec("Pong", 2, backend="envpool", **kwargs)
+    with pytest.raises(ValueError, match="crops screens to 210 rows, Carnival has 214"):
+        ocjax.make_vec("Carnival", 2, backend="envpool", mode="vem", frame_skip=1)
+    with pytest.raises(ValueError, match="batch_size must be 1 to num_envs 2"):
+        ocjax.make_vec("Pong", 2, backend="envpool", batch_size=3)
+    envs = ocjax.make_vec("Pong", 2, backend="envpool")
+    with pytest.raises(ValueError, match="have not been reset"):
+        envs.xla()
+    envs.reset(seed=0)
+    for call, reason in (
+        (lambda: envs.reset(seed=1), "takes seeds when it starts"),
+        (lambda: envs.reset(options={"reset_mask": np.array([True, False])}), "all environments or none"),
+        (lambda: envs.clone_state(), "no access to states"),
+        (lambda: envs.set_ram(np.zeros(128, np.uint8)), "no access to RAM"),
+    ):
+        with pytest.raises(ValueError, match=reason):
+            call()
+    envs.close()

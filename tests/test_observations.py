@@ -1,0 +1,181 @@
+"""Observations and masks against what they are by definition."""
+
+import jax
+import numpy as np
+import pytest
+from conftest import excerpt
+from hypothesis import given
+from hypothesis import strategies as st
+
+import ocjax
+from ocjax import masks
+from ocjax.envs import Dqn, Masks, Vector
+from ocjax.envs.observations import FEATURES
+
+
+@pytest.fixture(scope="module")
+def pong():
+    return ocjax.load("Pong")
+
+
+@pytest.fixture(scope="module")
+def gray():
+    """Frames in some shades of grey."""
+    return (excerpt("Pong")["screens"][:8].astype(int) * 37 % 256).astype(np.uint8)
+
+
+@pytest.fixture(scope="module")
+def objects(pong):
+    return pong.rem(excerpt("Pong")["rams"][:8])
+
+
+def area_average(image, size):
+    """The mean over each output pixel's area, input pixels counted by the part of them that lies inside."""
+    parts = []
+    for n_in, n_out in zip(image.shape, size, strict=True):
+        fine = np.repeat(np.arange(n_in), n_out).reshape(n_out, n_in)  # which input pixel each of n_in * n_out steps lies in
+        parts.append(np.stack([np.bincount(row, minlength=n_in) / n_in for row in fine]))
+    return parts[0] @ image @ parts[1].T
+
+
+@pytest.mark.parametrize(
+    ("shape", "size"), [((210, 160), (84, 84)), ((250, 160), (84, 84)), ((210, 160), (105, 80)), ((214, 160), (42, 64))]
+)
+def test_resize_averages_over_areas(shape, size):
+    images = np.random.default_rng(0).integers(256, size=(3, *shape)).astype(np.uint8)
+    got = np.asarray(jax.jit(lambda x: masks.resize(x, size))(images))
+    want = np.stack([area_average(i.astype(float), size) for i in images])
+    assert got.shape == want.shape
+    assert np.abs(got - want).max() < 0.501, "rounded to the nearest"
+    assert np.array_equal(masks.resize(images, shape), images)
+
+
+def drawn(game, objects, size):
+    """Boxes painted one by one, scaled outwards; [categories, *size] of bool."""
+    out = np.zeros((len(game.categories), *size), bool)
+    for o in objects.to_list():
+        (y0, y1), (x0, x1) = (
+            (start * n // screen, -(-(start + length) * n // screen))
+            for start, length, n, screen in zip((o["y"], o["x"]), (o["h"], o["w"]), size, game.screen, strict=True)
+        )
+        out[[c.name for c in game.categories].index(o["category"]), y0:y1, x0:x1] = True
+    return out
+
+
+@pytest.mark.parametrize("size", [(84, 84), None, (30, 40)])
+@pytest.mark.parametrize("kind", masks.KINDS)
+def test_masks(pong, objects, gray, kind, size):
+    got = np.asarray(masks.masks(objects, kind, gray=gray, size=size, pixels=True))
+    shown = np.asarray(masks.resize(gray, size or pong.screen))
+    assert got.shape == (8, masks.num_planes(pong, kind, pixels=True), *shown.shape[1:])
+    assert np.array_equal(got[:, -1], shown)
+    for i in range(8):
+        planes = drawn(pong, objects[i], shown.shape[1:])
+        where = planes.any(axis=0)
+        if kind == "planes":
+            want = planes * 255
+        elif kind == "object":
+            want = np.where(where, shown[i], 0)[None]
+        elif kind == "binary":
+            want = where[None] * 255
+        else:
+            shades = np.array([255 * (c + 1) // len(planes) for c in range(len(planes))])
+            want = (planes * shades[:, None, None]).max(axis=0)[None]
+        assert np.array_equal(got[i, :-1], want)
+
+
+def test_masks_drawn_at_the_screens_size(pong, objects, gray):
+    """Painted at 210 x 160 and averaged over areas: what lies over half a pixel is half as bright."""
+    got = np.asarray(masks.masks(objects, "planes", draw="screen"))
+    for i in range(8):
+        want = np.stack([area_average(p * 255.0, (84, 84)) for p in drawn(pong, objects[i], pong.screen)])
+        assert np.abs(got[i] - want).max() < 0.501
+    full = masks.masks(objects, "object", gray=gray, size=None, draw="screen")
+    assert np.array_equal(full, masks.masks(objects, "object", gray=gray, size=None))
+
+
+def test_masks_of_nothing_and_of_wrong_options(pong, objects, gray):
+    empty = jax.tree.map(np.zeros_like, objects)
+    assert not np.asarray(masks.masks(empty, "object", gray=gray)).any()
+    with pytest.raises(ValueError, match="kind must be one of"):
+        masks.masks(objects, "pixel")
+    with pytest.raises(ValueError, match="give gray"):
+        masks.masks(objects, "object")
+    with pytest.raises(ValueError, match="do not know their game"):
+        masks.masks(objects.of(pong, "Ball"), "binary")
+    with pytest.raises(ValueError, match="stack at least 1"):
+        Masks("binary", stack=0)
+
+
+@given(st.integers(1, 250), st.integers(1, 90))
+def test_area_weights_share_every_pixel(n_in, n_out):
+    weights = masks.area_weights(n_in, n_out)
+    assert weights.min() >= 0
+    assert np.allclose(weights.sum(axis=1), 1, atol=1e-5)
+    assert np.allclose(weights.sum(axis=0), n_out / n_in, atol=1e-5)
+
+
+def test_vector_is_what_its_features_say():
+    """Every number, by its name, against the objects; in pixels and normalised, two states."""
+    kinds = {"plain": Vector(FEATURES, history=2, normalize=False), "unit": Vector(FEATURES, history=2)}
+    envs = ocjax.make_vec("Pong", 3, obs=kinds, num_workers=1, max_episode_frames=200)
+    game, rng, before = envs.game, np.random.default_rng(0), None
+    seen, _ = envs.reset(seed=0)
+    assert len(envs.features["plain"]) == 2 * game.num_slots * len(FEATURES) == seen["plain"].shape[1]
+    units = {"x": 160, "w": 160, "dx": 160, "y": 210, "h": 210, "dy": 210, "orientation": 16, "valid": 1}
+    states = []
+    for t in range(130):
+        now, started = jax.tree.map(np.asarray, envs.tensors), envs.pool.started.copy()
+        rows = {name: np.asarray(getattr(now, name), float) for name in ("x", "y", "w", "h", "orientation", "value", "valid")}
+        moved = np.zeros((3, game.num_slots, 2))
+        if before is not None:
+            both = now.valid & before.valid & ~started[:, None]
+            moved = np.where(both[..., None], np.asarray(now.center) - np.asarray(before.center), 0)
+        rows |= {"dx": moved[..., 0], "dy": moved[..., 1]}
+        earlier = states[-1] if states else rows
+        states = [{f: np.where(started[:, None], rows[f], earlier[f]) for f in FEATURES}, rows]
+        for k, (ago, category, i, feature) in enumerate(envs.features["plain"]):
+            want = states[1 - ago][feature][:, game.slices[category].start + i]
+            assert np.allclose(seen["plain"][:, k], want), (t, ago, category, feature)
+            if feature == "value":
+                want = np.sign(want) * np.log1p(np.abs(want)) / np.log1p(1e6)
+            assert np.allclose(seen["unit"][:, k], want / units.get(feature, 1), atol=1e-6)
+        before = now
+        seen, *_ = envs.step(rng.integers(6, size=3))
+    envs.close()
+
+
+def test_vector_tracks_what_vision_sees():
+    """From pixels, too, dx and dy are movements of one object."""
+    envs = ocjax.make_vec("Freeway", 2, mode="vem", obs=Vector(("x", "dx", "valid"), normalize=False), num_workers=1)
+    envs.reset(seed=0)
+    for _ in range(40):
+        seen, *_ = envs.step(np.zeros(2, int))
+    moves = seen.reshape(2, -1, 3)[..., 1]
+    assert (moves != 0).sum() >= 10
+    assert np.abs(moves).max() <= 10
+    envs.close()
+
+
+def test_dqn_frames():
+    """Each the brighter of the last two frames; the oldest first; without pooling the last frame."""
+    envs = ocjax.make_vec("Pong", 2, obs={"dqn": Dqn(), "one": Dqn(stack=1, max_pool=False)}, num_workers=1)
+    seen, _ = envs.reset(seed=0)
+    frames = [seen["dqn"][:, 3]] * 4
+    for _ in range(30):
+        seen, *_ = envs.step(np.array([2, 3]))
+        gray = envs.pool.gray
+        frames = [*frames[1:], np.asarray(masks.resize(gray.max(axis=1), (84, 84)))]
+        assert np.array_equal(seen["dqn"], np.stack(frames, axis=1))
+        assert np.array_equal(seen["one"][:, 0], np.asarray(masks.resize(gray[:, 1], (84, 84))))
+    envs.close()
+
+
+def test_wrong_vectors():
+    for features in ((), ("x", "speed"), ("x", "x")):
+        with pytest.raises(ValueError, match="features must be different ones of"):
+            Vector(features)
+    with pytest.raises(ValueError, match="history must be at least 1"):
+        Vector(history=0)
+    with pytest.raises(ValueError, match="stack must be at least 1"):
+        Dqn(stack=0)

@@ -1,0 +1,435 @@
+"""Environments as gymnasium's users see them."""
+
+import functools
+import os
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+
+import ale_py
+import gymnasium
+import jax
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode
+
+import ocjax
+from ocjax.envs import PRESETS, Dqn, Masks, Vector, WorkerError, make, variations
+
+gymnasium.register_envs(ale_py)
+
+# Every kind of observation with a memory, and short episodes: both the game's own ends and the time limit come soon.
+OBS = {"ram": "ram", "vector": Vector(history=2), "dqn": Dqn(stack=2), "masks": Masks("class", size=(42, 40), stack=2)}
+OPTIONS = {"obs": OBS, "max_episode_frames": 360, "ram_info": True}
+
+
+@pytest.fixture(scope="module")
+def actions():
+    return np.random.default_rng(1).integers(4, size=(400, 4))
+
+
+def equal(a, b):
+    return jax.tree.all(jax.tree.map(np.array_equal, a, b))
+
+
+def at(tree, i):
+    return jax.tree.map(lambda a: a[i], tree)
+
+
+@functools.cache
+def alone(seed, steps=200):
+    """What one environment shows, told from outside: (observation, reward, terminated, truncated, info) of each step, and of each reset."""
+    env = make("Breakout", **OPTIONS)
+    column = np.random.default_rng(1).integers(4, size=(400, 4))[:, seed]
+    seen, info = env.reset(seed=seed)
+    out, t = [("reset", seen, info)], 0
+    while t < steps:
+        *result, info = env.step(column[t])
+        out.append(("step", *result, info))
+        t += 1
+        if result[2] or result[3]:
+            out.append(("reset", *env.reset()))
+            t += 1  # next-step autoreset takes a step for it
+    env.close()
+    return out
+
+
+def same_info(vector, single, i):
+    return all(np.array_equal(vector[k][i], v) and vector[f"_{k}"][i] for k, v in single.items())
+
+
+def test_batch_is_its_single_environments(actions):
+    """A batch of N is N single runs with the same seeds, through the ends of episodes."""
+    envs = ocjax.make_vec("Breakout", 4, num_workers=2, **OPTIONS)
+    assert envs.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
+    seen, info = envs.reset(seed=[0, 1, 2, 3])
+    rows, ends = [iter(alone(i)) for i in range(4)], 0
+    for i in range(4):
+        _, want, single = next(rows[i])
+        assert equal(at(seen, i), want)
+        assert same_info(info, single, i)
+    for t in range(150):
+        seen, reward, terminated, truncated, info = envs.step(actions[t])
+        assert seen in envs.observation_space
+        for i in range(4):
+            kind, want, *rest = next(rows[i])
+            assert equal(at(seen, i), want)
+            if kind == "step":
+                assert (reward[i], terminated[i], truncated[i]) == tuple(rest[:3])
+            else:
+                assert (reward[i], terminated[i], truncated[i]) == (0, False, False)
+                ends += 1
+            assert same_info(info, rest[-1], i)
+    assert ends >= 4
+    envs.close()
+
+
+def test_same_step_autoreset():
+    """The step that ends an episode shows the next one's beginning, and the end in final_obs and final_info."""
+    envs = ocjax.make_vec("Breakout", 2, autoreset_mode=AutoresetMode.SAME_STEP, **OPTIONS)
+    envs.reset(seed=[0, 0])
+    story, t, ends = alone(0)[1:], 0, 0
+    column = np.random.default_rng(1).integers(4, size=(400, 4))[:, 0]
+    for k, (kind, *rest) in enumerate(story):
+        if kind == "reset":
+            t += 1
+            continue
+        seen, reward, terminated, truncated, info = envs.step(np.full(2, column[t]))
+        t += 1
+        over = rest[2] or rest[3]
+        assert (reward[0], terminated[0], truncated[0]) == tuple(rest[1:4])
+        assert ("final_obs" in info) == over
+        if over:
+            assert equal(info["final_obs"][0], rest[0])
+            assert info["_final_obs"].all()
+            assert same_info(info["final_info"], rest[4], 0)
+            ball = [o for o in info["final_info"]["objects"][0] if o.category == "Player"]
+            assert [tuple(b.xywh) for b in ball] == [(b["x"], b["y"], b["w"], b["h"]) for b in players(rest[0]["ram"])]
+            if k + 1 < len(story):
+                assert equal(at(seen, 0), story[k + 1][1])
+                assert same_info(info, story[k + 1][2], 0)
+            ends += 1
+        else:
+            assert equal(at(seen, 0), rest[0])
+    assert ends >= 2
+    envs.close()
+
+
+def players(ram):
+    return [o for o in ocjax.load("Breakout").rem(ram).to_list() if o["category"] == "Player"]
+
+
+def test_disabled_autoreset():
+    """Who steps past an end is told; a reset of those environments alone goes on as a single environment does."""
+    envs = ocjax.make_vec("Breakout", 2, autoreset_mode="Disabled", **OPTIONS)
+    envs.reset(seed=[0, 0])
+    column = np.random.default_rng(1).integers(4, size=(400, 4))[:, 0]
+    ends = 0
+    for t, (kind, *rest) in enumerate(alone(0)[1:]):
+        if kind == "step":
+            seen, reward, terminated, truncated, _ = envs.step(np.full(2, column[t]))
+            assert (reward[1], terminated[1], truncated[1]) == tuple(rest[1:4])
+        else:
+            with pytest.raises(ValueError, match=r"environments \[0, 1\] have ended"):
+                envs.step(np.zeros(2, int))
+            seen, _ = envs.reset(options={"reset_mask": np.array([True, True])})
+            ends += 1
+        assert equal(at(seen, 1), rest[0])
+    assert ends >= 2
+    envs.close()
+
+
+def test_a_reset_changes_no_neighbour(actions):
+    """Observations, rewards and memory of the others go on as without it."""
+    runs = []
+    for resets in (False, True):
+        envs, out = ocjax.make_vec("Breakout", 4, num_workers=2, obs=OBS), []
+        envs.reset(seed=5)
+        for t in range(60):
+            if resets and t % 7 == 3:
+                before = envs.reset(options={"reset_mask": np.array([False, True, False, False])})[0]
+                assert equal(at(before, np.array([0, 2, 3])), at(out[-1][0], np.array([0, 2, 3])))
+            out.append(envs.step(actions[t]))
+        runs.append(out)
+        envs.close()
+    others = np.array([0, 2, 3])
+    assert all(equal(at(a[:4], others), at(b[:4], others)) for a, b in zip(*runs, strict=True))
+    assert not all(equal(at(a[:4], 1), at(b[:4], 1)) for a, b in zip(*runs, strict=True))
+
+
+@pytest.mark.parametrize("obs", ["objects", "vector", "dqn", "pixels", "ram", ["planes", "ram"]])
+def test_gymnasium_checks_the_single_environment(obs):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        env = gymnasium.make("ocjax/Pong-v5", obs=obs, render_mode="rgb_array")
+        check_env(env.unwrapped, skip_close_check=False)
+    assert env.spec.kwargs["preset"] == "v5"
+    env.close()
+
+
+def test_registered_under_gymnasiums_names():
+    """`import ocjax` is enough, or the module in front of the id."""
+    code = """if True:
+        import gymnasium
+        envs = gymnasium.make_vec('ocjax:ocjax/Pong-v5', num_envs=2, preset='machado')
+        print(envs.spec.kwargs['preset'], envs.num_envs)
+        envs.close()
+    """
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.split() == ["machado", "2"]
+    assert all(f"ocjax/{name}-v5" in gymnasium.registry for name in ocjax.games())
+
+
+def test_the_protocol_is_in_the_spec():
+    envs = ocjax.make_vec("Pong", 1, preset="dqn", noop_max=7)
+    assert envs.spec.id == "ocjax/Pong-v5"
+    wanted = {**PRESETS["dqn"].to_dict(), "noop_max": 7, "preset": "dqn"}
+    assert {k: envs.spec.kwargs[k] for k in wanted} == wanted
+    envs.close()
+
+
+@pytest.mark.parametrize("preset", ["v4", "deterministic-v4", "noframeskip", "machado"])
+def test_presets_are_gymnasiums_protocols(preset, actions):
+    """Byte for byte the RAM of ale-py's own environment with those options and the same seed."""
+    p = PRESETS[preset]
+    reference = gymnasium.make(
+        "ALE/Breakout-v5", obs_type="ram", frameskip=p.frame_skip, repeat_action_probability=p.repeat_action_probability,
+        full_action_space=p.full_action_space, max_num_frames_per_episode=p.max_episode_frames,
+    )  # fmt: skip
+    env = make("Breakout", mode="raw", preset=preset)
+    assert np.array_equal(env.reset(seed=3)[0], reference.reset(seed=3)[0])
+    for a in actions[:, 0]:
+        got, want = env.step(a), reference.step(a)
+        assert np.array_equal(got[0], want[0])
+        assert got[1:4] == want[1:4]
+        if got[2]:
+            assert np.array_equal(env.reset()[0], reference.reset()[0])
+    env.close()
+    reference.close()
+
+
+def test_dqn_preset_by_hand(actions):
+    """No-op start, FIRE, episodes of one life, clipped rewards: the steps of the usual wrappers, taken one by one on ale-py's own."""
+    reference = gymnasium.make("ALE/Breakout-v5", obs_type="ram", frameskip=1, repeat_action_probability=0.0).unwrapped
+    env = make("Breakout", mode="raw", preset="dqn")
+
+    def frames(action):
+        total, over = 0.0, False
+        for _ in range(4):
+            ram, reward, over, _, info = reference.step(action)
+            total += reward
+        return ram, total, over, info["lives"]
+
+    def fire():
+        frames(1)
+        return frames(2)[0]
+
+    reference.reset(seed=11)
+    for _ in range(int(reference.np_random.integers(1, 31))):
+        reference.step(0)
+    seen, _ = env.reset(seed=11)
+    assert np.array_equal(seen, fire())
+    lives, total, ends = 5, 0.0, []
+    for a in actions[:, 1]:
+        seen, reward, terminated, _, info = env.step(a)
+        want, raw, over, left = frames(a)
+        total += raw
+        assert np.array_equal(seen, want)
+        assert (reward, info["reward"], info["lives"], info["episode_return"]) == (np.sign(raw), raw, left, total)
+        assert terminated == (over or left < lives)
+        lives = left
+        if terminated:
+            ends.append(over)
+            if over:
+                break
+            seen, _ = env.reset()
+            frames(0)
+            assert np.array_equal(seen, fire())
+    assert ends == [False] * 4 + [True]
+    env.close()
+
+
+def test_modes_and_difficulties_of_single_environments():
+    envs = ocjax.make_vec("Breakout", 3, mode="raw", game_mode=[0, 4, 0], game_difficulty=[0, 0, 1], num_workers=1)
+    rams = envs.reset(seed=[0, 0, 0])[0]
+    same = ocjax.make_vec("Breakout", 3, mode="raw", game_mode=4, num_workers=1)
+    assert np.array_equal(same.reset(seed=[0, 0, 0])[0], np.repeat(rams[1:2], 3, axis=0))
+    assert not np.array_equal(rams[0], rams[1])
+    envs.close()
+    same.close()
+    with pytest.raises(ValueError, match="Breakout has no mode 3; it has"):
+        ocjax.make_vec("Breakout", 2, game_mode=[0, 3])
+    with pytest.raises(ValueError, match="must be one an environment, 2, got 3"):
+        ocjax.make_vec("Breakout", 2, game_difficulty=[0, 0, 0])
+
+
+def test_objects_as_ocataris_users_know_them():
+    env = ocjax.ocatari("Pong", mode="both", hud=True, obs_mode="dqn", preset="deterministic-v4")
+    env.reset(seed=0)
+    assert env.reset(seed=0)[0].shape == (4, 84, 84)
+    before = {o.category: o.xy for o in env.objects}
+    for _ in range(40):
+        env.step(3)
+        for o in env.objects:
+            assert (o.xy, o.wh, o.xywh) == ((o.x, o.y), (o.w, o.h), (o.x, o.y, o.w, o.h))
+            assert o.center == (o.x + o.w / 2, o.y + o.h / 2)
+            assert (o.dx, o.dy) == (o.x - o.prev_xy[0], o.y - o.prev_xy[1])
+            assert o.prev_xy == before.get(o.category, o.xy)
+            assert o.visible
+            assert o.h_coords == (o.xy, o.prev_xy)
+        before = {o.category: o.xy for o in env.objects}
+    assert {o.category for o in env.objects} >= {"Player", "Enemy", "PlayerScore", "EnemyScore"}
+    assert [(o.category, o.xywh) for o in env.objects if not o.hud] == [(o.category, o.xywh) for o in env.objects_v if not o.hud]
+    score = next(o for o in env.objects if o.category == "EnemyScore")
+    assert (score.hud, score.value, score.orientation) == (True, 0, None)
+    env.set_ram(14, 7)
+    assert next(o for o in env.objects if o.category == "PlayerScore").value == env.get_ram()[14] == 7
+    for address, value in ((128, 0), (0, 256), (-1, 0)):
+        with pytest.raises(ValueError, match="an address is 0 to 127"):
+            env.set_ram(address, value)
+    env.close()
+    assert ocjax.ocatari("PongNoFrameskip-v4").spec.kwargs["frame_skip"] == 1
+    with pytest.raises(ValueError, match="mode must be one of"):
+        ocjax.ocatari("Pong", mode="rem")
+
+
+def test_states_hold_what_observations_remember(actions):
+    envs = ocjax.make_vec("Breakout", 4, mode="both", obs=OBS, num_workers=2)
+    envs.reset(seed=0)
+    for t in range(20):
+        seen, *_, info = envs.step(actions[t])
+    states = envs.clone_state()
+    first = [envs.step(a) for a in actions[20:40]]
+    back, back_info = envs.restore_state(states)
+    assert equal(back, seen)
+    assert equal(back_info, info)
+    again = [envs.step(a) for a in actions[20:40]]
+    assert equal(first, again)
+    some = np.array([True, False, False, False])
+    late = again[-1][0]
+    back, _ = envs.restore_state(states, some)
+    assert equal(at(back, 0), at(seen, 0))
+    assert equal(at(back, slice(1, 4)), at(late, slice(1, 4)))
+    other = ocjax.make_vec("Breakout", 4, obs="vector")
+    other.reset(seed=0)
+    with pytest.raises(ValueError, match="of environments with other observations"):
+        other.restore_state(states)
+    other.close()
+    envs.close()
+
+
+@pytest.mark.parametrize(
+    ("name", "hook", "category", "most"),
+    [
+        ("Pong", variations.lazy_enemy, "Enemy", 4),
+        ("Freeway", variations.stopped_cars, "Car", 1),
+        ("SpaceInvaders", variations.no_shields, "Shield", None),
+    ],
+)
+def test_variations(name, hook, category, most):
+    """What the hooks change is seen in the pixels: who may not move moves no further than `most` pixels, what is gone is not seen."""
+    seen = {}
+    for changed in (True, False):
+        envs = ocjax.make_vec(name, 2, mode="vem", hook=hook if changed else None, num_workers=2)
+        envs.reset(seed=0)
+        rng, places = np.random.default_rng(0), []
+        for t in range(150):
+            envs.step(rng.integers(envs.single_action_space.n, size=2))
+            found = jax.tree.map(np.asarray, envs.tensors.of(envs.game, category))
+            if t > 60:
+                places.append(np.ma.array(found.xywh[..., :2], mask=np.repeat(~found.valid[..., None], 2, axis=-1)))
+        seen[changed] = np.ma.stack(places)
+        envs.close()
+    assert seen[False].count()
+    if most is None:
+        assert not seen[True].count()
+    else:
+        moves = {k: np.ma.ptp(v, axis=0).max() for k, v in seen.items()}
+        assert moves[True] <= most < moves[False]
+
+
+def test_a_hook_that_fails_is_reported():
+    def broken(ram):
+        raise ArithmeticError(f"byte {ram[0]}")
+
+    envs = ocjax.make_vec("Pong", 2, hook=broken, num_workers=1)
+    envs.reset(seed=0)
+    with pytest.raises(WorkerError, match="ArithmeticError: byte"):
+        envs.step(np.zeros(2, int))
+
+
+def test_render():
+    envs = ocjax.make_vec("Pong", 2, render_mode="rgb_array", obs="pixels")
+    seen, _ = envs.reset(seed=0)
+    assert np.array_equal(np.stack(envs.render()), seen)
+    envs.close()
+    env = make("Pong", render_mode="objects")
+    env.reset(seed=0)
+    for _ in range(20):
+        env.step(0)
+    drawn = env.render()
+    assert drawn.shape == (630, 960, 3)
+    plain = make("Pong", render_mode="rgb_array")
+    plain.reset(seed=0)
+    for _ in range(20):
+        plain.step(0)
+    large = plain.render().repeat(3, axis=0).repeat(6, axis=1)
+    assert 0 < (drawn != large).any(axis=-1).mean() < 0.2
+    assert make("Pong").render() is None
+    for e in (env, plain):
+        e.close()
+
+
+def test_wrong_options():
+    for kwargs, message in (
+        ({"preset": "v6"}, "no preset 'v6': there are v5, v4"),
+        ({"obs": "pixel"}, "no observation 'pixel': there are objects"),
+        ({"mode": "raw", "obs": "vector"}, "mode 'raw' does not extract"),
+        ({"backend": "gym"}, "backend must be"),
+        ({"batch_size": 2}, "batch_size is envpool's"),
+        ({"render_mode": "human"}, "render_mode must be"),
+        ({"mode": "raw", "render_mode": "objects"}, "draws objects"),
+        ({"autoreset_mode": "later"}, "later"),
+        ({"obs": []}, "none was named"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            ocjax.make_vec("Pong", 2, **kwargs)
+    with pytest.raises(TypeError, match="num_workers is an option of make_vec"):
+        make("Pong", num_workers=2)
+    env = make("Pong")
+    with pytest.raises(ValueError, match="there are none"):
+        env.reset(options={"reset_mask": np.array([True])})
+    env.close()
+    envs = ocjax.make_vec("Pong", 2)
+    with pytest.raises(ValueError, match="not been reset"):
+        _ = envs.tensors
+    with pytest.raises(AttributeError, match="no observation is a vector"):
+        _ = envs.features
+    with pytest.raises(ValueError, match="the first reset must be of all"):
+        envs.reset(options={"reset_mask": np.array([True, False])})
+    with pytest.raises(ValueError, match="not all False"):
+        envs.reset(options={"reset_mask": np.array([False, False])})
+    envs.close()
+
+
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="only Linux tells a process's memory in /proc")
+def test_a_million_steps_take_no_more_memory():
+    """Nor do they leave a process or a piece of shared memory behind."""
+    shared = set(Path("/dev/shm").iterdir())
+    envs = ocjax.make_vec("Pong", 256, frame_skip=1, num_workers=2, autoreset_mode="SameStep", max_episode_frames=400)
+    envs.reset(seed=0)
+    pids = [w.process.pid for w in envs.pool._workers]
+    sizes = {pid: [] for pid in (os.getpid(), *pids)}
+    rng = np.random.default_rng(0)
+    for t in range(1_000_000 // 256 + 1):
+        envs.step(rng.integers(6, size=256))
+        if t in (1_300, 2_600, 3_900):
+            for pid, size in sizes.items():
+                size.append(int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE"))
+    for pid, (first, _, last) in sizes.items():
+        assert last - first < 8e6, f"{'worker' if pid in pids else 'main'}: {sizes[pid]}"
+    envs.close()
+    assert not any(Path(f"/proc/{pid}").exists() for pid in pids)
+    assert set(Path("/dev/shm").iterdir()) <= shared
