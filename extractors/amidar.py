@@ -9,7 +9,8 @@ RAM: ALE's source (score, lives), OCAtari 2.2 (records, kinds), and the ROM's co
 the others in turn as byte 92 counts, so `decode` takes that step back. Not in RAM: whether the player was stopped (then he is a
 pixel off), and which way a figure came to the crossing at which it just turned.
 
-Covered: levels of both kinds, all difficulties, jumps, chickens, deaths, the game's end. Life's `value` is what the emulator says,
+Covered: the first level at both difficulties, jumps, deaths, the game's end; pigs and chickens by editing RAM. Not seen: a whole even
+level, whose roller's size is read off the ROM. Life's `value` is what the emulator says,
 three lives are 11 at difficulty 0 (where bit 3 of byte 86 is the game's difficulty) and 3 at difficulty 3; VEM reads the former.
 """
 
