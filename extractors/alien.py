@@ -11,7 +11,7 @@ the copy that the collision test keeps, and pictures follow the frame counter's 
 
 Covered: all four modes and difficulties, deaths, weak aliens, tunnels, flame, rocket, bonus screens, the game's end. Not in RAM: the row of
 an alien that is removed on this very frame; in the bonus screen whether the crewman stood still, and its first and last frame. Half of
-its aliens have the crewman's colours: VEM, which tells figures by colour, sees those only as crewmen.
+its aliens have the crewman's colours: VEM, which tells figures by colour, takes one of those for the crewman, and bits of them for eggs.
 """
 
 import jax
