@@ -20,6 +20,7 @@ DATA = Path(__file__).parent / "data"
 
 def pytest_addoption(parser):
     parser.addoption("--fuzz", type=int, default=1_000, help="random RAM states and random frames a game")
+    parser.addoption("--cleanrl", type=Path, help="a checkout of CleanRL, whose ppo.py is to run")
     parser.addoption("--game", action="append", help="only these games (may be given several times)")
 
 

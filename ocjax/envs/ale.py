@@ -254,6 +254,16 @@ class AlePool:
         self._arrays["written"][:] = ram
         self._do(_worker.WRITE, mask)
 
+    def emulator(self, i: int) -> ale_py.ALEInterface:
+        """An emulator itself, where they are in this process (`num_workers=0`) and have been reset.
+
+        Raises:
+            ValueError: they are in other processes.
+        """
+        if self._local is None:
+            raise ValueError("the emulators are in worker processes: make them with num_workers=0")
+        return self._local.emulators[i].ale
+
     def _do(self, command: bytes, mask: np.ndarray | None) -> None:
         self._arrays["chosen"][:] = True if mask is None else mask
         self._ask(command)

@@ -192,6 +192,15 @@ class ObjectEnv(gym.Env):
         """What each number of a "vector" observation is; see `ObjectVectorEnv.features`."""
         return self.envs.features
 
+    @property
+    def ale(self) -> Any:
+        """The emulator, an `ale_py.ALEInterface`, once the game has been reset: wrappers made for ale-py's environments ask it."""
+        return self.envs._ale("emulators").emulator(0)
+
+    def get_action_meanings(self) -> list[str]:
+        """Names of the actions, as ale-py's environments give them."""
+        return [a.name for a in self.envs.pool.actions]
+
     def get_ram(self) -> np.ndarray:
         """The RAM, uint8 `[128]`."""
         return self.envs.get_ram()[0]

@@ -1,0 +1,31 @@
+"""Agent steps a second of gymnasium's AsyncVectorEnv over OCAtari; run by envs.py with the interpreter that has OCAtari.
+
+python _async_ocatari.py GAME NUM_ENVS SECONDS
+"""
+
+import sys
+import time
+
+import gymnasium
+import numpy as np
+from ocatari.core import OCAtari
+
+
+def main() -> None:
+    """Print the rate."""
+    name, n, seconds = sys.argv[1], int(sys.argv[2]), float(sys.argv[3])
+    envs = gymnasium.vector.AsyncVectorEnv([lambda: OCAtari(f"ALE/{name}-v5", mode="ram", hud=True)] * n)
+    envs.reset(seed=0)
+    rng, actions = np.random.default_rng(0), int(envs.single_action_space.n)
+    for _ in range(5):
+        envs.step(rng.integers(actions, size=n))
+    start, steps = time.perf_counter(), 0
+    while time.perf_counter() - start < seconds:
+        envs.step(rng.integers(actions, size=n))
+        steps += n
+    print(steps / (time.perf_counter() - start))
+    envs.close()
+
+
+if __name__ == "__main__":
+    main()

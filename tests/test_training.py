@@ -1,0 +1,70 @@
+"""Other people's training code on the environments, where the extra `rl` is installed."""
+
+import os
+import subprocess
+import sys
+
+import gymnasium
+import numpy as np
+import pytest
+
+import ocjax  # tells gymnasium of its environments
+
+torch = pytest.importorskip("torch", reason="the extra `rl` is not installed")
+sb3 = pytest.importorskip("stable_baselines3", reason="the extra `rl` is not installed")
+
+
+def test_stable_baselines3_on_vectors():
+    from stable_baselines3.common.env_util import make_vec_env
+
+    envs = make_vec_env("ocjax/Pong-v5", n_envs=2, seed=0, env_kwargs={"obs": "vector", "hud": False})
+    model = sb3.PPO("MlpPolicy", envs, n_steps=256, batch_size=64, n_epochs=1, device="cpu")
+    before = [p.detach().clone() for p in model.policy.parameters()]
+    model.learn(2_048)
+    assert model.num_timesteps == 2_048
+    assert any(not torch.equal(a, b) for a, b in zip(before, model.policy.parameters(), strict=True))
+    envs.close()
+
+
+def test_stable_baselines3_on_objects():
+    """The Dict of object fields, as it is by default."""
+    env = gymnasium.make("ocjax/Freeway-v5")
+    model = sb3.PPO("MultiInputPolicy", env, n_steps=256, batch_size=64, n_epochs=1, device="cpu")
+    model.learn(512)
+    env.close()
+
+
+@pytest.mark.filterwarnings("default")  # of other people's code
+def test_stable_baselines3_with_its_atari_wrapper():
+    """No-ops, frame skip, lives, FIRE and grey frames by Stable-Baselines3's own wrappers, which ask the emulator."""
+    pytest.importorskip("cv2", reason="Stable-Baselines3's Atari wrapper needs OpenCV")
+    from stable_baselines3.common.env_util import make_atari_env
+
+    envs = make_atari_env("ocjax/Breakout-v5", n_envs=2, seed=0, env_kwargs={"obs": "pixels", "preset": "noframeskip"})
+    model = sb3.PPO("CnnPolicy", envs, n_steps=64, batch_size=64, n_epochs=1, device="cpu")
+    model.learn(256)
+    envs.close()
+
+
+def test_torch_shares_the_tensors():
+    envs = ocjax.make_vec("Pong", 3)
+    envs.reset(seed=0)
+    assert np.array_equal(torch.from_dlpack(envs.tensors.xywh).numpy(), envs.tensors.xywh)
+    envs.close()
+
+
+def test_cleanrl(request, tmp_path):
+    """CleanRL's ppo.py, but for the call that makes the environments."""
+    checkout = request.config.getoption("--cleanrl")
+    if checkout is None:
+        pytest.skip("needs --cleanrl, the path of a checkout: its scripts are in no package")
+    text = (checkout / "cleanrl" / "ppo.py").read_text()
+    start = text.index("    envs = gym.vector.SyncVectorEnv(")
+    end = text.index("    assert isinstance(envs.single_action_space")
+    made = "    import ocjax; envs = ocjax.make_vec('Pong', args.num_envs, obs='vector', hud=False)\n"
+    (tmp_path / "ppo.py").write_text(text[:start] + made + text[end:])
+    command = [sys.executable, "ppo.py", "--total-timesteps", "4096", "--num-envs", "8", "--no-cuda"]
+    path = os.pathsep.join([os.getcwd(), os.environ.get("PYTHONPATH", "")])  # noqa: PTH109
+    run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, env={**os.environ, "PYTHONPATH": path})
+    assert run.returncode == 0, run.stderr
+    assert "SPS:" in run.stdout
