@@ -137,7 +137,7 @@ def main() -> None:
         spent, each, whole = json.loads(run.stdout.splitlines()[-1])
         console.print(
             f"{arguments.large} environments of {arguments.games[0]}: started in {spent:.1f} s with 2 workers "
-            f"({1e3 * spent / arguments.large:.0f} ms each), {each:.2f} MiB each, {whole:,.0f} MiB in all (proportional set size, this process included)"
+            f"({1e3 * spent / arguments.large:.0f} ms each), {each:.2f} MiB each, {whole:,.0f} MiB in all (proportional set size)"
         )
 
 

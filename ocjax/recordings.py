@@ -1,9 +1,10 @@
 """Recordings of play: files in and out."""
 
 import dataclasses
+import json
 import tempfile
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from ocjax.spec import Game
 
 ARRAYS = {"rams": "u1", "screens": "u1", "previous": "u1", "shown": "u1", "previous_shown": "u1", "rewards": "if", "lives": "iu",
           "resets": "b"}  # fmt: skip
-FACTS = ("game", "md5", "frame_skip")
+FACTS = ("game", "md5", "frame_skip", "protocol")
 
 
 class RecordingError(ValueError):
@@ -38,6 +39,7 @@ class Recording:
     lives: np.ndarray | None = None  # int [n]
     resets: np.ndarray | None = None  # bool [n]: first sample of an episode
     frame_skip: int | None = None  # emulated frames from a sample to the next of its episode; None: samples do not follow on each other
+    protocol: Mapping[str, Any] | None = None  # how the environments were stepped, as `ocjax.envs.Protocol.to_dict` gives it
 
     def __len__(self) -> int:
         return len(self.rams)
@@ -56,6 +58,8 @@ class Recording:
         facts: dict[str, Any] = {"game": self.game.name, "md5": self.game.md5}
         if self.frame_skip is not None:
             facts["frame_skip"] = self.frame_skip
+        if self.protocol is not None:
+            facts["protocol"] = json.dumps(dict(self.protocol))
         path = Path(path)
         with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".npz", delete=False) as file:
             try:
@@ -79,7 +83,10 @@ def join(parts: Sequence[Recording]) -> Recording:
     if joined["resets"] is not None:
         joined["resets"][np.cumsum([0, *map(len, parts[:-1])])] = True
     skips = {p.frame_skip for p in parts}
-    return Recording(parts[0].game, **joined, frame_skip=skips.pop() if len(skips) == 1 else None)
+    same = all(p.protocol == parts[0].protocol for p in parts)
+    return Recording(
+        parts[0].game, **joined, frame_skip=skips.pop() if len(skips) == 1 else None, protocol=parts[0].protocol if same else None
+    )
 
 
 def read(path: str | Path, game: str | None = None) -> Recording:
@@ -88,8 +95,8 @@ def read(path: str | Path, game: str | None = None) -> Recording:
     Args:
         path: an .npz file with `rams` (uint8 `[n, 128]`) and, where they were kept, `screens` (uint8 `[n, H, 160]` of palette indices or
             `[n, H, 160, 3]` of RGB), `previous` (the frame before each, as exclusive or with `screens`), `shown` and `previous_shown` (the
-            same for what the video chip drew), `rewards`, `lives`, `resets` and `frame_skip` (see `Recording`). It may name its `game` and
-            the `md5` of its ROM.
+            same for what the video chip drew), `rewards`, `lives`, `resets`, `frame_skip` and `protocol` (as JSON; see `Recording`). It may
+            name its `game` and the `md5` of its ROM.
         game: its game, where neither its contents nor its name (`Pong.npz`) tell.
 
     Raises:
@@ -128,4 +135,9 @@ def read(path: str | Path, game: str | None = None) -> Recording:
             if latest not in arrays or arrays[latest].shape != arrays[before].shape:
                 raise RecordingError(f"{path}: {before} is kept as exclusive or with {latest}, which must have the same shape")
             arrays[before] = arrays[latest] ^ arrays[before]
-    return Recording(found, **arrays, frame_skip=int(facts["frame_skip"]) if "frame_skip" in facts else None)
+    skip = int(facts["frame_skip"]) if "frame_skip" in facts else None
+    try:
+        protocol = json.loads(str(facts["protocol"])) if "protocol" in facts else None
+    except json.JSONDecodeError as error:
+        raise RecordingError(f"{path}: protocol must be JSON, is {facts['protocol']!r}") from error
+    return Recording(found, **arrays, frame_skip=skip, protocol=protocol)

@@ -9,6 +9,7 @@ from test_cli import run
 
 import ocjax
 from ocjax import play, recordings, report
+from ocjax.envs import Protocol
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +36,9 @@ def test_recording_is_kept(tape, tmp_path):
     for name in (*recordings.ARRAYS, "frame_skip", "game"):
         assert np.array_equal(getattr(back, name), getattr(tape, name)), name
     assert [p.name for p in tmp_path.iterdir()] == ["tape.npz"]
+    assert Protocol(**back.protocol) == Protocol(frame_skip=3, repeat_action_probability=0.0)
     both = recordings.join([tape, back])
+    assert both.protocol == tape.protocol
     assert len(np.unique(both.episode)) == 8
     assert both.frame_skip == 3
     with pytest.raises(FileNotFoundError):
@@ -47,6 +50,7 @@ def test_recording_of_wrong_kind(tape, tmp_path):
     arrays = {"rams": tape.rams, "screens": tape.screens, "game": "Pong"}
     for change, message in (
         ({"lives": tape.lives[:-1]}, "lives must be numbers"),
+        ({"protocol": "v5"}, "protocol must be JSON, is"),
         ({"resets": tape.lives}, "resets must be bool"),
         ({"previous": tape.previous[:, ::2]}, "previous must be uint8"),
         ({"previous_shown": tape.previous}, "previous_shown is kept as exclusive or with shown"),
