@@ -14,7 +14,7 @@ import numpy as np
 from jax import lax
 from jax.core import Tracer
 
-from ocjax.batch_last import batch_last
+from ocjax.batch_last import Keep, batch_last
 from ocjax.objects import Objects
 from ocjax.ram import RAM_SIZE
 from ocjax.spec import Box, Game
@@ -122,9 +122,9 @@ def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
 
     decode = batch_last(one, jax.ShapeDtypeStruct((len(addresses),), jnp.uint8))
 
-    def rows(rams: jax.Array) -> tuple[jax.Array, dict[str, dict[str, jax.Array]]]:
+    def rows(rams: jax.Array, kept: Keep) -> tuple[jax.Array, dict[str, dict[str, jax.Array]]]:
         """What the slots hold, a row a number, the batch innermost: uint8 `[addresses, B]` -> int32 `[rows, B]`."""
-        boxes, lanes = decode(rams), rams.shape[1]
+        boxes, lanes = decode(rams, kept), rams.shape[1]
         places: list[jax.Array] = []
         more: dict[str, dict[str, jax.Array]] = {name: {} for name in ("value", "orientation", "rgb")}
         for c in game.categories:
@@ -148,7 +148,7 @@ def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
         lanes, n = rams.shape[0], game.num_slots
         always = rams[0, 0].astype(jnp.float32) >= 0
 
-        def kept(f: Callable[[jax.Array], Any], x: jax.Array) -> Any:
+        def kept(f: Callable[[Any], Any], x: Any) -> Any:
             """`f(x)`, kept in memory (see `ocjax.vision.bitmap.kept`): fused, steps would lose one another's order of access."""
             if lanes < LITTLE:
                 return f(x)
@@ -166,7 +166,7 @@ def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
 
         # Only the bytes that the game reads are turned round.
         read = kept(lambda r: _turned(jnp.take(r, np.array(addresses), axis=1, mode="clip").T), rams)
-        box, more = kept(rows, read.T)
+        box, more = kept(lambda r: rows(r, kept), read.T)
         box = kept(_turned, box)
         valid = kept(lambda b: b.ravel() != 0, box).reshape(lanes, n)  # rows of a few bytes would not vectorise
         keep = -(box != 0).astype(jnp.int32)
