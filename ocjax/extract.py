@@ -144,6 +144,10 @@ def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
                 more["rgb"][c.name] = red | (green << 8) | (blue << 16)
         return jnp.concatenate(places), more
 
+    def flat(box: jax.Array) -> tuple[jax.Array, jax.Array]:
+        """Whether each slot is valid, and its x, y, w, h: along short rows, one a state, the compiler would not vectorise."""
+        return box.ravel() != 0, lax.bitcast_convert_type(box.ravel(), jnp.uint8).astype(jnp.int16)
+
     def chunk(rams: jax.Array) -> Objects:
         lanes, n = rams.shape[0], game.num_slots
         always = rams[0, 0].astype(jnp.float32) >= 0
@@ -165,17 +169,18 @@ def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
             return lax.bitcast_convert_type(words & where, jnp.uint8)[..., :3]
 
         # Only the bytes that the game reads are turned round.
-        read = kept(lambda r: _turned(jnp.take(r, np.array(addresses), axis=1, mode="clip").T), rams)
+        read = kept(lambda r: _turned(jnp.take(r, np.array(addresses, np.int32), axis=1, mode="clip").T), rams)
         box, more = kept(lambda r: rows(r, kept), read.T)
         box = kept(_turned, box)
-        valid = kept(lambda b: b.ravel() != 0, box).reshape(lanes, n)  # rows of a few bytes would not vectorise
+        valid, xywh = kept(flat, box)
         keep = -(box != 0).astype(jnp.int32)
         rgb = shown(jnp.asarray(colors)[None], keep)
         for category, part in more["rgb"].items():
             s = game.slices[category]
             rgb = lax.dynamic_update_slice(rgb, shown(part.T, keep[:, s]), (0, s.start, 0))
-        xywh = lax.bitcast_convert_type(box, jnp.uint8).astype(jnp.int16)
-        return Objects(xywh, valid, spread("orientation", jnp.int8), spread("value", jnp.int32), rgb, game)
+        return Objects(
+            xywh.reshape(lanes, n, 4), valid.reshape(lanes, n), spread("orientation", jnp.int8), spread("value", jnp.int32), rgb, game
+        )
 
     def batched(rams: jax.Array) -> Objects:
         return _in_chunks(chunk, rams, REM_CHUNK)
