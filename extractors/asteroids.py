@@ -32,9 +32,9 @@ OTHERS = (0x205A, 0x007A, 0x008A, 0x105A)
 
 
 # Rows that are left of each kind when 1 to 10 columns are: of its left side, then of its right side; top and bottom in steps of two rows.
-CUTS = np.array([tuple(bytes.fromhex(c)) for c in (
+CUTS = [np.frombuffer(bytes.fromhex(c + "0000"), "<i4").tolist() for c in (
     "695a5a3a3c1c0d0d0e0e", "585a1a1b0d0d0e0e0e0e", "35261606070707070707", "13030404040404040404",
-    "694a4c2c2e1e1e1e0e0e", "262b1d1d0e0e0e0e0e0e", "35261707070707070707", "13040404040404040404")], np.int32)  # fmt: skip
+    "694a4c2c2e1e1e1e0e0e", "262b1d1d0e0e0e0e0e0e", "35261707070707070707", "13040404040404040404")]  # fmt: skip
 
 
 class Ram(RamMap):
@@ -67,7 +67,7 @@ def decode(m: Ram) -> dict[str, Box]:
     x = _place(m.rock_x) - jnp.where(m.rock_kind > 1, 1, 0) - _late(m)
     x = jnp.where(x < 0, x + 160, x)
     right = x + w - 160  # columns beyond the edge
-    cut = jnp.asarray(CUTS.ravel())[jnp.concatenate([m.rock_kind * 10 + _columns(w - right), 40 + m.rock_kind * 10 + _columns(right)])]
+    cut = jnp.concatenate([_cut(CUTS[:4], m.rock_kind, w - right), _cut(CUTS[4:], m.rock_kind, right)])
     top = jnp.tile(y, 2) + 2 * (cut >> 4)
     rocks = box(jnp.concatenate([x, x - 160]), top, jnp.tile(w, 2), 2 * ((cut & 15) - (cut >> 4)), jnp.tile(there, 2))
     rocks = rocks.clip(0, jnp.tile(jnp.where(up, 18, 19), 2), 160, 195)
@@ -97,8 +97,12 @@ def decode(m: Ram) -> dict[str, Box]:
     }  # fmt: skip
 
 
-def _columns(n: jax.Array) -> jax.Array:
-    return jnp.clip(n, 1, 10) - 1
+def _cut(table: list[list[int]], kind: jax.Array, columns: jax.Array) -> jax.Array:
+    """Looked up by choices, which vectorise: a gather takes five times as long."""
+    i = jnp.clip(columns, 1, 10) - 1
+    words = [jnp.where(kind == 0, a, jnp.where(kind == 1, b, jnp.where(kind == 2, c, d))) for a, b, c, d in zip(*table, strict=True)]
+    word = jnp.where(i < 4, words[0], jnp.where(i < 8, words[1], words[2]))
+    return word >> 8 * (i & 3) & 255
 
 
 def _signed(y: jax.Array) -> jax.Array:

@@ -110,7 +110,7 @@ def _ships(m: Ram, shown: jax.Array) -> tuple[Box, jax.Array]:
         here = jnp.where((m.ship_lane == i) & (m.ship_waits == 0), x[i], here)
         above = jnp.where(m.ship_lane == i, left_now[i + 1], above) if i < 3 else above
     lane = jnp.where(here > 0, m.ship_lane, m.ship_lane + 1)
-    x = at = jnp.where(here > 0, here, above)
+    x = at = jax.lax.optimization_barrier(jnp.where(here > 0, here, above))  # computed once for both categories
     stage = m.ship_stage - jnp.where((m.clock & 7) == 0, 1, 0)
     wreck = jnp.where(m.ship_hit == 1, jnp.maximum(stage, 0), 0)
     bandit = m.ship_kind == 0x50
@@ -118,8 +118,7 @@ def _ships(m: Ram, shown: jax.Array) -> tuple[Box, jax.Array]:
     w = jnp.where(bandit, 9, _pick(wreck, 15, 11, 13, 15))
     inset = jnp.where(bandit, 4, _pick(wreck, 0, 3, 2, 1))
     inset = jnp.where(m.ship_right == 1, 16 - inset - w, inset)
-    top, bottom = jnp.where(flat | (wreck == 1), 1, 0), jnp.where(wreck == 1, 7, 8)
-    x = x - 8 + inset
+    top, bottom, x = jnp.where(flat | (wreck == 1), 1, 0), jnp.where(wreck == 1, 7, 8), x - 8 + inset
     nose = jnp.where(m.ship_right == 1, x + w - 8, 152 - x)  # columns of it in the picture, should its tail not be there yet
     long = flat & ~bandit & (wreck == 0)
     top = top + jnp.where(long, jnp.where(nose < 8, 3, jnp.where(nose < 11, 2, jnp.where(nose < 13, 1, 0))), 0)

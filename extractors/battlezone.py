@@ -29,16 +29,18 @@ GLYPHS = ("7098989898989870", "e0606060606060f0", "70181870c0c0c070", "f01818701
           "f08080f0181818f0", "708080f098989870", "f010103838101010", "7098987098989870", "f09898f8181818f0")  # fmt: skip
 with np.load(pathlib.Path(__file__).parent / "_data" / "battlezone.npz") as data:
     PICTURES = data["pictures"]  # [73, 8]: rows of each column, the lowest first; from bit 20 on how wide a pixel is
-    DEPTH, SPEED = (
-        data["depth"].astype(np.int32),
-        data["speed"].astype(np.int32),
-    )  # [256] enemy's and player's shots, [66] of 256 steps a pixel
+    # [256] enemy's and player's shots, [66] of 256 steps a pixel
+    DEPTH, SPEED = (data[name].astype(np.int32) for name in ("depth", "speed"))
 TANKS, EXPLOSIONS, FLYERS, BOSSES = 0, 50, 53, 63  # first pictures
-LOW = np.array((42, 41, 41, 41, 39, 38, 38, 35, 34, 34), np.int32)  # row below pictures of each size, counted from below
 HEIGHT = np.array((2, 3, 4, 5, 7, 9, 10, 13, 15, 17), np.int32)
-HAND_WIDTH = np.array((2, 4, 5, 7, 8, 10, 10, 11, 11, 11, 10, 10, 8, 7, 5, 4, 2), np.int32)  # by direction from straight down
-HAND_TOP = np.array((19, 19, 19, 19, 19, 19, 19, 19, 19, 17, 15, 12, 10, 7, 6, 5, 4), np.int32)
-HAND_HEIGHT = np.array((16, 17, 14, 13, 10, 7, 5, 3, 1, 3, 5, 8, 10, 13, 14, 15, 16), np.int32)
+SIZES = np.array((42, 41, 41, 41, 39, 38, 38, 35, 34, 34), np.int32) | HEIGHT << 8  # row below pictures of each size, counted from below
+# By picture and size a bit for each column that has pixels << 8 has one in the lowest row; << 16 the same from right to left.
+_INK = np.stack(np.broadcast_arrays(PICTURES[:, None] & (1 << HEIGHT[:, None]) - 1, PICTURES[:, None] & 1)) > 0
+FILLED = np.packbits(np.stack([_INK[0, ..., ::-1], _INK[1, ..., ::-1], _INK[0], _INK[1]], axis=2), axis=-1).reshape(-1, 4).view("<i4")[:, 0]
+# The hand's width, << 8 top and << 16 height by direction from straight down.
+HAND = np.array((2, 4, 5, 7, 8, 10, 10, 11, 11, 11, 10, 10, 8, 7, 5, 4, 2), np.int32)
+HAND |= np.array((19, 19, 19, 19, 19, 19, 19, 19, 19, 17, 15, 12, 10, 7, 6, 5, 4), np.int32) << 8
+HAND |= np.array((16, 17, 14, 13, 10, 7, 5, 3, 1, 3, 5, 8, 10, 13, 14, 15, 16), np.int32) << 16
 
 
 class Ram(RamMap):
@@ -92,32 +94,43 @@ def _enemies(m: Ram) -> tuple[Box, jax.Array]:
     """Tight boxes of what the masks leave of the two records' pictures, and their kinds."""
     kind, size = jnp.stack([m.near_kind, m.far_kind]), jnp.minimum(m.size, 9)
     other = jnp.where(kind == 3, EXPLOSIONS + jnp.minimum(m.picture, 2), jnp.where(kind >= 5, BOSSES, FLYERS) + size)
-    columns = jnp.asarray(PICTURES)[jnp.where(kind < 3, jnp.minimum(m.picture, EXPLOSIONS - 1), other)]  # [2, 8]
+    picture = jnp.where(kind < 3, jnp.minimum(m.picture, EXPLOSIONS - 1), other)
+    columns, filled = jnp.asarray(PICTURES)[picture], jnp.asarray(FILLED)[10 * picture + size]
     zoom = jnp.where(kind < 3, columns[:, 0] >> 20, jnp.where(size < 4, 0, jnp.where(size < 6, 1, 2)))
-    rows = columns & ((1 << jnp.asarray(HEIGHT)[size]) - 1)[:, None]
-    i = jnp.arange(8)[None]
-    shows = (m.mask[:, None] >> (7 - i) & 1 > 0) & (rows > 0)
-    x = (jnp.where(m.x >= 17, m.x, jnp.where(m.x >= 5, m.x - 5, m.x + 160)) + jnp.where(zoom > 0, 1, 0)) % 160
-    x = x[:, None] + (jnp.where(m.mirrored[:, None] > 0, 7 - i, i) << zoom[:, None])
-    over = x >= 160  # at the edge a picture may show on both sides: the larger part counts
-    wraps = jnp.sum(jnp.where(over & shows, 1, -1) * jnp.where(shows, 1, 0), axis=1) > 0
-    shows = shows & (over == wraps[:, None])
-    x = jnp.where(wraps[:, None], x - 160, x)
-    left, right = jnp.min(jnp.where(shows, x, 999), axis=1), jnp.max(jnp.where(shows, x, -999), axis=1) + (1 << zoom)
-    rows = jnp.where(shows, rows, 0)
-    every = rows[:, 0] | rows[:, 1] | rows[:, 2] | rows[:, 3] | rows[:, 4] | rows[:, 5] | rows[:, 6] | rows[:, 7]
+    flip = jnp.where(m.mirrored > 0, 7, 0)
+    filled = filled >> jnp.where(m.mirrored > 0, 16, 0)  # columns from the screen's left, as all bits from here on
+    shows = filled & jnp.where(m.mirrored > 0, m.mask, _reversed(m.mask)) & 255
+    x = jnp.where(m.x >= 17, m.x, jnp.where(m.x >= 5, m.x - 5, m.x + 160)) + jnp.where(zoom > 0, 1, 0)
+    x = jnp.where(x >= 160, x - 160, x)
+    over = -1 << _columns(160 - x, zoom)  # at the edge a picture may show on both sides: the larger part counts
+    wraps = lax.population_count(shows & over) > lax.population_count(shows & ~over)
+    shows = shows & jnp.where(wraps, over, ~over)
+    shows, x = lax.optimization_barrier((shows, jnp.where(wraps, x - 160, x)))
+    left, right = x + (31 - lax.clz(shows & -shows) << zoom), x + (32 - lax.clz(shows) << zoom)
+    every = functools.reduce(jnp.bitwise_or, (columns[:, i] & -(shows >> (i ^ flip) & 1) for i in range(8)))
+    sizes = jnp.asarray(SIZES)[size]
+    every, below = lax.optimization_barrier(every & ((1 << (sizes >> 8)) - 1)), sizes & 255
     first, last = 32 - lax.clz(every & -every), 32 - lax.clz(every)
-    below = jnp.asarray(LOW)[size]
-    twice = jnp.any((rows & 1 > 0) & (x < 15), axis=1) & (below <= below[::-1])  # the last row goes on left of the beam
+    # the last row goes on left of the beam
+    twice = (shows & filled >> 8 & ((1 << _columns(15 - x, zoom)) - 1) > 0) & (below <= below[::-1])
     near, far = m.kind[0] > 0, m.kind[1] > 0
     first_near = jnp.where(m.near_kind == m.kind[0], (m.near_kind != m.kind[1]) | (m.distance[0] < m.distance[1]), ~(near | far))
     order = jnp.where(first_near, jnp.arange(2), 1 - jnp.arange(2))  # the nearer is the first record or the second one
+    pairs = left, 139 - below - last, right - left, last - first + 1 + jnp.where(twice, 1, 0), jnp.where(every > 0, 1, 0), kind
+    pairs = [jnp.where(order == 0, p[0], p[1]) for p in pairs]
+    left, top, width, height, seen, kind = lax.optimization_barrier(pairs)  # computed once for five categories
+    return box(left, top, width, height, seen > 0), kind
 
-    def own(pair: jax.Array) -> jax.Array:
-        return jnp.where(order == 0, pair[0], pair[1])
 
-    left, width, top, height = own(left), own(right - left), own(139 - below - last), own(last - first + 1 + jnp.where(twice, 1, 0))
-    return box(left, top, width, height, own(every) > 0), own(kind)
+def _columns(pixels: jax.Array, zoom: jax.Array) -> jax.Array:
+    """How many of a picture's columns begin in so many pixels."""
+    return jnp.clip((pixels + (1 << zoom) - 1) >> zoom, 0, 8)
+
+
+def _reversed(byte: jax.Array) -> jax.Array:
+    for mask, n in ((0x55, 1), (0x33, 2), (0x0F, 4)):
+        byte = (byte & mask) << n | byte >> n & mask
+    return byte
 
 
 def _shot(m: Ram) -> Box:
@@ -151,15 +164,14 @@ def _shot(m: Ram) -> Box:
 
 def _radar(m: Ram) -> Box:
     direction = (m.hand - jnp.where(m.frame & 3 == 1, 1, 0)) & 31
-    i = jnp.minimum(direction, 32 - direction)
-    w, top, h = (jnp.asarray(t)[i] for t in (HAND_WIDTH, HAND_TOP, HAND_HEIGHT))
-    x = jnp.concatenate([jnp.where(direction < 17, 86 - w, 84)[None], (m.blip_x + 84) & 255])
-    x = jnp.where((direction == 16) & (jnp.arange(3) == 0), 84, x)
-    y = jnp.concatenate([top[None], 34 - m.blip_y])
+    hand = jnp.asarray(HAND)[jnp.minimum(direction, 32 - direction)]
+    w, top, h = hand & 255, hand >> 8 & 255, hand >> 16
+    x = jnp.append(jnp.where(direction < 16, 86 - w, 84), (m.blip_x + 84) & 255)
     one = jnp.ones(2, jnp.int32)
-    return box(x, y, jnp.concatenate([w[None], one]), jnp.concatenate([h[None], one]), jnp.concatenate([jnp.ones(1, bool), m.blip_y < 31]))
+    return box(x, jnp.append(top, 34 - m.blip_y), jnp.append(w, one), jnp.append(h, one), jnp.append(True, m.blip_y < 31))
 
 
+POINTS = Digits((66, 74, 82, 90, 98, 106), 180, (8, 8), (1, 1), GLYPHS)
 enemy = functools.partial(Blobs, region=PLAIN, min_size=(2, 2), max_size=(32, 18))
 GAME = Game(
     name="BattleZone",
@@ -178,13 +190,7 @@ GAME = Game(
         Category("Shot", Blobs(WHITE, PLAIN, max_size=(8, 4)), doc="of the player or an enemy"),
         Category("Radar", Bounds(GREEN, (74, 3, 96, 36), min_size=(22, 33)), doc="its rim"),
         Category("Radar_Content", Blobs(WHITE, (75, 4, 95, 35), join=(1, 1), max_size=(12, 18)), count=3, doc="hand and blips"),
-        Category(
-            "Score",
-            Bounds(TEXT, (66, 180, 112, 188), value=Digits((66, 74, 82, 90, 98, 106), 180, (8, 8), (1, 1), GLYPHS)),
-            attributes=("value",),
-            hud=True,
-            doc="points",
-        ),
+        Category("Score", Bounds(TEXT, (66, 180, 112, 188), value=POINTS), attributes=("value",), hud=True, doc="points"),
         Category("Life", Cells(TEXT, tuple(range(65, 105, 8)), (190,) * 5, 6, 5, whole=False), count=5, hud=True, doc="tanks left"),
     ),
 )

@@ -16,6 +16,7 @@ Not in the RAM: whether a car of the upper lanes has moved in the one frame in 1
 
 import jax.numpy as jnp
 import numpy as np
+from jax import lax
 
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.spec import Blobs, Bounds, Box, Category, Digits, Game, box
@@ -59,11 +60,15 @@ def _cars(m: Ram) -> Box:
     lane, copy = np.arange(30) % 10, np.arange(30) // 10
     moved = (m.over == 0) & (m.car_timer == jnp.maximum(m.car_pace - 1, 0))
     now = m.car_x + jnp.where((lane[:10] < 5) & moved, jnp.where(m.car_pace == 0, 2, 1), 0)
-    now, kind = jnp.tile(now, 3), jnp.tile(m.car_kind, 3)
-    truck = kind == 5
-    apart = jnp.where(kind == 4, 64, jnp.where((kind & 3) == 2, 32, 16))
+    kind = m.car_kind
+    apart = jnp.where(kind == 4, 64, jnp.where((kind & 3) == 2, 32, jnp.where(kind == 5, 0, 16)))
     copies = jnp.where(kind == 0, 1, jnp.where((kind == 3) | (kind == 6), 3, 2))
-    x = (now + 157 + jnp.where(truck, 1, apart * copy)) % 160 - jnp.where(truck, 160 * copy, 0)
+    first = now + jnp.where(kind == 5, 158, 157)
+    # a lane's numbers are computed once for its three cars
+    first, apart, copies = (jnp.tile(v, 3) for v in lax.optimization_barrier((first, apart, copies)))
+    truck = apart == 0
+    x = first + apart * copy
+    x = x - 160 * (((x >> 5) * 205 >> 10) + jnp.where(truck, copy, 0))  # that is x // 160 here, at a fraction of its cost
     # where only a column of a car shows, it is its nose of 6 rows or its tail of 8
     nose, tail = np.where(lane < 5, 159, 1), np.where(lane < 5, 1, 159)
     inset = jnp.where(truck, 0, jnp.where(x == nose, 2, jnp.where(x == tail, 1, 0)))

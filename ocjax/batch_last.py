@@ -24,8 +24,15 @@ _FRONT_AXES = frozenset(
 _CALLS = {"jit": "jaxpr", "pjit": "jaxpr", "closed_call": "call_jaxpr", "custom_jvp_call": "call_jaxpr"}
 
 
-def batch_last(f: Callable[[jax.Array], Any], example: jax.ShapeDtypeStruct) -> Callable[[jax.Array], Any]:
+Keep = Callable[[Callable[[Any], Any], Any], Any]
+
+
+def batch_last(f: Callable[[jax.Array], Any], example: jax.ShapeDtypeStruct) -> Callable[[jax.Array, Keep], Any]:
     """The function on a batch in the last axis: `[*shape, B]` -> each result of shape `s` becomes `[*s, B]`.
+
+    The result's second argument says how to call a function so that what it returns is computed once and kept in memory: that is done
+    with what goes through `lax.optimization_barrier` in the function. (The compiler itself forgets barriers before it decides what to
+    compute again for each use.)
 
     Args:
         f: of one array; no effects.
@@ -34,8 +41,8 @@ def batch_last(f: Callable[[jax.Array], Any], example: jax.ShapeDtypeStruct) -> 
     closed, out = jax.make_jaxpr(f, return_shape=True)(example)
     tree = jax.tree.structure(out)
 
-    def run(x: jax.Array) -> Any:
-        results = _evaluate(closed, [x], [True], x.shape[-1])
+    def run(x: jax.Array, keep: Keep) -> Any:
+        results = _evaluate(closed, [x], [True], x.shape[-1], keep)
         return jax.tree.unflatten(tree, [v if batched else _spread(v, x.shape[-1]) for v, batched in results])
 
     return run
@@ -47,7 +54,7 @@ def _spread(v: Any, size: int) -> jax.Array:
     return lax.broadcast_in_dim(v, (*v.shape, size), tuple(range(v.ndim)))
 
 
-def _evaluate(closed: ClosedJaxpr, args: list[Any], batched: list[bool], size: int) -> list[tuple[Any, bool]]:
+def _evaluate(closed: ClosedJaxpr, args: list[Any], batched: list[bool], size: int, keep: Keep) -> list[tuple[Any, bool]]:
     jaxpr: Jaxpr = closed.jaxpr
     known: dict[Any, tuple[Any, bool]] = {}
     known.update(zip(jaxpr.constvars, ((c, False) for c in closed.consts), strict=True))
@@ -61,11 +68,16 @@ def _evaluate(closed: ClosedJaxpr, args: list[Any], batched: list[bool], size: i
         name, params = eqn.primitive.name, dict(eqn.params)
         if name in _CALLS:
             inner = params[_CALLS[name]]
-            outs = _evaluate(inner, [v for v, _ in values], [b for _, b in values], size)
+            outs = _evaluate(inner, [v for v, _ in values], [b for _, b in values], size, keep)
         elif not any(b for _, b in values):
             found = eqn.primitive.bind(*(v for v, _ in values), **params)
             outs = [(o, False) for o in (found if eqn.primitive.multiple_results else [found])]
+        elif name == "optimization_barrier":
+            found = iter(keep(lambda v: v, [v for v, b in values if b]))
+            outs = [(next(found) if b else v, b) for v, b in values]
         else:
+            if name == "gather":  # fused with it, its indices would be computed one at a time: twice to four times as long
+                values = [(keep(lambda v: v, v) if b else v, b) for v, b in values]
             found = _apply(eqn, name, params, values, size)
             outs = [(o, True) for o in (found if eqn.primitive.multiple_results else [found])]
         known.update(zip(eqn.outvars, outs, strict=True))

@@ -14,18 +14,17 @@ import numpy as np
 from jax import lax
 from jax.core import Tracer
 
-from ocjax.batch_last import batch_last
+from ocjax.batch_last import Keep, batch_last
 from ocjax.objects import Objects
 from ocjax.ram import RAM_SIZE
 from ocjax.spec import Box, Game
 from ocjax.vision import palette
-from ocjax.vision.bitmap import kept
 from ocjax.vision.rules import see
 
 # So much at a time, which stays in the processor's cache.
-REM_CHUNK_BYTES = 2**18  # of objects
+REM_CHUNK = 4096  # states
 VEM_CHUNK = 64  # frames
-SLOT_BYTES = 17  # of `Objects`
+LITTLE = 32  # states for which steps cost more than what they save
 
 
 def _any_batch(f: Callable[[jax.Array], Objects], rank: int) -> Callable[[jax.Array | np.ndarray], Objects]:
@@ -100,22 +99,34 @@ def _unpack(*packed: jax.Array) -> jax.Array:
     return pairs.reshape(*packed[0].shape, 2 * len(packed))
 
 
+def _turned(rows: jax.Array) -> jax.Array:
+    """`[n, B]` -> `[B, n]`, in memory.
+
+    Alone and with one axis more, the compiler does it block by block. Flat, or fused with anything, it takes three to six times as
+    long; as it is, it only notes that the axes are exchanged, and every reader pays.
+    """
+    n, lanes = rows.shape
+    return lax.optimization_barrier(rows.T.reshape(lanes, 1, n))[:, 0]
+
+
 def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
     """The RAM extraction method of a game: uint8 `[..., 128]` -> `Objects`."""
     height, width = game.screen
-    colors = np.concatenate([c.slot_rgb() for c in game.categories])
+    colors = palette.packed(np.concatenate([c.slot_rgb() for c in game.categories])).astype(np.int32)
+    addresses = game.ram.addresses()
 
     def one(ram: jax.Array) -> dict[str, Box]:
         with jax.numpy_dtype_promotion("strict"), jax.numpy_rank_promotion("raise"):
-            boxes = game.decode(game.ram(ram))
+            boxes = game.decode(game.ram(ram, addresses))
             return {c.name: boxes[c.name].clip(0, 0, width, height) for c in game.categories}
 
-    decode = batch_last(one, jax.ShapeDtypeStruct((RAM_SIZE,), jnp.uint8))
+    decode = batch_last(one, jax.ShapeDtypeStruct((len(addresses),), jnp.uint8))
 
-    def rows(rams: jax.Array) -> dict[str, dict[str, jax.Array]]:
-        """What the slots hold, a row a number, the batch innermost: uint8 `[128, B]` -> int32 or uint8 `[rows, B]`."""
-        boxes, lanes = decode(rams), rams.shape[1]
-        out: dict[str, dict[str, jax.Array]] = {name: {} for name in ("box", "value", "orientation", "rgb")}
+    def rows(rams: jax.Array, kept: Keep) -> tuple[jax.Array, dict[str, dict[str, jax.Array]]]:
+        """What the slots hold, a row a number, the batch innermost: uint8 `[addresses, B]` -> int32 `[rows, B]`."""
+        boxes, lanes = decode(rams, kept), rams.shape[1]
+        places: list[jax.Array] = []
+        more: dict[str, dict[str, jax.Array]] = {name: {} for name in ("value", "orientation", "rgb")}
         for c in game.categories:
             b = boxes[c.name]
             x, y, w, h, valid, value, point = (
@@ -123,44 +134,56 @@ def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
             )
             keep = -valid.astype(jnp.int32)
             # A clipped box fits four bytes. One number a slot, so that the compiler computes what its parts share once.
-            out["box"][c.name] = (x | (y << 8) | (w << 16) | (h << 24)) & keep
+            places.append((x | (y << 8) | (w << 16) | (h << 24)) & keep)
             if "value" in c.attributes:
-                out["value"][c.name] = value & keep
+                more["value"][c.name] = value & keep
             if "orientation" in c.attributes:
-                out["orientation"][c.name] = point & 15 & keep
+                more["orientation"][c.name] = point & 15 & keep
             if b.rgb is not None:
-                out["rgb"][c.name] = b.rgb.reshape(-1, lanes)
-        return out
+                red, green, blue = jnp.moveaxis(b.rgb.reshape(-1, 3, lanes).astype(jnp.int32), 1, 0)
+                more["rgb"][c.name] = red | (green << 8) | (blue << 16)
+        return jnp.concatenate(places), more
 
-    def turned(rams: jax.Array) -> dict[str, Any]:
-        found = kept(rows, kept(jnp.transpose, rams))
-        box = jnp.concatenate([found["box"][c.name] for c in game.categories])
-        return jax.tree.map(lambda a: a.T.ravel(), found | {"box": box})
+    def flat(box: jax.Array) -> tuple[jax.Array, jax.Array]:
+        """Whether each slot is valid, and its x, y, w, h: along short rows, one a state, the compiler would not vectorise."""
+        return box.ravel() != 0, lax.bitcast_convert_type(box.ravel(), jnp.uint8).astype(jnp.int16)
 
     def chunk(rams: jax.Array) -> Objects:
         lanes, n = rams.shape[0], game.num_slots
-        # Computed, turned round and spread out in separate steps that stay in memory: fused, one would lose the others' order of
-        # access. (What is turned round is made flat, else the compiler would only note that its axes are exchanged.)
-        found = kept(turned, rams)
-        box = found["box"].reshape(lanes, n)
-        valid = box != 0
-        # A product vectorises, a choice by a broadcast condition does not.
-        rgb = valid[..., None].astype(jnp.uint8) * jnp.asarray(colors)[None]
-        value, orientation = jnp.zeros((lanes, n), jnp.int32), jnp.zeros((lanes, n), jnp.int8)
-        for name, s in game.slices.items():
-            if name in found["rgb"]:
-                part = found["rgb"][name].reshape(lanes, -1, 3) * valid[:, s, None].astype(jnp.uint8)
-                rgb = lax.dynamic_update_slice(rgb, part, (0, s.start, 0))
-            if name in found["value"]:
-                value = lax.dynamic_update_slice(value, found["value"][name].reshape(lanes, -1), (0, s.start))
-            if name in found["orientation"]:
-                orientation = lax.dynamic_update_slice(
-                    orientation, found["orientation"][name].reshape(lanes, -1).astype(jnp.int8), (0, s.start)
-                )
-        return Objects(lax.bitcast_convert_type(box, jnp.uint8).astype(jnp.int16), valid, orientation, value, rgb, game)
+        always = rams[0, 0].astype(jnp.float32) >= 0
+
+        def kept(f: Callable[[Any], Any], x: Any) -> Any:
+            """`f(x)`, kept in memory (see `ocjax.vision.bitmap.kept`): fused, steps would lose one another's order of access."""
+            if lanes < LITTLE:
+                return f(x)
+            result = jax.eval_shape(f, x)
+            return lax.cond(always, f, lambda _: jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), result), x)
+
+        def spread(name: str, dtype: Any) -> jax.Array:
+            out = jnp.zeros((lanes, n), dtype)
+            for category, part in more[name].items():
+                out = lax.dynamic_update_slice(out, part.T.astype(dtype), (0, game.slices[category].start))
+            return out
+
+        def shown(words: jax.Array, where: jax.Array) -> jax.Array:
+            return lax.bitcast_convert_type(words & where, jnp.uint8)[..., :3]
+
+        # Only the bytes that the game reads are turned round.
+        read = kept(lambda r: _turned(jnp.take(r, np.array(addresses, np.int32), axis=1, mode="clip").T), rams)
+        box, more = kept(lambda r: rows(r, kept), read.T)
+        box = kept(_turned, box)
+        valid, xywh = kept(flat, box)
+        keep = -(box != 0).astype(jnp.int32)
+        rgb = shown(jnp.asarray(colors)[None], keep)
+        for category, part in more["rgb"].items():
+            s = game.slices[category]
+            rgb = lax.dynamic_update_slice(rgb, shown(part.T, keep[:, s]), (0, s.start, 0))
+        return Objects(
+            xywh.reshape(lanes, n, 4), valid.reshape(lanes, n), spread("orientation", jnp.int8), spread("value", jnp.int32), rgb, game
+        )
 
     def batched(rams: jax.Array) -> Objects:
-        return _in_chunks(chunk, rams, 2 ** int(np.log2(REM_CHUNK_BYTES / (SLOT_BYTES * game.num_slots))))
+        return _in_chunks(chunk, rams, REM_CHUNK)
 
     extract = _any_batch(batched, 1)
 

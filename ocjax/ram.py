@@ -12,7 +12,7 @@ once. A place is an address 0-127, or a tuple of addresses, most significant fir
 a scalar, several give a vector in the order named.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Self, overload
 
@@ -47,6 +47,11 @@ class Field:
         """All addresses that the field reads."""
         return tuple(a for p in self.places for a in (p if isinstance(p, tuple) else (p,)))
 
+    @property
+    def columns(self) -> tuple[tuple[int, ...], ...]:
+        """The addresses of all places' first bytes, of all their second bytes, ..."""
+        return tuple(zip(*(p if isinstance(p, tuple) else (p,) for p in self.places), strict=True))
+
     def __set_name__(self, owner: type, name: str) -> None:
         object.__setattr__(self, "name", name)
 
@@ -59,33 +64,43 @@ class Field:
 
 
 class RamMap:
-    """Base class of a game's address map; its instance wraps the RAM of one state, uint8 `[128]`."""
+    """Base class of a game's address map; its instance wraps the RAM of one state, uint8 `[128]`.
 
-    def __init__(self, ram: jax.Array) -> None:
-        self._wide = ram.astype(jnp.int32)
+    Args:
+        ram: its bytes.
+        addresses: whose bytes they are, if not of all of the RAM in order.
+    """
+
+    def __init__(self, ram: jax.Array, addresses: Sequence[int] = range(RAM_SIZE)) -> None:
+        self._ram = ram
+        self._index = {address: i for i, address in enumerate(addresses)}
         self._values: dict[str, jax.Array] = {}
 
     def value_of(self, declared: Field) -> jax.Array:
         """The number or numbers of a declared field, int32 scalar or `[places]`."""
         if declared.name not in self._values:
-            columns = zip(*(p if isinstance(p, tuple) else (p,) for p in declared.places), strict=True)
-            value = declared.read(tuple(self._gather(column) for column in columns))
+            value = declared.read(tuple(self._gather(column) for column in declared.columns))
             self._values[declared.name] = value if len(declared.places) > 1 else value[0]
         return self._values[declared.name]
 
     def _gather(self, addresses: tuple[int, ...]) -> jax.Array:
         """The bytes at static addresses, int32 `[len(addresses)]`, as slices (a gather costs far more)."""
-        parts, i = [], 0
-        while i < len(addresses):
-            step = addresses[i + 1] - addresses[i] if i + 1 < len(addresses) else 1
+        at, parts, i = [self._index[a] for a in addresses], [], 0
+        while i < len(at):
+            step = at[i + 1] - at[i] if i + 1 < len(at) else 1
             j = i + 1
-            while j < len(addresses) and step in (1, -1) and addresses[j] - addresses[j - 1] == step:
+            while j < len(at) and step in (1, -1) and at[j] - at[j - 1] == step:
                 j += 1
-            low, high = min(addresses[i], addresses[j - 1]), max(addresses[i], addresses[j - 1])
-            run = lax.slice(self._wide, (low,), (high + 1,))
+            low, high = min(at[i], at[j - 1]), max(at[i], at[j - 1])
+            run = lax.slice(self._ram, (low,), (high + 1,))
             parts.append(lax.rev(run, (0,)) if j - i > 1 and step == -1 else run)
             i = j
-        return parts[0] if len(parts) == 1 else jnp.concatenate(parts)
+        return (parts[0] if len(parts) == 1 else jnp.concatenate(parts)).astype(jnp.int32)
+
+    @classmethod
+    def addresses(cls) -> tuple[int, ...]:
+        """All addresses that the declared fields read, each once, in the order in which the fields gather them."""
+        return tuple(dict.fromkeys(a for f in cls.fields().values() for column in f.columns for a in column))
 
     @classmethod
     def fields(cls) -> dict[str, Field]:
