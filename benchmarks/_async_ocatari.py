@@ -8,7 +8,7 @@ import time
 
 import gymnasium
 import numpy as np
-from ocatari.core import OCAtari
+from ocatari.core import OCAtari  # pyright: ignore[reportMissingImports]
 
 
 def main() -> None:
@@ -16,7 +16,7 @@ def main() -> None:
     name, n, seconds = sys.argv[1], int(sys.argv[2]), float(sys.argv[3])
     envs = gymnasium.vector.AsyncVectorEnv([lambda: OCAtari(f"ALE/{name}-v5", mode="ram", hud=True)] * n)
     envs.reset(seed=0)
-    rng, actions = np.random.default_rng(0), int(envs.single_action_space.n)
+    rng, actions = np.random.default_rng(0), gymnasium.spaces.flatdim(envs.single_action_space)
     for _ in range(5):
         envs.step(rng.integers(actions, size=n))
     start, steps = time.perf_counter(), 0

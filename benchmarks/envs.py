@@ -47,6 +47,8 @@ def rate(step: Callable[[np.ndarray], Any], num_actions: int, num_envs: int) -> 
 
 def steppers(game: str, n: int) -> dict[str, tuple[Callable[[np.ndarray], Any], int, Callable[[], None]]]:
     """How each kind of environment steps, its number of actions, and how it is closed."""
+    from gymnasium.spaces import flatdim
+
     import ocjax
 
     out: dict[str, Any] = {}
@@ -58,11 +60,11 @@ def steppers(game: str, n: int) -> dict[str, tuple[Callable[[np.ndarray], Any], 
         out["envpool alone"] = (lambda a: pool.step(a), int(pool.action_space.n), pool.close)
         made = ocjax.make_vec(game, n, backend="envpool")
         made.reset(seed=0)
-        out["REM on envpool"] = (made.step, int(made.single_action_space.n), made.close)
+        out["REM on envpool"] = (made.step, flatdim(made.single_action_space), made.close)
     for name, options in KINDS.items():
         envs = ocjax.make_vec(game, n, **options)
         envs.reset(seed=0)
-        out[name] = (envs.step, int(envs.single_action_space.n), envs.close)
+        out[name] = (envs.step, flatdim(envs.single_action_space), envs.close)
     return out
 
 

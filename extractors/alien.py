@@ -14,6 +14,8 @@ an alien that is removed on this very frame; in the bonus screen whether the cre
 its aliens have the crewman's colours: VEM, which tells figures by colour, takes one of those for the crewman, and bits of them for eggs.
 """
 
+from typing import Any
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -112,7 +114,7 @@ def _aliens(m: Ram, x: jax.Array, then: jax.Array, bonus: jax.Array, stepped: ja
     return box(*(jnp.where(bonus, b, jnp.pad(a, (0, 9))) for a, b in zip(single, pairs, strict=True))).clip(8, 0, 160, 210)
 
 
-def _pairs(m: Ram, then: jax.Array, stepped: jax.Array) -> tuple[jax.Array, ...]:
+def _pairs(m: Ram, then: jax.Array, stepped: jax.Array) -> tuple[Any, ...]:
     """Six rows of two aliens, which go left and right in turn and come back at the other side."""
     row = np.arange(6)
     x = 2 + 15 * (m.rows & 15) + (m.rows >> 4 ^ 7)
