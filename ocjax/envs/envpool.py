@@ -92,10 +92,18 @@ class EnvpoolPool:
             raise ValueError("envpool restarts all environments or none: use backend='ale' for reset_mask")
         self.start(seeds)
         seen, info = self.env.reset()
-        n = self.num_envs
-        self._game_over[:] = True
-        self.terminated[:] = self.truncated[:] = True  # so that what comes now begins an episode
-        self.take(seen, np.zeros(n), np.zeros(n, bool), np.zeros(n, bool), info)
+        self._expect_beginnings()
+        self.take(seen, np.zeros(self.num_envs), np.zeros(self.num_envs, bool), np.zeros(self.num_envs, bool), info)
+
+    def async_reset(self, seeds: Sequence[int | None] | None = None) -> None:
+        """Restart all environments without waiting."""
+        self.start(seeds)
+        self.env.async_reset()
+        self._expect_beginnings()
+
+    def _expect_beginnings(self) -> None:
+        """What comes next of each environment begins a game."""
+        self.terminated[:] = self._game_over[:] = True
 
     def send(self, actions: np.ndarray, ids: np.ndarray | None = None) -> None:
         """Start a step of all environments, or of those named."""
@@ -197,10 +205,7 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
 
     def async_reset(self, seed: int | Sequence[int] | None = None) -> None:
         """Restart all environments; `recv` gives those that are ready first."""
-        seeds = None if seed is None else [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else seed
-        self.pool.start(seeds)
-        self.pool.terminated[:] = self.pool.truncated[:] = self.pool._game_over[:] = True
-        self.pool.env.async_reset()
+        self.pool.async_reset(None if seed is None else [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else seed)
 
     def send(self, actions: np.ndarray, env_id: np.ndarray) -> None:
         """Start a step of the environments named: actions int `[n]`, env_id int `[n]`."""

@@ -12,7 +12,7 @@ from gymnasium.vector.utils import iterate
 from ocjax.envs.ale import Hook, States
 from ocjax.envs.observations import Wanted
 from ocjax.envs.protocol import Protocol, protocol
-from ocjax.envs.vector import AUTORESET, RENDER_MODES, Mode, ObjectVectorEnv, make_pool
+from ocjax.envs.vector import AUTORESET, Mode, ObjectVectorEnv, make_pool
 from ocjax.objects import Objects
 from ocjax.registry import env_id, load
 from ocjax.spec import Game
@@ -272,6 +272,3 @@ def ocatari(
     v4 = "noframeskip" if "NoFrameskip" in env_name else "deterministic-v4" if "Deterministic" in env_name else "v4"
     preset = v4 if env_name.endswith("-v4") else "v5"
     return make(env_name, mode=_MODES[mode], hud=hud, **{"preset": preset, "obs": _OBSERVATIONS[obs_mode], **options})
-
-
-__all__ = ["RENDER_MODES", "ObjectEnv", "make", "make_vec", "ocatari"]
