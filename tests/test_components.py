@@ -49,8 +49,8 @@ def parts(x, y, w, h, size):
 def compiled(connectivity, searches):
     @jax.jit
     def run(frames):
-        masks = bitmap.color_masks(bitmap.words_of_pixels(frames), [(i + 1,) for i in range(len(searches))])
-        return components([tuple(m) for m in masks], searches, connectivity=connectivity)
+        planes = bitmap.planes(frames)
+        return components([tuple(bitmap.color_mask(planes, (i + 1,))) for i in range(len(searches))], searches, connectivity=connectivity)
 
     return run
 
