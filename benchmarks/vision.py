@@ -155,7 +155,7 @@ def kernel_table(title: str) -> Any:
 
     def bitmaps(frames: jax.Array, *color_sets: tuple[int, ...]) -> tuple[bm.Bitmap, ...]:
         planes = bm.planes(frames)
-        return tuple(tuple(bm.color_mask(planes, colors)) for colors in color_sets)
+        return tuple(bm.color_mask(planes, colors) for colors in color_sets)
 
     pong, invaders, pacman = (ocjax.load(name) for name in ("Pong", "SpaceInvaders", "MsPacman"))
     screens = {g.name: repeated(recorded(g.name)["screens"], KERNEL_BATCH) for g in (pong, invaders, pacman)}

@@ -50,7 +50,7 @@ def compiled(connectivity, searches):
     @jax.jit
     def run(frames):
         planes = bitmap.planes(frames)
-        return components([tuple(bitmap.color_mask(planes, (i + 1,))) for i in range(len(searches))], searches, connectivity=connectivity)
+        return components([bitmap.color_mask(planes, (i + 1,)) for i in range(len(searches))], searches, connectivity=connectivity)
 
     return run
 
@@ -172,8 +172,8 @@ def test_shifts_and_fills(seed, n, words):
     touched = pixels & (rng.random(pixels.shape) < 0.1)
 
     def pack(p):
-        return tuple(
-            jnp.asarray(np.packbits(p, axis=1).reshape(4, words, 4, 3).transpose(1, 0, 3, 2).copy().view(">u4")[..., 0].astype(np.uint32))
+        return jnp.asarray(
+            np.packbits(p, axis=1).reshape(4, words, 4, 3).transpose(1, 0, 3, 2).copy().view(">u4")[..., 0].astype(np.uint32)
         )
 
     def unpack(words_):

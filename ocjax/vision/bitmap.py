@@ -1,11 +1,12 @@
 """Masks as bitmaps: 32 pixels a word, the batch innermost.
 
-A bitmap is a tuple of uint32 arrays `[rows, B]`, one for each 32 columns from left to right; the leftmost pixel is the most
-significant bit. So the addition carry runs to the left along a row, a shift by a pixel is a shift of words, and every operation
-vectorises over the batch.
+A bitmap is uint32 `[words, rows, B]`, a word for each 32 columns from left to right; the leftmost pixel is the most significant bit.
+So the addition carry runs to the left along a row, a shift by a pixel is a shift of words, and every operation vectorises over the
+batch.
 """
 
 import functools
+import operator
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
@@ -14,7 +15,7 @@ import jax.numpy as jnp
 from jax import lax
 
 U = jnp.uint32
-Bitmap = tuple[jax.Array, ...]
+Bitmap = jax.Array
 
 
 LITTLE = 2**12  # elements
@@ -73,48 +74,40 @@ def color_mask(planes: Sequence[jax.Array], colors: Iterable[int]) -> jax.Array:
     return jnp.broadcast_to(jnp.asarray(node(7, frozenset(colors)), U), planes[0].shape)
 
 
-def zeros_like(bitmap: Bitmap) -> Bitmap:
-    """An empty bitmap of the same shape."""
-    return tuple(jnp.zeros_like(w) for w in bitmap)
-
-
 def left(bitmap: Bitmap, n: int) -> Bitmap:
     """Every pixel moved n to the left (n < 32)."""
     if n == 0:
         return bitmap
-    following = (*bitmap[1:], None)
-    return tuple(w << n if f is None else (w << n) | (f >> (32 - n)) for w, f in zip(bitmap, following, strict=True))
+    return (bitmap << n) | _pad(bitmap[1:] >> (32 - n), (0, 1))
 
 
 def right(bitmap: Bitmap, n: int) -> Bitmap:
     """Every pixel moved n to the right (n < 32)."""
     if n == 0:
         return bitmap
-    before = (None, *bitmap[:-1])
-    return tuple(w >> n if f is None else (w >> n) | (f << (32 - n)) for w, f in zip(bitmap, before, strict=True))
+    return (bitmap >> n) | _pad(bitmap[:-1] << (32 - n), (1, 0))
 
 
-def both(a: Bitmap, b: Bitmap) -> Bitmap:
-    """Intersection."""
-    return tuple(x & y for x, y in zip(a, b, strict=True))
+def _pad(words: jax.Array, by: tuple[int, int]) -> jax.Array:
+    return jnp.pad(words, (by, *((0, 0),) * (words.ndim - 1)))
 
 
-def either(a: Bitmap, b: Bitmap) -> Bitmap:
-    """Union."""
-    return tuple(x | y for x, y in zip(a, b, strict=True))
+def down(bitmap: Bitmap, n: int) -> Bitmap:
+    """Every pixel moved n down."""
+    return jnp.pad(bitmap[:, :-n], ((0, 0), (n, 0), (0, 0)))
 
 
-def minus(a: Bitmap, b: Bitmap) -> Bitmap:
-    """Pixels of a that are not in b."""
-    return tuple(x & ~y for x, y in zip(a, b, strict=True))
+def up(bitmap: Bitmap, n: int) -> Bitmap:
+    """Every pixel moved n up."""
+    return jnp.pad(bitmap[:, n:], ((0, 0), (0, n), (0, 0)))
 
 
 def spread(bitmap: Bitmap) -> Bitmap:
     """Each pixel and its neighbours left and right."""
-    return either(bitmap, either(left(bitmap, 1), right(bitmap, 1)))
+    return bitmap | left(bitmap, 1) | right(bitmap, 1)
 
 
-def fill_rows(mask: Bitmap, touched: Bitmap, reach: int = 31) -> Bitmap:
+def fill_rows(mask: Bitmap, touched: Bitmap, reach: int = 31) -> tuple[jax.Array, ...]:
     """All horizontal runs of `mask` that hold a pixel of `touched` (a part of the mask), at least so far to both sides.
 
     Within a word to the left by a carry, to the right by doubling steps, then from word to word where a filled run goes on. (Doubling
@@ -150,14 +143,11 @@ def popcount(word: jax.Array) -> jax.Array:
 
 def any_of(bitmap: Bitmap) -> jax.Array:
     """Words or-ed together: not zero where a row holds a pixel."""
-    out = bitmap[0]
-    for w in bitmap[1:]:
-        out = out | w
-    return out
+    return functools.reduce(operator.or_, bitmap)
 
 
-def columns(words: Bitmap) -> tuple[jax.Array, jax.Array]:
-    """First and last set column of bitmaps of a single row, int32; (32 * words, -1) where none is set."""
+def columns(words: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """First and last set column of single rows `[words, ...]`, int32; (32 * words, -1) where none is set."""
     n = 32 * len(words)
     first, last = jnp.full(words[0].shape, n, jnp.int32), jnp.full(words[0].shape, -1, jnp.int32)
     for i, w in reversed(list(enumerate(words))):

@@ -63,18 +63,15 @@ class Boxes(NamedTuple):
 
 def _joined(mask: Bitmap, dx: int, dy: int) -> Bitmap:
     """Every pixel spread dx to the right and dy down, so that parts at most (dx, dy) apart connect; `mask` has room for it."""
-    n = 1
-    while n <= dx:
-        mask, n = bm.either(mask, bm.right(mask, min(n, dx - n + 1))), 2 * n
-    n = 1
-    while n <= dy:
-        step = min(n, dy - n + 1)
-        mask, n = bm.either(mask, tuple(jnp.pad(w[:-step], ((step, 0), (0, 0))) for w in mask)), 2 * n
+    for distance, move in ((dx, bm.right), (dy, bm.down)):
+        n = 1
+        while n <= distance:
+            mask, n = mask | move(mask, min(n, distance - n + 1)), 2 * n
     return mask
 
 
-def _starts(board: jax.Array, diagonal: bool) -> jax.Array:
-    """First pixels of runs that no pixel above touches, as far as its own word shows: uint32 `[words, rows - 1, B]`, not of the first row."""
+def _starts(board: Bitmap, diagonal: bool) -> Bitmap:
+    """First pixels of runs that nothing in the row above touches, as each word alone shows; a bitmap without the first row."""
     here, above = board[:, 1:], board[:, :-1]
     if diagonal:
         above = above | (above << 1) | (above >> 1)
@@ -97,22 +94,21 @@ def _last_at_most(table: Callable[[jax.Array], jax.Array], n: int, k: jax.Array)
 def _fill(mask: jax.Array, seed: jax.Array, diagonal: bool, reach: int = 31) -> jax.Array:
     """The components of `mask` that hold pixels of `seed`, a part of it; all uint32 `[rows, words, ...]`."""
 
-    def spread(words: Bitmap) -> Bitmap:
+    def touching(words: jax.Array) -> jax.Array:
         return bm.spread(words) if diagonal else words
 
     def sweep(filled: jax.Array, reverse: bool) -> jax.Array:
-        def row(before: Bitmap, here: tuple[jax.Array, jax.Array]) -> tuple[Bitmap, jax.Array]:
-            m, f = tuple(here[0]), tuple(here[1])
-            now = bm.fill_rows(m, bm.either(f, bm.both(m, spread(before))), reach)
-            return now, jnp.stack(now)
+        def row(before: tuple[jax.Array, ...], here: tuple[jax.Array, jax.Array]) -> tuple[tuple[jax.Array, ...], jax.Array]:
+            m, f = here
+            now = bm.fill_rows(m, f | (m & touching(jnp.stack(before))), reach)
+            return now, jnp.stack(now)  # the words apart: together, what they share would be computed once for each
 
-        return lax.scan(row, bm.zeros_like(tuple(seed[0])), (mask, filled), reverse=reverse)[1]
+        return lax.scan(row, tuple(jnp.zeros_like(seed[0])), (mask, filled), reverse=reverse)[1]
 
     def more(filled: jax.Array) -> jax.Array:
         """Whether another sweep down would find more; after a sweep up, nothing is missing upwards."""
-        words = tuple(jnp.moveaxis(filled, 1, 0))
-        reached = bm.both(spread(tuple(w[:-1] for w in words)), tuple(jnp.moveaxis(mask[1:], 1, 0)))
-        return jnp.any(bm.any_of(bm.minus(reached, tuple(w[1:] for w in words))) != 0)
+        words = jnp.moveaxis(filled, 1, 0)
+        return jnp.any(touching(words[:, :-1]) & jnp.moveaxis(mask[1:], 1, 0) & ~words[:, 1:] != 0)
 
     def both_ways(filled: jax.Array) -> jax.Array:
         return sweep(sweep(filled, reverse=False), reverse=True)
@@ -122,13 +118,13 @@ def _fill(mask: jax.Array, seed: jax.Array, diagonal: bool, reach: int = 31) -> 
 
 def _extent(filled: jax.Array) -> tuple[jax.Array, ...]:
     """First and last column, first and last row, and first column of the first row, of components as from `_fill`."""
-    words = tuple(jnp.moveaxis(filled, 1, 0))
+    words = jnp.moveaxis(filled, 1, 0)
     used = bm.any_of(words) != 0
     rows = jnp.arange(filled.shape[0], dtype=jnp.int32).reshape(-1, *([1] * (used.ndim - 1)))
     bottom = jnp.max(jnp.where(used, rows, -1), axis=0)
     top = jnp.min(jnp.where(used, rows, filled.shape[0]), axis=0)
-    first, last = bm.columns(tuple(lax.reduce(filled, U(0), lax.bitwise_or, (0,))))
-    head, _ = bm.columns(tuple(jnp.sum(jnp.where(rows == top[None], w, U(0)), axis=0, dtype=U) for w in words))
+    first, last = bm.columns(lax.reduce(filled, U(0), lax.bitwise_or, (0,)))
+    head, _ = bm.columns(jnp.sum(jnp.where((rows == top[None])[None], words, U(0)), axis=1, dtype=U))
     return first, last, top, bottom, head
 
 
@@ -136,7 +132,7 @@ def components(masks: Sequence[Bitmap], searches: Sequence[Search], *, connectiv
     """Bounding boxes of the connected components of several masks in one go.
 
     Args:
-        masks: bitmaps of uint32 `[rows, B]` words, all of the same number of words; the numbers of rows may differ.
+        masks: bitmaps, all of the same number of words and lanes; the numbers of rows may differ.
         searches: what to look for in each.
         connectivity: 8 or 4, for all.
 
@@ -144,28 +140,23 @@ def components(masks: Sequence[Bitmap], searches: Sequence[Search], *, connectiv
         For each mask its boxes, relative to the mask's first row.
     """
     diagonal = connectivity == 8
-    lanes, width = masks[0][0].shape[1], 32 * len(masks[0])
+    lanes, width = masks[0].shape[2], 32 * masks[0].shape[0]
     sizes = [(WINDOW if s.max_size is None else (min(s.max_size[0], width), min(s.max_size[1], 256))) for s in searches]
     reach_x = max(w + s.join[0] for (w, _), s in zip(sizes, searches, strict=True))
     reach_y = max(h + s.join[1] for (_, h), s in zip(sizes, searches, strict=True))
 
     # All masks, one below the other, with an empty row above each: one search serves all categories of a game. Spread to the right and
     # down, the parts of a component connect, its first pixel stays, and its box grows by what `join` says.
-    n_words = len(masks[0]) + any(s.join[0] for s in searches)
+    n_words = masks[0].shape[0] + any(s.join[0] for s in searches)
     begins = [0]
     for mask, s in zip(masks, searches, strict=True):
-        begins.append(begins[-1] + -(-(mask[0].shape[0] + s.join[1] + 1) // BLOCK) * BLOCK)
+        begins.append(begins[-1] + -(-(mask.shape[1] + s.join[1] + 1) // BLOCK) * BLOCK)
     n_rows = begins[-1] + reach_y + 1
 
-    def stacked(*masks: Bitmap) -> jax.Array:
-        board = jnp.zeros((n_words, n_rows, lanes), U)
-        for mask, s, begin in zip(masks, searches, begins, strict=False):
-            room = (*mask, *(jnp.zeros_like(mask[0]),) * (n_words - len(mask)))
-            wide = _joined(tuple(jnp.pad(w, ((0, s.join[1]), (0, 0))) for w in room), *s.join)
-            board = lax.dynamic_update_slice(board, jnp.stack(wide), (0, begin + 1, 0))
-        return board
-
-    board = stacked(*masks)
+    board = jnp.zeros((n_words, n_rows, lanes), U)
+    for mask, s, begin in zip(masks, searches, begins, strict=False):
+        wide = jnp.pad(mask, ((0, n_words - len(mask)), (0, s.join[1]), (0, 0)))
+        board = lax.dynamic_update_slice(board, _joined(wide, *s.join), (0, begin + 1, 0))
     starts = bm.kept(lambda b: _starts(b[:, : begins[-1] + 1], diagonal), board)  # of the row below
     counts = jnp.sum(bm.popcount(starts), axis=0, dtype=jnp.int32)  # of each row
     blocks = jnp.sum(counts.reshape(-1, BLOCK, lanes), axis=1, dtype=jnp.int32)
@@ -244,8 +235,7 @@ def components(masks: Sequence[Bitmap], searches: Sequence[Search], *, connectiv
         seed = jnp.zeros(cut[1:].shape, U).at[0, reach_x // 32].set(U(1 << (31 - reach_x % 32)))
         filled = _fill(cut[1:], seed & cut[1:], diagonal, reach_x)
         first, last, _, bottom, head = _extent(filled)
-        top = tuple(filled[0])
-        above = bm.any_of(bm.both(bm.spread(top) if diagonal else top, tuple(cut[0]))) != 0
+        above = bm.any_of((bm.spread(filled[0]) if diagonal else filled[0]) & cut[0]) != 0
         own = (k < found) & ~above & (head == reach_x)
         inside = (first > 0) & (last < 2 * reach_x) & (bottom < reach_y)
         left, right, height = column + first - reach_x, column + last - reach_x, bottom + 1
