@@ -1,22 +1,25 @@
 """Connected components of bitmaps, with exact bounding boxes, for a whole batch at once.
 
-The method: a component's first pixel in raster order starts a run of a row that touches nothing in the row above. All such
-"top runs" of a frame come out of a few word operations (an addition whose carry runs through a row's runs and stops where the
-row above touches). Each of them is a candidate: the mask around it is cut out as a small window, one lane a candidate, and the
-component is filled there by a sweep down and a sweep up over the window's rows, every row filled along its runs by doubling
-steps. A candidate that is not the first pixel of what it filled is dropped (a component with two horns has two candidates).
-Candidates are taken a chunk at a time until there are none left, so the result is exact for any mask.
+The method: a component's first pixel in raster order starts a run of a row that touches nothing in the row above. All such pixels of
+a batch come out of a few word operations (an addition whose carry runs through a run and stops where the row above touches). Each
+word is looked at alone, so that a few more are found. Each of them is a candidate, and the candidates of all frames and masks are
+numbered: mask by mask, frame by frame, in raster order. So many at a time are looked up by their numbers, the mask around each
+is cut out as a small window, and the component is filled there by a sweep down and a sweep up over the window's rows. A candidate
+that is not the first pixel of what it filled is dropped (a component with two horns has two candidates). This goes on until there
+are none left, so the result is exact for any mask.
 
 A component that leaves its window is larger than the rule's `max_size` and no object. Without such a limit those that leave a
-window of the default size are filled again on the whole frame, one at a time: exact for spirals too, only slower.
+window of the default size are filled again on the whole frame, one of each frame at a time: exact for spirals too, only slower.
 
-What was tried, in microseconds a frame on one core, frames of Space Invaders with 36 aliens (`benchmarks/vision.py` times what is here):
-one search for each category costs 5 before it has found anything, and its compilation 1 to 2 seconds: hence one search over all
-masks of a game, one below the other. Filling rows by doubling steps across words took 25 times as long for windows of two words as
-for one, because the compiler computes what the words share once for each; filling within words and passing runs on from word to
-word takes twice as long (286 -> 64 for windows of 63 x 32). In the whole of the game's VEM, 8 candidates at a time take 51, 16 take 60,
-32 take 71: what is left over in the last round is wasted. For this one mask OpenCV's findContours takes 52, scipy's label and
-find_objects 146.
+What was tried, in microseconds a frame on one core for the whole of a game's VEM (`benchmarks/vision.py` times what is here): 8
+candidates of every frame at a time, as many times as the frame with the most of them needed, took 240 for Asteroids (now 33), 120 for
+Beam Rider (29), 100 for Battle Zone (24) and 50 for Space Invaders (22), though a frame has 4 to 50 candidates: one bad frame kept all
+others waiting, what fills the last round was wasted, and so was the carry from word to word over a board of 1,800 rows. What is looked
+up must be kept in memory before the windows are cut out: fused, every word of every window looked its candidate up again (81 for
+Asteroids instead of 41). One search for each category takes 5 before it has found anything, and its compilation 1 to 2 seconds:
+hence one search over all masks of a game, one below the other. The words of a row are filled apart and carried apart: stacked, what
+they share is computed once for each (46 for Asteroids instead of 33). Five arrays sorted at once took 17, one with the index in its
+low bits takes 1. (`lax.optimization_barrier` keeps nothing: it is gone before the compiler fuses.)
 """
 
 import itertools
@@ -33,7 +36,7 @@ from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 
 WINDOW = (31, 32)  # width and height of the first try where a rule sets no limit
-BLOCK = 8  # rows
+BLOCK = 8  # rows that candidates are counted in
 LEAST, PER_LANE = 32, 8  # candidates at a time, at least and for each frame
 PARTS = 4  # objects at most that one component is split into
 
