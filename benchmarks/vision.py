@@ -154,15 +154,16 @@ def kernel_table(title: str) -> Any:
         return next(c for c in game.categories if c.name == name)
 
     def bitmaps(frames: jax.Array, *color_sets: tuple[int, ...]) -> tuple[bm.Bitmap, ...]:
-        return tuple(map(tuple, bm.color_masks(bm.words_of_pixels(frames), color_sets)))
+        planes = bm.planes(frames)
+        return tuple(bm.color_mask(planes, colors) for colors in color_sets)
 
     pong, invaders, pacman = (ocjax.load(name) for name in ("Pong", "SpaceInvaders", "MsPacman"))
     screens = {g.name: repeated(recorded(g.name)["screens"], KERNEL_BATCH) for g in (pong, invaders, pacman)}
     frames = {name: jnp.asarray(s) for name, s in screens.items()}
 
-    pixels = row("transposing", "SpaceInvaders", bm.words_of_pixels, frames["SpaceInvaders"])
+    planes = row("bit planes", "SpaceInvaders", bm.planes, frames["SpaceInvaders"])
     for n in (1, 4, 8):
-        row(f"colour masks, {n}", "SpaceInvaders", partial(bm.color_masks, color_sets=MASKS[:n]), pixels)
+        row(f"colour masks, {n}", "SpaceInvaders", lambda *p, n=n: [bm.color_mask(p, colors) for colors in MASKS[:n]], *planes)
 
     paddles = [category(pong, name).rule for name in ("Player", "Enemy", "Ball")]
     masks = jax.jit(lambda x: bitmaps(x, *(r.palette for r in paddles)))(frames["Pong"])

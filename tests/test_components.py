@@ -49,8 +49,8 @@ def parts(x, y, w, h, size):
 def compiled(connectivity, searches):
     @jax.jit
     def run(frames):
-        masks = bitmap.color_masks(bitmap.words_of_pixels(frames), [(i + 1,) for i in range(len(searches))])
-        return components([tuple(m) for m in masks], searches, connectivity=connectivity)
+        planes = bitmap.planes(frames)
+        return components([bitmap.color_mask(planes, (i + 1,)) for i in range(len(searches))], searches, connectivity=connectivity)
 
     return run
 
@@ -172,8 +172,8 @@ def test_shifts_and_fills(seed, n, words):
     touched = pixels & (rng.random(pixels.shape) < 0.1)
 
     def pack(p):
-        return tuple(
-            jnp.asarray(np.packbits(p, axis=1).reshape(4, words, 4, 3).transpose(1, 0, 3, 2).copy().view(">u4")[..., 0].astype(np.uint32))
+        return jnp.asarray(
+            np.packbits(p, axis=1).reshape(4, words, 4, 3).transpose(1, 0, 3, 2).copy().view(">u4")[..., 0].astype(np.uint32)
         )
 
     def unpack(words_):
