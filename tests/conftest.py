@@ -33,6 +33,20 @@ def pytest_generate_tests(metafunc):
         metafunc.parametrize("game", games, scope="session")
 
 
+_compiled_for = None
+
+
+def pytest_runtest_setup(item):
+    """Forget the compiled programs of the game before: a process may hold only so many pieces of memory, and a game's take thousands."""
+    global _compiled_for
+    callspec = getattr(item, "callspec", None)
+    game = callspec.params.get("game") if callspec else None
+    if game is not None and game is not _compiled_for:
+        if _compiled_for is not None:
+            jax.clear_caches()
+        _compiled_for = game
+
+
 @functools.cache
 def excerpt(name):
     """Samples of a game with what the video chip drew, the emulator's rewards and lives.
