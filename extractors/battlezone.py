@@ -112,7 +112,7 @@ def _enemies(m: Ram) -> tuple[Box, jax.Array]:
     every, below = lax.optimization_barrier(every & ((1 << (sizes >> 8)) - 1)), sizes & 255
     first, last = 32 - lax.clz(every & -every), 32 - lax.clz(every)
     # the last row goes on left of the beam
-    twice = (shows & filled >> 8 & ((1 << _columns(15 - x, zoom)) - 1) > 0) & (below <= below[::-1])
+    twice = (shows & filled >> 8 & ((1 << _columns(15 - x, zoom)) - 1) > 0) & (2 * below <= jnp.sum(below))
     near, far = m.kind[0] > 0, m.kind[1] > 0
     first_near = jnp.where(m.near_kind == m.kind[0], (m.near_kind != m.kind[1]) | (m.distance[0] < m.distance[1]), ~(near | far))
     order = jnp.where(first_near, jnp.arange(2), 1 - jnp.arange(2))  # the nearer is the first record or the second one
