@@ -111,14 +111,14 @@ def _turned(rows: jax.Array) -> jax.Array:
 
 
 def _stretches(addresses: tuple[int, ...]) -> list[range]:
-    """What to read of the RAM: the addresses and what lies between close ones, or all of it."""
+    """What to read of the RAM: the addresses and what lies between close ones, or one stretch of all in sixteens (turned round at once)."""
     out: list[range] = []
     for a in sorted(addresses):
         if out and a - out[-1].stop < 4:
             out[-1] = range(out[-1].start, a + 1)
         else:
             out.append(range(a, a + 1))
-    return out if sum(map(len, out)) <= MANY else [range(RAM_SIZE)]
+    return out if sum(map(len, out)) <= MANY else [range(out[0].start // 16 * 16, -(-out[-1].stop // 16) * 16)]
 
 
 def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
