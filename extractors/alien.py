@@ -19,6 +19,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import lax
 
 from ocjax.ram import RamMap, bits, byte
 from ocjax.spec import Blobs, Bounds, Box, Category, Cells, Digits, Game, Gauge, box
@@ -110,7 +111,7 @@ def _aliens(m: Ram, x: jax.Array, then: jax.Array, bonus: jax.Array, stepped: ja
     height = jnp.where(inset == 1, 9, jnp.where(p == 19, 5, jnp.where(inset == 2, 7, jnp.where(walks, 13, 11))))
     left = jnp.where(narrow, 1 - turned, inset)
     single = x + left, 196 - 2 * m.alien_y, jnp.where(narrow, 7, 8 - 2 * inset), height, jnp.where((m.alien_y > 0) & (m.scene == 0), 1, 0)
-    pairs = _pairs(m, then, stepped)
+    single, pairs = lax.optimization_barrier((single, _pairs(m, then, stepped)))  # 0.30 -> 0.22 us a state
     return box(*(jnp.where(bonus, b, jnp.pad(a, (0, 9))) for a, b in zip(single, pairs, strict=True))).clip(8, 0, 160, 210)
 
 

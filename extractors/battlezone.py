@@ -97,7 +97,6 @@ def _enemies(m: Ram) -> tuple[Box, jax.Array]:
     picture = jnp.where(kind < 3, jnp.minimum(m.picture, EXPLOSIONS - 1), other)
     columns, filled = jnp.asarray(PICTURES)[picture], jnp.asarray(FILLED)[10 * picture + size]
     zoom = jnp.where(kind < 3, columns[:, 0] >> 20, jnp.where(size < 4, 0, jnp.where(size < 6, 1, 2)))
-    flip = jnp.where(m.mirrored > 0, 7, 0)
     filled = filled >> jnp.where(m.mirrored > 0, 16, 0)  # columns from the screen's left, as all bits from here on
     shows = filled & jnp.where(m.mirrored > 0, m.mask, _reversed(m.mask)) & 255
     x = jnp.where(m.x >= 17, m.x, jnp.where(m.x >= 5, m.x - 5, m.x + 160)) + jnp.where(zoom > 0, 1, 0)
@@ -107,12 +106,13 @@ def _enemies(m: Ram) -> tuple[Box, jax.Array]:
     shows = shows & jnp.where(wraps, over, ~over)
     shows, x = lax.optimization_barrier((shows, jnp.where(wraps, x - 160, x)))
     left, right = x + (31 - lax.clz(shows & -shows) << zoom), x + (32 - lax.clz(shows) << zoom)
-    every = functools.reduce(jnp.bitwise_or, (columns[:, i] & -(shows >> (i ^ flip) & 1) for i in range(8)))
+    ink = jnp.where(m.mirrored > 0, _reversed(shows), shows)  # the picture's columns
+    every = functools.reduce(jnp.bitwise_or, (columns[:, i] & (ink << (31 - i) >> 31) for i in range(8)))
     sizes = jnp.asarray(SIZES)[size]
     every, below = lax.optimization_barrier(every & ((1 << (sizes >> 8)) - 1)), sizes & 255
     first, last = 32 - lax.clz(every & -every), 32 - lax.clz(every)
     # the last row goes on left of the beam
-    twice = (shows & filled >> 8 & ((1 << _columns(15 - x, zoom)) - 1) > 0) & (below <= below[::-1])
+    twice = (shows & filled >> 8 & ((1 << _columns(15 - x, zoom)) - 1) > 0) & (2 * below <= jnp.sum(below))
     near, far = m.kind[0] > 0, m.kind[1] > 0
     first_near = jnp.where(m.near_kind == m.kind[0], (m.near_kind != m.kind[1]) | (m.distance[0] < m.distance[1]), ~(near | far))
     order = jnp.where(first_near, jnp.arange(2), 1 - jnp.arange(2))  # the nearer is the first record or the second one

@@ -5,6 +5,7 @@ along axes of a few numbers. With the batch last every operation runs along the 
 function itself names keep their numbers.
 """
 
+import functools
 from collections.abc import Callable
 from typing import Any
 
@@ -78,7 +79,10 @@ def _evaluate(closed: ClosedJaxpr, args: list[Any], batched: list[bool], size: i
         else:
             if name == "gather":  # fused with it, its indices would be computed one at a time: twice to four times as long
                 values = [(keep(lambda v: v, v) if b else v, b) for v, b in values]
-            found = _apply(eqn, name, params, values, size)
+            if name == "rev":  # what is fused with it would not vectorise
+                found = keep(functools.partial(lax.rev, dimensions=params["dimensions"]), values[0][0])
+            else:
+                found = _apply(eqn, name, params, values, size)
             outs = [(o, True) for o in (found if eqn.primitive.multiple_results else [found])]
         known.update(zip(eqn.outvars, outs, strict=True))
     return [read(v) for v in jaxpr.outvars]

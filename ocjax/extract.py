@@ -25,6 +25,7 @@ from ocjax.vision.rules import see
 REM_CHUNK = 4096  # states
 VEM_CHUNK = 64  # frames
 LITTLE = 32  # states for which steps cost more than what they save
+MANY = 44  # bytes that a game reads: picking more of them out costs more than to turn all of the RAM round
 
 
 def _any_batch(f: Callable[[jax.Array], Objects], rank: int) -> Callable[[jax.Array | np.ndarray], Objects]:
@@ -109,11 +110,23 @@ def _turned(rows: jax.Array) -> jax.Array:
     return lax.optimization_barrier(rows.T.reshape(lanes, 1, n))[:, 0]
 
 
+def _stretches(addresses: tuple[int, ...]) -> list[range]:
+    """What to read of the RAM: the addresses and what lies between close ones, or one stretch of all in sixteens (turned round at once)."""
+    out: list[range] = []
+    for a in sorted(addresses):
+        if out and a - out[-1].stop < 4:
+            out[-1] = range(out[-1].start, a + 1)
+        else:
+            out.append(range(a, a + 1))
+    return out if sum(map(len, out)) <= MANY else [range(out[0].start // 16 * 16, -(-out[-1].stop // 16) * 16)]
+
+
 def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
     """The RAM extraction method of a game: uint8 `[..., 128]` -> `Objects`."""
     height, width = game.screen
     colors = palette.packed(np.concatenate([c.slot_rgb() for c in game.categories])).astype(np.int32)
-    addresses = game.ram.addresses()
+    stretches = _stretches(game.ram.addresses())
+    addresses = [a for stretch in stretches for a in stretch]
 
     def one(ram: jax.Array) -> dict[str, Box]:
         with jax.numpy_dtype_promotion("strict"), jax.numpy_rank_promotion("raise"):
@@ -125,7 +138,7 @@ def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
     def rows(rams: jax.Array, kept: Keep) -> tuple[jax.Array, dict[str, dict[str, jax.Array]]]:
         """What the slots hold, a row a number, the batch innermost: uint8 `[addresses, B]` -> int32 `[rows, B]`."""
         boxes, lanes = decode(rams, kept), rams.shape[1]
-        places: list[jax.Array] = []
+        places = jnp.zeros((game.num_slots, lanes), jnp.int32)  # filled in piece by piece: 3-15 % less than `concatenate` in most games
         more: dict[str, dict[str, jax.Array]] = {name: {} for name in ("value", "orientation", "rgb")}
         for c in game.categories:
             b = boxes[c.name]
@@ -134,7 +147,8 @@ def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
             )
             keep = -valid.astype(jnp.int32)
             # A clipped box fits four bytes. One number a slot, so that the compiler computes what its parts share once.
-            places.append((x | (y << 8) | (w << 16) | (h << 24)) & keep)
+            packed = (x | (y << 8) | (w << 16) | (h << 24)) & keep
+            places = lax.dynamic_update_slice(places, packed, (game.slices[c.name].start, 0))
             if "value" in c.attributes:
                 more["value"][c.name] = value & keep
             if "orientation" in c.attributes:
@@ -142,7 +156,7 @@ def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
             if b.rgb is not None:
                 red, green, blue = jnp.moveaxis(b.rgb.reshape(-1, 3, lanes).astype(jnp.int32), 1, 0)
                 more["rgb"][c.name] = red | (green << 8) | (blue << 16)
-        return jnp.concatenate(places), more
+        return places, more
 
     def flat(box: jax.Array) -> tuple[jax.Array, jax.Array]:
         """Whether each slot is valid, and its x, y, w, h: along short rows, one a state, the compiler would not vectorise."""
@@ -150,6 +164,8 @@ def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
 
     def chunk(rams: jax.Array) -> Objects:
         lanes, n = rams.shape[0], game.num_slots
+        # Rows of 4,096 would all fall on the same lines of the cache: turning 128 of bytes round takes 22 ns a state, with 16 more 10.
+        wide = lanes + (16 if lanes % 512 == 0 else 0)
         always = rams[0, 0].astype(jnp.float32) >= 0
 
         def kept(f: Callable[[Any], Any], x: Any) -> Any:
@@ -162,22 +178,27 @@ def rem(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
         def spread(name: str, dtype: Any) -> jax.Array:
             out = jnp.zeros((lanes, n), dtype)
             for category, part in more[name].items():
-                out = lax.dynamic_update_slice(out, part.T.astype(dtype), (0, game.slices[category].start))
+                out = lax.dynamic_update_slice(out, part[:, :lanes].T.astype(dtype), (0, game.slices[category].start))
             return out
 
         def shown(words: jax.Array, where: jax.Array) -> jax.Array:
             return lax.bitcast_convert_type(words & where, jnp.uint8)[..., :3]
 
-        # Only the bytes that the game reads are turned round.
-        read = kept(lambda r: _turned(jnp.take(r, np.array(addresses, np.int32), axis=1, mode="clip").T), rams)
-        box, more = kept(lambda r: rows(r, kept), read.T)
-        box = kept(_turned, box)
+        def read(r: jax.Array) -> jax.Array:
+            """What is to be turned round: uint8 `[wide, addresses]`."""
+            out = jnp.zeros((wide, len(addresses)), jnp.uint8)
+            for s in stretches:
+                out = lax.dynamic_update_slice(out, r[:, s.start : s.stop], (0, addresses.index(s.start)))
+            return out
+
+        box, more = kept(lambda r: rows(r, kept), kept(read, rams).T)
+        box = kept(lambda b: _turned(b)[:lanes], box)
         valid, xywh = kept(flat, box)
         keep = -(box != 0).astype(jnp.int32)
         rgb = shown(jnp.asarray(colors)[None], keep)
         for category, part in more["rgb"].items():
             s = game.slices[category]
-            rgb = lax.dynamic_update_slice(rgb, shown(part.T, keep[:, s]), (0, s.start, 0))
+            rgb = lax.dynamic_update_slice(rgb, shown(part[:, :lanes].T, keep[:, s]), (0, s.start, 0))
         return Objects(
             xywh.reshape(lanes, n, 4), valid.reshape(lanes, n), spread("orientation", jnp.int8), spread("value", jnp.int32), rgb, game
         )

@@ -89,11 +89,11 @@ class RamMap:
         while i < len(at):
             step = at[i + 1] - at[i] if i + 1 < len(at) else 1
             j = i + 1
-            while j < len(at) and step in (1, -1) and at[j] - at[j - 1] == step:
+            while j < len(at) and step and at[j] - at[j - 1] == step:
                 j += 1
             low, high = min(at[i], at[j - 1]), max(at[i], at[j - 1])
-            run = lax.slice(self._ram, (low,), (high + 1,))
-            parts.append(lax.rev(run, (0,)) if j - i > 1 and step == -1 else run)
+            run = lax.slice(self._ram, (low,), (high + 1,), (abs(step) if j - i > 1 else 1,))
+            parts.append(lax.rev(run, (0,)) if j - i > 1 and step < 0 else run)
             i = j
         return (parts[0] if len(parts) == 1 else jnp.concatenate(parts)).astype(jnp.int32)
 
