@@ -208,7 +208,8 @@ def test_failing_worker_is_reported():
 def test_workers_do_not_outlive_their_parent(how):
     """Interrupted, killed, or ended without close(): no worker and no shared memory stays behind."""
     code = textwrap.dedent("""
-        import sys, time, numpy as np, ocjax
+        import signal, sys, time, numpy as np, ocjax
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored where the tests run in a shell's background
         from ocjax.envs import AlePool
         pool = AlePool(ocjax.load("Pong"), 4, num_workers=2)
         pool.reset([0] * 4)
