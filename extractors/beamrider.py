@@ -8,9 +8,9 @@ its speed or the script that it follows, and from the frame counter. A line of t
 a product of line and lane; the picture follows from kind and depth.
 
 Covered: sectors 1 to 20, all kinds of enemies, deaths, game over, the sentinel. Not exact: the step back where a record has just
-changed what it does; the few lines by which one of two objects near each other is shifted, and which of them is left out on a frame;
-an enemy other than a saucer on the frame on which it is hit (it is in no category then); the torpedoes when a life begins. Scenery that
-no box covers: the beams' lines and dots, the name of the maker.
+changed what it does; the few lines by which one of two objects near each other is shifted, and which is left out on a frame; an enemy other
+than a saucer when it is hit (it is in no category then); the torpedoes when a life begins. Scenery without a box: the beams' lines and
+dots, the maker's name. REM takes 170 ns, of which 70 are for the 76 slots, 30 for their 18 groups, 23 for lookups; OCAtari 36 us.
 """
 
 import functools
