@@ -1,6 +1,6 @@
 """Agent steps a second of gymnasium's AsyncVectorEnv over OCAtari; run by envs.py with the interpreter that has OCAtari.
 
-python _async_ocatari.py GAME NUM_ENVS SECONDS
+python _async_ocatari.py GAME ram|vision NUM_ENVS SECONDS
 """
 
 import sys
@@ -13,8 +13,8 @@ from ocatari.core import OCAtari  # pyright: ignore[reportMissingImports]
 
 def main() -> None:
     """Print the rate."""
-    name, n, seconds = sys.argv[1], int(sys.argv[2]), float(sys.argv[3])
-    envs = gymnasium.vector.AsyncVectorEnv([lambda: OCAtari(f"ALE/{name}-v5", mode="ram", hud=True)] * n)
+    name, mode, n, seconds = sys.argv[1], sys.argv[2], int(sys.argv[3]), float(sys.argv[4])
+    envs = gymnasium.vector.AsyncVectorEnv([lambda: OCAtari(f"ALE/{name}-v5", mode=mode, hud=True)] * n)
     envs.reset(seed=0)
     rng, actions = np.random.default_rng(0), gymnasium.spaces.flatdim(envs.single_action_space)
     for _ in range(5):

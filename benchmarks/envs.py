@@ -32,6 +32,8 @@ KINDS: dict[str, dict[str, Any]] = {
     "VEM": {"mode": "vem"},
 }
 
+PEER = {mode: f"AsyncVectorEnv over OCAtari, {mode}" for mode in ("ram", "vision")}
+
 
 def rate(step: Callable[[np.ndarray], Any], num_actions: int, num_envs: int) -> float:
     """Agent steps a second."""
@@ -111,13 +113,13 @@ def main() -> None:
         for i in range(arguments.rounds):
             for name, (step, num_actions, _) in kinds.items():
                 rates.setdefault(name, []).append(rate(step, num_actions, n))
-            if arguments.peer:
-                command = [arguments.peer, str(Path(__file__).parent / "_async_ocatari.py"), game, "16", str(SECONDS)]
+            for mode in ("ram", "vision") if arguments.peer else ():
+                command = [arguments.peer, str(Path(__file__).parent / "_async_ocatari.py"), game, mode, str(n), str(SECONDS)]
                 run = subprocess.run(command, capture_output=True, text=True, check=False)
                 if run.returncode:
                     print(f"{game}: OCAtari failed: {run.stderr.strip().splitlines()[-1]}", file=sys.stderr)
                 else:
-                    rates.setdefault("AsyncVectorEnv over OCAtari, 16 environments", []).append(float(run.stdout.split()[-1]))
+                    rates.setdefault(PEER[mode], []).append(float(run.stdout.split()[-1]))
             print(f"{game}: round {i + 1} of {arguments.rounds}", file=sys.stderr)
         for _, _, close in kinds.values():
             close()
@@ -133,7 +135,7 @@ def main() -> None:
             row = [f"{statistics.median(values):,.0f}", f"{min(values):,.0f}-{max(values):,.0f}"]
             table.add_row(name, *row, *(f"{against[o]:.3f}" if o in against else "" for o in ("raw", "envpool alone")))
         console.print(table)
-    for name in ("REM to raw", "REM to envpool alone", "VEM to raw", "AsyncVectorEnv over OCAtari, 16 environments to raw"):
+    for name in ("REM to raw", "REM to envpool alone", "VEM to raw", *(f"{name} to raw" for name in PEER.values())):
         if name in ratios:
             console.print(f"{name}: {statistics.geometric_mean(ratios[name]):.3f} (geometric mean)")
     if arguments.large:

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import ocjax
-from ocjax.envs import AlePool, Protocol, RomError, WorkerError
+from ocjax.envs import PRESETS, AlePool, Protocol, RomError, WorkerError
 
 gymnasium.register_envs(ale_py)
 
@@ -284,6 +284,44 @@ def test_states_are_kept_and_restored(actions, sticky):
     with pytest.raises(ValueError, match="saved without rgb"):
         pool.restore_state(dataclasses.replace(saved, rows={k: v for k, v in saved.rows.items() if k != "rgb"}))
     pool.close()
+
+
+@pytest.mark.parametrize("protocol", [Protocol(max_episode_frames=120), PRESETS["dqn"]])
+def test_next_games_are_prepared_unseen(protocol, actions):
+    """Workers begin the next game while nobody waits: what is shown, written, saved and played is as without that."""
+    names = ("ram", "screen", "lives", "frame_number", "episode_return", "episode_length", "terminated", "truncated", "started")
+    stories = []
+    for workers in (2, 0):
+        pool = AlePool(ocjax.load("Breakout"), 2, dataclasses.replace(protocol, noop_max=5), screens=("screen",), num_workers=workers)
+        pool.reset([7, 8])
+        story, saved = [], None
+
+        def tell(pool=pool, story=story):
+            story.append({name: getattr(pool, name).copy() for name in names})
+
+        for a in actions[:300, :2]:
+            pool.send(a % len(pool.actions))
+            pool.wait()
+            tell()
+            if (pool.terminated | pool.truncated).any():
+                time.sleep(0.02 * workers)  # long enough to prepare
+                tell()
+                saved = pool.clone_state()
+                pool.set_ram(255 - pool.ram, pool.truncated | (pool.terminated & (pool.lives == 0)))
+                tell()
+        assert saved is not None
+        pool.restore_state(saved)
+        tell()
+        for a in actions[300:360, :2]:
+            pool.send(a % len(pool.actions))
+            pool.wait()
+            tell()
+        pool.close()
+        stories.append(story)
+    assert len(stories[0]) == len(stories[1]) > 370
+    for with_workers, without in zip(*stories, strict=True):
+        for name, value in with_workers.items():
+            assert np.array_equal(value, without[name]), name
 
 
 def test_ram_is_written():

@@ -16,7 +16,7 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
 
 import ocjax
-from ocjax.envs import PRESETS, Dqn, Masks, Vector, WorkerError, make, variations
+from ocjax.envs import PRESETS, Dqn, Masks, Vector, WorkerError, ale, make, variations
 
 gymnasium.register_envs(ale_py)
 
@@ -28,6 +28,13 @@ OPTIONS = {"obs": OBS, "max_episode_frames": 360, "ram_info": True}
 @pytest.fixture(scope="module")
 def actions():
     return np.random.default_rng(1).integers(4, size=(400, 4))
+
+
+@pytest.fixture(params=["one part", "parts"])
+def parts(request, monkeypatch):
+    """Results taken up together, and each worker's as it comes."""
+    monkeypatch.setattr(ale, "_PART", 64 if request.param == "one part" else 1)
+    return 1 if request.param == "one part" else 2
 
 
 def equal(a, b):
@@ -60,9 +67,10 @@ def same_info(vector, single, i):
     return all(np.array_equal(vector[k][i], v) and vector[f"_{k}"][i] for k, v in single.items())
 
 
-def test_batch_is_its_single_environments(actions):
+def test_batch_is_its_single_environments(parts, actions):
     """A batch of N is N single runs with the same seeds, through the ends of episodes."""
     envs = ocjax.make_vec("Breakout", 4, num_workers=2, **OPTIONS)
+    assert len(envs.pool.parts) == parts
     assert envs.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
     seen, info = envs.reset(seed=[0, 1, 2, 3])
     rows, ends = [iter(alone(i)) for i in range(4)], 0
@@ -83,12 +91,17 @@ def test_batch_is_its_single_environments(actions):
                 ends += 1
             assert same_info(info, rest[-1], i)
     assert ends >= 4
+    assert equal(envs.tensors, envs.game.rem(envs.get_ram()))
+    assert [tuple(o.xywh) for o in envs.objects(-1)] == [(o["x"], o["y"], o["w"], o["h"]) for o in envs.tensors[3].to_list()]
+    with pytest.raises(IndexError):
+        envs.objects(4)
     envs.close()
 
 
-def test_same_step_autoreset():
+def test_same_step_autoreset(parts):
     """The step that ends an episode shows the next one's beginning, and the end in final_obs and final_info."""
-    envs = ocjax.make_vec("Breakout", 2, autoreset_mode=AutoresetMode.SAME_STEP, **OPTIONS)
+    envs = ocjax.make_vec("Breakout", 2, autoreset_mode=AutoresetMode.SAME_STEP, num_workers=2, **OPTIONS)
+    assert len(envs.pool.parts) == parts
     envs.reset(seed=[0, 0])
     story, t, ends = alone(0)[1:], 0, 0
     column = np.random.default_rng(1).integers(4, size=(400, 4))[:, 0]
@@ -141,11 +154,12 @@ def test_disabled_autoreset():
     envs.close()
 
 
-def test_a_reset_changes_no_neighbour(actions):
+def test_a_reset_changes_no_neighbour(parts, actions):
     """Observations, rewards and memory of the others go on as without it."""
     runs = []
     for resets in (False, True):
         envs, out = ocjax.make_vec("Breakout", 4, num_workers=2, obs=OBS), []
+        assert len(envs.pool.parts) == parts
         envs.reset(seed=5)
         for t in range(60):
             if resets and t % 7 == 3:
@@ -295,8 +309,9 @@ def test_objects_as_ocataris_users_know_them():
         ocjax.ocatari("Pong", mode="rem")
 
 
-def test_states_hold_what_observations_remember(actions):
+def test_states_hold_what_observations_remember(parts, actions):
     envs = ocjax.make_vec("Breakout", 4, mode="both", obs=OBS, num_workers=2)
+    assert len(envs.pool.parts) == parts
     envs.reset(seed=0)
     for t in range(20):
         seen, *_, info = envs.step(actions[t])

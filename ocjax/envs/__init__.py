@@ -2,13 +2,15 @@
 
 from ocjax.envs.ale import AlePool, RomError, States, WorkerError
 from ocjax.envs.make import ObjectEnv, make, make_vec, ocatari
-from ocjax.envs.observations import Dqn, Masks, ObjectFields, Observation, Pixels, Ram, Vector
+from ocjax.envs.observations import Computed, Copied, Dqn, Masks, ObjectFields, Observation, Pixels, Ram, Vector
 from ocjax.envs.protocol import PRESETS, Protocol, protocol
 from ocjax.envs.vector import ObjectVectorEnv
 
 __all__ = [
     "PRESETS",
     "AlePool",
+    "Computed",
+    "Copied",
     "Dqn",
     "Masks",
     "ObjectEnv",

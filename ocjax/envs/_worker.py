@@ -7,7 +7,9 @@ It ends when the socket closes, so it cannot outlive the process that started it
 
 import json
 import mmap
+import os
 import pickle
+import select
 import signal
 import socket
 import sys
@@ -74,13 +76,15 @@ class Emulator:
 
     def __init__(self, i: int, config: dict[str, Any], arrays: dict[str, np.ndarray], hook: Callable[[np.ndarray], None] | None) -> None:
         self.i, self.config, self.arrays, self.hook = i, config, arrays, hook
+        self.ram = arrays["ram"][i]
         self.screens = {name: arrays[name][i] for name in config["screens"]}
         self.actions = [ale_py.Action(a) for a in config["actions"]]
         self.least_skip, self.most_skip = config["frame_skip"][0], config["frame_skip"][1] - 1
         # All frames of a step in one call, unless something is wanted of single ones.
         self.pairs = [name for name in self.screens if SCREENS[name][0] > 1]
         self.whole = self.least_skip == self.most_skip and hook is None and not self.pairs and not config["noop_max"]
-        self.over = self.game_over = False
+        self.over = self.game_over = False  # the episode that is shown has ended, and so has the game
+        self.ended = b""  # the state that is shown, where the next game has begun already
 
     def load(self, seed: int) -> None:
         c = self.config
@@ -98,25 +102,28 @@ class Emulator:
         if c["game_difficulty"][self.i] is not None:
             ale.setDifficulty(c["game_difficulty"][self.i])
         self.ale = ale
+        self.over, self.ended = False, b""
         self.arrays["loaded"][self.i] = True
 
-    def emulate(self, action: int, frames: int) -> float:
-        """So many frames with an action held, all there are to a step where they are done in one call."""
-        ale, a = self.ale, self.actions[action]
+    def play(self, action: int, *, seen: bool = True) -> float:
+        """As many frames as a step has, with an action held: their reward. No screen is copied where the step is not `seen`."""
         self.held = action
         if self.whole:
-            reward = float(ale.act(a))
-        else:
-            reward = 0.0
-            for k in range(frames):
-                if self.hook is not None:
-                    self.edit()
-                if k == frames - 1:
-                    for name in self.pairs:
-                        self.shoot(name, -2) if k else self.shift(name)
-                reward += ale.act(a)
-        self.episode_return += reward
+            return self.ale.act(self.actions[action])
+        low, high = self.least_skip, self.most_skip
+        reward, frames = 0.0, low if low == high else int(self.rng.integers(low, high + 1))
+        for k in range(frames):
+            if seen and k == frames - 1:
+                for name in self.pairs:
+                    self.shoot(name, -2) if k else self.shift(name)
+            reward += self.frame(action)
         return reward
+
+    def frame(self, action: int) -> float:
+        """One emulated frame, its hook before it."""
+        if self.hook is not None:
+            self.edit()
+        return self.ale.act(self.actions[action])
 
     def edit(self) -> None:
         """Let the hook write RAM."""
@@ -140,85 +147,69 @@ class Emulator:
         """What was the latest frame is the one before it."""
         self.screens[name][-2] = self.screens[name][-1]
 
-    def reset(self) -> None:
-        """Begin a new game: random no-ops, then FIRE where wanted; none of it counts as steps."""
-        noop_max = self.config["noop_max"]
-        self.ale.reset_game()
-        self.held, self.episode_return, self.episode_length = 0, 0.0, 0
-        for _ in range(int(self.rng.integers(1, noop_max + 1)) if noop_max else 0):
-            self.emulate(0, 1)
-            if self.ale.game_over():
-                self.ale.reset_game()
-                self.episode_return = 0.0
-        self.begin()
-
-    def begin(self) -> None:
-        """Begin an episode of the game that is running, and show it."""
+    def prepare(self) -> None:
+        """Begin the next episode unseen: with the next life where a life is an episode and the game goes on, else with a new game."""
+        total, length = self.arrays["episode_return"][self.i], self.arrays["episode_length"][self.i]
+        if not self.game_over:
+            total += self.play(0, seen=False)
+        if self.game_over or self.ale.game_over():
+            total, length = self.new_game(), 0
         for action in self.config["fire"]:
-            self.advance(action)
-            if self.game_over:
-                self.ale.reset_game()
-                self.episode_return = 0.0
-        self.over = self.game_over = False
-        self.lives = self.ale.lives()
-        arrays, i = self.arrays, self.i
+            total = self.unless_over(total + self.play(action, seen=False))
+        self.game_over, self.first = False, (total, length)
+
+    def new_game(self) -> float:
+        """Random no-ops follow where wanted; none of it counts as steps. Their reward."""
+        noop_max, total = self.config["noop_max"], 0.0
+        self.ale.reset_game()
+        self.held = 0
+        for _ in range(int(self.rng.integers(1, noop_max + 1)) if noop_max else 0):
+            total = self.unless_over(total + self.frame(0))
+        return total
+
+    def unless_over(self, total: float) -> float:
+        """The rewards of a game; of a new one where it ended before its first step."""
+        if not self.ale.game_over():
+            return total
+        self.ale.reset_game()
+        return 0.0
+
+    def restart(self) -> None:
+        """Show the beginning of the next episode."""
+        if not self.ended:
+            self.prepare()
+        self.over, self.ended = False, b""
+        arrays, ale, i = self.arrays, self.ale, self.i
         arrays["reward"][i] = 0
         arrays["terminated"][i] = arrays["truncated"][i] = False
         arrays["started"][i] = True
-        self.observe()
+        arrays["episode_return"][i], arrays["episode_length"][i] = self.first
+        arrays["lives"][i], arrays["frame_number"][i] = ale.lives(), ale.getEpisodeFrameNumber()
+        ale.getRAM(self.ram)
+        for name in self.screens:
+            self.shoot(name, -1)
         for name in self.pairs:
             self.shift(name)
 
-    def restart(self) -> None:
-        """Begin the next episode: with the next life where a life is an episode and the game goes on, else a new game."""
-        if self.game_over:
-            self.reset()
-        else:
-            self.advance(0)
-            self.reset() if self.game_over else self.begin()
-
-    def advance(self, action: int) -> tuple[float, bool, bool]:
-        """As many frames as a step has: reward, terminated, truncated."""
-        low, high = self.least_skip, self.most_skip
-        frames = low if low == high else int(self.rng.integers(low, high + 1))
-        reward = self.emulate(action, frames)
-        terminated, truncated = self.ale.game_over(with_truncation=False), self.ale.game_truncated()
-        self.game_over = terminated or truncated
-        return reward, terminated, truncated
-
-    def step(self, action: int) -> None:
-        arrays, i = self.arrays, self.i
-        reward, terminated, truncated = self.advance(action)
-        self.episode_length += 1
-        if self.config["episodic_life"]:
-            lives = self.ale.lives()
-            terminated = terminated or 0 < lives < self.lives
-            self.lives = lives
-        self.over = terminated or truncated
-        arrays["reward"][i] = reward
-        arrays["terminated"][i] = terminated
-        arrays["truncated"][i] = truncated
-        arrays["started"][i] = False
-        self.observe()
-
-    def observe(self) -> None:
-        ale, arrays, i = self.ale, self.arrays, self.i
-        ale.getRAM(arrays["ram"][i])
-        arrays["lives"][i] = ale.lives()
-        arrays["frame_number"][i] = ale.getEpisodeFrameNumber()
-        arrays["episode_return"][i] = self.episode_return
-        arrays["episode_length"][i] = self.episode_length
-        for name in self.screens:
-            self.shoot(name, -1)
+    def reset(self) -> None:
+        """Show the beginning of another episode, of a new game unless only a life had ended."""
+        if not self.over:
+            self.game_over = True
+        self.restart()
 
     def keep_final(self) -> None:
         for name in KEPT:
             if name in self.arrays:
                 self.arrays[f"final_{name}"][self.i] = self.arrays[name][self.i]
 
+    def state(self) -> bytes:
+        """What is shown and all that the next steps depend on."""
+        return self.ended or pickle.dumps(
+            (self.ale.cloneState(include_rng=True), self.rng.bit_generator.state, self.over, self.game_over, self.held)
+        )
+
     def save(self) -> None:
-        state = pickle.dumps((self.ale.cloneState(include_rng=True), self.rng.bit_generator.state, self.over, self.game_over, self.lives,
-                              self.held, self.episode_return, self.episode_length))  # fmt: skip
+        state = self.state()
         if len(state) > STATE_BYTES:
             raise RuntimeError(f"the emulator's state takes {len(state)} bytes, there is room for {STATE_BYTES}")
         self.arrays["state"][self.i, : len(state)] = np.frombuffer(state, np.uint8)
@@ -226,16 +217,19 @@ class Emulator:
 
     def restore(self) -> None:
         data = self.arrays["state"][self.i, : self.arrays["state_bytes"][self.i]].tobytes()
-        (state, self.rng.bit_generator.state, self.over, self.game_over, self.lives, self.held, self.episode_return,
-         self.episode_length) = pickle.loads(data)  # fmt: skip
+        state, self.rng.bit_generator.state, self.over, self.game_over, self.held = pickle.loads(data)
         # The emulator's state lacks the action that a sticky frame repeats: act it until it is held for certain.
         p = self.config["repeat_action_probability"]
         for _ in range(1 + int(np.ceil(np.log(CERTAIN) / np.log(p))) if p else 1):
             self.ale.act(self.actions[self.held])
         self.ale.restoreState(state)
+        self.ended = b""
 
     def write(self) -> None:
-        wanted, ram = self.arrays["written"][self.i], self.arrays["ram"][self.i]
+        wanted, ram = self.arrays["written"][self.i], self.ram
+        if self.ended or (self.over and self.game_over):  # what is written cannot matter any more
+            ram[:] = wanted
+            return
         for address in np.flatnonzero(wanted != ram).tolist():
             self.ale.setRAM(address, int(wanted[address]))
         self.ale.getRAM(ram)
@@ -245,7 +239,7 @@ class Share:
     """The environments of one worker."""
 
     def __init__(self, config: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
-        self.arrays, self.autoreset = arrays, config["autoreset"]
+        self.arrays, self.autoreset, self.episodic_life = arrays, config["autoreset"], config["episodic_life"]
         hook = None
         if config["hook"] is not None:
             hook = pickle.loads(bytes.fromhex(config["hook"]))  # by value: see `AlePool`
@@ -258,22 +252,56 @@ class Share:
             seed = int(self.arrays["seed"][e.i])
             if seed >= 0 or not self.arrays["loaded"][e.i]:
                 e.load(seed)
-                e.reset()
-            else:  # a life that ended does not end the game
-                e.restart() if e.over else e.reset()
+            e.reset()
 
     def step(self) -> None:
-        for e, action in zip(self.emulators, self.arrays["action"][self.share].tolist(), strict=True):
-            if e.over and self.autoreset == NEXT_STEP:
-                e.restart()  # the action is ignored
-                continue
-            e.step(action)
-            if e.over and self.autoreset == SAME_STEP:
-                e.keep_final()
-                reward, terminated, truncated = (self.arrays[k][e.i] for k in ("reward", "terminated", "truncated"))
-                e.restart()
-                for name, value in (("reward", reward), ("terminated", terminated), ("truncated", truncated)):
-                    self.arrays[name][e.i] = value
+        arrays, here = self.arrays, self.share
+        # The step after an end restarts, whatever the action.
+        resting = [e.over and self.autoreset == NEXT_STEP for e in self.emulators]
+        # All play before any is looked at: an emulation leaves nothing else in the processor's caches, so little should lie between two.
+        rewards = [
+            0.0 if rests else e.play(action)
+            for e, action, rests in zip(self.emulators, arrays["action"][here].tolist(), resting, strict=True)
+        ]
+        ales = [e.ale for e in self.emulators]
+        game_over, lives = np.array([ale.game_over() for ale in ales]), np.array([ale.lives() for ale in ales])
+        life_over = (lives > 0) & (lives < arrays["lives"][here]) & self.episodic_life
+        arrays["reward"][here] = rewards
+        arrays["terminated"][here] = life_over
+        arrays["truncated"][here] = arrays["started"][here] = False
+        arrays["lives"][here] = lives
+        arrays["frame_number"][here] = [ale.getEpisodeFrameNumber() for ale in ales]
+        arrays["episode_return"][here] += rewards
+        arrays["episode_length"][here] += 1
+        for e, ale in zip(self.emulators, ales, strict=True):
+            ale.getRAM(e.ram)
+            for name in e.screens:
+                e.shoot(name, -1)
+        for k in np.flatnonzero(game_over | life_over | resting).tolist():
+            self.emulators[k].restart() if resting[k] else self.end(self.emulators[k], bool(game_over[k]))
+
+    def end(self, e: Emulator, game_over: bool) -> None:
+        """An episode ended with this step."""
+        arrays, i = self.arrays, e.i
+        e.over, e.game_over = True, game_over
+        if game_over:
+            arrays["terminated"][i] |= e.ale.game_over(with_truncation=False)
+            arrays["truncated"][i] = e.ale.game_truncated()
+        if self.autoreset == SAME_STEP:
+            e.keep_final()
+            kept = {name: arrays[name][i] for name in ("reward", "terminated", "truncated")}
+            e.restart()
+            for name, value in kept.items():
+                arrays[name][i] = value
+
+    def ahead(self, wanted: Callable[[], bool]) -> None:
+        """Until something is wanted, prepare new games where games are over: each costs as much as 16 steps, and nobody waits now."""
+        for e in self.emulators:
+            if e.over and e.game_over:
+                if wanted():
+                    return
+                e.ended = e.state()
+                e.prepare()
 
     def save(self) -> None:
         for e in self.emulators:
@@ -296,6 +324,8 @@ class Share:
 
 def main(socket_fd: int, memory_fd: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
+    if hasattr(os, "SCHED_BATCH"):  # a worker that is woken must not take the core of the parent before that has woken the others
+        os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
     ale_py.ALEInterface.setLoggerMode(ale_py.LoggerMode.Error)
     link = socket.socket(fileno=socket_fd)
     with link.makefile("rb") as incoming:
@@ -305,11 +335,11 @@ def main(socket_fd: int, memory_fd: int) -> None:
         while (command := incoming.read(1)) not in (b"", QUIT):
             try:
                 share.commands[command]()
+                link.sendall(OK)
+                share.ahead(lambda: bool(select.select([link], [], [], 0)[0]))
             except Exception:
                 text = traceback.format_exc().encode()
                 link.sendall(ERROR + len(text).to_bytes(4, "big") + text)
-            else:
-                link.sendall(OK)
 
 
 if __name__ == "__main__":

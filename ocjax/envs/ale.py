@@ -17,7 +17,8 @@ import sys
 import tempfile
 import time
 import weakref
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any, Self
@@ -37,6 +38,7 @@ Hook = Callable[[np.ndarray], None]
 
 # Of an environment's rows in the shared memory, what a saved state holds.
 _STATE = (*_worker.KEPT, "reward", "terminated", "truncated", "started", "state", "state_bytes")
+_PART = 64  # environments that it pays to look at while others are still being stepped
 _SLOW = 1.0  # seconds after which the start of the emulators shows how far it is
 
 
@@ -151,6 +153,7 @@ class AlePool:
         self._local: _worker.Share | None = None
         self._finalizer = weakref.finalize(self, _close, self._workers, self._selector)
         self._waiting = False
+        self.parts = [slice(0, num_envs)]
         if num_workers == 0:
             self._arrays = _worker.view(mmap.mmap(-1, n_bytes), self._config)
             self._local = _worker.Share(self._config, self._arrays)
@@ -160,11 +163,13 @@ class AlePool:
         with file:
             file.truncate(n_bytes)
             self._arrays = _worker.view(mmap.mmap(file.fileno(), n_bytes), self._config)
-            edges = np.linspace(0, num_envs, min(num_workers or cores, num_envs) + 1).astype(int).tolist()
-            for share in itertools.pairwise(edges):
+            n = min(num_workers or cores, num_envs)
+            count = _num_parts(num_envs, n)
+            self.parts = [slice(i * num_envs // count, (i + 1) * num_envs // count) for i in range(count)]
+            for i, share in enumerate(itertools.pairwise(np.linspace(0, num_envs, n + 1).astype(int).tolist())):
                 worker = _Worker(file.fileno(), {**self._config, "share": share})
                 self._workers.append(worker)
-                self._selector.register(worker.link, selectors.EVENT_READ, worker)
+                self._selector.register(worker.link, selectors.EVENT_READ, (worker, i * count // n))
 
     def _each(self, name: str, value: int | Sequence[int | None] | None, known: Sequence[int]) -> list[int | None]:
         """A mode or difficulty for each emulator."""
@@ -280,23 +285,53 @@ class AlePool:
         Raises:
             WorkerError: a worker failed or died; the pool is closed then.
         """
-        try:
+        with self._taking_up():
             if self._arrays["loaded"].all():
                 self._collect(len(self._workers))
             else:
                 self._collect_shown()
-        except BaseException:  # an interrupt too: half an answer cannot be taken up again
+
+    def finished(self) -> Iterator[int]:
+        """Wait for the step to end: numbers of `parts`, each as soon as its emulators have ended it.
+
+        Raises:
+            WorkerError: a worker failed or died; the pool is closed then.
+        """
+        if self._local:
+            yield 0
+            return
+        left = [len(self._workers) // len(self.parts)] * len(self.parts)
+        with self._taking_up():
+            while any(left):
+                for part in self._answered():
+                    left[part] -= 1
+                    if not left[part]:
+                        yield part
+
+    @contextmanager
+    def _taking_up(self) -> Iterator[None]:
+        """Whoever fails to take up all answers, be it by an interrupt, cannot go on: the pool is closed."""
+        try:
+            yield
+        except BaseException:
             self.close()
             raise
         self._waiting = False
+
+    def _answered(self, timeout: float | None = None) -> list[int]:
+        """Wait for answers: of which parts the workers are that gave one."""
+        parts = []
+        for key, _ in self._selector.select(timeout):
+            worker, part = key.data
+            worker.answer()
+            parts.append(part)
+        return parts
 
     def _collect(self, left: int, timeout: float | None = None) -> int:
         """Take so many answers, or those that come in time; how many are left."""
         end = None if timeout is None else time.monotonic() + timeout
         while left and (end is None or time.monotonic() < end):
-            for key, _ in self._selector.select(timeout):
-                key.data.answer()
-                left -= 1
+            left -= len(self._answered(timeout))
         return left
 
     def _collect_shown(self) -> None:
@@ -334,6 +369,12 @@ class AlePool:
         """End the workers; may be called twice."""
         self._local = None
         self._finalizer()
+
+
+def _num_parts(num_envs: int, num_workers: int) -> int:
+    """Of how many parts of equal size, each of whole workers, a step's results are taken up: as many as keep a part large enough."""
+    whole = [k for k in range(1, num_workers + 1) if num_workers % k == 0 and num_envs % k == 0]
+    return max([k for k in whole if num_envs // k >= _PART], default=1)
 
 
 def _by_value(hook: Hook) -> bytes:

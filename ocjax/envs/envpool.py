@@ -6,7 +6,7 @@ next-step. It plays at least one no-op when a game begins, so `noop_max` 0 means
 truncates episodes after a number of whole steps.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import envpool
@@ -17,7 +17,7 @@ from ale_py import ALEInterface, LoggerMode
 from gymnasium.vector import AutoresetMode
 
 from ocjax.envs.ale import check_rom
-from ocjax.envs.observations import Wanted
+from ocjax.envs.observations import Computed, Wanted
 from ocjax.envs.protocol import Protocol
 from ocjax.envs.vector import Mode, ObjectVectorEnv, look, wanted
 from ocjax.spec import Game
@@ -110,6 +110,16 @@ class EnvpoolPool:
         if self.env is None:
             raise ValueError("the environments have not been reset")
         self.env.send(np.asarray(actions, np.int32), np.arange(self.num_envs, dtype=np.int32) if ids is None else np.asarray(ids, np.int32))
+
+    @property
+    def parts(self) -> list[slice]:
+        """One part: envpool's threads share all environments."""
+        return [slice(0, self.num_envs)]
+
+    def finished(self) -> Iterator[int]:
+        """Wait for the step to end."""
+        self.wait()
+        yield 0
 
     def wait(self) -> None:
         """Wait for the step to end."""
@@ -215,16 +225,15 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         """Results of the `batch_size` environments that are ready first; `info["env_id"]` says which."""
         self.pool.wait()
         p, ids = self.pool, self.pool.ids
-        arrays = {name: a[ids] for name, a in self._arrays().items()}
-        screen = arrays["screen"][:, -1] if "screen" in arrays else None
-        memory = jax.tree.map(lambda a: np.asarray(a)[ids], self._memory)
-        made, memory, objects = jax.block_until_ready(self._look(arrays["ram"], screen, None, arrays["started"], memory))
-        self._memory = self._placed(ids, memory, self._memory)
-        self._before = self._placed(ids, jax.tree.map(lambda a: np.asarray(a)[ids], self._objects), self._before) if self._objects else {}
-        self._objects = self._placed(ids, objects, self._objects)
+        part = self._parts[0]
+        arrays, memory = {name: a[ids] for name, a in part.arrays.items()}, jax.tree.map(lambda a: np.asarray(a)[ids], part.memory)
+        made, memory, objects = self._look_at(arrays, memory)
+        part.memory = self._placed(ids, memory, part.memory)
+        part.before = self._placed(ids, jax.tree.map(lambda a: np.asarray(a)[ids], part.objects), part.before) if part.objects else {}
+        part.objects = self._placed(ids, objects, part.objects)
         reward = p.reward[ids]
         info = {k: v[ids] for k, v in self._info().items()} | {"env_id": ids}
-        seen = self._given(made, arrays)
+        seen = self._given([(made, arrays, objects)])
         return seen, np.sign(reward) if p.protocol.clip_rewards else reward, p.terminated[ids], p.truncated[ids], info
 
     def _placed(self, ids: np.ndarray, new: Any, old: Any) -> Any:
@@ -262,10 +271,10 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
             terminated, truncated, ram, lives, reward = (
                 a[order] for a in (terminated, truncated, info["ram"], info["lives"], info["reward"])
             )
-            made, memory, _ = seeing(ram, None, None, over, memory)
-            seen = {name: ram if kind.copies else made[name] for name, kind in kinds.items()}
+            made, memory, objects = seeing(ram, None, None, over, memory)
+            seen = {name: made[name] if isinstance(kind, Computed) else kind.source({"ram": ram}, objects) for name, kind in kinds.items()}
             out = (seen[""] if self._single else seen, jnp.sign(reward) if clip else reward, terminated, truncated)
             return (handle, memory, terminated | truncated), (*out, {"lives": lives, "ram": ram})
 
         over = jnp.asarray(self.pool.terminated | self.pool.truncated)
-        return (handle, jax.tree.map(jnp.asarray, self._memory), over), step
+        return (handle, jax.tree.map(jnp.asarray, self._parts[0].memory), over), step

@@ -4,6 +4,7 @@ A kind of observation is a small class of options. Its `update` is a pure JAX fu
 it keeps from one step to the next), so that the same code serves environments in worker processes and inside `jax.lax.scan`.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass
 from typing import Any, ClassVar, Literal, NamedTuple
@@ -50,28 +51,39 @@ def _stacked(started: jax.Array, latest: jax.Array, memory: jax.Array) -> jax.Ar
 
 
 @dataclass(frozen=True)
-class Observation:
-    """Base of the kinds."""
+class Observation(ABC):
+    """Base of the kinds: either `Computed` or `Copied`."""
 
     needs_objects: ClassVar[bool] = False
-    copies: ClassVar[str] = ""  # the array of the emulators that it is a copy of; such a kind has no `update`
 
     @property
     def screens(self) -> tuple[str, ...]:
         """Arrays of pixels that it needs."""
         return ()
 
+    @abstractmethod
     def space(self, game: Game, mode: str) -> gym.Space[Any]:
         """The space of one environment."""
-        raise NotImplementedError
+
+
+class Computed(Observation):
+    """Computed from what there is to see, and from what it remembers of the steps before."""
 
     def initial(self, game: Game, mode: str, num_envs: int) -> Any:
         """The memory before the first observation."""
         return ()
 
+    @abstractmethod
     def update(self, game: Game, mode: str, now: Now, memory: Any) -> tuple[Any, Any]:
         """The observation of a batch, and the new memory."""
-        raise NotImplementedError
+
+
+class Copied(Observation):
+    """A copy of something that is there anyway."""
+
+    @abstractmethod
+    def source(self, arrays: Mapping[str, Any], objects: Mapping[str, Objects]) -> Any:
+        """What it is a copy of, from the emulators' arrays and each method's objects."""
 
 
 def object_space(game: Game) -> gym.spaces.Dict:
@@ -88,7 +100,7 @@ def object_space(game: Game) -> gym.spaces.Dict:
 
 
 @dataclass(frozen=True)
-class ObjectFields(Observation):
+class ObjectFields(Copied):
     """The fields of `Objects` as a Dict of arrays `[N, ...]`; in mode "both" a Dict of both methods' ("rem", "vem")."""
 
     needs_objects = True
@@ -98,19 +110,17 @@ class ObjectFields(Observation):
         one = object_space(game)
         return gym.spaces.Dict(rem=one, vem=object_space(game)) if mode == "both" else one
 
-    def update(self, game: Game, mode: str, now: Now, memory: Any) -> tuple[Any, Any]:
-        """The observation of a batch, and the new memory."""
-
-        def fields(o: Objects) -> dict[str, jax.Array]:
-            return {"xywh": o.xywh, "valid": o.valid.astype(jnp.int8), "orientation": o.orientation, "value": o.value, "rgb": o.rgb}
-
-        if now.rem is not None and now.vem is not None:
-            return {"rem": fields(now.rem), "vem": fields(now.vem)}, memory
-        return fields(now.objects), memory
+    def source(self, arrays: Mapping[str, Any], objects: Mapping[str, Objects]) -> Any:
+        """What it is a copy of."""
+        fields = {
+            name: {"xywh": o.xywh, "valid": o.valid.astype(np.int8), "orientation": o.orientation, "value": o.value, "rgb": o.rgb}
+            for name, o in objects.items()
+        }
+        return fields if len(fields) > 1 else next(iter(fields.values()))
 
 
 @dataclass(frozen=True)
-class Vector(Observation):
+class Vector(Computed):
     """Features of all slots as one flat float32 vector.
 
     The order is: states from the oldest to the latest, slots in the game's order, features in the order named (`features_of` names
@@ -190,7 +200,7 @@ class Vector(Observation):
 
 
 @dataclass(frozen=True)
-class Dqn(Observation):
+class Dqn(Computed):
     """Frames as DQN has them: uint8 `[stack, 84, 84]` of grey, each the brighter of the last two emulated frames, resized over areas.
 
     Args:
@@ -229,7 +239,7 @@ class Dqn(Observation):
 
 
 @dataclass(frozen=True)
-class Masks(Observation):
+class Masks(Computed):
     """Objects drawn as masks, uint8 `[stack * planes, height, width]`; see `ocjax.masks.masks` for the kinds and options."""
 
     needs_objects = True
@@ -271,10 +281,8 @@ class Masks(Observation):
 
 
 @dataclass(frozen=True)
-class Pixels(Observation):
+class Pixels(Copied):
     """The last emulated frame, uint8 `[H, 160, 3]` of RGB."""
-
-    copies = "rgb"
 
     @property
     def screens(self) -> tuple[str, ...]:
@@ -285,33 +293,40 @@ class Pixels(Observation):
         """The space of one environment."""
         return gym.spaces.Box(0, 255, (*game.screen, 3), np.uint8)
 
+    def source(self, arrays: Mapping[str, Any], objects: Mapping[str, Objects]) -> Any:
+        """What it is a copy of."""
+        return arrays["rgb"][:, -1]
+
 
 @dataclass(frozen=True)
-class Ram(Observation):
+class Ram(Copied):
     """The RAM, uint8 `[128]`."""
-
-    copies = "ram"
 
     def space(self, game: Game, mode: str) -> gym.Space[Any]:
         """The space of one environment."""
         return gym.spaces.Box(0, 255, (128,), np.uint8)
 
+    def source(self, arrays: Mapping[str, Any], objects: Mapping[str, Objects]) -> Any:
+        """What it is a copy of."""
+        return arrays["ram"]
 
-NAMES: Mapping[str, Observation] = {
+
+Kind = Computed | Copied
+NAMES: Mapping[str, Kind] = {
     "objects": ObjectFields(), "vector": Vector(), "dqn": Dqn(), "pixels": Pixels(), "ram": Ram(), "object_masks": Masks("object"),
     "binary_masks": Masks("binary"), "class_masks": Masks("class"), "planes": Masks("planes"),
 }  # fmt: skip
 
-Wanted = str | Observation | Sequence[str] | Mapping[str, str | Observation]
+Wanted = str | Kind | Sequence[str] | Mapping[str, str | Kind]
 
 
-def parse(obs: Wanted) -> Observation | dict[str, Observation]:
+def parse(obs: Wanted) -> Kind | dict[str, Kind]:
     """An observation by name, by its class, or several in a dict.
 
     Raises:
         ValueError: no observation of that name.
     """
-    if isinstance(obs, Observation):
+    if isinstance(obs, Kind):
         return obs
     if isinstance(obs, str):
         if obs not in NAMES:
@@ -321,6 +336,6 @@ def parse(obs: Wanted) -> Observation | dict[str, Observation]:
     if not named:
         raise ValueError("several observations were asked for, but none was named")
     out = {name: parse(one) for name, one in named.items()}
-    if not all(isinstance(one, Observation) for one in out.values()):
+    if not all(isinstance(one, Kind) for one in out.values()):
         raise ValueError(f"several observations must be names or classes, not several again: {obs!r}")
     return out  # pyright: ignore[reportReturnType]

@@ -1,18 +1,19 @@
 """Vector environments whose observations are objects."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import gymnasium as gym
 import jax
+import jax.numpy as jnp
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from ocjax.envs import _worker
 from ocjax.envs.ale import AlePool, States
-from ocjax.envs.observations import Now, Observation, Wanted, parse
+from ocjax.envs.observations import Computed, Kind, Now, Wanted, parse
 from ocjax.envs.protocol import Protocol
 from ocjax.objects import Objects
 from ocjax.render import overlay
@@ -33,6 +34,27 @@ AUTORESET = {
 _INFO = ("lives", "frame_number", "episode_return", "episode_length")
 
 
+@dataclass
+class Part:
+    """What was seen of some of the environments, which are looked at as soon as their own workers have stepped them."""
+
+    rows: slice
+    arrays: dict[str, np.ndarray]  # of the emulators: what observations are made of
+    memory: dict[str, Any]  # what observations remember
+    made: Any = None  # observations that are computed; None before the first
+    objects: dict[str, Objects] = field(default_factory=dict)  # each method's
+    before: dict[str, Objects] = field(default_factory=dict)  # at the step before
+
+    def remembered(self) -> tuple[Any, ...]:
+        """All that the next step depends on."""
+        return self.memory, self.objects, self.before or self.objects, self.made
+
+
+def joined(trees: Sequence[Any]) -> Any:
+    """Trees of arrays `[n, ...]` of all parts as one of new arrays `[num_envs, ...]`."""
+    return jax.tree.map(lambda *a: np.concatenate([np.asarray(x) for x in a]), *trees)
+
+
 def _row(objects: Objects, i: Any) -> Objects:
     """The objects of one environment, on the host."""
     return jax.tree.map(lambda a: np.asarray(a)[i], objects)
@@ -46,6 +68,9 @@ def merged(mask: np.ndarray, new: Any, old: Any) -> Any:
         return np.where(mask.reshape(-1, *[1] * (a.ndim - 1)), a, b)
 
     return jax.tree.map(rows, new, old)
+
+
+Look = tuple[Any, Any, dict[str, Objects]]  # computed observations, the new memory, each method's objects
 
 
 class ObjectVectorEnv(VectorEnv):
@@ -77,25 +102,29 @@ class ObjectVectorEnv(VectorEnv):
         self.autoreset_mode, self.render_mode, self.ram_info = autoreset_mode, render_mode, ram_info
         kinds = wanted(mode, obs)
         self._single = not isinstance(kinds, dict)
-        self.kinds: dict[str, Observation] = {"": kinds} if isinstance(kinds, Observation) else kinds
+        self.kinds: dict[str, Kind] = {"": kinds} if isinstance(kinds, Kind) else kinds
         spaces = {name: kind.space(self.game, mode) for name, kind in self.kinds.items()}
         self.single_observation_space = spaces[""] if self._single else gym.spaces.Dict(spaces)
         self.single_action_space = gym.spaces.Discrete(len(pool.actions))
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self._look = look(self.game, mode, self.kinds)
-        self._memory = {name: kind.initial(self.game, mode, self.num_envs) for name, kind in self.kinds.items()}
-        self._objects: dict[str, Objects] = {}
-        self._before: dict[str, Objects] = {}
-        self._made: Any = None  # what the last observation was made of
+        computed = {name: kind for name, kind in self.kinds.items() if isinstance(kind, Computed)}
+        self._parts = []
+        for rows in pool.parts:
+            arrays = {name: getattr(pool, name)[rows] for name in self._sources()}
+            memory = {name: kind.initial(self.game, mode, rows.stop - rows.start) for name, kind in computed.items()}
+            self._parts.append(Part(rows, arrays, memory))
         self._over = np.zeros(self.num_envs, bool)
 
     @property
     def tensors(self) -> Objects | dict[str, Objects]:
         """The present objects."""
-        if not self._objects:
+        if not self._parts[0].objects:
             raise ValueError("there are no objects: the mode is 'raw', or the environments have not been reset")
-        return dict(self._objects) if self.mode == "both" else self._objects[self.mode]
+        parts = [part.objects for part in self._parts]
+        all_of_them = parts[0] if len(parts) == 1 else jax.tree.map(lambda *a: jnp.concatenate(a), *parts)
+        return dict(all_of_them) if self.mode == "both" else all_of_them[self.mode]
 
     def objects(self, i: int, method: str | None = None) -> list[GameObject]:
         """The objects of one environment as OCAtari's users know them.
@@ -105,14 +134,17 @@ class ObjectVectorEnv(VectorEnv):
             method: "rem" or "vem" in mode "both"; REM's by default.
 
         Raises:
+            IndexError: no such environment.
             ValueError: nothing is extracted, or not by that method.
         """
-        name = method or ("rem" if "rem" in self._objects else "vem")
-        if name not in self._objects:
+        i = range(self.num_envs)[i]
+        part = next(p for p in self._parts if i < p.rows.stop)
+        name = method or ("rem" if "rem" in part.objects else "vem")
+        if name not in part.objects:
             raise ValueError(f"no objects by {name!r}: the mode is {self.mode!r}, or the environments have not been reset")
-        before = self._before.get(name)
+        k, before = i - part.rows.start, part.before.get(name)
         continues = before is not None and not self.pool.started[i]
-        return views(_row(self._objects[name], i), _row(before, i) if before is not None and continues else None)
+        return views(_row(part.objects[name], k), _row(before, k) if before is not None and continues else None)
 
     @property
     def features(self) -> Any:
@@ -126,44 +158,42 @@ class ObjectVectorEnv(VectorEnv):
             raise AttributeError("no observation is a vector: make the environments with obs='vector'")
         return out[""] if self._single else out
 
-    def _arrays(self, final: np.ndarray | None = None) -> dict[str, np.ndarray]:
-        """What observations are made of; where the mask is set, of the end of the episode."""
-        names = {"ram", "started", *(s for kind in self.kinds.values() for s in kind.screens)}
-        if self.mode in ("vem", "both"):
-            names.add("screen")
-        out = {name: getattr(self.pool, name) for name in names}
-        if final is not None:
-            out = {
-                name: merged(final, getattr(self.pool, f"final_{name}"), a) if name != "started" else a & ~final for name, a in out.items()
-            }
-        return out
+    def _sources(self) -> set[str]:
+        """The emulators' arrays that observations are made of."""
+        return {
+            "ram",
+            "started",
+            *(s for kind in self.kinds.values() for s in kind.screens),
+            *(["screen"] * (self.mode in ("vem", "both"))),
+        }
 
-    def _observe(self, arrays: Mapping[str, np.ndarray]) -> tuple[Any, Any, dict[str, Objects]]:
-        """What observations are made of, the new memory, and the objects."""
+    def _look_at(self, arrays: Mapping[str, np.ndarray], memory: Any) -> Look:
         screen = arrays["screen"][:, -1] if "screen" in arrays else None
-        return jax.block_until_ready(self._look(arrays["ram"], screen, arrays.get("gray"), arrays["started"], self._memory))
+        return jax.block_until_ready(self._look(arrays["ram"], screen, arrays.get("gray"), arrays["started"], memory))
 
-    def _given(self, made: Any, arrays: Mapping[str, np.ndarray]) -> Any:
-        """The observation, in arrays of the caller's own."""
-        seen = {}
+    def _given(self, pieces: Sequence[tuple[Any, Mapping[str, np.ndarray], Mapping[str, Objects]]]) -> Any:
+        """The observation, in arrays of the caller's own; from each part's computed observations, arrays and objects."""
+        out = {}
         for name, kind in self.kinds.items():
-            if kind.copies:
-                source = arrays[kind.copies]
-                seen[name] = (source[:, -1] if kind.copies == "rgb" else source).copy()
+            if isinstance(kind, Computed):
+                out[name] = joined([made[name] for made, _, _ in pieces])
             else:
-                seen[name] = jax.tree.map(np.array, made[name])
-        return seen[""] if self._single else seen
+                out[name] = joined([kind.source(arrays, jax.tree.map(np.asarray, objects)) for _, arrays, objects in pieces])
+        return out[""] if self._single else out
 
-    def _update(self, mask: np.ndarray | None = None) -> Any:
-        """Look at the emulators (only at those of the mask); the observation."""
-        arrays = self._arrays()
-        made, memory, objects = self._observe(arrays)
-        before = self._objects
-        if mask is not None and not mask.all():
-            made, memory = merged(mask, made, self._made), merged(mask, memory, self._memory)
-            objects, before = merged(mask, objects, self._objects), merged(mask, objects, self._before or self._objects)
-        self._made, self._memory, self._objects, self._before = made, memory, objects, before
-        return self._given(made, arrays)
+    def _update(self, part: Part, mask: np.ndarray | None = None) -> None:
+        """Look at the emulators of a part (only at those of the mask)."""
+        made, memory, objects = self._look_at(part.arrays, part.memory)
+        before = part.objects
+        if mask is not None and not mask[part.rows].all():
+            some = mask[part.rows]
+            made, memory = merged(some, made, part.made), merged(some, memory, part.memory)
+            objects, before = merged(some, objects, part.objects), merged(some, objects, part.before or part.objects)
+        part.made, part.memory, part.objects, part.before = made, memory, objects, before
+
+    def _seen(self) -> Any:
+        """The present observation."""
+        return self._given([(part.made, part.arrays, part.objects) for part in self._parts])
 
     def _info(self, prefix: str = "", mask: np.ndarray | None = None) -> dict[str, Any]:
         there = np.ones(self.num_envs, bool) if mask is None else mask
@@ -196,15 +226,16 @@ class ObjectVectorEnv(VectorEnv):
             not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (self.num_envs,) or not mask.any()
         ):
             raise ValueError(f"reset_mask must be a bool array of shape ({self.num_envs},), not all False, got {mask!r}")
-        if mask is not None and self._made is None and not mask.all():
+        if mask is not None and self._parts[0].made is None and not mask.all():
             raise ValueError("the first reset must be of all environments, without reset_mask")
         seeds = None if seed is None else [seed + i for i in range(self.num_envs)] if isinstance(seed, int | np.integer) else list(seed)
         if seeds is not None and (len(seeds) != self.num_envs or any(s is not None and s < 0 for s in seeds)):
             raise ValueError(f"seed must be a number >= 0 or {self.num_envs} of them, got {seed!r}")
         self.pool.reset(seeds, mask)
         self._over[slice(None) if mask is None else mask] = False
-        seen = self._update(mask)
-        return seen, self._info()
+        for part in self._parts:
+            self._update(part, mask)
+        return self._seen(), self._info()
 
     def step_async(self, actions: Any) -> None:
         """Start a step without waiting for it: the emulators run while the caller does something else."""
@@ -222,33 +253,42 @@ class ObjectVectorEnv(VectorEnv):
 
     def step_wait(self) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Wait for the step that `step_async` started."""
-        self.pool.wait()
-        p = self.pool
+        p, done, final = self.pool, self.pool.finished(), {}
+        if self.autoreset_mode == AutoresetMode.SAME_STEP:
+            done = list(done)
+            over = p.terminated | p.truncated
+            if over.any():
+                final = self._final(over)
+        for k in done:
+            self._update(self._parts[k])
         reward, terminated, truncated = np.array(p.reward), np.array(p.terminated), np.array(p.truncated)
         self._over = terminated | truncated
-        final: dict[str, Any] = {}
-        if self.autoreset_mode == AutoresetMode.SAME_STEP and self._over.any():
-            final = self._final(self._over)
-        seen = self._update()
         if p.protocol.clip_rewards:
             reward = np.sign(reward)
-        return seen, reward, terminated, truncated, self._info() | final
+        return self._seen(), reward, terminated, truncated, self._info() | final
 
     def _final(self, over: np.ndarray) -> dict[str, Any]:
         """What was there at the end of the episodes that just ended, before the next ones began."""
-        arrays = self._arrays(final=over)
-        made, _, objects = self._observe(arrays)
-        seen = self._given(made, arrays)
+        pieces = []
+        for part in self._parts:
+            some = over[part.rows]
+            arrays = {
+                k: a & ~some if k == "started" else merged(some, getattr(self.pool, f"final_{k}")[part.rows], a)
+                for k, a in part.arrays.items()
+            }
+            made, _, objects = self._look_at(arrays, part.memory)
+            pieces.append((made, arrays, objects))
+        seen, objects = self._given(pieces), joined([objects for _, _, objects in pieces])
         last = np.full(self.num_envs, None, object)
         for i in np.flatnonzero(over):
             last[i] = jax.tree.map(lambda a, i=i: a[i].copy(), seen)
         info = self._info("final_", over)
         if objects:
             name = "rem" if "rem" in objects else "vem"
+            before = joined([part.objects[name] for part in self._parts])
             info["objects"], info["_objects"] = np.full(self.num_envs, None, object), over.copy()
             for i in np.flatnonzero(over):
-                before = self._objects.get(name)
-                info["objects"][i] = views(_row(objects[name], i), None if before is None else _row(before, i))
+                info["objects"][i] = views(_row(objects[name], i), _row(before, i))
         return {"final_obs": last, "_final_obs": over.copy(), "final_info": info, "_final_info": over.copy()}
 
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
@@ -267,13 +307,14 @@ class ObjectVectorEnv(VectorEnv):
             TypeError, ValueError: a wrong dtype or shape, or a backend without this.
         """
         self._ale("RAM").set_ram(ram, mask)
-        if "rem" in self._objects:
-            self._objects = self._objects | {"rem": self.game.rem(self.pool.ram)}
+        for part in self._parts:
+            if "rem" in part.objects:
+                part.objects = part.objects | {"rem": self.game.rem(self.pool.ram[part.rows])}
 
     def clone_state(self) -> States:
         """Save the states of all environments, with what their observations remember."""
         states = self._ale("states").clone_state()
-        kept = {f"env {i}": np.array(leaf) for i, leaf in enumerate(jax.tree.leaves(self._remembered()))}
+        kept = {f"env {i}": leaf for i, leaf in enumerate(jax.tree.leaves(joined(self._remembered())))}
         return replace(states, rows={**states.rows, **kept, "over": self._over.copy()})
 
     def restore_state(self, states: States, mask: np.ndarray | None = None) -> tuple[Any, dict[str, Any]]:
@@ -283,21 +324,24 @@ class ObjectVectorEnv(VectorEnv):
             ValueError: states of another game, number or kind of observation (see `AlePool.restore_state`), or a backend without this.
         """
         pool = self._ale("states")
-        leaves, tree = jax.tree.flatten(self._remembered())
+        leaves, tree = jax.tree.flatten(self._remembered()[0])
         names = [f"env {i}" for i in range(len(leaves))]
         if not set(names) <= set(states.rows) or any(states.rows[n].shape[1:] != a.shape[1:] for n, a in zip(names, leaves, strict=True)):
             raise ValueError("the states are of environments with other observations")
         pool.restore_state(states, mask)
         chosen = np.ones(self.num_envs, bool) if mask is None else mask
-        saved = jax.tree.unflatten(tree, [np.broadcast_to(states.rows[n], a.shape) for n, a in zip(names, leaves, strict=True)])
-        self._memory, self._objects, self._before, self._made = merged(chosen, saved, self._remembered())
+        saved = [np.broadcast_to(states.rows[n], (self.num_envs, *a.shape[1:])) for n, a in zip(names, leaves, strict=True)]
+        for part in self._parts:
+            rows = jax.tree.unflatten(tree, [a[part.rows] for a in saved])
+            part.memory, part.objects, part.before, part.made = merged(chosen[part.rows], rows, part.remembered())
         self._over = np.where(chosen, states.rows["over"], self._over)
-        return self._given(self._made, self._arrays()), self._info()
+        return self._seen(), self._info()
 
-    def _remembered(self) -> tuple[Any, ...]:
-        if self._made is None:
+    def _remembered(self) -> list[tuple[Any, ...]]:
+        """Each part's."""
+        if self._parts[0].made is None:
             raise ValueError("the environments have not been reset")
-        return self._memory, self._objects, self._before or self._objects, self._made
+        return [part.remembered() for part in self._parts]
 
     def _ale(self, what: str) -> AlePool:
         if not isinstance(self.pool, AlePool):
@@ -324,7 +368,7 @@ def _fps(p: Protocol) -> float:
     return 60 / p.frame_skip if isinstance(p.frame_skip, int) else 60.0
 
 
-def wanted(mode: str, obs: Wanted | None) -> Observation | dict[str, Observation]:
+def wanted(mode: str, obs: Wanted | None) -> Kind | dict[str, Kind]:
     """The observations asked for; by default the objects, or the RAM where nothing is extracted.
 
     Raises:
@@ -339,10 +383,10 @@ def wanted(mode: str, obs: Wanted | None) -> Observation | dict[str, Observation
     return kinds
 
 
-def look(game: Game, mode: str, kinds: Mapping[str, Observation]) -> Any:
+def look(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Any:
     """The jitted function from arrays and memory to observations, new memory and objects."""
 
-    def f(ram: Any, screen: Any, gray: Any, started: Any, memory: Any) -> tuple[Any, Any, dict[str, Objects]]:
+    def f(ram: Any, screen: Any, gray: Any, started: Any, memory: Any) -> Look:
         objects = {}
         if mode in ("rem", "both"):
             objects["rem"] = game.rem(ram)
@@ -351,11 +395,11 @@ def look(game: Game, mode: str, kinds: Mapping[str, Observation]) -> Any:
         now = Now(objects.get("rem"), objects.get("vem"), gray, started)
         made, new = {}, dict(memory)
         for name, kind in kinds.items():
-            if not kind.copies:
+            if isinstance(kind, Computed):
                 made[name], new[name] = kind.update(game, mode, now, memory[name])
         return made, new, objects
 
-    return jax.jit(f) if mode != "raw" or not all(k.copies for k in kinds.values()) else lambda *a: ({}, a[-1], {})
+    return jax.jit(f) if mode != "raw" or any(isinstance(k, Computed) for k in kinds.values()) else lambda *a: ({}, a[-1], {})
 
 
 def make_pool(game: Game, num_envs: int, mode: str, obs: Wanted | None, p: Protocol, *, render_mode: str | None, **options: Any) -> AlePool:
