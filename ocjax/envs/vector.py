@@ -169,7 +169,7 @@ class ObjectVectorEnv(VectorEnv):
 
     def _look_at(self, arrays: Mapping[str, np.ndarray], memory: Any) -> Look:
         screen = arrays["screen"][:, -1] if "screen" in arrays else None
-        return jax.block_until_ready(self._look(arrays["ram"], screen, arrays.get("gray"), arrays["started"], memory))
+        return self._look(arrays["ram"], screen, arrays.get("gray"), arrays["started"], memory)
 
     def _given(self, pieces: Sequence[tuple[Any, Mapping[str, np.ndarray], Mapping[str, Objects]]]) -> Any:
         """The observation, in arrays of the caller's own; from each part's computed observations, arrays and objects."""
@@ -192,7 +192,8 @@ class ObjectVectorEnv(VectorEnv):
         part.made, part.memory, part.objects, part.before = made, memory, objects, before
 
     def _seen(self) -> Any:
-        """The present observation."""
+        """The present observation. What it is made of is computed while other parts are waited for, and never outlives the step."""
+        jax.block_until_ready([part.remembered() for part in self._parts])
         return self._given([(part.made, part.arrays, part.objects) for part in self._parts])
 
     def _info(self, prefix: str = "", mask: np.ndarray | None = None) -> dict[str, Any]:
