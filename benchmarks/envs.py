@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 SECONDS = 2.0  # of a measurement
+PAUSE = 0.5  # before it, for whatever ended just now
 KINDS: dict[str, dict[str, Any]] = {
     "raw": {"mode": "raw"},
     "REM": {"mode": "rem"},
@@ -38,7 +39,8 @@ PEER = {mode: f"AsyncVectorEnv over OCAtari, {mode}" for mode in ("ram", "vision
 def rate(step: Callable[[np.ndarray], Any], num_actions: int, num_envs: int) -> float:
     """Agent steps a second."""
     rng = np.random.default_rng(0)
-    for _ in range(2):
+    time.sleep(PAUSE)
+    for _ in range(10):
         step(rng.integers(num_actions, size=num_envs))
     start, steps = time.perf_counter(), 0
     while time.perf_counter() - start < SECONDS:
