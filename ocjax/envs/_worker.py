@@ -5,6 +5,7 @@ JAX nor its start-up time. One byte over the socket asks for something, one byte
 It ends when the socket closes, so it cannot outlive the process that started it.
 """
 
+import contextlib
 import json
 import mmap
 import os
@@ -325,7 +326,8 @@ class Share:
 def main(socket_fd: int, memory_fd: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
     if hasattr(os, "SCHED_BATCH"):  # a worker that is woken must not take the core of the parent before that has woken the others
-        os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
+        with contextlib.suppress(OSError):  # where a sandbox forbids it, it costs a few percent
+            os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
     ale_py.ALEInterface.setLoggerMode(ale_py.LoggerMode.Error)
     link = socket.socket(fileno=socket_fd)
     with link.makefile("rb") as incoming:

@@ -166,7 +166,7 @@ class AlePool:
             n = min(num_workers or cores, num_envs)
             count = _num_parts(num_envs, n)
             self.parts = [slice(i * num_envs // count, (i + 1) * num_envs // count) for i in range(count)]
-            for i, share in enumerate(itertools.pairwise(np.linspace(0, num_envs, n + 1).astype(int).tolist())):
+            for i, share in enumerate(itertools.pairwise(k * num_envs // n for k in range(n + 1))):
                 worker = _Worker(file.fileno(), {**self._config, "share": share})
                 self._workers.append(worker)
                 self._selector.register(worker.link, selectors.EVENT_READ, (worker, i * count // n))
