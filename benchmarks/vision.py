@@ -121,7 +121,7 @@ def kernel_table(title: str) -> Any:
     from rich.table import Table
 
     import ocjax
-    from ocjax.spec import WIDTH
+    from ocjax.boxes import WIDTH
     from ocjax.vision import bitmap as bm
     from ocjax.vision import rules
     from ocjax.vision.components import Search, components

@@ -19,16 +19,26 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax import lax
-
+from ocjax.boxes import Box, box
+from ocjax.digits import Digits, hex_font
+from ocjax.game import Game
+from ocjax.ops import shared
 from ocjax.ram import RamMap, bits, byte
-from ocjax.spec import Blobs, Bounds, Box, Category, Cells, Digits, Game, Gauge, box
+from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge
 
 CYAN, YELLOW, PINK, ORANGE, BLUE, WEAK, WHITE = 190, 30, 94, 78, 142, 138, 14
 MAZE = (8, 8, 160, 172)
 EGG_X = ((26, 34, 42, 56, 64, 72), (89, 97, 105, 118, 126, 134))
 EGG_BITS = np.array((2, 4, 6, 3, 5, 7))
-EGGS_X, EGGS_Y = zip(*((x, 19 + 12 * row + 2 * (i % 3)) for half in EGG_X for row in range(13) for i, x in enumerate(half)), strict=True)
+EGGS_X, EGGS_Y = zip(
+    *(
+        (x, 19 + 12 * row + 2 * (i % 3))
+        for half in EGG_X
+        for row in range(13)
+        for i, x in enumerate(half)
+    ),
+    strict=True,
+)
 GLYPHS = ("3c66666666663c", "3878181818187e", "7c46063c60607e", "3c46060c06463c", "0c1c2c4c7e0c0c",
           "7e60607c06467c", "3c62607c66663c", "7e42060c181818", "3c66663c66663c", "3c66663e06463c")  # fmt: skip
 BLANK = 0x80
@@ -65,7 +75,9 @@ def decode(m: Ram) -> dict[str, Box]:
     egg = m.eggs[:, None] >> EGG_BITS[None] & 1
     shown = m.digits != BLANK
     count = jnp.sum(jnp.where(shown, 1, 0))
-    score = jnp.sum(jnp.where(shown, m.digits >> 3, 0) * np.array([100000, 10000, 1000, 100, 10, 1]))
+    score = jnp.sum(
+        jnp.where(shown, m.digits >> 3, 0) * np.array([100000, 10000, 1000, 100, 10, 1])
+    )
     y = jnp.where((m.old_y > m.y) & (m.old_y < m.y + 4), m.old_y - 2, m.y)
     flame = ((m.flame == 0x4F) | (m.flame == 0x9F)) & (m.pulsar_y == y - 2)
     large = (m.frame - 1) & 8 == 0
@@ -77,7 +89,13 @@ def decode(m: Ram) -> dict[str, Box]:
     return {
         "Player": _player(m, x[3], top, then).where(maze | bonus),
         "Alien": _aliens(m, x[:3], then, bonus, stepped[0] & (m.state == 64)),
-        "Pulsar": box(x[4] + left, 197 - 2 * m.pulsar_y, jnp.where(large, 7, 5), 5, (m.pulsar_y > 0) & ~flame & maze),
+        "Pulsar": box(
+            x[4] + left,
+            197 - 2 * m.pulsar_y,
+            jnp.where(large, 7, 5),
+            5,
+            (m.pulsar_y > 0) & ~flame & maze,
+        ),
         "Flame": box(x[4], 197 - 2 * m.pulsar_y, 8, 5, flame & maze),
         "Rocket": box(
             jnp.where(bonus, 77, x[5]),
@@ -97,7 +115,9 @@ def _player(m: Ram, x: jax.Array, top: jax.Array, then: jax.Array) -> Box:
     walks = (m.picture == 95) | (m.picture == 103) | (m.picture == 139)
     inset = jnp.where(phase == 0, 0, jnp.where(phase == 2, 3, 2))
     p = m.picture
-    other = jnp.where((p == 51) | (p == 1), 0, jnp.where((p == 58) | (p == 8), 1, jnp.where(p == 72, 3, 2)))
+    other = jnp.where(
+        (p == 51) | (p == 1), 0, jnp.where((p == 58) | (p == 8), 1, jnp.where(p == 72, 3, 2))
+    )
     height = jnp.where(p == 8, 9, jnp.where(p == 14, 7, jnp.where(p == 19, 5, 11)))
     inset = jnp.where(walks, inset, other)
     return box(x + inset, top, 8 - 2 * inset, jnp.where(walks, 13, height))
@@ -108,11 +128,21 @@ def _aliens(m: Ram, x: jax.Array, then: jax.Array, bonus: jax.Array, stepped: ja
     walks = (p == 79) | (p == 87) | (p == 151)
     narrow = walks & ((then >> 3 & 3) == 2)
     inset = jnp.where((p == 30) | (p == 8), 1, jnp.where((p == 37) | (p == 14) | (p == 19), 2, 0))
-    height = jnp.where(inset == 1, 9, jnp.where(p == 19, 5, jnp.where(inset == 2, 7, jnp.where(walks, 13, 11))))
+    height = jnp.where(
+        inset == 1, 9, jnp.where(p == 19, 5, jnp.where(inset == 2, 7, jnp.where(walks, 13, 11)))
+    )
     left = jnp.where(narrow, 1 - turned, inset)
-    single = x + left, 196 - 2 * m.alien_y, jnp.where(narrow, 7, 8 - 2 * inset), height, jnp.where((m.alien_y > 0) & (m.scene == 0), 1, 0)
-    single, pairs = lax.optimization_barrier((single, _pairs(m, then, stepped)))  # 0.30 -> 0.22 us a state
-    return box(*(jnp.where(bonus, b, jnp.pad(a, (0, 9))) for a, b in zip(single, pairs, strict=True))).clip(8, 0, 160, 210)
+    single = (
+        x + left,
+        196 - 2 * m.alien_y,
+        jnp.where(narrow, 7, 8 - 2 * inset),
+        height,
+        jnp.where((m.alien_y > 0) & (m.scene == 0), 1, 0),
+    )
+    single, pairs = shared((single, _pairs(m, then, stepped)))  # 0.30 -> 0.22 us a state
+    return box(
+        *(jnp.where(bonus, b, jnp.pad(a, (0, 9))) for a, b in zip(single, pairs, strict=True))
+    ).clip(8, 0, 160, 210)
 
 
 def _pairs(m: Ram, then: jax.Array, stepped: jax.Array) -> tuple[Any, ...]:
@@ -133,29 +163,73 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", Blobs((BLUE, ORANGE), MAZE, besides=("Egg",), join=(2, 2), min_size=(2, 7), max_size=(10, 15)), doc="crewman"),
+        Category(
+            "Player",
+            Blobs(
+                (BLUE, ORANGE),
+                MAZE,
+                exclude=("Egg",),
+                gap=(2, 2),
+                min_size=(2, 7),
+                max_size=(10, 15),
+            ),
+            doc="crewman",
+        ),
         Category(
             "Alien",
-            Blobs((CYAN, YELLOW, PINK, WEAK, WHITE), MAZE, besides=("Egg",), join=(1, 1), min_size=(4, 7), max_size=(12, 16)),
+            Blobs(
+                (CYAN, YELLOW, PINK, WEAK, WHITE),
+                MAZE,
+                exclude=("Egg",),
+                gap=(1, 1),
+                min_size=(4, 7),
+                max_size=(12, 16),
+            ),
             count=12,
             doc="cyan, yellow, pink; all are blue while weak",
         ),
-        Category("Pulsar", Blobs(ORANGE, MAZE, besides=("Egg",), join=(2, 2), min_size=(5, 4), max_size=(7, 5)), doc="makes aliens weak"),
-        Category("Flame", Blobs(ORANGE, MAZE, besides=("Egg",), join=(2, 2), min_size=(8, 4), max_size=(8, 5)), doc="of the flame-thrower"),
-        Category("Rocket", Blobs((YELLOW, CYAN), MAZE, besides=("Egg",), join=(2, 2), min_size=(8, 4), max_size=(8, 5)), doc="bonus"),
+        Category(
+            "Pulsar",
+            Blobs(ORANGE, MAZE, exclude=("Egg",), gap=(2, 2), min_size=(5, 4), max_size=(7, 5)),
+            doc="makes aliens weak",
+        ),
+        Category(
+            "Flame",
+            Blobs(ORANGE, MAZE, exclude=("Egg",), gap=(2, 2), min_size=(8, 4), max_size=(8, 5)),
+            doc="of the flame-thrower",
+        ),
+        Category(
+            "Rocket",
+            Blobs(
+                (YELLOW, CYAN), MAZE, exclude=("Egg",), gap=(2, 2), min_size=(8, 4), max_size=(8, 5)
+            ),
+            doc="bonus",
+        ),
         Category(
             "Egg",
-            Cells((CYAN, YELLOW, PINK, ORANGE, BLUE, WEAK, WHITE), EGGS_X, EGGS_Y, 1, 2, margin=(0, 1)),
+            Cells(
+                (CYAN, YELLOW, PINK, ORANGE, BLUE, WEAK, WHITE), EGGS_X, EGGS_Y, 1, 2, margin=(0, 1)
+            ),
             count=len(EGGS_X),
             doc="what is left of them",
         ),
         Category(
             "Score",
-            Bounds((BLUE, WEAK), (22, 176, 70, 183), value=Digits((22, 30, 38, 46, 54, 62), 176, (8, 7), (1, 1), GLYPHS)),
+            Bounds(
+                (BLUE, WEAK),
+                (22, 176, 70, 183),
+                value=Digits(hex_font(GLYPHS, 8, (1, 1)), (22, 30, 38, 46, 54, 62), 176),
+            ),
             attributes=("value",),
             hud=True,
             doc="points",
         ),
-        Category("Life", Bounds((BLUE, WEAK), (20, 187, 76, 192), value=Gauge(8, 5, 2)), attributes=("value",), hud=True, doc="lives"),
+        Category(
+            "Life",
+            Bounds((BLUE, WEAK), (20, 187, 76, 192), value=Gauge(8, 5, 2)),
+            attributes=("value",),
+            hud=True,
+            doc="lives",
+        ),
     ),
 )

@@ -25,9 +25,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-
+from ocjax.boxes import Box, box
+from ocjax.digits import Digits, hex_font
+from ocjax.game import Game
 from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.spec import Blobs, Bounds, Box, Category, Digits, Game, Gauge, box
+from ocjax.rules import Blobs, Bounds, Category, Gauge
 
 YELLOW, GREEN, RED, BLACK = 30, 216, 72, 0
 MAZE = (12, 12, 150, 172)
@@ -36,7 +38,10 @@ LADDERS = ((16, 40, 56, 72, 84, 100, 116, 140), (16, 32, 52, 64, 92, 104, 124, 1
 GLYPHS = ("3844c6c6c64438", "081838181818fe", "7c06067cc0c0fe", "fc06067c0606fc", "040c1c2c4cfe0c",
           "fcc0c07c0606fc", "7cc0c0fcc6c67c", "fec2060c183060", "7cc6c67cc6c67c", "7cc6c67e06067c")  # fmt: skip
 # Ladders by band, a bit for every fourth column; at the sides only those that others than the tracer use.
-RUNGS = [sum(1 << (x - 16) // 4 for x in xs if i % 2 == 0 or 16 < x < 140) for i, xs in enumerate(LADDERS)]
+RUNGS = [
+    sum(1 << (x - 16) // 4 for x in xs if i % 2 == 0 or 16 < x < 140)
+    for i, xs in enumerate(LADDERS)
+]
 RUNGS = [b - (b >> 31 << 32) for b in RUNGS]
 SPEEDS = 0xFFFFC8C8 << 32 | 0x64643200  # by level, how often of 256 the others take a third step
 WARRIOR, PIG, SHADOW, CHICKEN = 2, 3, 6, 7
@@ -46,7 +51,11 @@ def gaps() -> tuple[tuple[int, int, int, int], ...]:
     """Where the maze has neither line nor rung."""
     rows = [(0, y, 160, y + 1) for y in range(12, 172) if y % 5 in (1, 4) or not 15 <= y < 168]
     sides = [(0, 12, 16, 172), (144, 12, 160, 172)]
-    holes = [(x + 4, 19 + 30 * i, e, 45 + 30 * i) for i, xs in enumerate(LADDERS) for x, e in itertools.pairwise(xs)]
+    holes = [
+        (x + 4, 19 + 30 * i, e, 45 + 30 * i)
+        for i, xs in enumerate(LADDERS)
+        for x, e in itertools.pairwise(xs)
+    ]
     return (*rows, *sides, *holes)
 
 
@@ -86,30 +95,50 @@ def decode(m: Ram) -> dict[str, Box]:
     own = [jnp.where(here, v, 0) for v in (x, y)]
     gone = (m.over == 1) & (m.wait == 0)  # since the frame was drawn, from where lives begin
     return {
-        "Player": box(jnp.where(gone, 139, jnp.sum(own[0])), jnp.where(gone, 89, jnp.sum(own[1])), 7, 7, gone | jnp.any(here)),
+        "Player": box(
+            jnp.where(gone, 139, jnp.sum(own[0])),
+            jnp.where(gone, 89, jnp.sum(own[1])),
+            7,
+            7,
+            gone | jnp.any(here),
+        ),
         "Warrior": box(x, y, 7, 7, (kind == WARRIOR) & ~here),
         "Pig": box(x, y, 7, 7, (kind == PIG) & ~here),
         "Shadow": _shadow(x + 3, y, _first_sprite(m, y, here)).where((kind == SHADOW) & ~here),
         "Chicken": box(x + 1, y, 5, 7, (kind == CHICKEN) & ~here),
         "Score": box(105 - 8 * digits, 176, 8 * digits - 1, 7, value=m.score),
-        "Life": box(164 - 16 * m.icons, 175, 16 * m.icons - 15, 8, (m.icons > 0) & (m.over == 0), value=m.lives),
+        "Life": box(
+            164 - 16 * m.icons,
+            175,
+            16 * m.icons - 15,
+            8,
+            (m.icons > 0) & (m.over == 0),
+            value=m.lives,
+        ),
     }
 
 
 def _places(m: Ram, here: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Where the figures were drawn: before their last step, if they took one, and before the turn at the crossing where it ended."""
     low, high = SPEEDS & 0xFFFFFFFF, SPEEDS >> 32
-    speed = (jnp.where(m.level < 4, np.uint32(low), np.uint32(high)) >> (8 * (m.level & 3)).astype(jnp.uint32)).astype(jnp.int32) & 255
+    speed = (
+        jnp.where(m.level < 4, np.uint32(low), np.uint32(high))
+        >> (8 * (m.level & 3)).astype(jnp.uint32)
+    ).astype(jnp.int32) & 255
     vertical = m.vertical == 1
     on_line = (lax.rem(m.y, 30) == 7) | (m.y == 153)
     line, at = lax.div(m.y + 5, 30), m.x - 6
-    ends = jnp.where(at & 3 == 0, sum((b >> (at >> 2 & 31) & 1) << i for i, b in enumerate(RUNGS)), 0)
+    ends = jnp.where(
+        at & 3 == 0, sum((b >> (at >> 2 & 31) & 1) << i for i, b in enumerate(RUNGS)), 0
+    )
     above, below = (ends << 1) >> line & 1 == 1, ends >> line & 1 == 1
     crossing = jnp.where(vertical, on_line, above | below)
     pressed = (m.turn == 1) & (m.stick & 15 == 0) & (m.stick != 0x90)
     walked = (m.called == 0x29) | (m.called == 0x21) & ~crossing | (m.called == 0x09) & pressed
     walked = walked & (m.turn & 1 == 1) & (m.turn != 5)
-    others = jnp.where(m.turn == 5, m.pace < speed + m.carry, m.turn & 1 == 0) & (m.playing == 1) | (m.over == 1) & (m.frame & 1 == 1)
+    others = jnp.where(m.turn == 5, m.pace < speed + m.carry, m.turn & 1 == 0) & (
+        m.playing == 1
+    ) | (m.over == 1) & (m.frame & 1 == 1)
     step = jnp.where(jnp.where(here, walked & (m.playing == 1), others), 1, 0)
     side = (m.x == 6) | (m.x == 130)
     border = jnp.where(vertical, (m.y == 7) | (m.y == 153), side)
@@ -134,7 +163,10 @@ def _first_sprite(m: Ram, y: jax.Array, here: jax.Array) -> jax.Array:
         use = [can[0] & (last | ~can[1] & top), can[1] & (~last | ~can[0] & top)]
         done = done | jnp.where(use[0] & free[0], bit[0], 0)
         for k in (0, 1):
-            low[k], held[k], bit[k] = (jnp.where(use[k], new, old) for new, old in ((y[i], low[k]), (rank[i], held[k]), (1 << i, bit[k])))
+            low[k], held[k], bit[k] = (
+                jnp.where(use[k], new, old)
+                for new, old in ((y[i], low[k]), (rank[i], held[k]), (1 << i, bit[k]))
+            )
         last = use[1] | last & ~use[0]
     return (done | bit[0]) >> np.arange(7) & 1 == 1
 
@@ -160,7 +192,9 @@ def _shadow(x: jax.Array, y: jax.Array, first: jax.Array) -> Box:
     ladder = sum(jnp.where(abs(x - at) < 4, at, 0) for at in LADDERS[4])
     lowest = (y == 160) & (ladder > 0)
     left = jnp.where(lowest, jnp.maximum(x, ladder), x)
-    right = jnp.where(lowest, jnp.minimum(x, ladder) + 4, jnp.where(on_line | (y == 160), x + 4, x + 2))
+    right = jnp.where(
+        lowest, jnp.minimum(x, ladder) + 4, jnp.where(on_line | (y == 160), x + 4, x + 2)
+    )
     return box(left, top, jnp.minimum(right, 144) - left, bottom - top)
 
 
@@ -175,24 +209,44 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", Blobs(YELLOW, MAZE, min_size=(6, 6), max_size=(14, 14)), doc="gorilla or roller"),
+        Category(
+            "Player",
+            Blobs(YELLOW, MAZE, min_size=(6, 6), max_size=(14, 14)),
+            doc="gorilla or roller",
+        ),
         Category("Warrior", _walkers(GREEN), count=7, doc="odd levels", blinks=True),
         Category("Pig", _walkers(RED), count=7, doc="even levels", blinks=True),
         Category(
             "Shadow",
-            Blobs(BLACK, MAZE, join=(0, 1), min_size=(1, 1), max_size=(4, 7), scenery=gaps()),
+            Blobs(BLACK, MAZE, gap=(0, 1), min_size=(1, 1), max_size=(4, 7), ignore=gaps()),
             count=7,
             doc="black on the maze",
             blinks=True,
         ),
-        Category("Chicken", Blobs(YELLOW, MAZE, min_size=(4, 6), max_size=(5, 14), split=(5, 7)), count=7, doc="to be caught", blinks=True),
+        Category(
+            "Chicken",
+            Blobs(YELLOW, MAZE, min_size=(4, 6), max_size=(5, 14), split=(5, 7)),
+            count=7,
+            doc="to be caught",
+            blinks=True,
+        ),
         Category(
             "Score",
-            Bounds(YELLOW, (56, 176, 105, 183), value=Digits((57, 65, 73, 81, 89, 97), 176, (8, 7), (1, 1), GLYPHS)),
+            Bounds(
+                YELLOW,
+                (56, 176, 105, 183),
+                value=Digits(hex_font(GLYPHS, 8, (1, 1)), (57, 65, 73, 81, 89, 97), 176),
+            ),
             attributes=("value",),
             hud=True,
             doc="points",
         ),
-        Category("Life", Bounds(YELLOW, (116, 175, 149, 183), value=Gauge(16, 1, 9)), attributes=("value",), hud=True, doc="lives left"),
+        Category(
+            "Life",
+            Bounds(YELLOW, (116, 175, 149, 183), value=Gauge(16, 1, 9)),
+            attributes=("value",),
+            hud=True,
+            doc="lives left",
+        ),
     ),
 )

@@ -14,9 +14,11 @@ Scenery that no box covers: the ground's line.
 
 import jax
 import jax.numpy as jnp
-
+from ocjax.boxes import Box, box
+from ocjax.digits import Digits, hex_font
+from ocjax.game import Game
 from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.spec import Blobs, Bounds, Box, Category, Cells, Digits, Game, Gauge, box
+from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge
 
 WHITE, SCORE, LIFE, HEAT = 14, 40, 8, (198, 70)
 SHIP = (198, 38, 24, 146, 114, 214, 150, 148, 82, 86, 194, 196, WHITE)
@@ -67,14 +69,26 @@ def decode(m: Ram) -> dict[str, Box]:
     heat = jnp.sum((m.heat_low >> jnp.arange(8) & 1) + (m.heat_high >> jnp.arange(8) & 1))
     bay = (m.opens == 1) & (m.open_time > 0)
     return {
-        "Player": box(_place(m.x) - 22 + jnp.where(small, 2, 0), 178, jnp.where(small, 4, 8), 8, ~lost),
+        "Player": box(
+            _place(m.x) - 22 + jnp.where(small, 2, 0), 178, jnp.where(small, 4, 8), 8, ~lost
+        ),
         "MotherShip": box(
-            _place(m.ship_x) - 21, 15 + jnp.where((m.opens == 1) & (m.open_time == 0), 3, m.ship_y), 32, jnp.where(bay, 21, 16)
+            _place(m.ship_x) - 21,
+            15 + jnp.where((m.opens == 1) & (m.open_time == 0), 3, m.ship_y),
+            32,
+            jnp.where(bay, 21, 16),
         ),
         "Enemy": _enemies(m),
         "PlayerMissileVertical": _missile(m),
         "PlayerMissileHorizontal": box(
-            _place(_moved(m.side_x, jnp.where(m.side_way == 2, -3, jnp.where(m.side_way == 1, 3, 0)))) - 23, 181, 4, 2, m.side == 88
+            _place(
+                _moved(m.side_x, jnp.where(m.side_way == 2, -3, jnp.where(m.side_way == 1, 3, 0)))
+            )
+            - 23,
+            181,
+            4,
+            2,
+            m.side == 88,
         ),
         "EnemyMissile": _shot(m),
         "PlayerScore": box(56, 2, 46, 8, value=m.score),
@@ -96,7 +110,9 @@ def _moved(code: jax.Array, step: jax.Array) -> jax.Array:
 
 def _enemies(m: Ram) -> Box:
     present = m.enemies & 192 > 0
-    step = m.open_time == 0  # the rows may have moved down, or an enemy been set off, after the frame was drawn
+    step = (
+        m.open_time == 0
+    )  # the rows may have moved down, or an enemy been set off, after the frame was drawn
     left, right_x = m.enemy_x[0:6:2], m.enemy_x[1:6:2]
     same = (left[:2] == left[1:]) & (right_x[:2] == right_x[1:])
     moved = step & (m.opens == 0) & present[:2] & ~present[1:] & same
@@ -105,7 +121,9 @@ def _enemies(m: Ram) -> Box:
     came = jnp.stack((jnp.array(False), moved[0], moved[1]))
     drawn = (present & ~down & (~new | (jnp.arange(3) < 2))) | came
     hit, hit_row = m.blast & 192 > 0, m.blast & 3
-    fresh = hit & (m.blast & 60 == 0) & (m.sound == 0x1D)  # on this very frame: it is still drawn whole
+    fresh = (
+        hit & (m.blast & 60 == 0) & (m.sound == 0x1D)
+    )  # on this very frame: it is still drawn whole
     empty = jnp.where(drawn | (fresh & (hit_row == jnp.arange(3))), 0, 1)
     above = jnp.stack((empty[1] + empty[2], empty[2], jnp.int32(0)))
     lines = empty + above
@@ -121,7 +139,9 @@ def _enemies(m: Ram) -> Box:
     short = low | (split & ~bursts & second & (m.level == 3))
     x = _place(m.enemy_x) - 22
     last = jnp.where((right == 0) & ~split, jnp.roll(x, -1), x) + 8
-    after = hit & ~jnp.any(split & (row == hit_row)) & (row <= jnp.where(fresh, hit_row - 1, hit_row))
+    after = (
+        hit & ~jnp.any(split & (row == hit_row)) & (row <= jnp.where(fresh, hit_row - 1, hit_row))
+    )
     y = (
         94
         + m.bob
@@ -130,18 +150,37 @@ def _enemies(m: Ram) -> Box:
         + jnp.where(after, 1, 0)
         - jnp.where(jnp.repeat(down, 2), 25, 0)
     )
-    shown = ((flags & bit > 0) | struck) & ((m.hides == 0) | bursts) & (split | (right == 0)) & ~((row == 2) & new)
-    return box(x + inset, y + jnp.where(low, 1, 0), last - x - 2 * inset, jnp.where(short, 7, 8), shown)
+    shown = (
+        ((flags & bit > 0) | struck)
+        & ((m.hides == 0) | bursts)
+        & (split | (right == 0))
+        & ~((row == 2) & new)
+    )
+    return box(
+        x + inset, y + jnp.where(low, 1, 0), last - x - 2 * inset, jnp.where(short, 7, 8), shown
+    )
 
 
 def _missile(m: Ram) -> Box:
     """Among the enemies' rows it is drawn while a counter of lines is in its block of eight; some lines do not count."""
     block = m.missile_y >> 3
     y = jnp.where(
-        block == 1, 52, jnp.where(block == 2, 59, jnp.where(block == 3, 77, jnp.where(block == 4, 83, jnp.where(block == 5, 102, 105))))
+        block == 1,
+        52,
+        jnp.where(
+            block == 2,
+            59,
+            jnp.where(block == 3, 77, jnp.where(block == 4, 83, jnp.where(block == 5, 102, 105))),
+        ),
     )
     h = jnp.where(
-        block == 1, 8, jnp.where(block == 2, 18, jnp.where(block == 3, 6, jnp.where(block == 4, 19, jnp.where(block == 5, 3, 22))))
+        block == 1,
+        8,
+        jnp.where(
+            block == 2,
+            18,
+            jnp.where(block == 3, 6, jnp.where(block == 4, 19, jnp.where(block == 5, 3, 22))),
+        ),
     )
     below = block >= 7
     y = jnp.where(below, m.missile_y + 64, y)
@@ -159,7 +198,9 @@ def _shot(m: Ram) -> Box:
     h = jnp.where(beam, jnp.where(tall, 32, 8), jnp.where(m.level == 2, 16, 8))
     x = jnp.where(beam, _place(m.shot_x) - 23, _place(m.roll_x) - 22)
     started = jnp.where(beam, m.beam_y > 60, m.shot_y > jnp.where(m.level == 2, 4, 84))
-    return box(x, y, jnp.where(beam, 1, 8), h, roll | ((m.falls == 1) & started)).clip(0, 125, 160, 186)
+    return box(x, y, jnp.where(beam, 1, 8), h, roll | ((m.falls == 1) & started)).clip(
+        0, 125, 160, 186
+    )
 
 
 GAME = Game(
@@ -169,7 +210,9 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", Blobs(CANNON, GROUND, min_size=(4, 7), max_size=(8, 8)), doc="the cannon"),
+        Category(
+            "Player", Blobs(CANNON, GROUND, min_size=(4, 7), max_size=(8, 8)), doc="the cannon"
+        ),
         Category(
             "MotherShip",
             Bounds(SHIP, (0, 12, 160, 45)),
@@ -177,19 +220,44 @@ GAME = Game(
             rgb=(72, 160, 72),
         ),
         Category(
-            "Enemy", Blobs(ENEMIES, ROWS, join=(4, 0), min_size=(4, 6), max_size=(16, 8)), count=6, doc="row from the bottom * 2 + half"
+            "Enemy",
+            Blobs(ENEMIES, ROWS, gap=(4, 0), min_size=(4, 6), max_size=(16, 8)),
+            count=6,
+            doc="row from the bottom * 2 + half",
         ),
-        Category("PlayerMissileVertical", Bounds(WHITE, (0, 45, 160, 186)), doc="the cannon's shot up"),
-        Category("PlayerMissileHorizontal", Bounds(CANNON, (0, 181, 160, 183), besides=("Player",)), doc="the cannon's shot to the side"),
+        Category(
+            "PlayerMissileVertical", Bounds(WHITE, (0, 45, 160, 186)), doc="the cannon's shot up"
+        ),
+        Category(
+            "PlayerMissileHorizontal",
+            Bounds(CANNON, (0, 181, 160, 183), exclude=("Player",)),
+            doc="the cannon's shot to the side",
+        ),
         Category("EnemyMissile", Bounds(ENEMY_SHOTS, BELOW), doc="beams, fireballs, rolling ones"),
         Category(
             "PlayerScore",
-            Bounds(SCORE, (50, 0, 110, 12), value=Digits(tuple(range(55, 96, 8)), 2, (8, 8), (1, 1), GLYPHS)),
+            Bounds(
+                SCORE,
+                (50, 0, 110, 12),
+                value=Digits(hex_font(GLYPHS, 8, (1, 1)), tuple(range(55, 96, 8)), 2),
+            ),
             hud=True,
             attributes=("value",),
             doc="six digits",
         ),
-        Category("Lives", Cells(LIFE, (15, 31, 47), (192,) * 3, 8, 8, whole=False), count=3, hud=True, doc="spare cannons"),
-        Category("Health", Bounds(HEAT, (90, 190, 160, 204), value=Gauge(4)), hud=True, attributes=("value",), doc="heat; value: of 16"),
+        Category(
+            "Lives",
+            Cells(LIFE, (15, 31, 47), (192,) * 3, 8, 8, whole=False),
+            count=3,
+            hud=True,
+            doc="spare cannons",
+        ),
+        Category(
+            "Health",
+            Bounds(HEAT, (90, 190, 160, 204), value=Gauge(4)),
+            hud=True,
+            attributes=("value",),
+            doc="heat; value: of 16",
+        ),
     ),
 )

@@ -13,13 +13,23 @@ between, the game's end and its first frame, which is empty. There is one mode a
 
 import jax.numpy as jnp
 import numpy as np
-
+from ocjax.boxes import Box, box
+from ocjax.digits import Digits, hex_font
+from ocjax.game import Game
 from ocjax.ram import RamMap, bcd, byte
-from ocjax.spec import Blobs, Bounds, Box, Category, Digits, Game, Gauge, box
+from ocjax.rules import Blobs, Bounds, Category, Gauge
 
 YELLOW, PINK = 24, 74
 BORDERS = (88, 120, 216, 56, 40, 152, 136, 72, 50, 104)  # of the rewards, around digits in 8
-THINGS = (68, 66, 12, 14, 76, 214, 88)  # without the few rows in the colours of the hero or of rewards
+THINGS = (
+    68,
+    66,
+    12,
+    14,
+    76,
+    214,
+    88,
+)  # without the few rows in the colours of the hero or of rewards
 LANES = (0, 26, 160, 149)
 TOPS = range(26, 150, 16)
 FLOORS = tuple((0, y + 11, 160, y + 16) for y in TOPS)
@@ -54,12 +64,22 @@ def decode(m: Ram) -> dict[str, Box]:
     icons = jnp.clip(m.lives - 1, 0, 3)
     digits = 1 + sum(jnp.where(m.score >= 10**k, 1, 0) for k in range(1, 6))
     return {
-        "Player": box(m.x + jnp.where(wide, 1 + 2 * slim, slim), 151 - m.y, jnp.where(wide, 16 - 4 * slim, 8 - 2 * slim), 11, drawn),
+        "Player": box(
+            m.x + jnp.where(wide, 1 + 2 * slim, slim),
+            151 - m.y,
+            jnp.where(wide, 16 - 4 * slim, 8 - 2 * slim),
+            11,
+            drawn,
+        ),
         "Enemy": box(m.lane_x + jnp.where(p == LYRE, 0, 1), top, 7, 11, lyre & drawn),
-        "Consumable": box(m.lane_x + left, top + up, 8 - left - right, 11 - up - down, (p >= 108) & ~lyre & drawn),
+        "Consumable": box(
+            m.lane_x + left, top + up, 8 - left - right, 11 - up - down, (p >= 108) & ~lyre & drawn
+        ),
         "Reward": box(m.lane_x, top, jnp.where(p == 12, 6, 8), 11, (p >= 12) & (p <= 72) & drawn),
         "Score": box(102 - 8 * digits + 2, 184, 8 * digits - 2, 7, drawn, value=m.score),
-        "Lives": box(60 + slim, 169, 16 * icons - 8 - 2 * slim, 11, (icons > 0) & drawn, value=m.lives),
+        "Lives": box(
+            60 + slim, 169, 16 * icons - 8 - 2 * slim, 11, (icons > 0) & drawn, value=m.lives
+        ),
     }
 
 
@@ -70,29 +90,48 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", Blobs(YELLOW, LANES, min_size=(5, 9), max_size=(16, 11)), doc="Asterix, later Obelix"),
-        Category("Enemy", Bounds(PINK, tuple((0, y, 160, y + 11) for y in TOPS), min_size=(3, 9)), count=8, doc="lyres, by lane"),
+        Category(
+            "Player",
+            Blobs(YELLOW, LANES, min_size=(5, 9), max_size=(16, 11)),
+            doc="Asterix, later Obelix",
+        ),
+        Category(
+            "Enemy",
+            Bounds(PINK, tuple((0, y, 160, y + 11) for y in TOPS), min_size=(3, 9)),
+            count=8,
+            doc="lyres, by lane",
+        ),
         Category(
             "Consumable",
-            Blobs(THINGS, LANES, join=(1, 1), min_size=(4, 5), max_size=(8, 11), scenery=FLOORS),
+            Blobs(THINGS, LANES, gap=(1, 1), min_size=(4, 5), max_size=(8, 11), ignore=FLOORS),
             count=8,
             doc="what to eat, by lane",
         ),
         Category(
             "Reward",
-            Blobs((8, *BORDERS), LANES, join=(1, 1), min_size=(4, 9), max_size=(8, 11), scenery=FLOORS),
+            Blobs(
+                (8, *BORDERS), LANES, gap=(1, 1), min_size=(4, 9), max_size=(8, 11), ignore=FLOORS
+            ),
             count=8,
             doc="points given, by lane",
         ),
         Category(
             "Score",
-            Bounds(YELLOW, (54, 184, 104, 191), value=Digits((55, 63, 71, 79, 87, 95), 184, (8, 7), (1, 1), GLYPHS)),
+            Bounds(
+                YELLOW,
+                (54, 184, 104, 191),
+                value=Digits(hex_font(GLYPHS, 8, (1, 1)), (55, 63, 71, 79, 87, 95), 184),
+            ),
             hud=True,
             attributes=("value",),
             doc="points",
         ),
         Category(
-            "Lives", Bounds(YELLOW, (60, 169, 100, 180), value=Gauge(16, 6, 2)), hud=True, attributes=("value",), doc="icons; value: lives"
+            "Lives",
+            Bounds(YELLOW, (60, 169, 100, 180), value=Gauge(16, 6, 2)),
+            hud=True,
+            attributes=("value",),
+            doc="icons; value: lives",
         ),
     ),
 )

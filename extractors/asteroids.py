@@ -18,16 +18,35 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-
+from ocjax.boxes import Box, box
+from ocjax.digits import DIGITS_3X5, Digits, hex_font
+from ocjax.game import Game
 from ocjax.ram import RamMap, bcd, bits, byte, high, low, signed
-from ocjax.spec import DIGITS_3X5, Blobs, Bounds, Box, Category, Digits, Game, box
+from ocjax.rules import Blobs, Bounds, Category
 
 ROCKS = (12, 68, 156, 24, 38, 86, 118, 230)
 SHIP, SAUCER, TEXT = (76, 220), (156, 236), 68
 FIELD = (0, 18, 160, 195)
 NONE = 0xE0  # y of what is not there
 # Pictures of the ship by heading, then of its explosion, then its shield: left + 1, top, width and height in a nibble each.
-SHIPS = (0x105A, 0x204A, 0x105A, 0x1268, 0x006A, 0x1068, 0x105A, 0x204A, 0x205A, 0x204A, 0x205A, 0x1068, 0x206A, 0x1268, 0x205A, 0x204A)
+SHIPS = (
+    0x105A,
+    0x204A,
+    0x105A,
+    0x1268,
+    0x006A,
+    0x1068,
+    0x105A,
+    0x204A,
+    0x205A,
+    0x204A,
+    0x205A,
+    0x1068,
+    0x206A,
+    0x1268,
+    0x205A,
+    0x204A,
+)
 OTHERS = (0x205A, 0x007A, 0x008A, 0x105A)
 
 
@@ -67,13 +86,23 @@ def decode(m: Ram) -> dict[str, Box]:
     x = _place(m.rock_x) - jnp.where(m.rock_kind > 1, 1, 0) - _late(m)
     x = jnp.where(x < 0, x + 160, x)
     right = x + w - 160  # columns beyond the edge
-    cut = jnp.concatenate([_cut(CUTS[:4], m.rock_kind, w - right), _cut(CUTS[4:], m.rock_kind, right)])
+    cut = jnp.concatenate(
+        [_cut(CUTS[:4], m.rock_kind, w - right), _cut(CUTS[4:], m.rock_kind, right)]
+    )
     top = jnp.tile(y, 2) + 2 * (cut >> 4)
-    rocks = box(jnp.concatenate([x, x - 160]), top, jnp.tile(w, 2), 2 * ((cut & 15) - (cut >> 4)), jnp.tile(there, 2))
+    rocks = box(
+        jnp.concatenate([x, x - 160]),
+        top,
+        jnp.tile(w, 2),
+        2 * ((cut & 15) - (cut >> 4)),
+        jnp.tile(there, 2),
+    )
     rocks = rocks.clip(0, jnp.tile(jnp.where(up, 18, 19), 2), 160, 195)
 
     stage = m.timer >> 1 & 3
-    other = jnp.where(m.timer >= 128, 16 + jnp.minimum(stage, 2), jnp.where(m.shield == 1, 19, m.heading))
+    other = jnp.where(
+        m.timer >= 128, 16 + jnp.minimum(stage, 2), jnp.where(m.shield == 1, 19, m.heading)
+    )
     picture = jnp.array(SHIPS + OTHERS)[other]
     ship_w = picture >> 4 & 15
     ship_y = _signed(m.ship_y)
@@ -100,7 +129,10 @@ def decode(m: Ram) -> dict[str, Box]:
 def _cut(table: list[list[int]], kind: jax.Array, columns: jax.Array) -> jax.Array:
     """Looked up by choices, which vectorise: a gather takes five times as long."""
     i = jnp.clip(columns, 1, 10) - 1
-    words = [jnp.where(kind == 0, a, jnp.where(kind == 1, b, jnp.where(kind == 2, c, d))) for a, b, c, d in zip(*table, strict=True)]
+    words = [
+        jnp.where(kind == 0, a, jnp.where(kind == 1, b, jnp.where(kind == 2, c, d)))
+        for a, b, c, d in zip(*table, strict=True)
+    ]
     word = jnp.where(i < 4, words[0], jnp.where(i < 8, words[1], words[2]))
     return word >> 8 * (i & 3) & 255
 
@@ -127,7 +159,8 @@ def _edge(x: jax.Array, w: jax.Array | int) -> jax.Array:
     return jnp.where(x < 0, x + 160, jnp.where(2 * (x - 160) > -w, x - 160, x))
 
 
-DIGITS = functools.partial(Digits, top=5, dots=(3, 5), size=(4, 2), glyphs=(DIGITS_3X5[0], "26227", *DIGITS_3X5[2:]))
+FONT = hex_font((DIGITS_3X5[0], "26227", *DIGITS_3X5[2:]), 3, (4, 2))
+DIGITS = functools.partial(Digits, FONT, top=5)
 GAME = Game(
     name="Asteroids",
     rom="asteroids",
@@ -135,20 +168,42 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", Bounds(SHIP, FIELD, min_size=(3, 2), besides=("PlayerMissile",)), attributes=("orientation",), doc="the ship"),
+        Category(
+            "Player",
+            Bounds(SHIP, FIELD, min_size=(3, 2), exclude=("PlayerMissile",)),
+            attributes=("orientation",),
+            doc="the ship",
+        ),
         Category(
             "Asteroid",
-            Blobs(ROCKS, FIELD, pixels=(3, 900), max_size=(24, 56), split=(20, 34), apart=True),
+            Blobs(
+                ROCKS, FIELD, area=(3, 900), max_size=(24, 56), split=(20, 34), split_by_color=True
+            ),
             count=36,
             doc="two lists of nine; their left parts where the right edge cuts them",
         ),
         Category(
-            "PlayerMissile", Blobs((*SHIP, *SAUCER), FIELD, join=(3, 4), max_size=(1, 2)), count=3, doc="the ship's shots, the saucer's"
+            "PlayerMissile",
+            Blobs((*SHIP, *SAUCER), FIELD, gap=(3, 4), max_size=(1, 2)),
+            count=3,
+            doc="the ship's shots, the saucer's",
         ),
-        Category("Saucer", Blobs(SAUCER, FIELD, min_size=(5, 6), max_size=(7, 10)), doc="at difficulty A"),
         Category(
-            "PlayerScore", Bounds(TEXT, (4, 5, 80, 15), value=DIGITS((4, 20, 36, 52, 68))), attributes=("value",), hud=True, doc="points"
+            "Saucer", Blobs(SAUCER, FIELD, min_size=(5, 6), max_size=(7, 10)), doc="at difficulty A"
         ),
-        Category("Lives", Bounds(TEXT, (116, 5, 144, 15), value=DIGITS((132,))), attributes=("value",), hud=True, doc="ships left"),
+        Category(
+            "PlayerScore",
+            Bounds(TEXT, (4, 5, 80, 15), value=DIGITS((4, 20, 36, 52, 68))),
+            attributes=("value",),
+            hud=True,
+            doc="points",
+        ),
+        Category(
+            "Lives",
+            Bounds(TEXT, (116, 5, 144, 15), value=DIGITS((132,))),
+            attributes=("value",),
+            hud=True,
+            doc="ships left",
+        ),
     ),
 )

@@ -15,9 +15,11 @@ input, the copyright line that takes turns with the score after the game (Score 
 
 import jax.numpy as jnp
 import numpy as np
-
+from ocjax.boxes import Box, box
+from ocjax.digits import Digits, hex_font
+from ocjax.game import Game
 from ocjax.ram import RamMap, bcd, byte
-from ocjax.spec import Blobs, Bounds, Box, Category, Cells, Digits, Game, Gauge, box
+from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge
 
 GREY, BLUE, BLACK, RED = 6, 130, 0, 66
 CAR = (36, 64)  # the second while there is little fuel
@@ -29,7 +31,9 @@ MAZES = (
     "1ffff1008013c9f100011cf38008011c93f10100139cf02008127c912001104c81e4cf1040013cce100c0"
     "1ffff1000813fce101c01c80f00e401c07e10e0013873001c01f9ce1000e13e401004e1cfc81030113038"
 )
-WALLS = np.array([int(MAZES[i : i + 5], 16) for i in range(0, len(MAZES), 5)], np.int32)  # 17 rows each, bit 19: both outermost columns
+WALLS = np.array(
+    [int(MAZES[i : i + 5], 16) for i in range(0, len(MAZES), 5)], np.int32
+)  # 17 rows each, bit 19: both outermost columns
 HIDDEN = 0x88  # y of who is not in the maze
 CARS, EXPLOSION, POINTS = 0xBC, 0x83, 0x8F  # low bytes of the pictures' addresses
 GLYPHS = ("3c66666666663c", "3878181818187e", "7c46063c60607e", "3c46060c06463c", "0c1c2c4c7e0c0c",
@@ -40,7 +44,9 @@ class Ram(RamMap):
     y = byte(8, 9, 10, 11)  # screen y - 37; already moved on
     dynamite_y = byte(12)  # screen y - 37
     picture = byte(19, 20, 21, 22)  # low byte of its address - y
-    page = byte(23, 24, 25, 26)  # its high byte: 254 cars, 253 banks and a wreck, 255 points and explosions
+    page = byte(
+        23, 24, 25, 26
+    )  # its high byte: 254 cars, 253 banks and a wreck, 255 points and explosions
     dynamite_x = byte(32)
     place = byte(33, 34, 35, 36)  # x + 1 = 15 * low nibble + (7 ^ high nibble)
     frame = byte(6)
@@ -60,14 +66,18 @@ class Ram(RamMap):
 def decode(m: Ram) -> dict[str, Box]:
     second = m.frame & 4 == 0  # of two pictures
     car, bank = m.page == 254, m.page == 253
-    seen = ((CARS + 12 + jnp.where(second, 24, 0) - m.picture) & 255) - 12  # y, less 12 if seen from the front
+    seen = (
+        (CARS + 12 + jnp.where(second, 24, 0) - m.picture) & 255
+    ) - 12  # y, less 12 if seen from the front
     front = car & (m.y - seen > 6)
     y = jnp.where(car, jnp.where(front, seen + 12, seen), m.y)
     x = 15 * (m.place & 15) + (7 ^ (m.place >> 4)) - 1
     picture = (m.picture + m.y) & 255
     wreck = bank & (jnp.arange(4) == 0)
     points = (m.page == 255) & (picture != EXPLOSION)
-    narrow = points & (0b101001 >> jnp.minimum((picture - POINTS) * 43 >> 9, 31) & 1 == 0)  # all but 10, 40, 60
+    narrow = points & (
+        0b101001 >> jnp.minimum((picture - POINTS) * 43 >> 9, 31) & 1 == 0
+    )  # all but 10, 40, 60
     width = jnp.where(front, 6, jnp.where(narrow, 7, 8))
     x, y = x + jnp.where(front, 1, 0), y + 37
     height = jnp.where((front & second) | wreck, 6, 7)
@@ -111,12 +121,27 @@ def _dynamite(m: Ram) -> Box:
     edges = 4 * column
     left = jnp.where(free[0], x, jnp.where(free[1], edges[1], edges[2]))
     second, third = free[1] & (edges[1] < x + width), free[2] & (edges[2] < x + width)
-    right = jnp.minimum(x + width, jnp.where(third, edges[2] + 4, jnp.where(second, edges[2], edges[1])))
-    return box(left, m.dynamite_y + 37, right - left, jnp.where(x < 8, 3, 2), (m.fuse >= 63) & (m.fuse < 84))
+    right = jnp.minimum(
+        x + width, jnp.where(third, edges[2] + 4, jnp.where(second, edges[2], edges[1]))
+    )
+    return box(
+        left,
+        m.dynamite_y + 37,
+        right - left,
+        jnp.where(x < 8, 3, 2),
+        (m.fuse >= 63) & (m.fuse < 84),
+    )
 
 
 def icons() -> Cells:
-    return Cells(CAR[0], tuple(90 + 16 * (i % 3) for i in range(6)), tuple(27 if i < 3 else 15 for i in range(6)), 8, 7, whole=False)
+    return Cells(
+        CAR[0],
+        tuple(90 + 16 * (i % 3) for i in range(6)),
+        tuple(27 if i < 3 else 15 for i in range(6)),
+        8,
+        7,
+        whole=False,
+    )
 
 
 GAME = Game(
@@ -126,23 +151,38 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", Blobs(CAR, STREETS, max_size=(8, 7)), rgb=(162, 98, 33), doc="the getaway car, or its wreck"),
-        Category("Bank", Blobs(GREY, STREETS, max_size=(8, 7), pixels=(34, 34)), count=3, doc="to be robbed"),
-        Category("Police", Blobs(BLUE, STREETS, min_size=(3, 3), max_size=(8, 7)), count=3, doc="police cars"),
+        Category(
+            "Player",
+            Blobs(CAR, STREETS, max_size=(8, 7)),
+            rgb=(162, 98, 33),
+            doc="the getaway car, or its wreck",
+        ),
+        Category(
+            "Bank",
+            Blobs(GREY, STREETS, max_size=(8, 7), area=(34, 34)),
+            count=3,
+            doc="to be robbed",
+        ),
+        Category(
+            "Police",
+            Blobs(BLUE, STREETS, min_size=(3, 3), max_size=(8, 7)),
+            count=3,
+            doc="police cars",
+        ),
         Category(
             "Dynamite",
-            Blobs(WALL, (0, 38, 160, 176), min_size=(2, 1), max_size=(8, 3), thin=3),
+            Blobs(WALL, (0, 38, 160, 176), min_size=(2, 1), max_size=(8, 3), max_run=3),
             doc="dropped behind the car; a spark while it explodes",
         ),
         Category(
             "Points",
-            Blobs(GREY, STREETS, join=(1, 0), min_size=(7, 7), max_size=(8, 7), pixels=(38, 48)),
+            Blobs(GREY, STREETS, gap=(1, 0), min_size=(7, 7), max_size=(8, 7), area=(38, 48)),
             count=3,
             doc="for what was robbed or blown up",
         ),
         Category(
             "Explosion",
-            Blobs(GREY, STREETS, join=(1, 0), min_size=(8, 7), max_size=(8, 7), pixels=(25, 36)),
+            Blobs(GREY, STREETS, gap=(1, 0), min_size=(8, 7), max_size=(8, 7), area=(25, 36)),
             count=3,
             doc="of a police car",
         ),
@@ -156,7 +196,11 @@ GAME = Game(
         ),
         Category(
             "Score",
-            Bounds(BLACK, (50, 179, 112, 186), value=Digits(tuple(range(57, 98, 8)), 179, (8, 7), (1, 1), GLYPHS)),
+            Bounds(
+                BLACK,
+                (50, 179, 112, 186),
+                value=Digits(hex_font(GLYPHS, 8, (1, 1)), tuple(range(57, 98, 8)), 179),
+            ),
             hud=True,
             attributes=("value",),
             doc="with its $",

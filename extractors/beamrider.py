@@ -19,9 +19,12 @@ import pathlib
 import jax
 import jax.numpy as jnp
 import numpy as np
-
+from ocjax.boxes import Box, box
+from ocjax.digits import Digits, hex_font
+from ocjax.game import Game
+from ocjax.ops import shared
 from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.spec import Blobs, Bounds, Box, Category, Cells, Digits, Game, box
+from ocjax.rules import Blobs, Bounds, Category, Cells
 
 SCORE, AMOUNT, TORPEDO, YELLOW = 42, 212, 98, 26
 FIELD, SHIP = (0, 44, 160, 164), tuple(range(64, 112, 2))
@@ -71,7 +74,12 @@ def decode(m: Ram) -> dict[str, Box]:
     right = (op & 1) ^ (s_state & 1) == 1
     s_dx = jnp.where(op < 2, jnp.where(right, _step(pace, tick), _step(-pace, tick)), 0)
     s_dx = jnp.where(follows, s_dx, jnp.where(s_state == 2, -1, jnp.where(s_state == 3, 1, 0)))
-    k, v, rate, flag = state[3:], m.speed, m.rate[3:], m.kind[3:] >> 6  # 1: goes with the saucers; 2: back
+    k, v, rate, flag = (
+        state[3:],
+        m.speed,
+        m.rate[3:],
+        m.kind[3:] >> 6,
+    )  # 1: goes with the saucers; 2: back
     pace = jnp.where(k <= 3, v + jnp.where(k == 1, 0x2D, 0), v + jnp.where(k == 5, 0x0E, 0x13))
     pace = jnp.where((k == 15) & (rate < 128), jnp.where(rate > 0, 0, 8), pace)
     pace = jnp.where((k >= 12) & (k < 16) & (flag > 1), 0x8D, pace)
@@ -79,7 +87,9 @@ def decode(m: Ram) -> dict[str, Box]:
     pace = jnp.where((k >= 24) & (k < 28), v + 0x0C, pace)
     pace = jnp.where(k == 33, v + 0xFB, jnp.where(k == 34, 0xE0 - v, pace))
     sideways = (k == 4) | (k >= 28) & (k <= 32) | (k >= 20) & (k < 24) & (flag > 1)
-    o_dy = jnp.where(new & ~sideways, jnp.where((k >= 6) & (k < 12), -2, _step(pace, tick)), 0) + jnp.where(flag & 1 == 1, drift, 0)
+    o_dy = jnp.where(
+        new & ~sideways, jnp.where((k >= 6) & (k < 12), -2, _step(pace, tick)), 0
+    ) + jnp.where(flag & 1 == 1, drift, 0)
     o_dx = jnp.where(new & sideways, _step(rate, tick), 0)
     bursts = (state >= 6) & (state < 12) & ~hit
     odd = jnp.where(saucer | new, m.clock & 1, 0)
@@ -92,50 +102,85 @@ def decode(m: Ram) -> dict[str, Box]:
 
     disk = 0x27 + near(0x30, 0x50, 0x70, 0x90, 0xB8)
     back = m.kind >= 128
-    spin = jnp.where(back, jnp.where(state == 30, 31, jnp.where(state == 31, 30, state + 1)), jnp.where(state == 28, 29, state - 1))
+    spin = jnp.where(
+        back,
+        jnp.where(state == 30, 31, jnp.where(state == 31, 30, state + 1)),
+        jnp.where(state == 28, 29, state - 1),
+    )
     other = jnp.where(new & (state >= 28) & (state < 32), spin, state)
     other = jnp.where((state >= 12) & (state < 28), (state & 60) + near(0x68, 0x90, 0xB0), other)
-    other = jnp.where((state == 2) | (state == 3), state ^ odd, jnp.where(bursts, jnp.maximum(state - odd, 6), other))
+    other = jnp.where(
+        (state == 2) | (state == 3),
+        state ^ odd,
+        jnp.where(bursts, jnp.maximum(state - odd, 6), other),
+    )
     is_saucer = saucer & ((state > 0) & (state < 6) | hit)
     at = jnp.where(is_saucer, disk, other)
     far = is_saucer & (y < 32)
     struck = m.shot == 192
     target = jnp.max(jnp.where(hit, m.y + 1, 0))
-    gone = new & (m.shot & 63 == 0) & jnp.any(((m.lines == 104) | (m.lines == 101)) & (m.colors == 54))
-    shot_y = jnp.where(struck, (target & ~7) + 14, jnp.where(gone, 102, m.shot_y + jnp.where(new, 8, 0)))
+    gone = (
+        new & (m.shot & 63 == 0) & jnp.any(((m.lines == 104) | (m.lines == 101)) & (m.colors == 54))
+    )
+    shot_y = jnp.where(
+        struck, (target & ~7) + 14, jnp.where(gone, 102, m.shot_y + jnp.where(new, 8, 0))
+    )
     laser = (m.shot == 35) | struck & (target > 0) | gone
-    picture = jnp.where(laser, 35, 36 + jnp.where(shot_y >= 0x4E, 1, 0) + jnp.where(shot_y >= 0x80, 1, 0))
+    picture = jnp.where(
+        laser, 35, 36 + jnp.where(shot_y >= 0x4E, 1, 0) + jnp.where(shot_y >= 0x80, 1, 0)
+    )
     flies = (m.shot >= 36) & (m.shot < 39)
     all_y, all_x = jnp.append(y, shot_y), jnp.append(x, m.shot_x)
-    *area, seen = jax.lax.optimization_barrier(_place(all_x, all_y, jnp.append(at, picture)))
+    *area, seen = shared(_place(all_x, all_y, jnp.append(at, picture)))
 
     def top(slots: slice | int, valid: jax.Array) -> Box:
         return box(*(side[slots] for side in area), valid=valid & seen[slots])
 
     three, four, all7 = slice(0, 3), slice(3, 7), slice(0, 7)
     saucers = top(three, is_saucer[:3])
-    before = (y[:3][None] < y[:3][:, None]) | (y[:3][None] == y[:3][:, None]) & (i3[None] > i3[:, None])
+    before = (y[:3][None] < y[:3][:, None]) | (y[:3][None] == y[:3][:, None]) & (
+        i3[None] > i3[:, None]
+    )
     third = jnp.sum(jnp.where(before & far[:3][None], 1, 0), axis=1) == 2  # drawn in another way
     side = x[:3] - jnp.where(third, 128, 123)
     dot_x = jnp.where(third, 84, 80) + jnp.where(side >= 0, side * 84 >> 7, -(-side * 84 >> 7))
-    dot, near_by = (dot_x, jnp.int32(43), jnp.int32(1), jnp.int32(1)), (saucers.x, saucers.y, saucers.w, saucers.h)
-    saucers = box(*(jnp.where(far[:3], a, b) for a, b in zip(dot, near_by, strict=True)), valid=far[:3] | saucers.valid)
+    dot, near_by = (
+        (dot_x, jnp.int32(43), jnp.int32(1), jnp.int32(1)),
+        (saucers.x, saucers.y, saucers.w, saucers.h),
+    )
+    saucers = box(
+        *(jnp.where(far[:3], a, b) for a, b in zip(dot, near_by, strict=True)),
+        valid=far[:3] | saucers.valid,
+    )
     explodes, one, drive = m.ship == 0x98 >> 3, m.first == 1, m.sentinel_x - 7
     units = jnp.where(m.enemies >= 10, m.enemies - 10, m.enemies)
     slim = jnp.where(units == 1, 1, 0)
     left = jnp.where(m.enemies >= 10, 20, 25 + slim)
     return {
-        "Player": box(77 + (3 * (m.ship_x - 128) >> 1), jnp.where(explodes, 168, 164), 15, jnp.where(explodes, 12, 16)),
+        "Player": box(
+            77 + (3 * (m.ship_x - 128) >> 1),
+            jnp.where(explodes, 168, 164),
+            15,
+            jnp.where(explodes, 12, 16),
+        ),
         "Saucer": saucers,
         **{name: top(four, (k >= first) & (k <= last)) for name, first, last, *_ in FOUR},
         "Explosion": top(all7, bursts & (at < 10)),
         "Sparks": top(all7, bursts & (at >= 10)),
         "Player_Projectile": top(7, laser & (shot_y <= 206)),
         "Torpedos": top(7, flies & (shot_y <= 206)),
-        "Sentinel": box(9 + (drive + (drive >> 2) + (drive >> 1 & 1) >> 1), 37, 16, 7, m.enemies > 127),
+        "Sentinel": box(
+            9 + (drive + (drive >> 2) + (drive >> 1 & 1) >> 1), 37, 16, 7, m.enemies > 127
+        ),
         "Torpedos_Available": box(128 + 8 * i3, 32, 4, 8, i3 + m.torpedoes >= 3),
         "Enemy_Amount": box(left, 32, 31 - slim - left, 8, m.enemies < 128, m.enemies),
-        "HUD": box(61 + jnp.where(one, 1, 0), 10, 46 - jnp.where(one, 1, 0) - jnp.where(m.ones == 1, 1, 0), 8, value=m.score),
+        "HUD": box(
+            61 + jnp.where(one, 1, 0),
+            10,
+            46 - jnp.where(one, 1, 0) - jnp.where(m.ones == 1, 1, 0),
+            8,
+            value=m.score,
+        ),
         "Sector": box(60, 21, 47 - jnp.where(m.last == 1, 1, 0), 8, value=m.sector),
         "Life": box(32 + 9 * i13, 183, 5, 7, i13 < jnp.where(m.icons < 128, m.icons, 0)),
     }
@@ -153,27 +198,54 @@ def _place(x: jax.Array, y: jax.Array, picture: jax.Array) -> tuple[jax.Array, .
     spread = 0xC6 - line + (line >> 4) + (line >> 3 & 1)
     left = 80 + jnp.where(x >= 128, (x - 128) * spread >> 7, -((128 - x) * spread >> 7))
     extent = jnp.asarray(PICTURES, jnp.int32).at[picture & 63].get(mode="promise_in_bounds")
-    return left + (extent & 15), 164 - line + (extent >> 8 & 15), extent >> 4 & 15, extent >> 12, (line > 0) & (left < 158)
+    return (
+        left + (extent & 15),
+        164 - line + (extent >> 8 & 15),
+        extent >> 4 & 15,
+        extent >> 12,
+        (line > 0) & (left < 158),
+    )
 
 
 FOUR = (  # of the records that are no saucers: first and last kind, rule, what it is
     ("Rejuvenator", 16, 19, Blobs(24, FIELD, min_size=(3, 2), max_size=(5, 7)), "yellow: a life"),
-    ("Debris", 1, 1, Blobs(52, FIELD, join=(1, 1), max_size=(7, 7)), "what a shot leaves of a rejuvenator"),
+    (
+        "Debris",
+        1,
+        1,
+        Blobs(52, FIELD, gap=(1, 1), max_size=(7, 7)),
+        "what a shot leaves of a rejuvenator",
+    ),
     ("Rock", 24, 27, Blobs(20, FIELD, max_size=(8, 6)), "brown"),
     ("Chriper", 28, 31, Blobs(26, FIELD, min_size=(8, 7), max_size=(8, 7)), "yellow, across"),
-    ("Blocker", 4, 5, Blobs(216, FIELD, join=(1, 1), max_size=(8, 7)), "green"),
-    ("Bouncecraft", 32, 34, Blobs(218, FIELD, max_size=(8, 7)), "green, cannot be hit by the laser"),
+    ("Blocker", 4, 5, Blobs(216, FIELD, gap=(1, 1), max_size=(8, 7)), "green"),
+    (
+        "Bouncecraft",
+        32,
+        34,
+        Blobs(218, FIELD, max_size=(8, 7)),
+        "green, cannot be hit by the laser",
+    ),
     ("Charger", 12, 15, Blobs(202, FIELD, max_size=(8, 7)), "come fast"),
     ("Jumper", 20, 23, Blobs(40, FIELD, max_size=(7, 6)), "orange"),
-    ("Enemy_Projectile", 2, 3, Blobs((104, 86), FIELD, min_size=(2, 2), max_size=(4, 6), pixels=(8, 12)), "shots"),
+    (
+        "Enemy_Projectile",
+        2,
+        3,
+        Blobs((104, 86), FIELD, min_size=(2, 2), max_size=(4, 6), area=(8, 12)),
+        "shots",
+    ),
 )
-BURST = Blobs((26, 24, 22, 14), FIELD, min_size=(7, 7), max_size=(8, 8), pixels=(17, 25))
+BURST = Blobs((26, 24, 22, 14), FIELD, min_size=(7, 7), max_size=(8, 8), area=(17, 25))
 PASSING = Blobs((140, 66, 68, 218, 58), (0, 37, 160, 44), min_size=(8, 4), max_size=(16, 7))
-hud, number = functools.partial(Category, hud=True), functools.partial(Category, hud=True, attributes=("value",))
+hud, number = (
+    functools.partial(Category, hud=True),
+    functools.partial(Category, hud=True, attributes=("value",)),
+)
 
 
 def digits(top: int, glyphs: tuple[str, ...], width: int, *lefts: int) -> Digits:
-    return Digits(lefts, top, (width, 8), (1, 1), glyphs)
+    return Digits(hex_font(glyphs, width, (1, 1)), lefts, top)
 
 
 GAME = Game(
@@ -183,18 +255,61 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", Blobs((*SHIP, YELLOW, 86), (0, 164, 160, 180), join=(4, 2), min_size=(9, 9), max_size=(15, 16)), doc="the ship"),
-        Category("Saucer", Blobs((8, 14), (0, 43, 160, 164), max_size=(8, 6)), count=3, doc="white saucers; dots at the horizon"),
+        Category(
+            "Player",
+            Blobs(
+                (*SHIP, YELLOW, 86),
+                (0, 164, 160, 180),
+                gap=(4, 2),
+                min_size=(9, 9),
+                max_size=(15, 16),
+            ),
+            doc="the ship",
+        ),
+        Category(
+            "Saucer",
+            Blobs((8, 14), (0, 43, 160, 164), max_size=(8, 6)),
+            count=3,
+            doc="white saucers; dots at the horizon",
+        ),
         *(Category(name, rule, count=4, doc=doc) for name, _, _, rule, doc in FOUR),
         Category("Explosion", BURST, count=7, doc="what was hit"),
-        Category("Sparks", Blobs((38, 86), FIELD, join=(2, 1), min_size=(7, 5), max_size=(8, 5)), count=7, doc="its end"),
+        Category(
+            "Sparks",
+            Blobs((38, 86), FIELD, gap=(2, 1), min_size=(7, 5), max_size=(8, 5)),
+            count=7,
+            doc="its end",
+        ),
         Category("Player_Projectile", Blobs(54, FIELD, max_size=(8, 5)), doc="the laser"),
-        Category("Torpedos", Blobs(104, FIELD, min_size=(3, 3), max_size=(5, 5)), doc="a torpedo on its way"),
+        Category(
+            "Torpedos",
+            Blobs(104, FIELD, min_size=(3, 3), max_size=(5, 5)),
+            doc="a torpedo on its way",
+        ),
         Category("Sentinel", PASSING, doc="passes above when no enemies are left"),
-        hud("Torpedos_Available", Cells(TORPEDO, (128, 136, 144), (32,) * 3, 4, 8), count=3, doc="left in this sector"),
-        number("Enemy_Amount", Bounds(AMOUNT, (15, 30, 40, 43), value=digits(32, NARROW, 6, 19, 25)), doc="enemies left in this sector"),
-        number("HUD", Bounds(SCORE, (56, 8, 110, 19), value=digits(10, GLYPHS, 8, *range(60, 101, 8))), doc="the score"),
-        number("Sector", Bounds(SCORE, (56, 20, 110, 30), value=digits(21, GLYPHS, 8, 92, 100)), doc="the sector's number"),
-        hud("Life", Blobs(YELLOW, (0, 182, 160, 194), max_size=(5, 7)), count=13, doc="spare ships"),
+        hud(
+            "Torpedos_Available",
+            Cells(TORPEDO, (128, 136, 144), (32,) * 3, 4, 8),
+            count=3,
+            doc="left in this sector",
+        ),
+        number(
+            "Enemy_Amount",
+            Bounds(AMOUNT, (15, 30, 40, 43), value=digits(32, NARROW, 6, 19, 25)),
+            doc="enemies left in this sector",
+        ),
+        number(
+            "HUD",
+            Bounds(SCORE, (56, 8, 110, 19), value=digits(10, GLYPHS, 8, *range(60, 101, 8))),
+            doc="the score",
+        ),
+        number(
+            "Sector",
+            Bounds(SCORE, (56, 20, 110, 30), value=digits(21, GLYPHS, 8, 92, 100)),
+            doc="the sector's number",
+        ),
+        hud(
+            "Life", Blobs(YELLOW, (0, 182, 160, 194), max_size=(5, 7)), count=13, doc="spare ships"
+        ),
     ),
 )

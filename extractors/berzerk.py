@@ -16,9 +16,11 @@ import functools
 
 import jax
 import jax.numpy as jnp
-
+from ocjax.boxes import Box, box
+from ocjax.digits import Digits, hex_font
+from ocjax.game import Game
 from ocjax.ram import RamMap, bcd, byte
-from ocjax.spec import Blobs, Bounds, Box, Category, Digits, Game, box
+from ocjax.rules import Blobs, Bounds, Category
 
 HUMAN, TEXT = 60, 28
 ROBOTS = (26, 54, 12, 202, 76, 168, 252, 88)
@@ -69,7 +71,9 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    first = (m.frame == 53) & (m.missile_way == 15) & (m.missile_wait == 0)  # frame on which the room is there
+    first = (
+        (m.frame == 53) & (m.missile_way == 15) & (m.missile_wait == 0)
+    )  # frame on which the room is there
     here = (m.state == 2) & (m.appearing == 255) & ~first
     up_to = jnp.min(jnp.where(m.robot_y == NOBODY, jnp.arange(8), 8))
     robot = here & (jnp.arange(8) < up_to)
@@ -78,7 +82,12 @@ def decode(m: Ram) -> dict[str, Box]:
     height = jnp.where(spark, 4, jnp.where(tall, 18, 16))
     rgb = jnp.array(ROBOT_RGB, jnp.uint8)[m.level >> 1 & 7]
     robots = box(
-        m.robot_x + jnp.where(spark, 8, 6), 2 * m.robot_y + jnp.where(spark, 10, 4), jnp.where(spark, 4, 8), height, robot, rgb=rgb
+        m.robot_x + jnp.where(spark, 8, 6),
+        2 * m.robot_y + jnp.where(spark, 10, 4),
+        jnp.where(spark, 4, 8),
+        height,
+        robot,
+        rgb=rgb,
     )
     missile = here & (m.missile_way != 0) & (m.missile_way != 15)
     across = m.missile_way & 3 != 0
@@ -87,14 +96,29 @@ def decode(m: Ram) -> dict[str, Box]:
         "Player": _human(m, here),
         "Enemy": robots,
         "PlayerMissile": _shot(m, here),
-        "EnemyMissile": box(m.missile_x + 2, 2 * m.missile_y, jnp.where(across, 4, 1), jnp.where(across, 2, 6), missile, rgb=rgb),
-        "EvilOtto": box(m.otto_x + 3, m.otto_y + jnp.where(squashed, 9, 3), 8, jnp.where(squashed, 10, 16), here & (m.otto >= 3)),
+        "EnemyMissile": box(
+            m.missile_x + 2,
+            2 * m.missile_y,
+            jnp.where(across, 4, 1),
+            jnp.where(across, 2, 6),
+            missile,
+            rgb=rgb,
+        ),
+        "EvilOtto": box(
+            m.otto_x + 3,
+            m.otto_y + jnp.where(squashed, 9, 3),
+            8,
+            jnp.where(squashed, 10, 16),
+            here & (m.otto >= 3),
+        ),
     } | _line(m)
 
 
 def _step(way: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Of a way: to the right, down."""
-    return jnp.where(way & 8 > 0, 1, jnp.where(way & 4 > 0, -1, 0)), jnp.where(way & 3 == 1, -1, jnp.where(way & 3 == 2, 1, 0))
+    return jnp.where(way & 8 > 0, 1, jnp.where(way & 4 > 0, -1, 0)), jnp.where(
+        way & 3 == 1, -1, jnp.where(way & 3 == 2, 1, 0)
+    )
 
 
 def _launched(m: Ram, dx: jax.Array, dy: jax.Array) -> jax.Array:
@@ -109,7 +133,13 @@ def _shot(m: Ram, here: jax.Array) -> Box:
     dx, dy = _step(m.shot_way)
     across = dx != 0
     there = here & (m.shot > 0) & ~_launched(m, dx, dy)
-    return box(m.shot_x - 2 * dx + 2, 2 * (m.shot_y - dy) + 1, jnp.where(across, 4, 1), jnp.where(across, 2, 6), there)
+    return box(
+        m.shot_x - 2 * dx + 2,
+        2 * (m.shot_y - dy) + 1,
+        jnp.where(across, 4, 1),
+        jnp.where(across, 2, 6),
+        there,
+    )
 
 
 def _human(m: Ram, here: jax.Array) -> Box:
@@ -119,7 +149,11 @@ def _human(m: Ram, here: jax.Array) -> Box:
     y = m.y + 5 - jnp.where(moved, dy, 0)
     picture = (m.figure + m.figure_row - 0xA9) & 255  # of the next frame
     aims = (picture >= 0x31) & (picture < 0x50)
-    turn = m.pose + jnp.where(moved, 1, 0) + jnp.where(((m.pace - 112) & 255 < 112) & ((m.pace != 112) | (m.pose > 0)), 1, 0)
+    turn = (
+        m.pose
+        + jnp.where(moved, 1, 0)
+        + jnp.where(((m.pace - 112) & 255 < 112) & ((m.pace != 112) | (m.pose > 0)), 1, 0)
+    )
     turn = jnp.where(turn >= 3, turn - 3, turn)
     hit = m.pose >= 3
     shock = (m.pose > 5) & (m.pose & 2 == 0)
@@ -129,7 +163,9 @@ def _human(m: Ram, here: jax.Array) -> Box:
     columns = jnp.where(shock, 0x07, jnp.where(hit, 0x16, jnp.where(aims, aim, walk)))
     first, last = columns >> 4, columns & 15
     left = jnp.where(m.way & 4 > 0, 7 - last, first)
-    return box(x + left, jnp.where(shock, y - 2, y), last - first + 1, jnp.where(shock, 24, 20), here).clip(0, 0, 160, 177)
+    return box(
+        x + left, jnp.where(shock, y - 2, y), last - first + 1, jnp.where(shock, 24, 20), here
+    ).clip(0, 0, 160, 177)
 
 
 def _line(m: Ram) -> dict[str, Box]:
@@ -155,11 +191,18 @@ GLYPHS = ("7e72727272727e", "3c1c1c1c1c1c1c", "7e4e0e0e7e407e", "7e4e0e1c0e4e7e"
 
 
 def digits(*lefts: int) -> Digits:
-    return Digits(lefts, 183, (8, 7), (1, 1), GLYPHS, required=True)
+    return Digits(hex_font(GLYPHS, 8, (1, 1)), lefts, 183, required=True)
 
 
 # each picture of a man counts 1
-men = Digits(CELLS, 183, (8, 7), (1, 1), ("00000000000001", "18003c5a181818", *("00000000000001",) * 8), (1,) * 6, base=1, required=True)
+men = Digits(
+    hex_font(("00000000000001", "18003c5a181818", *("00000000000001",) * 8)),
+    CELLS,
+    183,
+    (1,) * 6,
+    base=1,
+    required=True,
+)
 hud = functools.partial(Category, hud=True, attributes=("value",))
 GAME = Game(
     name="Berzerk",
@@ -168,14 +211,45 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", Blobs(HUMAN, FIELD, join=(0, 2), min_size=(3, 17), max_size=(9, 26)), doc="the human"),
-        Category("Enemy", Blobs(ROBOTS, FIELD, min_size=(4, 4), max_size=(12, 20)), count=8, doc="robots, from the top"),
-        Category("PlayerMissile", Bounds(HUMAN, FIELD, besides=("Player", "EvilOtto")), doc="the human's shot"),
-        Category("EnemyMissile", Bounds(ROBOTS, FIELD, besides=("Enemy",)), doc="a robot's shot"),
-        Category("EvilOtto", Blobs(HUMAN, FIELD, min_size=(8, 10), max_size=(8, 16), pixels=(60, 90)), doc="comes when the human is slow"),
-        Category("Copyright", Bounds(TEXT, LINE, min_size=(40, 7)), hud=True, doc="before the first points"),
-        hud("PlayerScore", Bounds(TEXT, LINE, value=digits(*CELLS)), blinks=True, doc="hidden between rooms"),
-        hud("BonusPoints", Bounds(TEXT, (55, 183, 71, 190), value=digits(*CELLS[:2])), doc="for all robots"),
+        Category(
+            "Player",
+            Blobs(HUMAN, FIELD, gap=(0, 2), min_size=(3, 17), max_size=(9, 26)),
+            doc="the human",
+        ),
+        Category(
+            "Enemy",
+            Blobs(ROBOTS, FIELD, min_size=(4, 4), max_size=(12, 20)),
+            count=8,
+            doc="robots, from the top",
+        ),
+        Category(
+            "PlayerMissile",
+            Bounds(HUMAN, FIELD, exclude=("Player", "EvilOtto")),
+            doc="the human's shot",
+        ),
+        Category("EnemyMissile", Bounds(ROBOTS, FIELD, exclude=("Enemy",)), doc="a robot's shot"),
+        Category(
+            "EvilOtto",
+            Blobs(HUMAN, FIELD, min_size=(8, 10), max_size=(8, 16), area=(60, 90)),
+            doc="comes when the human is slow",
+        ),
+        Category(
+            "Copyright",
+            Bounds(TEXT, LINE, min_size=(40, 7)),
+            hud=True,
+            doc="before the first points",
+        ),
+        hud(
+            "PlayerScore",
+            Bounds(TEXT, LINE, value=digits(*CELLS)),
+            blinks=True,
+            doc="hidden between rooms",
+        ),
+        hud(
+            "BonusPoints",
+            Bounds(TEXT, (55, 183, 71, 190), value=digits(*CELLS[:2])),
+            doc="for all robots",
+        ),
         hud("Lives", Bounds(TEXT, LINE, value=men), doc="between rooms"),
     ),
 )

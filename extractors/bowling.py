@@ -12,9 +12,11 @@ flash), game over. Not in the RAM, each for a single frame: that a throw has jus
 """
 
 import jax.numpy as jnp
-
+from ocjax.boxes import Box, box
+from ocjax.digits import DIGITS_3X5, Digits, hex_font
+from ocjax.game import Game
 from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.spec import DIGITS_3X5, Blobs, Bounds, Box, Category, Digits, Game, box
+from ocjax.rules import Blobs, Bounds, Category
 
 BROWN, BLUE = 38, 132
 FIELD, LINE = (8, 72, 160, 172), (0, 102, 160, 104)
@@ -38,7 +40,9 @@ class Ram(RamMap):
     pin_clock = byte(46)  # the pin that moves next, counting down
     pin_y = byte(*range(47, 57))  # (169 - y) / 2
     pin_x = byte(*range(57, 67))  # (135 - x) / 2; 128 or more: gone
-    pin_speed = byte(*range(67, 77))  # to the right in the high nibble, upwards in the low one (signed)
+    pin_speed = byte(
+        *range(67, 77)
+    )  # to the right in the high nibble, upwards in the low one (signed)
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -67,7 +71,9 @@ def decode(m: Ram) -> dict[str, Box]:
     round_x = jnp.where(ten, 24, jnp.where(m.round == 1, 40, 32))
     number_x = jnp.where(m.player_number == 0, 120, 112)
     return {
-        "Player": box(x + jnp.where(standing, 10, 8), 141 - 2 * m.player_y, jnp.where(standing, 6, 8), 32),
+        "Player": box(
+            x + jnp.where(standing, 10, 8), 141 - 2 * m.player_y, jnp.where(standing, 6, 8), 32
+        ),
         "Ball": box(ball_x + 7, 163 - 2 * ball_y, 4, 10),
         "Pin": box(135 - 2 * pin_x, 169 - 2 * pin_y, 2, 4, m.pin_x < 128),
         "PlayerScore": box(left, 19, 60 - left, 15, value=100 * m.hundreds + 10 * tens + ones),
@@ -77,7 +83,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def digits(top: int, height: int, *lefts: int) -> Digits:
-    return Digits(lefts, top, (3, 5), (4, height), NUMBERS)
+    return Digits(hex_font(NUMBERS, 3, (4, height)), lefts, top)
 
 
 GAME = Game(
@@ -87,9 +93,23 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", Bounds((BROWN, BLUE), (8, 72, 48, 172), inverse=True), rgb=(84, 92, 214), doc="the bowler"),
-        Category("Ball", Bounds(BLUE, FIELD, min_size=(4, 4), scenery=(LINE,), besides=("Pin",)), doc="the ball"),
-        Category("Pin", Blobs(BLUE, (100, 104, 160, 172), max_size=(2, 4)), count=10, doc="pins that stand or fall"),
+        Category(
+            "Player",
+            Bounds((BROWN, BLUE), (8, 72, 48, 172), inverse=True),
+            rgb=(84, 92, 214),
+            doc="the bowler",
+        ),
+        Category(
+            "Ball",
+            Bounds(BLUE, FIELD, min_size=(4, 4), ignore=(LINE,), exclude=("Pin",)),
+            doc="the ball",
+        ),
+        Category(
+            "Pin",
+            Blobs(BLUE, (100, 104, 160, 172), max_size=(2, 4)),
+            count=10,
+            doc="pins that stand or fall",
+        ),
         Category(
             "PlayerScore",
             Bounds(BROWN, (16, 19, 60, 34), inverse=True, value=digits(19, 3, 16, 32, 48)),
@@ -99,7 +119,11 @@ GAME = Game(
             doc="points",
         ),
         Category(
-            "PlayerRound", Bounds(BLUE, (16, 7, 44, 17), value=digits(7, 2, 16, 32)), attributes=("value",), hud=True, doc="the round, 1-10"
+            "PlayerRound",
+            Bounds(BLUE, (16, 7, 44, 17), value=digits(7, 2, 16, 32)),
+            attributes=("value",),
+            hud=True,
+            doc="the round, 1-10",
         ),
         Category(
             "Player2Round",

@@ -13,9 +13,11 @@ of the time. There is one mode.
 
 import jax
 import jax.numpy as jnp
-
+from ocjax.boxes import Box, box
+from ocjax.digits import Digits, hex_font
+from ocjax.game import Game
 from ocjax.ram import RamMap, bcd, byte, high
-from ocjax.spec import Bounds, Box, Category, Digits, Game, box
+from ocjax.rules import Bounds, Category
 
 WHITE, BLACK, GREEN = 12, 0, 208
 RING = (8, 24, 160, 186)
@@ -48,25 +50,37 @@ def decode(m: Ram) -> dict[str, Box]:
         "Enemy": _boxer(m, 1, m.white_is_right == 0),
         "PlayerScore": box(x[0], 5, w[0], 7, value=points[0]),
         "EnemyScore": box(x[1], 5, w[1], 7, value=points[1]),
-        "Clock": box(63, 17, 30, 7, value=60 * m.minutes + m.seconds + jnp.where(m.frames == 59, 1, 0)),
+        "Clock": box(
+            63, 17, 30, 7, value=60 * m.minutes + m.seconds + jnp.where(m.frames == 59, 1, 0)
+        ),
     }
 
 
 def _boxer(m: Ram, i: int, faces_left: jax.Array) -> Box:
     one, two, hit = m.first_arm[i] - 95, m.second_arm[i] - 191, m.head[i] == 175
     most = jnp.maximum(one, two)
-    back = jnp.where(hit, 0, jnp.where((one > 16) & (two > 16), 3, 1))  # the side away from the other boxer
+    back = jnp.where(
+        hit, 0, jnp.where((one > 16) & (two > 16), 3, 1)
+    )  # the side away from the other boxer
     bent = jnp.where((one == 16) & (two == 16), 2, 0)
     reach = jnp.where(most == 48, 34, jnp.where(most == 32, 25, 18 - bent))
     rest = jnp.where(most < 32, 1, 0)
-    left, right = jnp.where(faces_left, 20 + rest - reach, 4 + back), jnp.where(faces_left, 18 - back, reach + 1)
+    left, right = (
+        jnp.where(faces_left, 20 + rest - reach, 4 + back),
+        jnp.where(faces_left, 18 - back, reach + 1),
+    )
     top = m.top[i] + jnp.where(faces_left, 37, 38) + jnp.where(one >= 32, 1, 0)
     bottom = m.bottom[i] + jnp.where(faces_left, 50, 51) - jnp.where(two >= 32, 1, 0)
     return box(m.x[i] + left, top, right - left, bottom - top)
 
 
 def digits(*lefts: int) -> Digits:
-    return Digits(lefts, 5 if len(lefts) == 2 else 17, (8, 7), (1, 1), GLYPHS, (10, 1) if len(lefts) == 2 else (60, 10, 1))
+    return Digits(
+        hex_font(GLYPHS),
+        lefts,
+        5 if len(lefts) == 2 else 17,
+        (10, 1) if len(lefts) == 2 else (60, 10, 1),
+    )
 
 
 GAME = Game(
@@ -79,11 +93,25 @@ GAME = Game(
         Category("Player", Bounds(WHITE, RING), doc="the white boxer, both arms included"),
         Category("Enemy", Bounds(BLACK, RING), doc="the black boxer, both arms included"),
         Category(
-            "PlayerScore", Bounds(WHITE, (38, 5, 54, 12), value=digits(38, 46)), attributes=("value",), hud=True, doc="white's points"
+            "PlayerScore",
+            Bounds(WHITE, (38, 5, 54, 12), value=digits(38, 46)),
+            attributes=("value",),
+            hud=True,
+            doc="white's points",
         ),
         Category(
-            "EnemyScore", Bounds(BLACK, (102, 5, 118, 12), value=digits(102, 110)), attributes=("value",), hud=True, doc="black's points"
+            "EnemyScore",
+            Bounds(BLACK, (102, 5, 118, 12), value=digits(102, 110)),
+            attributes=("value",),
+            hud=True,
+            doc="black's points",
         ),
-        Category("Clock", Bounds(GREEN, (62, 17, 94, 24), value=digits(62, 78, 86)), attributes=("value",), hud=True, doc="seconds left"),
+        Category(
+            "Clock",
+            Bounds(GREEN, (62, 17, 94, 24), value=digits(62, 78, 86)),
+            attributes=("value",),
+            hud=True,
+            doc="seconds left",
+        ),
     ),
 )

@@ -15,9 +15,11 @@ lives' digit in the frame in which a ball is lost.
 
 import jax.numpy as jnp
 import numpy as np
-
+from ocjax.boxes import Box, box
+from ocjax.digits import DIGITS_3X5, Digits, hex_font
+from ocjax.game import Game
 from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.spec import DIGITS_3X5, Blobs, Bounds, Box, Category, Cells, Digits, Game, box
+from ocjax.rules import Blobs, Bounds, Category, Cells
 from ocjax.vision.palette import NTSC
 
 FIELD = (8, 32, 152, 196)
@@ -45,22 +47,31 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     registers = m.wall.reshape(6, 6).T
-    bricks = jnp.concatenate([registers[:, i : i + 1] >> np.array([at]) & 1 for i, at in enumerate(BRICKS)], axis=1)  # [row, column]
+    bricks = jnp.concatenate(
+        [registers[:, i : i + 1] >> np.array([at]) & 1 for i, at in enumerate(BRICKS)], axis=1
+    )  # [row, column]
     width = 8 + 4 * ((m.paddle_size + 1) >> 1)
     return {
         "Player": box(m.paddle_x - 47, 189, width, 4),
         "Ball": _ball(m),
         "Block": box(LEFT, TOP, 8, 6, bricks.ravel() == 1),
         "PlayerScore": _score(m),
-        "Live": box(jnp.where(m.lives == 1, 104, 100), 5, jnp.where(m.lives == 1, 4, 12), 10, value=m.lives),
+        "Live": box(
+            jnp.where(m.lives == 1, 104, 100), 5, jnp.where(m.lives == 1, 4, 12), 10, value=m.lives
+        ),
         "PlayerNumber": box(136 - 4 * m.player, 5, 4 + 8 * m.player, 10, value=m.player + 1),
     }
 
 
 def _ball(m: Ram) -> Box:
     x, y = m.ball_x - 49, m.ball_y
-    top, bottom = y + jnp.where(y < 85, 8, 9), y + jnp.where(y < 81, 12, 13)  # the screen has a row more just below the bricks
-    last = jnp.where(x < jnp.where(y & 1 == 1, 46, 56), 196, 195)  # it is switched off in the middle of the last row
+    top, bottom = (
+        y + jnp.where(y < 85, 8, 9),
+        y + jnp.where(y < 81, 12, 13),
+    )  # the screen has a row more just below the bricks
+    last = jnp.where(
+        x < jnp.where(y & 1 == 1, 46, 56), 196, 195
+    )  # it is switched off in the middle of the last row
     return box(x, top, 2, bottom - top).clip(8, 32, 152, last)
 
 
@@ -75,7 +86,7 @@ def _score(m: Ram) -> Box:
 
 
 def digits(*lefts: int) -> Digits:
-    return Digits(lefts, 5, (3, 5), (4, 2), DIGITS_3X5)
+    return Digits(hex_font(DIGITS_3X5, 3, (4, 2)), lefts, 5)
 
 
 GAME = Game(
@@ -85,8 +96,16 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", Blobs(RED, (8, 189, 160, 193), min_size=(8, 4), max_size=(26, 4)), doc="the paddle"),
-        Category("Ball", Bounds((GREY, *ROWS), FIELD, besides=("Block", "Player")), doc="in the colour of the row it is in"),
+        Category(
+            "Player",
+            Blobs(RED, (8, 189, 160, 193), min_size=(8, 4), max_size=(26, 4)),
+            doc="the paddle",
+        ),
+        Category(
+            "Ball",
+            Bounds((GREY, *ROWS), FIELD, exclude=("Block", "Player")),
+            doc="in the colour of the row it is in",
+        ),
         Category(
             "Block",
             Cells(ROWS, tuple(LEFT.tolist()), tuple(TOP.tolist()), 8, 6),
@@ -101,9 +120,19 @@ GAME = Game(
             hud=True,
             doc="points, or the time",
         ),
-        Category("Live", Bounds(GREY, (100, 5, 112, 15), value=digits(100)), attributes=("value",), hud=True, doc="balls left"),
         Category(
-            "PlayerNumber", Bounds(GREY, (132, 5, 144, 15), value=digits(132)), attributes=("value",), hud=True, doc="whose turn it is"
+            "Live",
+            Bounds(GREY, (100, 5, 112, 15), value=digits(100)),
+            attributes=("value",),
+            hud=True,
+            doc="balls left",
+        ),
+        Category(
+            "PlayerNumber",
+            Bounds(GREY, (132, 5, 144, 15), value=digits(132)),
+            attributes=("value",),
+            hud=True,
+            doc="whose turn it is",
         ),
     ),
 )

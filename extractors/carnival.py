@@ -18,9 +18,12 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-
+from ocjax.boxes import Box, box
+from ocjax.digits import Digits, hex_font
+from ocjax.game import Game
+from ocjax.ops import shared
 from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.spec import Blobs, Bounds, Box, Category, Digits, Game, Gauge, box
+from ocjax.rules import Blobs, Bounds, Category, Gauge
 from ocjax.vision.palette import NTSC
 
 WHEEL, SIGN, BARS = (148, 194, 100, 36), (72, 56), (146, 192, 100, 34)
@@ -67,7 +70,13 @@ def decode(m: Ram) -> dict[str, Box]:
     y = m.duck_y - jnp.where(m.tick == 1, 0, m.duck_speed)
     flies = (m.duck_y != AWAY) & ((m.duck_y > 0) | (m.tick == 1))
     x = m.duck_x - jnp.where(late, jnp.where(m.duck_left == 1, -1, m.duck_right), 0)
-    starts = (m.duck_y == 0) & late & (m.group_x == m.duck_x) & (m.group_kind == NONE) & (jnp.arange(6) < 2)
+    starts = (
+        (m.duck_y == 0)
+        & late
+        & (m.group_x == m.duck_x)
+        & (m.group_kind == NONE)
+        & (jnp.arange(6) < 2)
+    )
     eater_x = m.eater_x - 3 + jnp.where((m.chew == 0) | (m.chew == 10), 2, 0)
     where = jnp.stack([x - 4, eater_x]), jnp.stack([110 + y, jnp.int32(203)])
     ducks = box(*where, jnp.array((16, 6)), jnp.array((15, 6)), jnp.stack([flies, m.munch != NONE]))
@@ -85,7 +94,9 @@ def decode(m: Ram) -> dict[str, Box]:
     clip = (m.sign == MINUS_BULLETS) | (m.sign == PLUS_BULLETS)  # the value is as many bullets
     value_w = jnp.where(clip, 22 - 4 * ((m.amount - 0x2B) // 9), 22)
     shot = jnp.asarray(SHOTS)[jnp.minimum(m.shot_y // 5, 33)]
-    bar = 4 * (jnp.sum(jax.lax.population_count(m.bar)) + jnp.sum(jax.lax.population_count(m.bar_ends)))
+    bar = 4 * (
+        jnp.sum(jax.lax.population_count(m.bar)) + jnp.sum(jax.lax.population_count(m.bar_ends))
+    )
     return {
         "Player": box(m.player_x - 4, 186, 6, 13),
         "PlayerMissile": box(m.shot_x - 5, shot[0], 1, shot[1], m.shot_y > 0),
@@ -108,16 +119,20 @@ def _targets(m: Ram) -> Box:
     near, far = (copies & 5) == 1, copies == 4
     first = jnp.where(near, 16, jnp.where(far, 64, 32))
     apart = jnp.where(copy == 0, 0, jnp.where(copy == 1, first, 2 * first))
-    many = jnp.where((copies & 3) == 3, 3, jnp.where(copies == 6, 3, jnp.where((copies == 0) | (copies == 5), 1, 2)))
+    many = jnp.where(
+        (copies & 3) == 3,
+        3,
+        jnp.where(copies == 6, 3, jnp.where((copies == 0) | (copies == 5), 1, 2)),
+    )
     x = jnp.repeat(m.group_x, 3) + 156 + apart
     x = x - 160 * ((x >> 5) * 205 >> 10)  # x % 160, at a fraction of its cost
-    x, many = jax.lax.optimization_barrier((x, many))  # computed once for all kinds
+    x, many = shared((x, many))  # computed once for all kinds
     return box(x, 89 - 21 * (group >> 1), 8, 15, copy < many)
 
 
 hud = functools.partial(Category, hud=True)
 target = functools.partial(Category, count=18)
-DIGITS = Digits((64, 72, 80, 88, 96), 2, (8, 7), (1, 1), GLYPHS)
+DIGITS = Digits(hex_font(GLYPHS, 8, (1, 1)), (64, 72, 80, 88, 96), 2)
 GAME = Game(
     name="Carnival",
     rom="carnival",
@@ -127,17 +142,47 @@ GAME = Game(
     screen=(214, 160),
     categories=(
         Category("Player", Bounds(GREEN, (8, 186, 160, 199)), doc="the gun"),
-        Category("PlayerMissile", Bounds(SHOT, (7, 14, 160, 185), scenery=((72, 29, 96, 37),)), doc="the shot"),
-        Category("Wheel", Bounds(WHEEL, (66, 14, 104, 29)), doc="pipes around a hub; gone when all are hit"),
-        target("Duck", Blobs(YELLOW, ROWS, join=(1, 5), max_size=(8, 15)), doc="in a row"),
-        target("Rabbit", Blobs(GREY, ROWS, join=(1, 5), min_size=(1, 10), max_size=(8, 15)), doc="in a row"),
-        target("Owl", Blobs(RED, ROWS, join=(1, 5), max_size=(8, 15)), doc="in a row"),
-        target("ExtraBullets", Blobs(GREY, ROWS, join=(1, 5), min_size=(1, 9), max_size=(8, 9)), doc="a box with an 8 in a row"),
         Category(
-            "FlyingDuck", Bounds((YELLOW, WHITE), ((8, 105, 160, 180), (0, 203, 160, 210))), count=2, doc="coming down; eating bullets"
+            "PlayerMissile",
+            Bounds(SHOT, (7, 14, 160, 185), ignore=((72, 29, 96, 37),)),
+            doc="the shot",
         ),
-        hud("PlayerScore", Bounds(WHITE, (64, 2, 104, 9), value=DIGITS), attributes=("value",), doc="points without the last digit"),
-        hud("AmmoBar", Bounds(BARS, (0, 203, 160, 208), value=Gauge(4)), attributes=("value",), blinks=True, doc="bullets left"),
+        Category(
+            "Wheel",
+            Bounds(WHEEL, (66, 14, 104, 29)),
+            doc="pipes around a hub; gone when all are hit",
+        ),
+        target("Duck", Blobs(YELLOW, ROWS, gap=(1, 5), max_size=(8, 15)), doc="in a row"),
+        target(
+            "Rabbit",
+            Blobs(GREY, ROWS, gap=(1, 5), min_size=(1, 10), max_size=(8, 15)),
+            doc="in a row",
+        ),
+        target("Owl", Blobs(RED, ROWS, gap=(1, 5), max_size=(8, 15)), doc="in a row"),
+        target(
+            "ExtraBullets",
+            Blobs(GREY, ROWS, gap=(1, 5), min_size=(1, 9), max_size=(8, 9)),
+            doc="a box with an 8 in a row",
+        ),
+        Category(
+            "FlyingDuck",
+            Bounds((YELLOW, WHITE), ((8, 105, 160, 180), (0, 203, 160, 210))),
+            count=2,
+            doc="coming down; eating bullets",
+        ),
+        hud(
+            "PlayerScore",
+            Bounds(WHITE, (64, 2, 104, 9), value=DIGITS),
+            attributes=("value",),
+            doc="points without the last digit",
+        ),
+        hud(
+            "AmmoBar",
+            Bounds(BARS, (0, 203, 160, 208), value=Gauge(4)),
+            attributes=("value",),
+            blinks=True,
+            doc="bullets left",
+        ),
         hud("BonusSign", Bounds(SIGN, (12, 29, 18, 38)), blinks=True, doc="plus or minus"),
         hud("BonusValue", Bounds(SIGN, (20, 29, 44, 38)), blinks=True, doc="points or bullets"),
     ),

@@ -1,34 +1,47 @@
 """Pong: two paddles, a ball and two scores.
 
-Player is the right paddle (green), Enemy the left one (orange). The white walls above and below the court are scenery: paddles and
-the ball are drawn under them and end at the court's first and last row.
+Player is the right paddle (green), Enemy the left one (orange). The white walls above and below
+the court are scenery: paddles and the ball are drawn under them and end at the court's first and
+last row.
 
-RAM: ALE's source (scores), OCAtari 2.2 and AtariARI (positions), and the ROM's drawing loop for what they leave open. The loop
-draws two rows a turn with one wait for the beam: a paddle starts at an even count, and the ball is switched on and off in the
-middle of a row, so that left of the beam it sits a row lower. Every box of 31,000 on unseen play is exact.
+RAM: ALE's source (scores), OCAtari 2.2 and AtariARI (positions), and the ROM's drawing loop for
+what they leave open. The loop draws two rows a turn with one wait for the beam: a paddle starts at
+an even count, and the ball is switched on and off in the middle of a row, so that left of the beam
+it is a row lower. Every box of 31,000 on unseen play is exact.
 
-Covered: both modes, all four difficulties (A halves a side's paddle), points of both sides, the end of the game, and the first two
-frames after a reset, which have the screen saver's colours.
+Covered: both modes, all four difficulties (A halves a side's paddle), points of both sides, the end
+of the game, and the first two frames after a reset, which have the screen saver's colours.
 """
 
 import jax
 import jax.numpy as jnp
-
+from ocjax.boxes import Box, box
+from ocjax.console import wrap
+from ocjax.digits import DIGITS_3X5, Digits, hex_font, score_box
+from ocjax.game import Game
 from ocjax.ram import RamMap, byte
-from ocjax.spec import DIGITS_3X5, Bounds, Box, Category, Digits, Game, box
+from ocjax.rules import Bounds, Category
 
 COURT = (0, 34, 160, 194)
 WHITE, GREEN, ORANGE = (14, 210), (200, 138), (56, 250)  # in play, in the screen saver
+WHITE_RGB, GREEN_RGB, ORANGE_RGB = (236, 236, 236), (92, 186, 92), (213, 130, 74)
+
+FONT = hex_font(DIGITS_3X5, dots=3, dot=(4, 4), pitch=16)
+PLAYER_DIGITS, ENEMY_DIGITS = (100, 116), (20, 36)  # left columns
+SCORE_TOP = 1
+
+POINT_MADE = 63  # of the pause: on this frame the digits are still those before the point
+ENEMY, PLAYER = 0, 1  # as `scorer` names them
 
 
 class Ram(RamMap):
-    paddle_read = byte(4)  # turn of the drawing loop in which the paddle's position was read from its port
-    pause = byte(11)  # frames until the next serve, 63 when a point is made
+    paddle_read = byte(4)  # turn of the drawing loop in which the paddle's position was read
+    pause = byte(11)  # frames until the next serve
     enemy_score = byte(13)
     player_score = byte(14)
-    scorer = byte(18)  # who made the last point: 0 enemy, 1 player
+    scorer = byte(18)  # who made the last point
     enemy_mask = byte(37)  # 256 - height
-    player_mask = byte(38)
+    player_mask = byte(38)  # 256 - height
     ball_x = byte(49)  # x + 49
     enemy_y = byte(50)  # y + 15
     player_y = byte(51)  # y + 14
@@ -36,45 +49,53 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    old = m.pause == 63  # the digits on the screen are still those before the point
     return {
-        "Player": box(140, _even(m.player_y) - 14, 4, 256 - m.player_mask).clip(*COURT),
-        "Enemy": box(16, _even(m.enemy_y) - 15, 4, 256 - m.enemy_mask).clip(*COURT),
+        "Player": _paddle(140, m.player_y, 14, m.player_mask),
+        "Enemy": _paddle(16, m.enemy_y, 15, m.enemy_mask),
         "Ball": _ball(m),
-        "PlayerScore": _score(100, m.player_score, old & (m.scorer == 1)),
-        "EnemyScore": _score(20, m.enemy_score, old & (m.scorer == 0)),
+        "PlayerScore": _score(m, PLAYER, m.player_score, PLAYER_DIGITS),
+        "EnemyScore": _score(m, ENEMY, m.enemy_score, ENEMY_DIGITS),
     }
 
 
-def _even(y: jax.Array) -> jax.Array:
-    return (y + 1) & ~1
+def _paddle(x: int, y: jax.Array, offset: int, mask: jax.Array) -> Box:
+    even = (y + 1) & ~1  # the loop draws two rows a turn
+    return box(x, even - offset, 4, 256 - mask).clip(*COURT)
 
 
 def _ball(m: Ram) -> Box:
-    x = (m.ball_x - 49) & 255
-    x = jnp.where(x < 160, x, x - 160)
-    odd = m.ball_y & 1
-
-    def row(y: jax.Array, x: jax.Array) -> jax.Array:
-        """Where the ball's column x changes when the loop switches it at the count y."""
-        turn = y - odd
-        no_player = ((turn - m.player_y) & m.player_mask) != 0  # the loop's branches differ by one cycle, three pixels
-        no_enemy = ((turn + 2 - m.enemy_y) & m.enemy_mask) != 0
-        beam = 149 + jnp.where(no_player, 3, 0) + jnp.where(turn <= m.paddle_read, 6, 0) + odd * jnp.where(no_enemy, -19, -22)
-        return y - jnp.where(x < beam, 14, 15)
-
-    top, bottom = row(m.ball_y, x + 1), row(m.ball_y + 4, x)
+    x = wrap((m.ball_x - 49) & 255)
+    top = _switched(m, m.ball_y, x + 1)
+    bottom = _switched(m, m.ball_y + 4, x)
     return box(x, top, 2, bottom - top).clip(*COURT)
 
 
-def _score(left: int, value: jax.Array, old: jax.Array) -> Box:
-    """Tight around two digits of three columns, 4 pixels each; a 1 is the middle column."""
+def _switched(m: Ram, count: jax.Array, x: jax.Array) -> jax.Array:
+    """Row from which column x shows what the loop switches at a count.
+
+    The beam is in the middle of a row then. Where it is depends on the loop's branches, which
+    differ by one cycle (three pixels) where a paddle is not drawn.
+    """
+    odd = m.ball_y & 1
+    turn = count - odd
+    no_player = ((turn - m.player_y) & m.player_mask) != 0
+    no_enemy = ((turn + 2 - m.enemy_y) & m.enemy_mask) != 0
+    beam = 149 + jnp.where(no_player, 3, 0) + jnp.where(turn <= m.paddle_read, 6, 0)
+    beam = beam + odd * jnp.where(no_enemy, -19, -22)
+    return count - jnp.where(x < beam, 14, 15)
+
+
+def _score(m: Ram, side: int, value: jax.Array, lefts: tuple[int, int]) -> Box:
+    old = (m.pause == POINT_MADE) & (m.scorer == side)
     shown = jnp.where(old, value - 1, value)
-    tens = shown * 13 >> 7  # shown // 10 for all scores there are
-    ones = shown - 10 * tens
-    first = jnp.where(tens == 0, jnp.where(ones == 1, 20, 16), jnp.where(tens == 1, 4, 0))
-    last = jnp.where(ones == 1, 24, 28)
-    return box(left + first, 1, last - first, 20, value=value)
+    right = lefts[-1] + FONT.width
+    return score_box(FONT, shown, right=right, top=SCORE_TOP, digits=2, value=value)
+
+
+def _number(lefts: tuple[int, int], colors: tuple[int, ...]) -> Bounds:
+    """How VEM finds and reads a score."""
+    region = (lefts[0], SCORE_TOP, lefts[-1] + FONT.width, SCORE_TOP + FONT.height)
+    return Bounds(colors, region, value=Digits(FONT, lefts, SCORE_TOP))
 
 
 GAME = Game(
@@ -84,23 +105,23 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", Bounds(GREEN, (140, 34, 144, 194)), rgb=(92, 186, 92), doc="right paddle"),
-        Category("Enemy", Bounds(ORANGE, (16, 34, 20, 194)), rgb=(213, 130, 74), doc="left paddle"),
-        Category("Ball", Bounds(WHITE, COURT), rgb=(236, 236, 236), doc="the ball, while it is in play"),
+        Category("Player", Bounds(GREEN, (140, 34, 144, 194)), rgb=GREEN_RGB, doc="right paddle"),
+        Category("Enemy", Bounds(ORANGE, (16, 34, 20, 194)), rgb=ORANGE_RGB, doc="left paddle"),
+        Category("Ball", Bounds(WHITE, COURT), rgb=WHITE_RGB, doc="the ball, while it is in play"),
         Category(
             "PlayerScore",
-            Bounds(GREEN, (100, 1, 128, 21), value=Digits((100, 116), 1, (3, 5), (4, 4), DIGITS_3X5)),
+            _number(PLAYER_DIGITS, GREEN),
             hud=True,
             attributes=("value",),
-            rgb=(92, 186, 92),
+            rgb=GREEN_RGB,
             doc="points of the right paddle",
         ),
         Category(
             "EnemyScore",
-            Bounds(ORANGE, (20, 1, 48, 21), value=Digits((20, 36), 1, (3, 5), (4, 4), DIGITS_3X5)),
+            _number(ENEMY_DIGITS, ORANGE),
             hud=True,
             attributes=("value",),
-            rgb=(213, 130, 74),
+            rgb=ORANGE_RGB,
             doc="points of the left paddle",
         ),
     ),

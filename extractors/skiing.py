@@ -22,18 +22,32 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-
+from ocjax.boxes import Box, box
+from ocjax.digits import Digits, hex_font
+from ocjax.game import Game
 from ocjax.ram import RamMap, bcd, bits, byte, signed
-from ocjax.spec import Blobs, Bounds, Box, Category, Digits, Game, box
+from ocjax.rules import Blobs, Bounds, Category
 
 PINK, BLUE, RED, BLACK = 72, 134, 68, 0
 GRAYS, GREENS = (10, 12), (198, 212, 214, 218)
 FIELD = (8, 32, 152, 178)
 GLYPHS = ("1e33333333331e", "1c3c0c0c0c0c3f", "3e23031e30303f", "1e23030603231e", "060e16263f0606",
           "3f30303e03233e", "1e31303e33331e", "3f2103060c0c0c", "1e33331e33331e", "1e33331f03231e")  # fmt: skip
-TIME = Digits((59, 68, 75, 84, 91), 16, (6, 7), (1, 1), GLYPHS, weights=(6000, 1000, 100, 10, 1))
+TIME = Digits(
+    hex_font(GLYPHS, 6, (1, 1)), (59, 68, 75, 84, 91), 16, weights=(6000, 1000, 100, 10, 1)
+)
 RGB = np.array(
-    [(66, 72, 200), (214,) * 3, (110, 156, 66), (82, 126, 45), (184, 50, 50), (192,) * 3, (158, 208, 101), (72, 160, 72)], np.uint8
+    [
+        (66, 72, 200),
+        (214,) * 3,
+        (110, 156, 66),
+        (82, 126, 45),
+        (184, 50, 50),
+        (192,) * 3,
+        (158, 208, 101),
+        (72, 160, 72),
+    ],
+    np.uint8,
 )
 
 
@@ -42,10 +56,34 @@ class Picture(NamedTuple):
     rows: tuple[tuple[int, int, int], ...]  # from the top: how many, first and last column
 
 
-FLAG = Picture(8, ((1, 3, 4), (1, 2, 4), (1, 1, 4), (1, 0, 4), (1, 1, 4), (1, 2, 4), (1, 3, 4), (7, 4, 4)))
+FLAG = Picture(
+    8, ((1, 3, 4), (1, 2, 4), (1, 1, 4), (1, 0, 4), (1, 1, 4), (1, 2, 4), (1, 3, 4), (7, 4, 4))
+)
 MOGUL = Picture(16, ((1, 8, 11), (1, 6, 13), (1, 2, 13), (2, 0, 15), (1, 2, 11)))
-THIN = ((2, 7, 7), (1, 6, 7), (2, 6, 8), (2, 5, 8), (3, 5, 9), (2, 4, 9), (1, 4, 10), (1, 4, 8), (1, 4, 11))
-THICK = ((1, 6, 11), (2, 4, 11), (2, 2, 11), (1, 2, 9), (1, 2, 13), (2, 0, 13), (2, 0, 15), (1, 2, 15), (1, 6, 15), (1, 2, 13), (1, 4, 11))
+THIN = (
+    (2, 7, 7),
+    (1, 6, 7),
+    (2, 6, 8),
+    (2, 5, 8),
+    (3, 5, 9),
+    (2, 4, 9),
+    (1, 4, 10),
+    (1, 4, 8),
+    (1, 4, 11),
+)
+THICK = (
+    (1, 6, 11),
+    (2, 4, 11),
+    (2, 2, 11),
+    (1, 2, 9),
+    (1, 2, 13),
+    (2, 0, 13),
+    (2, 0, 15),
+    (1, 2, 15),
+    (1, 6, 15),
+    (1, 2, 13),
+    (1, 4, 11),
+)
 TREE = Picture(16, THIN + THICK)
 
 
@@ -77,9 +115,14 @@ def decode(m: Ram) -> dict[str, Box]:
     records = packed.at[(turn + 7 - RECORD) & 7].get(mode="promise_in_bounds")
     boxes = _tight(records, jnp.where(skiing, m.step[1], 0))
     # colours of the eight kinds: the last gate is red; a mogul or trees in a gate's place are of kinds 5 and 7
-    ends = jnp.where((records[:4, None] >> 24 & 7) == 4, jnp.asarray(RGB[4:5]), jnp.asarray(RGB[:1]))
+    ends = jnp.where(
+        (records[:4, None] >> 24 & 7) == 4, jnp.asarray(RGB[4:5]), jnp.asarray(RGB[:1])
+    )
     rgb = ends, jnp.asarray(RGB[[1, 5, 5]]), jnp.asarray(RGB[[2, 3, 6, 7, 7, 7]])
-    flags, moguls, trees = (replace(box(*(v[a:b] for v in boxes)), rgb=c) for a, b, c in zip((0, 4, 7), (4, 7, 13), rgb, strict=True))
+    flags, moguls, trees = (
+        replace(box(*(v[a:b] for v in boxes)), rgb=c)
+        for a, b, c in zip((0, 4, 7), (4, 7, 13), rgb, strict=True)
+    )
     minutes = m.time // 10000
     hundredths = m.time - 4000 * minutes
     return {
@@ -102,7 +145,12 @@ def _cuts(picture: Picture) -> np.ndarray:
         y, x = max(height - i, 0), max(width - j, 0)
         ys, xs = np.nonzero(ink[y : 2 * height - i, x : 2 * width - j])
         if len(ys):
-            table[i, j] = (x + xs.min()) | (y + ys.min()) << 5 | (np.ptp(xs) + 1) << 10 | (np.ptp(ys) + 1) << 15
+            table[i, j] = (
+                (x + xs.min())
+                | (y + ys.min()) << 5
+                | (np.ptp(xs) + 1) << 10
+                | (np.ptp(ys) + 1) << 15
+            )
     return table
 
 
@@ -112,16 +160,27 @@ def _tight(record: jax.Array, moved: jax.Array) -> tuple[jax.Array, ...]:
     shows = jnp.where(kind & 2 == 2, 2, kind & 1)  # 0: gate, 1: mogul, 2: tree
     exists = (height < 32) & (shows == SHOWS)
     left, above, right, below = FIELD  # the same distance from both sides of the screen
-    x = x + jnp.where((SHOWS == 2) & (height > 15), -3, SHIFT)  # without its thin part a tree is five to the left
+    x = x + jnp.where(
+        (SHOWS == 2) & (height > 15), -3, SHIFT
+    )  # without its thin part a tree is five to the left
     x = jnp.where(x >= 160, x - 160, x)  # the screen is a ring of 160 columns:
-    x = jnp.where(x >= right, x - 160, x)  # what begins in the right border may show at the left one
+    x = jnp.where(
+        x >= right, x - 160, x
+    )  # what begins in the right border may show at the left one
     mirrored = kind > 3
     x = jnp.where(mirrored, 160 - WIDTH - x, x)
     end = 180 + height - y + moved
     y = end - HEIGHT
-    row = jnp.clip(jnp.minimum(y - above, 0) + jnp.maximum(end - below, 0), -HEIGHT, HEIGHT) + HEIGHT
-    column = jnp.clip(jnp.minimum(x - left, 0) + jnp.maximum(x + WIDTH - right, 0), -WIDTH, WIDTH) + WIDTH
-    rest = jnp.asarray(CUTS).at[TABLE + row * (2 * WIDTH + 1) + column].get(mode="promise_in_bounds")
+    row = (
+        jnp.clip(jnp.minimum(y - above, 0) + jnp.maximum(end - below, 0), -HEIGHT, HEIGHT) + HEIGHT
+    )
+    column = (
+        jnp.clip(jnp.minimum(x - left, 0) + jnp.maximum(x + WIDTH - right, 0), -WIDTH, WIDTH)
+        + WIDTH
+    )
+    rest = (
+        jnp.asarray(CUTS).at[TABLE + row * (2 * WIDTH + 1) + column].get(mode="promise_in_bounds")
+    )
     w = rest >> 10 & 31
     x = x + (rest & 31)
     return jnp.where(mirrored, 160 - w - x, x), y + (rest >> 5 & 31), w, rest >> 15, exists
@@ -130,7 +189,9 @@ def _tight(record: jax.Array, moved: jax.Array) -> tuple[jax.Array, ...]:
 def _player(m: Ram, skiing: jax.Array) -> Box:
     slope = jnp.minimum(m.heading, 15 - m.heading)  # 7: straight down
     fell = m.crashed == 1
-    rose = ~fell & (m.speed == 1) & (slope > 0) & (m.patience != slope + 1)  # the crash shows once more
+    rose = (
+        ~fell & (m.speed == 1) & (slope > 0) & (m.patience != slope + 1)
+    )  # the crash shows once more
     lying = (fell & (m.event != 224)) | rose
     pose = jnp.where(lying, 4, slope >> 1)
     top = jnp.where(pose == 0, 0, jnp.where(pose < 3, 1, jnp.where(pose == 3, 2, 5)))
@@ -141,11 +202,15 @@ def _player(m: Ram, skiing: jax.Array) -> Box:
     ahead = m.x + m.step[0]  # whoever would leave the hill with the next step stands still
     moved = jnp.where(skiing & (m.scroll_x == 0) & (ahead >= 8) & (ahead < 144), m.step[0], 0)
     compass = 12 - ((m.heading + 1) >> 1)
-    return box(m.x - moved + 1 + start, 159 - m.y + top, width, height, value=m.gates, orientation=compass)
+    return box(
+        m.x - moved + 1 + start, 159 - m.y + top, width, height, value=m.gates, orientation=compass
+    )
 
 
 def _score(m: Ram, value: jax.Array) -> Box:
-    gates = jnp.where((m.event == 224) & (m.crashed == 0), m.gates + 1, m.gates)  # shown one frame late
+    gates = jnp.where(
+        (m.event == 224) & (m.crashed == 0), m.gates + 1, m.gates
+    )  # shown one frame late
     two = gates > 9
     return box(jnp.where(two, 67, 75), 6, jnp.where(two, 14, 6), 7, value=value)
 
@@ -165,11 +230,43 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", Bounds(PINK, FIELD), attributes=("orientation", "value"), doc="12 west, 8 down, 4 east; value: gates to go"),
-        Category("Flag", Blobs((BLUE, RED), FIELD, join=(4, 8), max_size=(5, 14)), count=4, doc="left and right one of two gates"),
-        Category("Mogul", Blobs(GRAYS, FIELD, join=(8, 4), max_size=(16, 6)), count=3, doc="bump in the snow"),
-        Category("Tree", Blobs(GREENS, FIELD, join=(8, 4), max_size=(16, 30)), count=6, doc="two more in downhill games"),
-        Category("Score", Bounds(BLACK, (20, 4, 140, 14)), hud=True, attributes=("value",), doc="gates to go; value: minus the hundredths"),
-        Category("Clock", Bounds(BLACK, (20, 14, 140, 26), value=TIME), hud=True, attributes=("value",), doc="hundredths of a second"),
+        Category(
+            "Player",
+            Bounds(PINK, FIELD),
+            attributes=("orientation", "value"),
+            doc="12 west, 8 down, 4 east; value: gates to go",
+        ),
+        Category(
+            "Flag",
+            Blobs((BLUE, RED), FIELD, gap=(4, 8), max_size=(5, 14)),
+            count=4,
+            doc="left and right one of two gates",
+        ),
+        Category(
+            "Mogul",
+            Blobs(GRAYS, FIELD, gap=(8, 4), max_size=(16, 6)),
+            count=3,
+            doc="bump in the snow",
+        ),
+        Category(
+            "Tree",
+            Blobs(GREENS, FIELD, gap=(8, 4), max_size=(16, 30)),
+            count=6,
+            doc="two more in downhill games",
+        ),
+        Category(
+            "Score",
+            Bounds(BLACK, (20, 4, 140, 14)),
+            hud=True,
+            attributes=("value",),
+            doc="gates to go; value: minus the hundredths",
+        ),
+        Category(
+            "Clock",
+            Bounds(BLACK, (20, 14, 140, 26), value=TIME),
+            hud=True,
+            attributes=("value",),
+            doc="hundredths of a second",
+        ),
     ),
 )

@@ -19,9 +19,11 @@ import functools
 
 import jax
 import jax.numpy as jnp
-
+from ocjax.boxes import Box, box
+from ocjax.digits import DIGITS_3X5, Digits, hex_font
+from ocjax.game import Game
 from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.spec import DIGITS_3X5, Blobs, Bounds, Box, Category, Digits, Game, box
+from ocjax.rules import Blobs, Bounds, Category
 
 YELLOW, RED, PURPLE, GREEN, BROWN, GRAY = 20, 52, 82, 196, 246, 6
 FIELD = (0, 22, 160, 195)
@@ -59,29 +61,49 @@ class Ram(RamMap):
     alien_color = byte(97)
     sky_color = byte(99)
     score = bcd((102, 104), (103, 105))
-    gained = byte(116, 117, 118, 119)  # just hit: hundreds of both players (saucer), then tens (aliens)
+    gained = byte(
+        116, 117, 118, 119
+    )  # just hit: hundreds of both players (saucer), then tens (aliens)
 
 
 def decode(m: Ram) -> dict[str, Box]:
     odd = (m.clock & 1) == 1
     just = odd & (m.gained > 0)  # what was hit on this very frame is still drawn whole
     saucer_hit, alien_hit = just[0] | just[1], just[2] | just[3]
-    stage = jnp.where((m.clock & 7) == 0, m.explosion - 64, m.explosion) >> 6 & 3  # moves on after drawing on every eighth frame
+    stage = (
+        jnp.where((m.clock & 7) == 0, m.explosion - 64, m.explosion) >> 6 & 3
+    )  # moves on after drawing on every eighth frame
     lowest = jnp.min(jnp.where(m.rows[:5] > 0, jnp.arange(5), 5))  # the last row that is drawn
 
     rows, columns = jnp.arange(36) // 6, jnp.arange(36) % 6
     bang = ((m.explosion & 63) == 8 * rows + columns) & ((rows >= lowest) | alien_hit)
     alive = (jnp.repeat(m.rows, 6) >> columns & 1) == 1
     x, y = m.aliens_x - 1 + 16 * columns, 31 + 2 * m.drop + 18 * (5 - rows)
-    short = (m.second_pose == 0) & ((rows == 2) | (rows == 3))  # two poses are a row of pixels lower
-    alien = box(jnp.broadcast_to(x, 36), jnp.where(short & (rows == 3), y + 1, y), jnp.full(36, 8), jnp.where(short, 9, 10))
-    aliens = _choose(bang & ~alien_hit, _explosion(x, y, stage), alien).where((alive | bang) & (m.alien_color != m.sky_color))
+    short = (m.second_pose == 0) & (
+        (rows == 2) | (rows == 3)
+    )  # two poses are a row of pixels lower
+    alien = box(
+        jnp.broadcast_to(x, 36),
+        jnp.where(short & (rows == 3), y + 1, y),
+        jnp.full(36, 8),
+        jnp.where(short, 9, 10),
+    )
+    aliens = _choose(bang & ~alien_hit, _explosion(x, y, stage), alien).where(
+        (alive | bang) & (m.alien_color != m.sky_color)
+    )
 
     saucer_x = _place(m.saucer_code)
-    moving, leaving = m.saucer_x != NO_SAUCER, saucer_x != jnp.where(odd, m.x[2], m.x[0])  # leaving: shown for the last time
+    moving, leaving = (
+        m.saucer_x != NO_SAUCER,
+        saucer_x != jnp.where(odd, m.x[2], m.x[0]),
+    )  # leaving: shown for the last time
     saucer_on = (m.demo == 0) & (leaving | moving)
-    saucer_bang = jnp.where(moving, ((m.explosion & 0x39) == 0x39) & ~saucer_hit, (saucer_x > 1) & (saucer_x < 151))
-    saucer = _choose(saucer_bang, _explosion(saucer_x - 1, jnp.int32(11), stage), box(saucer_x - 1, 12, 7, 8)).where(saucer_on)
+    saucer_bang = jnp.where(
+        moving, ((m.explosion & 0x39) == 0x39) & ~saucer_hit, (saucer_x > 1) & (saucer_x < 151)
+    )
+    saucer = _choose(
+        saucer_bang, _explosion(saucer_x - 1, jnp.int32(11), stage), box(saucer_x - 1, 12, 7, 8)
+    ).where(saucer_on)
 
     struck = (m.clock | 1) == 0x81  # the counter of a death starts after drawing
     blinking = (m.starting == 1) & ((m.clock & 8) == 0)
@@ -116,7 +138,10 @@ def _choose(condition: jax.Array, yes: Box, no: Box) -> Box:
 def _explosion(x: jax.Array, y: jax.Array, stage: jax.Array) -> Box:
     small = stage == 0
     return box(
-        jnp.where(small, x + 1, x), jnp.where(small, y + 2, y), jnp.where(small, 6, 8), jnp.where(small, 5, jnp.where(stage == 1, 9, 10))
+        jnp.where(small, x + 1, x),
+        jnp.where(small, y + 2, y),
+        jnp.where(small, 6, 8),
+        jnp.where(small, 5, jnp.where(stage == 1, 9, 10)),
     )
 
 
@@ -131,7 +156,13 @@ def _shields(m: Ram) -> Box:
         left = jnp.where(found < 256 >> k, k, left)
         right = jnp.where((found & ((1 << k) - 1)) == 0, k, right)
     x = _place(m.shield_code) - 1 + 32 * jnp.arange(3)
-    return box(x + left, 157 + 2 * top, 8 - left - right, 2 * (bottom - top), (found > 0) & (m.shields_up == 1))
+    return box(
+        x + left,
+        157 + 2 * top,
+        8 - left - right,
+        2 * (bottom - top),
+        (found > 0) & (m.shields_up == 1),
+    )
 
 
 def _bullets(m: Ram, odd: jax.Array, saucer_on: jax.Array, lowest: jax.Array) -> Box:
@@ -140,33 +171,52 @@ def _bullets(m: Ram, odd: jax.Array, saucer_on: jax.Array, lowest: jax.Array) ->
     untouched = m.bullet_step != 0x7C
     last = (m.bullet_clock + 91) & 255
     only = jnp.where(untouched, last, jnp.where(last > 121, last - 114, (last + 10) & 255))
-    below = jnp.where(untouched, last + m.bullet_step, jnp.where(last > 124, last - 124, last)) & 255
-    drawn_upper = jnp.where((upper >= GONE) & (lower >= GONE) & (only > 7) & (only < 0x6C), only, upper)
-    drawn_lower = jnp.where((upper < GONE) & (lower >= GONE) & (below >= upper) & (below < 0x6C), below, lower)
+    below = (
+        jnp.where(untouched, last + m.bullet_step, jnp.where(last > 124, last - 124, last)) & 255
+    )
+    drawn_upper = jnp.where(
+        (upper >= GONE) & (lower >= GONE) & (only > 7) & (only < 0x6C), only, upper
+    )
+    drawn_lower = jnp.where(
+        (upper < GONE) & (lower >= GONE) & (below >= upper) & (below < 0x6C), below, lower
+    )
     drawn = jnp.stack([drawn_upper, drawn_lower])
     bombs, shots = jnp.where(odd, m.y[:2], drawn), jnp.where(odd, drawn, m.y[2:])
     turned = m.first_owner == 1  # shots go to their owners' slots
     y = jnp.concatenate([bombs, jnp.where(turned, shots[::-1], shots)])
     x = jnp.concatenate([m.x[:2], jnp.where(turned, m.x[:1:-1], m.x[2:])]) - 2
-    top, bottom = _line(m, y - 3, x, saucer_on, lowest, ending=False), _line(m, y + 1, x, saucer_on, lowest, ending=True)
+    top, bottom = (
+        _line(m, y - 3, x, saucer_on, lowest, ending=False),
+        _line(m, y + 1, x, saucer_on, lowest, ending=True),
+    )
     return box(x, top, 1, bottom - top, y < GONE)
 
 
-def _line(m: Ram, k: jax.Array, x: jax.Array, saucer_on: jax.Array, lowest: jax.Array, ending: bool) -> jax.Array:
+def _line(
+    m: Ram, k: jax.Array, x: jax.Array, saucer_on: jax.Array, lowest: jax.Array, ending: bool
+) -> jax.Array:
     """The first screen line that shows, at x, the k-th decrement of the bullet counter: about 2 * k + 9."""
 
     def passed(column: int) -> jax.Array:  # the beam has not reached x yet
         return (x <= column).astype(jnp.int32)
 
-    def waiting(column: int) -> jax.Array:  # the same; but what ends a bullet between rows waits for the next line
+    def waiting(
+        column: int,
+    ) -> jax.Array:  # the same; but what ends a bullet between rows waits for the next line
         return jnp.ones_like(x) if ending else passed(column)
 
     j = k - m.drop - 11  # from the first row of aliens
     end = 51 - 9 * lowest
     p = j % 9
-    bend = jnp.where(p == 5, 10, jnp.where(p == 6, 9, jnp.where(p == 7, 9 + passed(112), 8 + waiting(118))))
+    bend = jnp.where(
+        p == 5, 10, jnp.where(p == 6, 9, jnp.where(p == 7, 9 + passed(112), 8 + waiting(118)))
+    )
     in_rows = jnp.where(p < 5, 11, bend)
-    at_shields = jnp.where(k == 73, 10 + passed(88), 9 + jnp.where(k == 83, passed(58), jnp.where(k == 84, waiting(34), passed(88))))
+    at_shields = jnp.where(
+        k == 73,
+        10 + passed(88),
+        9 + jnp.where(k == 83, passed(58), jnp.where(k == 84, waiting(34), passed(88))),
+    )
     at_shields = jnp.where((k > 73) & (k < 83), 10, at_shields)
     gap = 9 + jnp.where(k == 85, passed(112), jnp.where(j == end, waiting(7), waiting(70)))
     under = jnp.where((m.shields_up == 1) & (k > 72), at_shields, gap)
@@ -178,7 +228,8 @@ def _line(m: Ram, k: jax.Array, x: jax.Array, saucer_on: jax.Array, lowest: jax.
     return jnp.clip(line, jnp.where(saucer_on, 6, 23), 195)
 
 
-digits = functools.partial(Digits, dots=(3, 5), size=(4, 2), glyphs=(DIGITS_3X5[0], "26227", DIGITS_3X5[2], "71717", *DIGITS_3X5[4:]))
+FONT = hex_font((DIGITS_3X5[0], "26227", DIGITS_3X5[2], "71717", *DIGITS_3X5[4:]), 3, (4, 2))
+digits = functools.partial(Digits, FONT)
 display = functools.partial(Category, hud=True, attributes=("value",))
 GAME = Game(
     name="SpaceInvaders",
@@ -187,14 +238,43 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", Bounds(GREEN, CANNONS), attributes=("value",), doc="the cannon; value: lives"),
-        Category("Player2", Blobs(BROWN, CANNONS, join=(0, 1), max_size=(8, 10)), attributes=("value",), doc="the second player's cannon"),
-        Category("Alien", Blobs(YELLOW, FIELD, join=(0, 1), max_size=(8, 10)), count=36, doc="bitmap row from the bottom * 6 + column"),
+        Category(
+            "Player", Bounds(GREEN, CANNONS), attributes=("value",), doc="the cannon; value: lives"
+        ),
+        Category(
+            "Player2",
+            Blobs(BROWN, CANNONS, gap=(0, 1), max_size=(8, 10)),
+            attributes=("value",),
+            doc="the second player's cannon",
+        ),
+        Category(
+            "Alien",
+            Blobs(YELLOW, FIELD, gap=(0, 1), max_size=(8, 10)),
+            count=36,
+            doc="bitmap row from the bottom * 6 + column",
+        ),
         Category("Shield", Bounds(RED, SHIELDS), count=3, doc="what is left of it"),
         Category("Satellite", Bounds(PURPLE, SCORES), doc="the saucer"),
-        Category("Bullet", Blobs(GRAY, (0, 8, 160, 195), join=(0, 4), max_size=(1, 14)), count=4, doc="two bombs, two shots"),
-        display("Lives", Bounds(BROWN, (84, 185, 96, 195), min_size=(12, 10), value=digits((84,), 185)), doc="when a life begins"),
-        display("P1Score", Bounds(GREEN, SCORES, value=digits((4, 20, 36, 52), 10)), doc="hidden by the saucer"),
-        display("P2Score", Bounds(BROWN, SCORES, value=digits((84, 100, 116, 132), 10)), doc="hidden by the saucer"),
+        Category(
+            "Bullet",
+            Blobs(GRAY, (0, 8, 160, 195), gap=(0, 4), max_size=(1, 14)),
+            count=4,
+            doc="two bombs, two shots",
+        ),
+        display(
+            "Lives",
+            Bounds(BROWN, (84, 185, 96, 195), min_size=(12, 10), value=digits((84,), 185)),
+            doc="when a life begins",
+        ),
+        display(
+            "P1Score",
+            Bounds(GREEN, SCORES, value=digits((4, 20, 36, 52), 10)),
+            doc="hidden by the saucer",
+        ),
+        display(
+            "P2Score",
+            Bounds(BROWN, SCORES, value=digits((84, 100, 116, 132), 10)),
+            doc="hidden by the saucer",
+        ),
     ),
 )

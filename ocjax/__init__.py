@@ -10,9 +10,10 @@ objects = game.vem(frames)     # uint8 [..., 210, 160] palette indices or [..., 
 from typing import TYPE_CHECKING, Any
 
 from ocjax import registration
+from ocjax.boxes import Box
+from ocjax.game import Game, GameError
 from ocjax.objects import Objects, velocity
 from ocjax.registry import UnknownGameError, games, load
-from ocjax.spec import Box, Category, Game, GameError
 from ocjax.tracking import merge_frames, track
 
 __version__ = "0.1.0"

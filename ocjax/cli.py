@@ -13,8 +13,8 @@ from rich.table import Table
 
 from ocjax import registry
 from ocjax.analysis.commands import app as ram
+from ocjax.game import Game
 from ocjax.objects import Objects
-from ocjax.spec import Game
 
 app = typer.Typer(
     add_completion=False, no_args_is_help=True, pretty_exceptions_show_locals=False, help="Objects on the screen of Atari 2600 games."

@@ -19,8 +19,8 @@ import jax
 import numpy as np
 
 from ocjax import tracking
+from ocjax.game import Game
 from ocjax.objects import Objects
-from ocjax.spec import Game
 
 RADIUS = 5.0
 THRESHOLDS = tuple(np.linspace(0.5, 0.95, 10).tolist())  # of the IoU, as COCO has them

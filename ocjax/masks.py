@@ -7,8 +7,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ocjax.game import Game
 from ocjax.objects import Objects, whose
-from ocjax.spec import Game
 
 Kind = Literal["object", "binary", "class", "planes"]
 KINDS = ("object", "binary", "class", "planes")

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 if TYPE_CHECKING:
-    from ocjax.spec import Game
+    from ocjax.game import Game
 
 
 @jax.tree_util.register_dataclass

@@ -9,9 +9,9 @@ import numpy as np
 from rich.progress import track
 
 from ocjax.envs import AlePool, Protocol
+from ocjax.game import Game
 from ocjax.objects import Objects
 from ocjax.recordings import Recording
-from ocjax.spec import Game
 
 HOLD = 8  # steps that "repeat" holds an action at most
 

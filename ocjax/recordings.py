@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from ocjax.game import Game
 from ocjax.ram import RAM_SIZE
 from ocjax.registry import load
-from ocjax.spec import Game
 
 ARRAYS = {"rams": "u1", "screens": "u1", "previous": "u1", "shown": "u1", "previous_shown": "u1", "rewards": "if", "lives": "iu",
           "resets": "b"}  # fmt: skip

@@ -1,5 +1,6 @@
-"""Which games there are. The list exists nowhere else: a file in `ocjax/extractors` is a game."""
+"""The games, found as the files of `ocjax/extractors`: there is no other list."""
 
+import copyreg
 import difflib
 import functools
 import importlib
@@ -7,7 +8,7 @@ import pkgutil
 import re
 from pathlib import Path
 
-from ocjax.spec import Game, GameError
+from ocjax.game import Game, GameError
 
 
 class UnknownGameError(ValueError):
@@ -38,7 +39,7 @@ def games() -> tuple[str, ...]:
 
 @functools.cache
 def names() -> tuple[str, ...]:
-    """What `games` gives, read off the files: for who only wants the names, importing every game takes too long."""
+    """The names that `games` returns, read from the files without importing them."""
     extractors = importlib.import_module("ocjax.extractors")
     files = sorted(p for folder in extractors.__path__ for p in Path(folder).glob("[!_]*.py"))
     return tuple(m[1] for p in files if (m := re.search(r'^    name="(\w+)",$', p.read_text(encoding="utf-8"), re.MULTILINE)))
@@ -75,3 +76,6 @@ def load(name: str, *, hud: bool = True) -> Game:
         hint = f"did you mean {' or '.join(_load_module(m).name for m in close)}?" if close else f"there are {', '.join(games())}"
         raise UnknownGameError(f"no game {name!r}: {hint}")
     return _load_module(key) if hud else _without_hud(key)
+
+
+copyreg.pickle(Game, lambda game: (functools.partial(load, hud=game.hud), (game.name,)))  # a game pickles as its name

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from ocjax.game import Game
 from ocjax.objects import Objects
-from ocjax.spec import Game
 from ocjax.vision.palette import NTSC
 
 MARGIN = 4

@@ -16,12 +16,12 @@ from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Table as RichTable
 
-from ocjax import evaluation, extract, tracking
+from ocjax import evaluation, tracking
 from ocjax.evaluation import Agreement, Detections
+from ocjax.game import Game
 from ocjax.objects import Objects
 from ocjax.peer import PeerMethod
 from ocjax.recordings import Recording
-from ocjax.spec import Game
 from ocjax.vision.palette import NTSC
 
 FRAMES = 6  # worst frames drawn
@@ -90,7 +90,7 @@ def evaluate(recording: Recording, source: str, peer: dict[str, PeerMethod] | No
     game, screens = recording.game, recording.screens
     if screens is None or not len(recording):
         raise ValueError("the recording has no frames: there is nothing to compare REM with")
-    see = extract.vem_counted(game) if screens.ndim == 3 else lambda x: (game.vem(x), np.zeros((len(x), len(game.categories)), int))
+    see = game.vem_overflow if screens.ndim == 3 else lambda x: (game.vem(x), np.zeros((len(x), len(game.categories)), int))
     rem: Objects = _by_parts(game.rem, recording.rams)  # pyright: ignore[reportAssignmentType]
     now, unfit = _by_parts(see, screens)  # pyright: ignore[reportGeneralTypeIssues]
     left, right = evaluation.detections(rem), evaluation.detections(now)

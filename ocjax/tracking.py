@@ -13,8 +13,10 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from ocjax.boxes import WIDTH
+from ocjax.game import Game
 from ocjax.objects import Objects, whose
-from ocjax.spec import WIDTH, Blobs, Game
+from ocjax.rules import Blobs
 
 MERGE_RADIUS = 5.0  # pixels; one emulated frame apart
 TRACK_RADIUS = 16.0  # pixels; a step of four frames, 4 pixels a frame

@@ -12,14 +12,14 @@ from hypothesis import strategies as st
 from scipy import ndimage
 
 from ocjax.vision import bitmap
-from ocjax.vision.components import PARTS, Search, components
+from ocjax.vision.components import MAX_PARTS, Search, components
 
 H, W = 24, 160
 
 
 def reference(mask, connectivity, search):
     """Boxes in raster order of the components' first pixels, by label and find_objects."""
-    dx, dy = search.join
+    dx, dy = search.gap
     wide = np.zeros((mask.shape[0] + dy, mask.shape[1] + dx), bool)
     for i in range(dx + 1):
         for j in range(dy + 1):
@@ -30,7 +30,7 @@ def reference(mask, connectivity, search):
         first = int(np.flatnonzero(labels[rows.start] == label)[0])
         w, h = columns.stop - columns.start - dx, rows.stop - rows.start - dy
         limit = search.max_size or (W, 256)
-        least, most = search.pixels or (1, wide.size)
+        least, most = search.area or (1, wide.size)
         if search.min_size[0] <= w <= limit[0] and search.min_size[1] <= h <= limit[1] and least <= (labels == label).sum() <= most:
             out.append((rows.start, first, columns.start, w, h))
     return [part for y, _, x, w, h in sorted(out) for part in parts(x, y, w, h, search.split or (256, 256))]
@@ -38,8 +38,8 @@ def reference(mask, connectivity, search):
 
 def parts(x, y, w, h, size):
     """A component as objects of a size: evenly spaced from edge to edge."""
-    across = min(-(-w // size[0]), PARTS)
-    down = min(-(-h // size[1]), PARTS // across)
+    across = min(-(-w // size[0]), MAX_PARTS)
+    down = min(-(-h // size[1]), MAX_PARTS // across)
     part_w, part_h = size[0] if across > 1 else w, size[1] if down > 1 else h
     places = [(i * (w - part_w) // max(across - 1, 1), j * (h - part_h) // max(down - 1, 1)) for j in range(down) for i in range(across)]
     return [(x + i, y + j, part_w, part_h) for i, j in places]
@@ -67,7 +67,7 @@ def check(masks, connectivity, searches):
             want = reference(mask[b], connectivity, search)
             got = [tuple(int(v[k, b]) for v in boxes[:4]) for k in range(search.count) if boxes.valid[k, b]]
             assert got == want[: search.count]
-            assert boxes.total[b] == len(want)
+            assert boxes.overflow[b] == max(len(want) - search.count, 0)
             assert not boxes.valid[len(want) :, b].any()
 
 
@@ -118,12 +118,12 @@ SEARCHES = {
     "any size": Search(12),
     "small": Search(700, max_size=(8, 10)),
     "wide": Search(40, max_size=(40, 12), min_size=(2, 2)),
-    "joined": Search(30, join=(3, 1), max_size=(20, 10)),
+    "joined": Search(30, gap=(3, 1), max_size=(20, 10)),
     "split": Search(40, max_size=(30, 20), split=(8, 7)),
-    "joined, any size": Search(30, join=(2, 5)),
-    "so many pixels": Search(60, join=(1, 0), max_size=(20, 10), pixels=(5, 40)),
+    "joined, any size": Search(30, gap=(2, 5)),
+    "so many pixels": Search(60, gap=(1, 0), max_size=(20, 10), area=(5, 40)),
 }
-KINDS = [(c, name) for name, s in SEARCHES.items() for c in (4, 8) if c == 8 or s.join == (0, 0)]
+KINDS = [(c, name) for name, s in SEARCHES.items() for c in (4, 8) if c == 8 or s.gap == (0, 0)]
 
 
 @pytest.mark.parametrize(("connectivity", "search"), KINDS)
@@ -183,10 +183,10 @@ def test_shifts_and_fills(seed, n, words):
     assert np.array_equal(unpack(pack(pixels)), pixels)
     moved = np.zeros_like(pixels)
     moved[:, : pixels.shape[1] - n] = pixels[:, n:]
-    assert np.array_equal(unpack(bitmap.left(pack(pixels), n)), moved)
+    assert np.array_equal(unpack(bitmap.shift_left(pack(pixels), n)), moved)
     moved = np.zeros_like(pixels)
     moved[:, n:] = pixels[:, : pixels.shape[1] - n]
-    assert np.array_equal(unpack(bitmap.right(pack(pixels), n)), moved)
+    assert np.array_equal(unpack(bitmap.shift_right(pack(pixels), n)), moved)
     rows = ndimage.label(pixels, np.array([[[0] * 3] * 3, [[0, 1, 0]] * 3, [[0] * 3] * 3]))[0]
     filled = np.isin(rows, np.unique(rows[touched])) & pixels
     assert np.array_equal(unpack(bitmap.fill_rows(pack(pixels), pack(touched))), filled)

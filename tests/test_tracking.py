@@ -12,9 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import ocjax
+from ocjax.boxes import box
+from ocjax.game import Game
 from ocjax.objects import Objects
 from ocjax.ram import RamMap, byte
-from ocjax.spec import Blobs, Bounds, Category, Cells, Game, box
+from ocjax.rules import Blobs, Bounds, Category, Cells
 
 FIELDS = ["xywh", "valid", "orientation", "value", "rgb"]
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ocjax import evaluation
-from ocjax.spec import Bounds
+from ocjax.rules import Bounds
 
 
 @pytest.fixture(scope="session")

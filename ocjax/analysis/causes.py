@@ -9,9 +9,9 @@ from rich.progress import track
 
 from ocjax.analysis import fits
 from ocjax.envs import AlePool, Protocol
+from ocjax.game import Game
 from ocjax.objects import Objects
 from ocjax.report import Cell, Table
-from ocjax.spec import Game
 from ocjax.vision.palette import NTSC
 
 FIELDS = ("x", "y", "w", "h", "value")

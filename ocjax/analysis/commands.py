@@ -7,9 +7,9 @@ import typer
 from rich.console import Console
 
 from ocjax import recordings, registry, report
+from ocjax.game import Game
 from ocjax.play import PolicyError, play
 from ocjax.recordings import Recording
-from ocjax.spec import Game
 
 app = typer.Typer(no_args_is_help=True, help="Reverse-engineer a game's RAM.")
 console = Console()

@@ -13,7 +13,7 @@ from ocjax.analysis.fits import Fit, Source
 from ocjax.objects import Objects
 from ocjax.recordings import Recording
 from ocjax.report import Cell, Table
-from ocjax.spec import Blobs, Category
+from ocjax.rules import Blobs, Category
 from ocjax.vision import rules
 
 FIELDS = ("x", "y", "w", "h")

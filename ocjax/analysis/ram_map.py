@@ -3,9 +3,9 @@
 import inspect
 import re
 
+from ocjax.game import Game
 from ocjax.ram import Field
 from ocjax.report import Cell, Table
-from ocjax.spec import Game
 
 
 def comments(game: Game) -> dict[str, str]:

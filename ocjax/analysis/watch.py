@@ -22,9 +22,9 @@ from rich.table import Table
 from rich.text import Text
 
 from ocjax.envs.ale import check_rom
+from ocjax.game import Game
 from ocjax.play import make_policy
 from ocjax.render import category_colors, overlay
-from ocjax.spec import Game
 from ocjax.vision.palette import NTSC
 
 HELP = "wasd/arrows move, space fire, p pause, n one frame, v vision, k save, l load, :ADDRESS VALUE poke, r random, m by hand, q quit"

@@ -32,7 +32,7 @@ from rich.progress import Progress
 
 from ocjax.envs import _worker
 from ocjax.envs.protocol import Protocol
-from ocjax.spec import Game
+from ocjax.game import Game
 
 Hook = Callable[[np.ndarray], None]
 

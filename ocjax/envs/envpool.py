@@ -20,7 +20,7 @@ from ocjax.envs.ale import check_rom
 from ocjax.envs.observations import Computed, Wanted
 from ocjax.envs.protocol import Protocol
 from ocjax.envs.vector import Mode, ObjectVectorEnv, look, wanted
-from ocjax.spec import Game
+from ocjax.game import Game
 
 ROWS = 210
 

@@ -13,9 +13,9 @@ from ocjax.envs.ale import Hook, States
 from ocjax.envs.observations import Wanted
 from ocjax.envs.protocol import Protocol, protocol
 from ocjax.envs.vector import AUTORESET, Mode, ObjectVectorEnv, make_pool
+from ocjax.game import Game
 from ocjax.objects import Objects
 from ocjax.registry import env_id, load
-from ocjax.spec import Game
 from ocjax.views import GameObject
 
 

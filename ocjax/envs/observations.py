@@ -15,8 +15,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from ocjax import masks
+from ocjax.game import Game
 from ocjax.objects import Objects
-from ocjax.spec import Game
 from ocjax.tracking import track
 
 FEATURES = ("x", "y", "w", "h", "dx", "dy", "orientation", "value", "valid")

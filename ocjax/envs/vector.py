@@ -15,9 +15,9 @@ from ocjax.envs import _worker
 from ocjax.envs.ale import AlePool, States
 from ocjax.envs.observations import Computed, Kind, Now, Wanted, parse
 from ocjax.envs.protocol import Protocol
+from ocjax.game import Game
 from ocjax.objects import Objects
 from ocjax.render import overlay
-from ocjax.spec import Game
 from ocjax.views import GameObject, views
 
 if TYPE_CHECKING:

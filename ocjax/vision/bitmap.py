@@ -8,36 +8,23 @@ batch.
 import functools
 import operator
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
+
+from ocjax._xla import materialize
+from ocjax.boxes import WIDTH, Area
 
 U = jnp.uint32
 Bitmap = jax.Array
 
 
-LITTLE = 2**12  # elements
-
-
-def kept(f: Callable[..., Any], *x: jax.Array, little: int = LITTLE) -> Any:
-    """`f(*x)`, kept in memory.
-
-    The compiler fuses what is cheap into each of its uses, so that masks would be computed again, and frames transposed again, by every
-    kernel that reads them: several times the work. What comes out of a condition is not fused; this one is always true. Where there is
-    little to compute, the condition would cost more than it saves.
-    """
-    if x[0].size < little:
-        return f(*x)
-    result = jax.eval_shape(f, *x)
-    return lax.cond(x[0].ravel()[0].astype(jnp.float32) >= 0, f, lambda *_: jax.tree.map(jnp.zeros_like, result), *x)
-
-
 def planes(frames: jax.Array) -> tuple[jax.Array, ...]:
     """The eight bits of every pixel, the lowest first: uint8 `[B, H, 160]` -> bitmaps of uint32 `[5, H, B]`."""
     b, h, w = frames.shape
-    pixels = kept(lambda f: jnp.transpose(lax.bitcast_convert_type(f.reshape(b, h, w // 4, 4), U), (2, 1, 0)), frames)
+    pixels = materialize(lambda f: jnp.transpose(lax.bitcast_convert_type(f.reshape(b, h, w // 4, 4), U), (2, 1, 0)), frames)
 
     def plane(p: jax.Array, bit: int) -> jax.Array:
         parts = (p.reshape(w // 32, 8, h, b) >> bit) & U(0x01010101)
@@ -46,7 +33,7 @@ def planes(frames: jax.Array) -> tuple[jax.Array, ...]:
             word = word | ((((parts[:, i] << 4) | parts[:, i + 1]) * U(0x08040201)) >> 24) << (24 - 4 * i)
         return word
 
-    return kept(lambda p: tuple(plane(p, bit) for bit in range(8)), pixels)
+    return materialize(lambda p: tuple(plane(p, bit) for bit in range(8)), pixels)
 
 
 def color_mask(planes: Sequence[jax.Array], colors: Iterable[int]) -> jax.Array:
@@ -74,14 +61,14 @@ def color_mask(planes: Sequence[jax.Array], colors: Iterable[int]) -> jax.Array:
     return jnp.broadcast_to(jnp.asarray(node(7, frozenset(colors)), U), planes[0].shape)
 
 
-def left(bitmap: Bitmap, n: int) -> Bitmap:
+def shift_left(bitmap: Bitmap, n: int) -> Bitmap:
     """Every pixel moved n to the left (n < 32)."""
     if n == 0:
         return bitmap
     return (bitmap << n) | _pad(bitmap[1:] >> (32 - n), (0, 1))
 
 
-def right(bitmap: Bitmap, n: int) -> Bitmap:
+def shift_right(bitmap: Bitmap, n: int) -> Bitmap:
     """Every pixel moved n to the right (n < 32)."""
     if n == 0:
         return bitmap
@@ -92,19 +79,95 @@ def _pad(words: jax.Array, by: tuple[int, int]) -> jax.Array:
     return jnp.pad(words, (by, *((0, 0),) * (words.ndim - 1)))
 
 
-def down(bitmap: Bitmap, n: int) -> Bitmap:
+def shift_down(bitmap: Bitmap, n: int) -> Bitmap:
     """Every pixel moved n down."""
     return jnp.pad(bitmap[:, :-n], ((0, 0), (n, 0), (0, 0)))
 
 
-def up(bitmap: Bitmap, n: int) -> Bitmap:
+def shift_up(bitmap: Bitmap, n: int) -> Bitmap:
     """Every pixel moved n up."""
     return jnp.pad(bitmap[:, n:], ((0, 0), (0, n), (0, 0)))
 
 
+def cut(bitmap: Bitmap, region: Area) -> Bitmap:
+    """The rows of a region, with pixels outside its columns cleared."""
+    left, top, right, bottom = region
+    return bitmap[:, top:bottom] & jnp.asarray(areas(1, [(left, 0, right, 1)]))
+
+
+def areas(height: int, filled: Iterable[Area]) -> np.ndarray:
+    """A constant bitmap of filled areas, uint32 `[5, height, 1]`."""
+    inside = np.zeros((height, WIDTH), np.uint8)
+    for left, top, right, bottom in filled:
+        inside[top:bottom, left:right] = 1
+    words = np.packbits(inside, axis=1).reshape(height, -1, 4).view(">u4")[..., 0].astype(np.uint32)
+    return words.T[..., None]
+
+
+def boxes(x: jax.Array, y: jax.Array, w: jax.Array, h: jax.Array, valid: jax.Array, height: int) -> Bitmap:
+    """All pixels of boxes, each int32 `[count, B]`, as a bitmap `[5, height, B]`."""
+    rows = jnp.arange(height, dtype=jnp.int32)[:, None]
+    words = []
+    for i in range(WIDTH // 32):
+        first, last = (jnp.clip(edge - 32 * i, 0, 32) for edge in (x, x + w))
+        ink = (U(0xFFFFFFFF) >> jnp.minimum(first, 31).astype(U)) & ~(U(0x7FFFFFFF) >> jnp.maximum(last - 1, 0).astype(U))
+        ink = jnp.where(valid & (first < last), ink, U(0))
+        word = jnp.zeros((height, x.shape[1]), U)
+        for k in range(len(x)):
+            inside = (rows >= y[k][None]) & (rows < (y[k] + h[k])[None])
+            word = word | jnp.where(inside, ink[k][None], U(0))
+        words.append(word)
+    return jnp.stack(words)
+
+
+def gather_rows(bitmap: Bitmap, left: np.ndarray, rows: np.ndarray, n_words: int) -> jax.Array:
+    """Pieces of a bitmap at constant places, moved so that the first column is the top bit of the first word.
+
+    Args:
+        bitmap: `[words, height, B]`.
+        left: first column of each of `n` pieces, int `[n]`.
+        rows: rows of each piece, int `[k, n]` or `[k, 1]`.
+        n_words: words of a piece.
+
+    Returns:
+        uint32 `[k, n_words, n, B]`.
+    """
+    word = (left >> 5)[None, :] + np.arange(n_words + 1)[:, None]
+    padding = max(int(word.max()) + 1 - len(bitmap), 0)
+    board = jnp.pad(bitmap, ((0, padding), (0, 0), (0, 0)))
+    pieces = board[word[None], np.broadcast_to(rows, (len(rows), len(left)))[:, None]]
+    shift = jnp.asarray(left & 31, U)[None, None, :, None]
+    return (pieces[:, :-1] << shift) | ((pieces[:, 1:] >> 1) >> (31 - shift))
+
+
+def _over(bitmap: Bitmap, size: int, move: Callable[[Bitmap, int], Bitmap], combine: Callable[[Bitmap, Bitmap], Bitmap]) -> Bitmap:
+    """Every pixel combined with the `size - 1` next to it on one side."""
+    n = 1
+    while n < size:
+        step = min(n, size - n)
+        bitmap, n = combine(bitmap, move(bitmap, step)), n + step
+    return bitmap
+
+
+def all_within(bitmap: Bitmap, width: int, height: int) -> Bitmap:
+    """The pixels that are the top left corner of a filled rectangle of this size."""
+    return _over(_over(bitmap, width, shift_left, jnp.bitwise_and), height, shift_up, jnp.bitwise_and)
+
+
+def any_within(bitmap: Bitmap, width: int, height: int) -> Bitmap:
+    """A rectangle of this size to the right of and below every pixel."""
+    return _over(_over(bitmap, width, shift_right, jnp.bitwise_or), height, shift_down, jnp.bitwise_or)
+
+
+def short_runs(bitmap: Bitmap, most: int) -> Bitmap:
+    """The pixels of vertical runs of at most `most` pixels."""
+    long = _over(_over(bitmap, most + 1, shift_up, jnp.bitwise_and), most + 1, shift_down, jnp.bitwise_or)
+    return bitmap & ~long
+
+
 def spread(bitmap: Bitmap) -> Bitmap:
     """Each pixel and its neighbours left and right."""
-    return bitmap | left(bitmap, 1) | right(bitmap, 1)
+    return bitmap | shift_left(bitmap, 1) | shift_right(bitmap, 1)
 
 
 def fill_rows(mask: Bitmap, touched: Bitmap, reach: int = 31) -> tuple[jax.Array, ...]:

@@ -7,8 +7,11 @@ import numpy as np
 import pytest
 
 import ocjax
+from ocjax.boxes import box
+from ocjax.digits import Digits, hex_font
+from ocjax.game import Game, GameError
 from ocjax.ram import RamMap, byte
-from ocjax.spec import Blobs, Bounds, Category, Cells, Digits, Game, GameError, Gauge, box
+from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge
 
 
 class Ram(RamMap):
@@ -70,7 +73,7 @@ def test_layout():
         ({"categories": (Category("A", Blobs(14), attributes=("speed",)), *CATEGORIES[1:])}, "attributes"),
         ({"categories": (Category("A", Bounds(14, ((0, 0, 9, 9), (9, 0, 20, 9)))), *CATEGORIES[1:])}, "its rule has 2 slots"),
         ({"categories": (Category("A", Blobs(14, (0, 0, 9, 250))), *CATEGORIES[1:])}, "reaches down to row 250"),
-        ({"categories": (Category("A", Blobs(14), rgb=(1, 2)), *CATEGORIES[1:])}, "rgb"),
+        ({"categories": (Category("A", Blobs(14), rgb=(1, 2)), *CATEGORIES[1:])}, "rgb must be"),
         ({"decode": lambda m: decode(m) | {"A": box(jnp.arange(3), 0, 1, 1)}}, r"decode, A\.x: must have shape"),
         ({"decode": lambda m: decode(m) | {"A": 3}}, "must be a box"),
         ({"decode": lambda m: decode(m) | {"A": box(m.x + 0.5, 0, 1, 1)}}, "decode"),
@@ -94,13 +97,13 @@ def test_wrong_games(change, message):
         (lambda: Blobs(14, (10, 0, 5, 20)), "region"),
         (lambda: Blobs(14, (0, 0, 161, 20)), "region"),
         (lambda: Blobs(14, connectivity=6), "connectivity"),
-        (lambda: Blobs(14, connectivity=4, join=(1, 0)), "join needs"),
-        (lambda: Blobs(14, join=(40, 0)), "join must"),
-        (lambda: Blobs(14, pixels=(3, 5)), "pixels needs"),
-        (lambda: Blobs(14, thin=-1), "thin must"),
+        (lambda: Blobs(14, connectivity=4, gap=(1, 0)), "gap needs"),
+        (lambda: Blobs(14, gap=(40, 0)), "gap must"),
+        (lambda: Blobs(14, area=(3, 5)), "area needs"),
+        (lambda: Blobs(14, max_run=-1), "max_run must"),
         (lambda: Blobs((14, 16), first=18), "first must"),
         (lambda: Bounds(((14,), (15,)), (0, 0, 9, 9)), "colors for 2 regions"),
-        (lambda: Cells(14, (1, 2), (1,), 2, 2), "one entry a slot"),
+        (lambda: Cells(14, (1, 2), (1,), 2, 2), "one entry per slot"),
         (lambda: Cells(14, (159,), (1,), 2, 2), "on the screen"),
     ],
 )
@@ -125,7 +128,7 @@ def test_objects_views():
 
 def test_digits_that_are_required():
     glyphs = ("7", "5", *("2",) * 8)
-    men = Digits((40, 44), 10, (3, 1), (1, 1), glyphs, weights=(1, 1), base=1, required=True)
+    men = Digits(hex_font(glyphs, 3), (40, 44), 10, weights=(1, 1), base=1, required=True)
     h = Category("H", Bounds(14, (40, 10, 48, 11), value=men), hud=True, attributes=("value",))
     game = dataclasses.replace(GAME, categories=(*CATEGORIES[:2], h))
     frames = np.zeros((3, 210, 160), np.uint8)
@@ -138,7 +141,7 @@ def test_digits_that_are_required():
 
 
 def test_thin_objects_in_front_of_walls():
-    categories = (Category("A", Blobs(14, thin=2, min_size=(2, 1)), count=3), *CATEGORIES[1:])
+    categories = (Category("A", Blobs(14, max_run=2, min_size=(2, 1)), count=3), *CATEGORIES[1:])
     game = dataclasses.replace(GAME, categories=categories, decode=three)
     frame = np.zeros((210, 160), np.uint8)
     frame[20:28, 40:60] = 14  # a wall
@@ -161,7 +164,7 @@ def test_objects_that_share_colours():
 
 
 def test_objects_of_different_colours_stay_apart():
-    categories = (Category("A", Blobs((14, 16), apart=True), count=3), *CATEGORIES[1:])
+    categories = (Category("A", Blobs((14, 16), split_by_color=True), count=3), *CATEGORIES[1:])
     game = dataclasses.replace(GAME, categories=categories, decode=three)
     frame = np.zeros((210, 160), np.uint8)
     frame[20:24, 40:50], frame[24:28, 44:54] = 16, 14
@@ -176,8 +179,8 @@ def three(m):
 def test_digits_and_gauges_are_read():
     """Numbers drawn into a frame, against VEM's values; empty and foreign cells count as 0."""
     font = ("75557", "22222", "71747", "71317", "55711", "74717", "44757", "71111", "75757", "75711")
-    digits = [Digits((left, left + 16, left + 32), top, (3, 5), (4, 2), font) for left, top in ((3, 4), (90, 100))]
-    clock = Digits((20, 31), 60, (3, 5), (2, 1), font, weights=(60, 1))
+    digits = [Digits(hex_font(font, 3, (4, 2)), (left, left + 16, left + 32), top) for left, top in ((3, 4), (90, 100))]
+    clock = Digits(hex_font(font, 3, (2, 1)), (20, 31), 60, weights=(60, 1))
     game = Game(
         name="Test",
         rom="pong",
@@ -197,8 +200,8 @@ def test_digits_and_gauges_are_read():
         for j, row in enumerate(font[digit]):
             for i in range(3):
                 if int(row, 16) >> (2 - i) & 1:
-                    y, x = d.top + j * d.size[1], d.lefts[cell] + i * d.size[0]
-                    frame[y : y + d.size[1], x : x + d.size[0]] = color
+                    y, x = d.top + j * d.font.dot[1], d.lefts[cell] + i * d.font.dot[0]
+                    frame[y : y + d.font.dot[1], x : x + d.font.dot[0]] = color
 
     for frame, values in zip(frames, want, strict=True):
         for slot, (d, color) in enumerate(((digits[0], 14), (digits[1], 14), (clock, 20))):
@@ -219,12 +222,13 @@ def test_digits_and_gauges_are_read():
 @pytest.mark.parametrize(
     ("rule", "message"),
     [
-        (lambda: Digits((0,), 0, (3, 5), (4, 4), ("75557",) * 9), "ten pictures"),
-        (lambda: Digits((0,), 0, (3, 5), (4, 4), ("7555",) * 10), "ten pictures of 5 rows"),
-        (lambda: Digits((0,), 0, (3, 5), (4, 4), ("75557",) * 10, weights=(1, 2)), "weights for 2 digits"),
-        (lambda: Digits((150,), 0, (3, 5), (4, 4), ("75557",) * 10), "on the screen"),
+        (lambda: hex_font(("75557",) * 9, 3), "ten pictures"),
+        (lambda: hex_font((*("75557",) * 9, "7555"), 3), "equal height"),
+        (lambda: Digits(hex_font(("75557",) * 10, 3), (0,), 0, weights=(1, 2)), "needs one weight"),
+        (lambda: Digits(hex_font(("75557",) * 10, 3, (4, 4)), (150,), 0), "on the screen"),
+        (lambda: hex_font(("f5557",) * 10, 3), "must fit 3 dots"),
         (lambda: Gauge(0), "unit"),
-        (lambda: Bounds(14, ((0, 0, 9, 9), (9, 0, 20, 9)), value=Digits((0,), 0, (3, 5), (1, 1), ("75557",) * 10)), "digits for 1 regions"),
+        (lambda: Bounds(14, ((0, 0, 9, 9), (9, 0, 20, 9)), value=Digits(hex_font(("75557",) * 10, 3), (0,), 0)), "digits for 1 regions"),
     ],
 )
 def test_wrong_readings(rule, message):

@@ -1,0 +1,81 @@
+"""`Box`: what a decoder returns for a category, before batching, validation and packing into `Objects`."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+WIDTH = 160  # columns of the ALE screen
+
+Number = jax.Array | np.ndarray | int | bool
+Area = tuple[int, int, int, int]  # left, top, right, bottom in pixels; right and bottom are exclusive
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Box:
+    """The objects of one category in one state, made by `box`; each field is a scalar or has one entry per slot."""
+
+    x: jax.Array  # int32: left edge
+    y: jax.Array  # int32: top edge
+    w: jax.Array  # int32: width
+    h: jax.Array  # int32: height
+    valid: jax.Array  # bool
+    value: jax.Array  # int32
+    orientation: jax.Array  # int32
+    rgb: jax.Array | None  # uint8 [..., 3]; None: the category's colour
+
+    def clip(self, left: Number, top: Number, right: Number, bottom: Number) -> Box:
+        """Restrict the boxes to an area; `right` and `bottom` are exclusive. A box that lies outside becomes invalid."""
+        x0, y0 = jnp.maximum(self.x, left), jnp.maximum(self.y, top)
+        w = jnp.minimum(self.x + self.w, right) - x0
+        h = jnp.minimum(self.y + self.h, bottom) - y0
+        return replace(self, x=x0, y=y0, w=w, h=h, valid=self.valid & (w > 0) & (h > 0))
+
+    def where(self, condition: Number) -> Box:
+        """The same boxes, valid only where the condition also holds."""
+        return replace(self, valid=self.valid & condition)
+
+
+def box(
+    x: Number,
+    y: Number,
+    w: Number,
+    h: Number,
+    valid: Number = True,
+    value: Number = 0,
+    orientation: Number = 0,
+    rgb: jax.Array | None = None,
+) -> Box:
+    """Make boxes from left, top, width and height in pixels of the ALE screen.
+
+    Boxes are clipped to the screen later, and empty boxes become invalid, so nothing needs to be zeroed where `valid` is false.
+
+    Args:
+        x, y, w, h: scalars, or vectors with one entry per slot of the category.
+        valid: whether the game has the object in play.
+        value: score, lives, time, ... of categories that declare the attribute.
+        orientation: compass point 0-15, clockwise from north, of categories that declare the attribute.
+        rgb: uint8 `[3]` or `[count, 3]` for colours that change; None stands for the category's colour.
+    """
+    x, y, w, h, value, orientation = (jnp.asarray(v, jnp.int32) for v in (x, y, w, h, value, orientation))
+    return Box(x, y, w, h, jnp.asarray(valid, jnp.bool_), value, orientation, rgb)
+
+
+def choose(condition: Number, yes: Box, no: Box) -> Box:
+    """Select between boxes of equal shapes, slot by slot."""
+    return jax.tree.map(lambda a, b: jnp.where(condition, a, b), yes, no)
+
+
+def stack(boxes: Sequence[Box]) -> Box:
+    """Join single boxes, in slot order, into the boxes of one category."""
+    return functools.reduce(_join, (jax.tree.map(jnp.atleast_1d, b) for b in boxes))
+
+
+def _join(a: Box, b: Box) -> Box:
+    return jax.tree.map(lambda *v: jnp.concatenate(v), a, b)

@@ -1,0 +1,62 @@
+"""What the console does in the same way in every game.
+
+Positions, copies and widths are set in registers of the video chip (TIA); games keep what they wrote there in RAM, which is often
+closer to the picture than the positions that the game computes with. Source of the registers' meanings: S. Wright, "Stella
+Programmer's Guide" (1979), sections on HMP0, RESP0 and NUSIZ0.
+"""
+
+import jax
+import jax.numpy as jnp
+
+from ocjax.boxes import WIDTH
+from ocjax.ops import div, pick
+
+COARSE = 15  # pixels that the beam moves during one turn of the positioning loop
+NUSIZ_COPIES = (1, 2, 2, 3, 2, 1, 3, 1)
+NUSIZ_SPACING = (0, 16, 32, 16, 64, 0, 32, 0)  # pixels from one copy to the next
+NUSIZ_WIDTH = (8, 8, 8, 8, 8, 16, 8, 32)  # pixels of a player
+
+
+def position(coarse: jax.Array, fine: jax.Array) -> jax.Array:
+    """Column of a horizontal position, up to a constant of each game.
+
+    Args:
+        coarse: turns of the positioning loop, 15 pixels each.
+        fine: the high nibble for HMP0-HMBL, 0-15: a signed number of pixels to the left.
+    """
+    return COARSE * coarse + (fine ^ 7)  # 7 minus the signed nibble
+
+
+def packed_position(code: jax.Array) -> jax.Array:
+    """The `position` of a byte whose low nibble is the coarse part and whose high nibble is the fine part."""
+    return position(code & 15, code >> 4)
+
+
+def wrap(x: jax.Array, width: int = WIDTH) -> jax.Array:
+    """A column on the ring of the screen's columns, 0 to `width - 1`, for columns at most one turn away."""
+    return jnp.where(x >= width, x - width, jnp.where(x < 0, x + width, x))
+
+
+def modulo_screen(x: jax.Array) -> jax.Array:
+    """A column on the ring of the screen's columns, for any `x >= 0`."""
+    return x - WIDTH * div(x, WIDTH)
+
+
+def copies(nusiz: jax.Array) -> jax.Array:
+    """How many copies of a player a NUSIZ value of 0-7 shows."""
+    return pick(nusiz, NUSIZ_COPIES)
+
+
+def spacing(nusiz: jax.Array) -> jax.Array:
+    """Pixels from one copy to the next for a NUSIZ value of 0-7; 0 where there is one copy."""
+    return pick(nusiz, NUSIZ_SPACING)
+
+
+def player_width(nusiz: jax.Array) -> jax.Array:
+    """Width in pixels of a player for a NUSIZ value of 0-7."""
+    return pick(nusiz, NUSIZ_WIDTH)
+
+
+def signed_nibble(nibble: jax.Array) -> jax.Array:
+    """A nibble 0-15 in two's complement, -8 to 7."""
+    return (nibble ^ 8) - 8

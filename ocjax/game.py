@@ -1,0 +1,216 @@
+"""`Game`: a game's declaration, validated when it is made, with the two extraction methods on top."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import types
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ocjax import rem, vem
+from ocjax.boxes import WIDTH, Box
+from ocjax.objects import Objects
+from ocjax.ram import RAM_SIZE, RamMap
+from ocjax.rules import ATTRIBUTES, Blobs, Bounds, Category, Cells, Rule
+
+Decode = Callable[[Any], Mapping[str, Box]]
+
+
+class GameError(ValueError):
+    """A game file declares something that is not possible; the message names the game and the field."""
+
+
+@dataclass(frozen=True, eq=False)
+class Game:
+    """A game: its ROM, its address map, its decoder and its categories. Get one from `ocjax.load`.
+
+    Args:
+        name: as in gymnasium's "ALE/<name>-v5".
+        rom: ALE's name of the ROM.
+        md5: of the ROM that the decoder was written for.
+        ram: the address map.
+        decode: from the address map of one state to a `Box` for every category.
+        categories: display (`hud`) categories last.
+        screen: (height, width) in pixels.
+    """
+
+    name: str
+    rom: str
+    md5: str
+    ram: type[RamMap]
+    decode: Decode
+    categories: tuple[Category, ...]
+    screen: tuple[int, int] = (210, WIDTH)
+    hud: bool = field(default=True, kw_only=True)
+
+    def __post_init__(self) -> None:
+        if self.hud:
+            _validate(self)
+        else:
+            object.__setattr__(self, "categories", tuple(c for c in self.categories if not c.hud))
+
+    @functools.cached_property
+    def slices(self) -> Mapping[str, slice]:
+        """The slots of each category."""
+        ends = np.cumsum([c.count for c in self.categories]).tolist()
+        return types.MappingProxyType({c.name: slice(e - c.count, e) for c, e in zip(self.categories, ends, strict=True)})
+
+    @functools.cached_property
+    def slot_category(self) -> np.ndarray:
+        """Index into `categories` of each slot, int `[N]`."""
+        return np.repeat(np.arange(len(self.categories)), [c.count for c in self.categories])
+
+    @functools.cached_property
+    def slot_hud(self) -> np.ndarray:
+        """Whether each slot belongs to the display, bool `[N]`."""
+        return np.repeat(np.array([c.hud for c in self.categories], dtype=bool), [c.count for c in self.categories])
+
+    @functools.cached_property
+    def slot_rgb(self) -> np.ndarray:
+        """The colour of each slot, uint8 `[N, 3]`, where it does not change."""
+        return np.concatenate([c.slot_rgb() for c in self.categories])
+
+    @property
+    def num_slots(self) -> int:
+        """N, the number of slots."""
+        return sum(c.count for c in self.categories)
+
+    def without_hud(self) -> Game:
+        """The same game without its display categories; its slots are a prefix of this game's."""
+        return replace(self, hud=False)
+
+    @functools.cached_property
+    def _rem(self) -> Callable[[Any], Objects]:
+        return rem.extractor(self)
+
+    @functools.cached_property
+    def _vem(self) -> Callable[[Any], Objects]:
+        return vem.extractor(self)
+
+    @functools.cached_property
+    def vem_overflow(self) -> Callable[[jax.Array], tuple[Objects, jax.Array]]:
+        """`vem` of uint8 `[B, H, 160]`, with the number of objects of each category that had no slot, int32 `[B, categories]`."""
+        return vem.extractor_with_overflow(self)
+
+    def rem(self, ram: jax.Array | np.ndarray) -> Objects:
+        """Extract objects from RAM; a pure function that works under `jit`, `vmap` and `scan`.
+
+        Args:
+            ram: uint8 `[..., 128]`, any batch shape.
+
+        Raises:
+            TypeError: `ram` is not uint8.
+            ValueError: its last dimension is not 128.
+        """
+        if not hasattr(ram, "dtype") or ram.dtype != jnp.uint8:
+            raise TypeError(f"{self.name}: ram must be a uint8 array, got {getattr(ram, 'dtype', type(ram).__name__)}")
+        if ram.ndim == 0 or ram.shape[-1] != RAM_SIZE:
+            raise ValueError(f"{self.name}: ram must have shape [..., {RAM_SIZE}], got {list(ram.shape)}")
+        return self._rem(ram)
+
+    def vem(self, frames: jax.Array | np.ndarray) -> Objects:
+        """Extract objects from pixels; a pure function that works under `jit`, `vmap` and `scan`.
+
+        Args:
+            frames: uint8 `[..., H, 160]` of ALE palette indices (`ale.getScreen()`), or uint8 `[..., H, 160, 3]` of RGB in which every
+                colour is one of the palette's (`ocjax.vision.palette.check_rgb` checks that): not max-pooled, resized or lossily compressed.
+
+        Raises:
+            TypeError: `frames` is not uint8.
+            ValueError: its shape is not that of the game's screen.
+        """
+        if not hasattr(frames, "dtype") or frames.dtype != jnp.uint8:
+            raise TypeError(f"{self.name}: frames must be a uint8 array, got {getattr(frames, 'dtype', type(frames).__name__)}")
+        if frames.shape[-2:] != self.screen and frames.shape[-3:] != (*self.screen, 3):
+            height, width = self.screen
+            raise ValueError(
+                f"{self.name}: frames must have shape [..., {height}, {width}] (palette indices) or [..., {height}, {width}, 3] (RGB), "
+                f"got {list(frames.shape)}"
+            )
+        return self._vem(frames)
+
+    def __repr__(self) -> str:
+        return f"Game({self.name}, {self.num_slots} slots: {', '.join(f'{c.name} {c.count}' for c in self.categories)})"
+
+
+# ------------------------------------------------------------------------------------------------------------ validation
+
+
+def _need(condition: bool, game: Game, where: str, text: str) -> None:
+    if not condition:
+        source = inspect.getsourcefile(game.decode) if callable(game.decode) else None
+        raise GameError(f"{game.name} ({source}): {where}: {text}")
+
+
+def _validate(game: Game) -> None:
+    _validate_fields(game)
+    for category in game.categories:
+        _validate_category(game, category)
+    _validate_decode(game)
+
+
+def _validate_fields(game: Game) -> None:
+    need = functools.partial(_need, game=game)
+    need(isinstance(game.name, str) and game.name.isidentifier(), where="name", text=f"must be an identifier, got {game.name!r}")
+    need(isinstance(game.rom, str) and game.rom.isidentifier(), where="rom", text=f"must be ALE's name of the ROM, got {game.rom!r}")
+    is_md5 = len(game.md5) == 32 and set(game.md5) <= set("0123456789abcdef")
+    need(is_md5, where="md5", text=f"must be 32 hex digits, got {game.md5!r}")
+    is_map = isinstance(game.ram, type) and issubclass(game.ram, RamMap)
+    need(is_map, where="ram", text=f"must be a subclass of RamMap, got {game.ram!r}")
+    is_screen = len(game.screen) == 2 and game.screen[1] == WIDTH and 0 < game.screen[0] <= 256
+    need(is_screen, where="screen", text=f"must be (height, {WIDTH}), got {game.screen}")
+    need(len(game.categories) > 0, where="categories", text="at least one is needed")
+    names, huds = [c.name for c in game.categories], [c.hud for c in game.categories]
+    need(len(set(names)) == len(names), where="categories", text=f"names repeat: {names}")
+    order = f"display (hud) categories come last, got {[(c.name, c.hud) for c in game.categories]}"
+    need(huds == sorted(huds), where="categories", text=order)
+
+
+def _validate_category(game: Game, c: Category) -> None:
+    need = functools.partial(_need, game=game, where=f"category {c.name}")
+    need(c.name.isidentifier(), text="its name must be an identifier")
+    need(isinstance(c.count, int) and c.count > 0, text=f"count must be a positive int, got {c.count!r}")
+    need(set(c.attributes) <= set(ATTRIBUTES), text=f"attributes must be of {ATTRIBUTES}, got {c.attributes}")
+    need(isinstance(c.rule, Rule), text=f"rule must be one of Bounds, Blobs, Cells, got {c.rule!r}")
+    slots = len(c.rule.slots) if isinstance(c.rule, Bounds) else len(c.rule.x) if isinstance(c.rule, Cells) else c.count
+    need(slots == c.count, text=f"its rule has {slots} slots, its count is {c.count}")
+    bottom = c.rule.bottom
+    need(bottom <= game.screen[0], text=f"its rule reaches down to row {bottom}, the screen has {game.screen[0]} rows")
+    reads = isinstance(c.rule, Bounds) and c.rule.value is not None
+    need(not reads or "value" in c.attributes, text="its rule reads a value, but it has no attribute 'value'")
+    for name in () if isinstance(c.rule, Cells) else c.rule.exclude:
+        other = next((o.rule for o in game.categories if o.name == name), None)
+        allowed = (isinstance(other, Cells) and other.whole) or (isinstance(other, Blobs) and isinstance(c.rule, Bounds))
+        kinds = "whole Cells" if isinstance(c.rule, Blobs) else "Blobs or whole Cells"
+        need(allowed, text=f"exclude: {name!r} is not a category of {kinds}")
+    try:
+        c.slot_rgb()
+    except ValueError as error:
+        need(False, text=f"rgb must be (r, g, b) or one per slot: {error}")
+
+
+def _validate_decode(game: Game) -> None:
+    try:
+        with jax.numpy_dtype_promotion("strict"), jax.numpy_rank_promotion("raise"):
+            boxes = jax.eval_shape(lambda ram: dict(game.decode(game.ram(ram))), jax.ShapeDtypeStruct((RAM_SIZE,), jnp.uint8))
+    except Exception as error:
+        raise GameError(f"{game.name} ({inspect.getsourcefile(game.decode)}): decode: {type(error).__name__}: {error}") from error
+    names = [c.name for c in game.categories]
+    _need(set(boxes) == set(names), game, "decode", f"must give a box for each of {sorted(names)}, gives {sorted(boxes)}")
+    for c in game.categories:
+        is_box = isinstance(boxes[c.name], Box)
+        _need(is_box, game, f"decode, {c.name}", f"must be a box(...), got {type(boxes[c.name]).__name__}")
+        for f in fields(Box):
+            leaf = getattr(boxes[c.name], f.name)
+            if leaf is None:
+                continue
+            tail, dtype = ((3,), jnp.uint8) if f.name == "rgb" else ((), jnp.bool_ if f.name == "valid" else jnp.int32)
+            where, shapes = f"decode, {c.name}.{f.name}", (tail, (c.count, *tail))
+            _need(leaf.shape in shapes, game, where, f"must have shape {shapes[0]} or {shapes[1]}, has {leaf.shape}")
+            _need(leaf.dtype == dtype, game, where, f"must be {jnp.dtype(dtype)}, is {leaf.dtype}")

@@ -1,0 +1,40 @@
+"""Operations for decoders: table lookups and divisions in the forms that XLA compiles to vector code.
+
+All of them are elementwise: they take scalars or vectors of int32 and keep the shape.
+"""
+
+from collections.abc import Sequence
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+
+from ocjax import _xla
+
+shared = _xla.shared
+
+
+def pick(index: jax.Array, values: Sequence[int]) -> jax.Array:
+    """`values[index]` for a short table; an index that is out of range takes the last entry."""
+    out = jnp.full_like(index, values[-1])
+    for i, value in enumerate(values[:-1]):
+        if value != values[-1]:
+            out = jnp.where(index == i, value, out)
+    return out
+
+
+def lookup(table: np.ndarray | Sequence[int], index: jax.Array) -> jax.Array:
+    """`table[index]` of a one-dimensional table; an index that is out of range takes the nearest entry."""
+    values = np.asarray(table, np.int32)
+    return _xla.take(jnp.asarray(values), jnp.clip(index, 0, len(values) - 1))
+
+
+def div(x: jax.Array, by: int) -> jax.Array:
+    """`x // by` for `x >= 0` and `by > 0`, without the correction of signs that `//` compiles to."""
+    return lax.div(x, jnp.full_like(x, by))
+
+
+def mod(x: jax.Array, by: int) -> jax.Array:
+    """`x % by` for `x >= 0` and `by > 0`."""
+    return x - by * div(x, by)

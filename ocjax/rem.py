@@ -1,0 +1,147 @@
+"""The RAM extraction method: from a game's decoder for one state to a compiled function of a batch.
+
+A batch goes through stages, each a function of its own: `read` picks the bytes that the game uses and puts the batch last, `decode` maps the
+game's decoder over the batch, `pack` writes every category's boxes into rows of slots, `unpack` puts the batch first again and makes
+`Objects`. `B` is the batch size, `N` the number of slots. With the batch last, every operation of a decoder that handles a few numbers
+for one state runs along thousands of states.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+
+from ocjax import _xla
+from ocjax._batch_last import batch_last
+from ocjax.boxes import Box
+from ocjax.objects import Objects
+from ocjax.ram import RAM_SIZE
+from ocjax.vision import palette
+
+if TYPE_CHECKING:
+    from ocjax.game import Game
+
+CHUNK = 4096  # states at a time
+SMALL = 32  # states below which intermediate results are not materialized
+MANY = 44  # bytes above which transposing all of the RAM is cheaper than picking the bytes out
+NEAR = 4  # bytes between two addresses below which one slice takes both
+
+
+class Rows(NamedTuple):
+    """What the slots hold, batch last; attributes only for the categories that have them."""
+
+    boxes: jax.Array  # int32 [N, B]: x, y, w, h in a byte each from the lowest, 0 where the slot is not valid
+    value: dict[str, jax.Array]  # int32 [count, B]
+    orientation: dict[str, jax.Array]  # int32 [count, B]
+    rgb: dict[str, jax.Array]  # int32 [count, B]: red, green, blue in a byte each from the lowest
+
+
+def stretches(addresses: Sequence[int]) -> list[range]:
+    """Ranges of RAM that hold the addresses: close ones together; or, for many of them, one range of whole blocks of 16."""
+    out: list[range] = []
+    for a in sorted(addresses):
+        if out and a - out[-1].stop < NEAR:
+            out[-1] = range(out[-1].start, a + 1)
+        else:
+            out.append(range(a, a + 1))
+    few = sum(map(len, out)) <= MANY
+    return out if few else [range(out[0].start // 16 * 16, -(-out[-1].stop // 16) * 16)]
+
+
+def read(rams: jax.Array, ranges: Sequence[range]) -> jax.Array:
+    """The bytes of the ranges, batch last: uint8 `[B, 128]` -> uint8 `[addresses, padded(B)]`."""
+
+    def rows(rams: jax.Array) -> jax.Array:
+        out = jnp.zeros((_xla.padded(rams.shape[0]), sum(map(len, ranges))), jnp.uint8)
+        at = 0
+        for r in ranges:
+            out = lax.dynamic_update_slice(out, rams[:, r.start : r.stop], (0, at))
+            at += len(r)
+        return out
+
+    return _xla.materialize(rows, rams, small=SMALL * RAM_SIZE).T
+
+
+def decode(game: Game, columns: jax.Array, addresses: Sequence[int]) -> dict[str, Box]:
+    """Every category's boxes, clipped to the screen: uint8 `[addresses, B]` -> fields `[count, B]`, or `[B]` where slots share them."""
+    height, width = game.screen
+
+    def one(ram: jax.Array) -> dict[str, Box]:
+        with jax.numpy_dtype_promotion("strict"), jax.numpy_rank_promotion("raise"):
+            boxes = game.decode(game.ram(ram, addresses))
+            return {c.name: boxes[c.name].clip(0, 0, width, height) for c in game.categories}
+
+    return batch_last(one, jax.ShapeDtypeStruct((len(addresses),), jnp.uint8))(columns)
+
+
+def pack(game: Game, boxes: dict[str, Box], lanes: int) -> Rows:
+    """Boxes of all categories as rows of slots."""
+    # One number per slot, so that the compiler computes what its parts share once. Updating slices takes 3-15 % less than `concatenate`.
+    rows = Rows(jnp.zeros((game.num_slots, lanes), jnp.int32), {}, {}, {})
+    for c in game.categories:
+        b = boxes[c.name]
+        x, y, w, h, valid, value, point = (
+            jnp.broadcast_to(v, (c.count, lanes)) for v in (b.x, b.y, b.w, b.h, b.valid, b.value, b.orientation)
+        )
+        mask = -valid.astype(jnp.int32)
+        packed = (x | (y << 8) | (w << 16) | (h << 24)) & mask  # a clipped box fits four bytes
+        rows = rows._replace(boxes=lax.dynamic_update_slice(rows.boxes, packed, (game.slices[c.name].start, 0)))
+        if "value" in c.attributes:
+            rows.value[c.name] = value & mask
+        if "orientation" in c.attributes:
+            rows.orientation[c.name] = point & 15 & mask
+        if b.rgb is not None:
+            red, green, blue = jnp.moveaxis(b.rgb.reshape(-1, 3, lanes).astype(jnp.int32), 1, 0)
+            rows.rgb[c.name] = red | (green << 8) | (blue << 16)
+    return rows
+
+
+def unpack(game: Game, rows: Rows, lanes: int) -> Objects:
+    """The first `lanes` columns of the rows as `Objects` of batch shape `[lanes]`."""
+    n = game.num_slots
+    slots = _xla.materialize(lambda b: _xla.transpose(b)[:lanes], rows.boxes, small=SMALL * n)
+    valid, xywh = _xla.materialize(_split, slots, small=SMALL * n)
+    mask = -(slots != 0).astype(jnp.int32)
+
+    def attribute(parts: dict[str, jax.Array], dtype: Any) -> jax.Array:
+        out = jnp.zeros((lanes, n), dtype)
+        for name, part in parts.items():
+            out = lax.dynamic_update_slice(out, part[:, :lanes].T.astype(dtype), (0, game.slices[name].start))
+        return out
+
+    rgb = _colors(jnp.asarray(palette.packed(game.slot_rgb).astype(np.int32))[None], mask)
+    for name, part in rows.rgb.items():
+        s = game.slices[name]
+        rgb = lax.dynamic_update_slice(rgb, _colors(part[:, :lanes].T, mask[:, s]), (0, s.start, 0))
+    xywh, valid = xywh.reshape(lanes, n, 4), valid.reshape(lanes, n)
+    return Objects(xywh, valid, attribute(rows.orientation, jnp.int8), attribute(rows.value, jnp.int32), rgb, game)
+
+
+def _split(slots: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Whether each slot is valid, and its x, y, w, h; flat, because XLA does not vectorise along the short rows of one state."""
+    flat = slots.ravel()
+    return flat != 0, lax.bitcast_convert_type(flat, jnp.uint8).astype(jnp.int16)
+
+
+def _colors(packed: jax.Array, mask: jax.Array) -> jax.Array:
+    return lax.bitcast_convert_type(packed & mask, jnp.uint8)[..., :3]
+
+
+def extractor(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
+    """The game's REM: uint8 `[..., 128]` -> `Objects`."""
+    ranges = stretches(game.ram.addresses())
+    addresses = [a for r in ranges for a in r]
+
+    def rows(columns: jax.Array) -> Rows:
+        return pack(game, decode(game, columns, addresses), columns.shape[1])
+
+    def chunk(rams: jax.Array) -> Objects:
+        columns = read(rams, ranges)
+        return unpack(game, _xla.materialize(rows, columns, small=SMALL * len(addresses)), rams.shape[0])
+
+    return _xla.any_batch(lambda rams: _xla.in_chunks(chunk, rams, CHUNK), 1)

@@ -1,0 +1,177 @@
+"""What a game's ROM holds, read from the ROM that ale-py installs: tables, fonts, and the tight extents of pictures.
+
+Offsets count bytes from the beginning of the ROM file. A ROM of 2 or 4 KiB has the byte of console address `a` at offset
+`a & (size - 1)`; one of 8 KiB holds two banks of 4 KiB, and the byte is at `4096 * bank + (a & 0xFFF)`.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import importlib.util
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ocjax.boxes import Box, Number, box
+from ocjax.digits import Font
+from ocjax.ops import lookup
+
+PLAYER = 8  # dots of a row of a player's picture
+
+
+class RomError(ValueError):
+    """A ROM is missing, or is not the one that a decoder was written for."""
+
+
+def rom_path(name: str) -> Path:
+    """Where ale-py installs a ROM; ale-py itself is not imported.
+
+    Raises:
+        RomError: there is no such ROM.
+    """
+    spec = importlib.util.find_spec("ale_py")
+    folders = [Path(p) / "roms" for p in (spec.submodule_search_locations if spec else None) or ()]
+    found = next((folder / f"{name}.bin" for folder in folders if (folder / f"{name}.bin").is_file()), None)
+    if found is None:
+        where = " or ".join(map(str, folders)) or "ale-py, which is not installed"
+        raise RomError(f"no ROM {name}.bin in {where}: install ale-py 0.12 or newer, whose wheel contains the ROMs (pip install -U ale-py)")
+    return found
+
+
+@functools.cache
+def read_rom(name: str, md5: str) -> bytes:
+    """The bytes of an installed ROM.
+
+    Args:
+        name: ALE's name of the ROM, such as "pong".
+        md5: the checksum that it must have.
+
+    Raises:
+        RomError: there is no such ROM, or it has another checksum.
+    """
+    path = rom_path(name)
+    data = path.read_bytes()
+    found = hashlib.md5(data, usedforsecurity=False).hexdigest()
+    if found != md5:
+        raise RomError(f"{path} has md5 {found}, the decoder was written for the ROM with md5 {md5}: reinstall ale-py")
+    return data
+
+
+@dataclass(frozen=True)
+class Rom:
+    """A game's ROM.
+
+    Args:
+        name: ALE's name of it.
+        md5: its checksum, checked when it is read for the first time.
+    """
+
+    name: str
+    md5: str
+
+    @property
+    def data(self) -> np.ndarray:
+        """All bytes, uint8 `[size]`."""
+        return np.frombuffer(read_rom(self.name, self.md5), np.uint8)
+
+    def bytes(self, offset: int, count: int, step: int = 1) -> np.ndarray:
+        """A table, int32 `[count]`: every `step`-th byte from an offset on."""
+        return self.data[offset : offset + count * step : step].astype(np.int32)
+
+    def rows(self, offsets: int | Sequence[int], height: int, *, top_first: bool = False) -> np.ndarray:
+        """The rows of pictures from the top, int32 `[pictures, height]` (`[height]` of a single one).
+
+        Args:
+            offsets: where each picture begins.
+            height: number of rows.
+            top_first: the first byte is the top row. Most games store pictures with the bottom row first, because their drawing
+                loops count down.
+        """
+        at = np.asarray(offsets)[..., None] + np.arange(height)
+        rows = self.data[np.minimum(at, len(self.data) - 1)].astype(np.int32)
+        return rows if top_first else rows[..., ::-1]
+
+    def font(
+        self,
+        offsets: int | Sequence[int],
+        rows: int,
+        *,
+        stride: int | None = None,
+        dots: int = 8,
+        shift: int = 0,
+        dot: tuple[int, int] = (1, 1),
+        pitch: int = 8,
+        top_first: bool = False,
+    ) -> Font:
+        """The ten digits.
+
+        Args:
+            offsets: where the 0 begins, or where each of the ten pictures begins.
+            rows: of a picture.
+            stride: bytes from one picture to the next; without it they follow each other.
+            dots, shift: width of a picture, and its distance from the lowest bit of a row's byte.
+            dot, pitch: see `Font`.
+            top_first: see `rows`.
+        """
+        if isinstance(offsets, int):
+            offsets = [offsets + i * (rows if stride is None else stride) for i in range(10)]
+        pictures = self.rows(offsets, rows, top_first=top_first) >> shift & (1 << dots) - 1
+        return Font(tuple(tuple(p) for p in pictures.tolist()), dots, dot, pitch)
+
+    def pictures(self, offsets: Sequence[int], height: int | Sequence[int], *, top_first: bool = False) -> Pictures:
+        """The tight extents of the pictures of players, eight dots wide.
+
+        Args:
+            offsets: where each picture begins. For a pointer in RAM, all places in the page that it may point to: `range(0xF00, 0x1000)`.
+            height: number of rows of all pictures, or of each.
+            top_first: see `rows`.
+        """
+        heights = np.broadcast_to(height, len(offsets))
+        pictures = [self.rows(o, h, top_first=top_first) for o, h in zip(offsets, heights.tolist(), strict=True)]
+        return Pictures(np.array([_extent(p) for p in pictures], np.int32))
+
+
+def _extent(rows: np.ndarray) -> int:
+    """First column, width, first row and height of what is set in a picture, packed as `Pictures` has them; 0 where it is empty."""
+    ink = int(np.bitwise_or.reduce(rows))
+    if not ink:
+        return 0
+    left, right = PLAYER - ink.bit_length(), PLAYER - ((ink & -ink).bit_length() - 1)
+    used = np.flatnonzero(rows)
+    return left | (right - left) << 4 | int(used[0]) << 8 | int(np.ptp(used) + 1) << 16
+
+
+@dataclass(frozen=True, eq=False)
+class Pictures:
+    """Tight extents of pictures of eight dots.
+
+    Args:
+        packed: int32 `[n]`; from the lowest bit the first column (4 bits), the width (4), the first row (8) and the height (8).
+    """
+
+    packed: np.ndarray
+
+    def extent(self, index: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
+        """First column, first row, width and height of the pictures at an index, int32 each."""
+        p = lookup(self.packed, index)
+        return p & 15, p >> 8 & 255, p >> 4 & 15, p >> 16
+
+    def box(self, index: jax.Array, x: Number, y: Number, *, mirrored: Number = False, zoom: int = 1, **fields: Any) -> Box:
+        """Tight boxes of pictures on the screen; a picture that is empty makes a box that is not valid.
+
+        Args:
+            index: of the pictures, such as the low byte of a pointer.
+            x, y: where the pictures' first columns and rows are.
+            mirrored: whether they are drawn from right to left.
+            zoom: pixels of a dot across.
+            fields: `valid`, `value`, `orientation` and `rgb` of the box.
+        """
+        left, top, width, height = self.extent(index)
+        left = jnp.where(mirrored, PLAYER - left - width, left)
+        return box(x + zoom * left, y + top, zoom * width, height, **fields)

@@ -1,0 +1,261 @@
+"""What a game file declares about its categories: names, slots, and the rules by which VEM finds their objects.
+
+Colours are ALE palette indices (0-255), one or several. Where a rule has several regions, colours may be given for each region.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ocjax.boxes import WIDTH, Area
+from ocjax.digits import Digits
+from ocjax.vision import palette
+
+ATTRIBUTES = ("orientation", "value")
+
+Colors = int | tuple[int, ...]
+
+
+def _color_set(colors: Colors) -> tuple[int, ...]:
+    out = (colors,) if isinstance(colors, int) else colors
+    if not out or not all(isinstance(c, int) and 0 <= c < 256 for c in out):
+        raise ValueError(f"colors must be one or several palette indices 0-255, got {colors!r}")
+    return out
+
+
+def _check_area(area: Area) -> None:
+    left, top, right, bottom = area
+    if not (0 <= left < right <= WIDTH and 0 <= top < bottom):
+        raise ValueError(f"a region is (left, top, right, bottom) with 0 <= left < right <= {WIDTH} and 0 <= top < bottom, got {area}")
+
+
+@dataclass(frozen=True)
+class Gauge:
+    """How VEM reads a length: `base + (width - start) // unit`, of a bar or a row of icons.
+
+    Args:
+        unit: pixels that stand for 1.
+        start: width in pixels that stands for `base`.
+        base: value at that width.
+        vertical: read the height instead of the width.
+    """
+
+    unit: int
+    start: int = 0
+    base: int = 0
+    vertical: bool = False
+
+    def __post_init__(self) -> None:
+        if self.unit < 1:
+            raise ValueError(f"a gauge's unit must be at least 1 pixel, got {self.unit}")
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """One object per region: the tight box of all pixels there that have the colours. Slot i is region i, so regions name the slots.
+
+    Args:
+        colors: for all regions, or a tuple with one entry per region.
+        regions: one region, or several.
+        min_size: least (width, height) of an object; smaller boxes are not valid.
+        value: how the value is read: a `Gauge`, or `Digits` (one for each region where there are several). The value is 0 without it.
+        inverse: the colours are the background's; pixels of all other colours count.
+        ignore: areas of the screen whose pixels do not count.
+        exclude: categories of `Blobs` or whole `Cells`; pixels inside their objects' boxes do not count.
+    """
+
+    colors: Colors | tuple[Colors, ...]
+    regions: Area | tuple[Area, ...]
+    min_size: tuple[int, int] = (1, 1)
+    value: Gauge | Digits | tuple[Digits, ...] | None = None
+    inverse: bool = False
+    ignore: tuple[Area, ...] = ()
+    exclude: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for area in (*(region for region, _ in self.slots), *self.ignore):
+            _check_area(area)
+        if self.digits and len(self.digits) != len(self.slots):
+            raise ValueError(f"digits for {len(self.digits)} regions, but {len(self.slots)} regions")
+
+    @property
+    def digits(self) -> tuple[Digits, ...]:
+        """The digits of each region, if any."""
+        return self.value if isinstance(self.value, tuple) else (self.value,) if isinstance(self.value, Digits) else ()
+
+    @property
+    def slots(self) -> tuple[tuple[Area, tuple[int, ...]], ...]:
+        """Region and colours of each slot."""
+        regions: Any = self.regions if isinstance(self.regions[0], tuple) else (self.regions,)
+        several = isinstance(self.colors, tuple) and any(isinstance(c, tuple) for c in self.colors)
+        colors: Any = self.colors if several else (self.colors,) * len(regions)
+        if len(colors) != len(regions):
+            raise ValueError(f"colors for {len(colors)} regions, but {len(regions)} regions")
+        return tuple((r, _color_set(c)) for r, c in zip(regions, colors, strict=True))
+
+    @property
+    def palette(self) -> tuple[int, ...]:
+        """All colours."""
+        return tuple(sorted({c for _, colors in self.slots for c in colors}))
+
+    @property
+    def bottom(self) -> int:
+        """The row below everything that the rule looks at."""
+        return max(*(region[3] for region, _ in self.slots), *(d.bottom for d in self.digits), 0)
+
+
+@dataclass(frozen=True)
+class Blobs:
+    """Connected components of the pixels that have the colours, in raster order of their first pixels.
+
+    Args:
+        colors: palette indices; pixels of different colours of the rule connect.
+        region: where to look; pixels outside do not count.
+        connectivity: 8 (corners touch) or 4.
+        gap: parts that are at most (dx, dy) blank pixels apart are one object; needs connectivity 8.
+        min_size, max_size: (width, height) limits; components outside them are not objects.
+        split: (width, height) of one object, for objects that touch: a larger component counts as the number of objects that covers it
+            (4 at most), evenly spaced from edge to edge. `max_size` is that of the whole component.
+        area: least and most pixels of a component, including those between its parts that `gap` bridges from the left and from above;
+            tells pictures of the same size apart. Needs `max_size`.
+        first: colours that the object's first pixel (in raster order) must have; tells objects apart that share some of their colours.
+        split_by_color: components of different colours are different objects even where they touch; each colour fills at most half the
+            slots.
+        max_run: where it is not 0, pixels of vertical runs longer than this do not count; finds low objects in the colour of walls.
+        ignore: areas of the screen whose pixels do not count.
+        exclude: categories of whole `Cells`; pixels of their objects do not count.
+    """
+
+    colors: Colors
+    region: Area | None = None
+    connectivity: int = 8
+    gap: tuple[int, int] = (0, 0)
+    min_size: tuple[int, int] = (1, 1)
+    max_size: tuple[int, int] | None = None
+    split: tuple[int, int] | None = None
+    area: tuple[int, int] | None = None
+    first: Colors | None = None
+    split_by_color: bool = False
+    max_run: int = 0
+    ignore: tuple[Area, ...] = ()
+    exclude: tuple[str, ...] = ()
+
+    @property
+    def palette(self) -> tuple[int, ...]:
+        """All colours."""
+        return _color_set(self.colors)
+
+    @property
+    def first_colors(self) -> tuple[int, ...]:
+        """Colours that the first pixel must have; empty where any will do."""
+        return () if self.first is None else _color_set(self.first)
+
+    @property
+    def bottom(self) -> int:
+        """The row below everything that the rule looks at; 0 where it looks at the whole screen."""
+        return self.region[3] if self.region else 0
+
+    def __post_init__(self) -> None:
+        _color_set(self.colors)
+        for area in (*self.ignore, *((self.region,) if self.region else ())):
+            _check_area(area)
+        if self.connectivity not in (4, 8):
+            raise ValueError(f"connectivity must be 4 or 8, got {self.connectivity}")
+        if self.gap != (0, 0) and self.connectivity == 4:
+            raise ValueError("gap needs connectivity 8")
+        if self.area is not None and self.max_size is None:
+            raise ValueError("area needs max_size")
+        if not set(self.first_colors) <= set(self.palette):
+            raise ValueError(f"first must be among the colors {self.palette}, got {self.first}")
+        if self.max_run < 0:
+            raise ValueError(f"max_run must be a number of pixels, got {self.max_run}")
+        if self.split is not None and min(self.split) < 1:
+            raise ValueError(f"split must be (width, height) of at least 1 pixel, got {self.split}")
+        if not all(0 <= g < 32 for g in self.gap):
+            raise ValueError(f"gap must be (dx, dy) of 0 to 31 pixels, got {self.gap}")
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Objects on a fixed grid, one slot per cell: present where all (or any) of the cell's pixels have the colours.
+
+    Args:
+        colors: palette indices.
+        x, y: left and top of each cell, one entry per slot.
+        w, h: size of every cell.
+        whole: all pixels of the cell must be set. Otherwise any pixel will do, and the box is the tight box of those set in the cell.
+        margin: (columns, rows) beside, and above and below, the cell that must be free of the colours; tells a pellet from a wall.
+    """
+
+    colors: Colors
+    x: tuple[int, ...]
+    y: tuple[int, ...]
+    w: int
+    h: int
+    whole: bool = True
+    margin: tuple[int, int] = (0, 0)
+
+    @property
+    def palette(self) -> tuple[int, ...]:
+        """All colours."""
+        return _color_set(self.colors)
+
+    @property
+    def bottom(self) -> int:
+        """The row below the last cell."""
+        return max(self.y) + self.h
+
+    def __post_init__(self) -> None:
+        _color_set(self.colors)
+        if len(self.x) != len(self.y) or not self.x:
+            raise ValueError(f"x and y need one entry per slot each, got {len(self.x)} and {len(self.y)}")
+        if not (min(self.x) >= 0 and max(self.x) + self.w <= WIDTH and min(self.y) >= 0 and self.w > 0 and self.h > 0):
+            raise ValueError("every cell must lie on the screen")
+
+
+Rule = Bounds | Blobs | Cells
+
+
+@dataclass(frozen=True)
+class Category:
+    """A kind of object.
+
+    Args:
+        name: as OCAtari's users know it.
+        rule: how VEM finds it.
+        count: number of slots.
+        hud: part of the display (score, lives, ...) rather than of the game.
+        attributes: which of "value" and "orientation" are meaningful.
+        rgb: colour, (r, g, b) or one entry per slot; the rule's first colour by default.
+        doc: one line that says what the objects are.
+        blinks: drawn only part of the time, with gaps longer than the one frame of ordinary flicker. REM reports it all the time.
+    """
+
+    name: str
+    rule: Rule
+    count: int = 1
+    hud: bool = False
+    attributes: tuple[str, ...] = ()
+    rgb: tuple[Any, ...] | None = None
+    doc: str = ""
+    blinks: bool = False
+
+    @property
+    def reads_color(self) -> bool:
+        """Whether VEM reads an object's colour from the frame."""
+        several = [len(colors) for _, colors in self.rule.slots] if isinstance(self.rule, Bounds) else [len(self.rule.palette)]
+        inverse = isinstance(self.rule, Bounds) and self.rule.inverse
+        return self.rgb is None and (inverse or max(several) > 1)
+
+    def slot_rgb(self) -> np.ndarray:
+        """The colour of each slot, uint8 `[count, 3]`; the rule's first colour where it is read from the frame."""
+        if self.rgb is not None:
+            colors = np.asarray(self.rgb)
+        elif isinstance(self.rule, Bounds):
+            colors = palette.NTSC[np.array([c[0] for _, c in self.rule.slots])]
+        else:
+            colors = palette.NTSC[self.rule.palette[0]]
+        return np.broadcast_to(colors, (self.count, 3)).astype(np.uint8)

@@ -1,0 +1,72 @@
+"""`Cells` rules: objects on a fixed grid."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+
+from ocjax.rules import Cells
+from ocjax.vision import bitmap as bm
+from ocjax.vision.bitmap import Bitmap, U
+from ocjax.vision.components import Detected
+
+
+def cell_pixels(rule: Cells, mask: Bitmap) -> Bitmap:
+    """The pixels of the whole cells that are present in a mask."""
+    full = bm.all_within(mask, rule.w, rule.h)
+    corners = bm.areas(mask.shape[1], ((x, y, x + 1, y + 1) for x, y in zip(rule.x, rule.y, strict=True)))
+    return bm.any_within(full & jnp.asarray(corners), rule.w, rule.h)
+
+
+def detect_cells(rule: Cells, mask: Bitmap) -> Detected:
+    """The objects of a rule in a mask `[5, H, B]`."""
+    beside, above = rule.margin
+    cells = _with_margin(rule, mask)
+    inner = _columns(cells.shape[1], beside, beside + rule.w)
+    around = _columns(cells.shape[1], 0, rule.w + 2 * beside) & ~inner
+    margin_rows = (*cells[:above], *cells[above + rule.h :])
+    cells = cells[above : above + rule.h]
+    clear = jnp.all((lax.reduce(cells, U(0), lax.bitwise_or, (0,)) & around) == 0, axis=0)
+    for row in margin_rows:
+        clear = clear & jnp.all((row & inner) == 0, axis=0)
+    return _whole(rule, cells, inner, clear) if rule.whole else _tight(rule, cells & inner[None], clear)
+
+
+def _with_margin(rule: Cells, mask: Bitmap) -> jax.Array:
+    """The rows of every cell with its margin, moved so that the first column is the top bit of the first word.
+
+    uint32 `[h + 2 * margin, words, cells, B]`.
+    """
+    beside, above = rule.margin
+    board = jnp.pad(mask, ((1, 0), (above, above), (0, 0)))
+    left = np.array(rule.x) + 32 - beside
+    rows = np.array(rule.y)[None, :] + np.arange(rule.h + 2 * above)[:, None]
+    return bm.gather_rows(board, left, rows, (rule.w + 2 * beside + 31) // 32)
+
+
+def _columns(words: int, start: int, stop: int) -> jax.Array:
+    """Words in which the columns from `start` to `stop` are set, uint32 `[words, 1, 1]`."""
+    inside = np.zeros(32 * words, np.uint8)
+    inside[start:stop] = 1
+    return jnp.asarray(np.packbits(inside).view(">u4").astype(np.uint32))[:, None, None]
+
+
+def _whole(rule: Cells, cells: jax.Array, inner: jax.Array, clear: jax.Array) -> Detected:
+    """Cells all of whose pixels are set."""
+    every = lax.reduce(cells, U(0xFFFFFFFF), lax.bitwise_and, (0,))
+    valid = clear & jnp.all((every & inner) == inner, axis=0)
+    x, y = np.array(rule.x), np.array(rule.y)
+    boxes = np.stack([x, y, np.full_like(x, rule.w), np.full_like(x, rule.h)])
+    full = jnp.broadcast_to(jnp.asarray(boxes, jnp.int32)[..., None], (*boxes.shape, valid.shape[-1]))
+    return Detected(full[0], full[1], full[2], full[3], valid)
+
+
+def _tight(rule: Cells, cells: jax.Array, clear: jax.Array) -> Detected:
+    """Tight boxes of what is set in each cell."""
+    used = bm.any_of(jnp.moveaxis(cells, 1, 0)) != 0  # [h, cells, B]
+    index = jnp.arange(rule.h, dtype=jnp.int32)[:, None, None]
+    top = jnp.min(jnp.where(used, index, rule.h), axis=0)
+    bottom = jnp.max(jnp.where(used, index, -1), axis=0)
+    first, last = bm.columns(lax.reduce(cells, U(0), lax.bitwise_or, (0,)))
+    base_x, base_y = (jnp.asarray(v, jnp.int32)[:, None] for v in (np.array(rule.x) - rule.margin[0], np.array(rule.y)))
+    return Detected(first + base_x, top + base_y, last - first + 1, bottom - top + 1, clear & (bottom >= 0))
