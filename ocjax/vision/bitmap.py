@@ -21,22 +21,22 @@ U = jnp.uint32
 Bitmap = jax.Array
 
 
-def planes(frames: jax.Array) -> tuple[jax.Array, ...]:
-    """The eight bits of every pixel, the lowest first: uint8 `[B, H, 160]` -> bitmaps of uint32 `[5, H, B]`."""
+def planes(frames: jax.Array) -> tuple[Bitmap, ...]:
+    """The eight bits of every pixel as bitmaps `[5, H, B]`, the lowest bit first, of uint8 `[B, H, 160]`."""
     b, h, w = frames.shape
     pixels = materialize(lambda f: jnp.transpose(lax.bitcast_convert_type(f.reshape(b, h, w // 4, 4), U), (2, 1, 0)), frames)
 
-    def plane(p: jax.Array, bit: int) -> jax.Array:
-        parts = (p.reshape(w // 32, 8, h, b) >> bit) & U(0x01010101)
-        word = jnp.zeros_like(parts[:, 0])
+    def bits(p: jax.Array) -> jax.Array:
+        parts = p.reshape(1, w // 32, 8, h, b) >> np.arange(8, dtype=np.uint32)[:, None, None, None, None] & U(0x01010101)
+        word = jnp.zeros_like(parts[:, :, 0])
         for i in range(0, 8, 2):  # a multiplication gathers the bits of eight pixels in the top byte
-            word = word | ((((parts[:, i] << 4) | parts[:, i + 1]) * U(0x08040201)) >> 24) << (24 - 4 * i)
+            word = word | ((((parts[:, :, i] << 4) | parts[:, :, i + 1]) * U(0x08040201)) >> 24) << (24 - 4 * i)
         return word
 
-    return materialize(lambda p: tuple(plane(p, bit) for bit in range(8)), pixels)
+    return tuple(materialize(bits, pixels))
 
 
-def color_mask(planes: Sequence[jax.Array], colors: Iterable[int]) -> jax.Array:
+def color_mask(planes: Sequence[Bitmap], colors: Iterable[int]) -> Bitmap:
     """Which pixels have one of the colours: a bitmap `[5, H, B]` from those of `planes`.
 
     The set's decision diagram over the bits of a colour: 0.1 to 0.5 us a frame. (Comparing four pixels at a time with every
@@ -106,18 +106,16 @@ def areas(height: int, filled: Iterable[Area]) -> np.ndarray:
 
 def boxes(x: jax.Array, y: jax.Array, w: jax.Array, h: jax.Array, valid: jax.Array, height: int) -> Bitmap:
     """All pixels of boxes, each int32 `[count, B]`, as a bitmap `[5, height, B]`."""
+    word = 32 * np.arange(WIDTH // 32, dtype=np.int32)[:, None, None]
+    first, last = (jnp.clip(edge[None] - word, 0, 32) for edge in (x, x + w))
+    ink = (U(0xFFFFFFFF) >> jnp.minimum(first, 31).astype(U)) & ~(U(0x7FFFFFFF) >> jnp.maximum(last - 1, 0).astype(U))
+    ink = jnp.where(valid[None] & (first < last), ink, U(0))  # [5, count, B]
     rows = jnp.arange(height, dtype=jnp.int32)[:, None]
-    words = []
-    for i in range(WIDTH // 32):
-        first, last = (jnp.clip(edge - 32 * i, 0, 32) for edge in (x, x + w))
-        ink = (U(0xFFFFFFFF) >> jnp.minimum(first, 31).astype(U)) & ~(U(0x7FFFFFFF) >> jnp.maximum(last - 1, 0).astype(U))
-        ink = jnp.where(valid & (first < last), ink, U(0))
-        word = jnp.zeros((height, x.shape[1]), U)
-        for k in range(len(x)):
-            inside = (rows >= y[k][None]) & (rows < (y[k] + h[k])[None])
-            word = word | jnp.where(inside, ink[k][None], U(0))
-        words.append(word)
-    return jnp.stack(words)
+    out = jnp.zeros((WIDTH // 32, height, x.shape[1]), U)
+    for k in range(len(x)):
+        inside = (rows >= y[k][None]) & (rows < (y[k] + h[k])[None])
+        out = out | jnp.where(inside[None], ink[:, k : k + 1], U(0))
+    return out
 
 
 def gather_rows(bitmap: Bitmap, left: np.ndarray, rows: np.ndarray, n_words: int) -> jax.Array:
@@ -211,13 +209,10 @@ def any_of(bitmap: Bitmap) -> jax.Array:
 
 def columns(words: jax.Array) -> tuple[jax.Array, jax.Array]:
     """First and last set column of single rows `[words, ...]`, int32; (32 * words, -1) where none is set."""
-    n = 32 * len(words)
-    first, last = jnp.full(words[0].shape, n, jnp.int32), jnp.full(words[0].shape, -1, jnp.int32)
-    for i, w in reversed(list(enumerate(words))):
-        first = jnp.where(w != 0, 32 * i + lax.clz(w).astype(jnp.int32), first)
-    for i, w in enumerate(words):
-        last = jnp.where(w != 0, 32 * i + 31 - _trailing(w), last)
-    return first, last
+    start = 32 * np.arange(len(words), dtype=np.int32).reshape(-1, *([1] * (words.ndim - 1)))
+    first = jnp.where(words != 0, start + lax.clz(words).astype(jnp.int32), 32 * len(words))
+    last = jnp.where(words != 0, start + 31 - _trailing(words), -1)
+    return jnp.min(first, axis=0), jnp.max(last, axis=0)
 
 
 def _trailing(w: jax.Array) -> jax.Array:

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from ocjax.boxes import Area
 from ocjax.digits import Digits
 from ocjax.rules import Bounds, Gauge
 from ocjax.vision import bitmap as bm
@@ -14,18 +15,27 @@ from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.components import Detected
 
 
-def detect_bounds(rule: Bounds, masks: Sequence[Bitmap]) -> Detected:
-    """The boxes of a rule's regions.
+def detect_bounds(rules: Sequence[Bounds], masks: Sequence[Sequence[Bitmap]]) -> list[Detected]:
+    """The boxes of several rules' regions, found together.
 
     Args:
-        rule: with `count` regions.
-        masks: the pixels that count, one bitmap `[5, H, B]` per region.
+        rules: each with its regions.
+        masks: for each rule the pixels that count, one bitmap `[5, H, B]` per region.
     """
-    boxes = []
-    for mask, (region, _) in zip(masks, rule.slots, strict=True):
-        x, y, w, h = tight_box(bm.cut(mask, region))
-        boxes.append((x, y + region[1], w, h))
-    x, y, w, h = (jnp.stack(v) for v in zip(*boxes, strict=True))
+    if not rules:
+        return []
+    slots = [(mask, region) for rule, own in zip(rules, masks, strict=True) for mask, (region, _) in zip(own, rule.slots, strict=True)]
+    boxes = tight_boxes(*zip(*slots, strict=True))
+    ends = np.cumsum([len(rule.slots) for rule in rules]).tolist()
+    return [
+        _with_value(rule, own, tuple(v[end - len(own) : end] for v in boxes))
+        for rule, own, end in zip(rules, masks, ends, strict=True)
+    ]
+
+
+def _with_value(rule: Bounds, masks: Sequence[Bitmap], boxes: tuple[jax.Array, ...]) -> Detected:
+    """The objects in the boxes of one rule, with the values that they show."""
+    x, y, w, h = boxes
     valid = (w >= rule.min_size[0]) & (h >= rule.min_size[1])
     if isinstance(rule.value, Gauge):
         length = h if rule.value.vertical else w
@@ -39,14 +49,17 @@ def detect_bounds(rule: Bounds, masks: Sequence[Bitmap]) -> Detected:
     return Detected(x, y, w, h, valid & (matched | optional), value)
 
 
-def tight_box(mask: Bitmap) -> tuple[jax.Array, ...]:
-    """Tight box of a whole mask: x, y, w, h, int32 `[B]`; w and h are not positive where the mask is empty."""
-    rows = jnp.arange(mask.shape[1], dtype=jnp.int32)[:, None]
-    used = bm.any_of(mask) != 0
-    top = jnp.min(jnp.where(used, rows, len(rows)), axis=0)
-    bottom = jnp.max(jnp.where(used, rows, -1), axis=0)
-    first, last = bm.columns(lax.reduce(mask, U(0), lax.bitwise_or, (1,)))
-    return first, top, last - first + 1, bottom - top + 1
+def tight_boxes(masks: Sequence[Bitmap], regions: Sequence[Area]) -> tuple[jax.Array, ...]:
+    """Tight boxes of the pixels of masks inside regions: x, y, w, h, int32 `[n, B]`; w and h are not positive where there are none."""
+    inside = [bm.cut(mask, region) for mask, region in zip(masks, regions, strict=True)]
+    height = max(m.shape[1] for m in inside)
+    used = [bm.any_of(m) != 0 for m in inside]
+    rows = jnp.arange(height, dtype=jnp.int32)[:, None]
+    top = jnp.stack([jnp.min(jnp.where(u, rows[: len(u)], height), axis=0) for u in used])
+    bottom = jnp.stack([jnp.max(jnp.where(u, rows[: len(u)], -1), axis=0) for u in used])
+    first, last = bm.columns(jnp.stack([lax.reduce(m, U(0), lax.bitwise_or, (1,)) for m in inside], axis=1))
+    tops = np.array([[region[1]] for region in regions], np.int32)
+    return first, top + tops, last - first + 1, bottom - top + 1
 
 
 def read_digits(digits: Digits, mask: Bitmap) -> tuple[jax.Array, jax.Array]:

@@ -159,19 +159,24 @@ class _Index:
     def locate(self, k: jax.Array) -> _Candidates:
         """The k-th candidates; in range even where there are fewer."""
         lanes = self.layout.lanes
-        segment = _last_at_most(lambda i: self.segments[i], len(self.layout.searches) * lanes, k)
+        segment = _last_at_most(lambda i: _at(self.segments, i), len(self.layout.searches) * lanes, k)
         lane = segment % lanes
-        rest = k - self.segments[segment] + self._ends[segment]
-        block = _last_at_most(lambda i: self._above[i * lanes + lane], self.n_blocks, rest)
-        rest = rest - self._above[block * lanes + lane]
-        row, rest = _which([self._counts[(block * BLOCK + i) * lanes + lane] for i in range(BLOCK)], rest)
+        rest = k - _at(self.segments, segment) + _at(self._ends, segment)
+        block = _last_at_most(lambda i: _at(self._above, i * lanes + lane), self.n_blocks, rest)
+        rest = rest - _at(self._above, block * lanes + lane)
+        rows = block * BLOCK + np.arange(BLOCK, dtype=np.int32)[:, None]
+        row, rest = _which(_at(self._counts, rows * lanes + lane), rest)
         row = block * BLOCK + row
-        words = [self._starts[(i * self.n_rows + row) * lanes + lane] for i in range(self.layout.n_words)]
-        index, rest = _which([bm.popcount(w) for w in words], rest)
-        word = words[0]
-        for i in range(1, len(words)):
-            word = jnp.where(index == i, words[i], word)
+        first = np.arange(self.layout.n_words, dtype=np.int32)[:, None] * self.n_rows
+        words = _at(self._starts, (first + row) * lanes + lane)
+        index, rest = _which(bm.popcount(words), rest)
+        word = jnp.sum(jnp.where(np.arange(len(words), dtype=np.int32)[:, None] == index, words, U(0)), axis=0, dtype=U)
         return _Candidates(segment, row + 1, 32 * index + _nth_bit(word, rest))
+
+
+def _at(array: jax.Array, index: jax.Array) -> jax.Array:
+    """`array[index]` for indices that are known to be in range."""
+    return array.at[index].get(mode="promise_in_bounds", wrap_negative_indices=False)
 
 
 def _last_at_most(table: Callable[[jax.Array], jax.Array], n: int, k: jax.Array) -> jax.Array:
@@ -183,14 +188,15 @@ def _last_at_most(table: Callable[[jax.Array], jax.Array], n: int, k: jax.Array)
     return i
 
 
-def _which(counts: Sequence[jax.Array], rest: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """The index at which the counts add up to more than `rest`, and what is left of it there."""
-    index, before, left = jnp.zeros_like(rest), jnp.zeros_like(rest), rest
-    for i, count in enumerate(counts):
-        inside = (before <= rest) & (rest < before + count)
-        index, left = jnp.where(inside, i, index), jnp.where(inside, rest - before, left)
-        before = before + count
-    return index, left
+def _which(counts: jax.Array, rest: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """The index at which counts `[m, n]` add up to more than `rest` `[n]`, and what is left of it there."""
+    before = [jnp.zeros_like(rest)]
+    for count in counts[:-1]:
+        before.append(before[-1] + count)
+    starts = jnp.stack(before)
+    inside = (starts <= rest) & (rest < starts + counts)
+    index = jnp.where(inside, np.arange(len(counts), dtype=np.int32)[:, None], 0)
+    return jnp.sum(index, axis=0, dtype=jnp.int32), jnp.sum(jnp.where(inside, rest - starts, 0), axis=0, dtype=jnp.int32)
 
 
 def _nth_bit(word: jax.Array, n: jax.Array) -> jax.Array:
@@ -236,15 +242,13 @@ def _fill(mask: jax.Array, seed: jax.Array, diagonal: bool, reach: int = 31) -> 
 
         return lax.scan(row, tuple(jnp.zeros_like(seed[0])), (mask, filled), reverse=reverse)[1]
 
-    def unfinished(filled: jax.Array) -> jax.Array:
-        """Whether another sweep down finds more; after a sweep up, nothing is missing upwards."""
-        words = jnp.moveaxis(filled, 1, 0)
-        return jnp.any(touching(words[:, :-1]) & jnp.moveaxis(mask[1:], 1, 0) & ~words[:, 1:] != 0)
+    def down_and_up(state: tuple[jax.Array, jax.Array]) -> tuple[jax.Array, jax.Array]:
+        filled = sweep(sweep(state[0], reverse=False), reverse=True)
+        words, rows = jnp.moveaxis(filled, 1, 0), jnp.moveaxis(mask, 1, 0)
+        missing = touching(words[:, :-1]) & rows[:, 1:] & ~words[:, 1:]  # after a sweep up, nothing is missing upwards
+        return filled, jnp.any(missing != 0)
 
-    def both_ways(filled: jax.Array) -> jax.Array:
-        return sweep(sweep(filled, reverse=False), reverse=True)
-
-    return lax.while_loop(unfinished, both_ways, both_ways(seed))
+    return lax.while_loop(lambda state: state[1], down_and_up, (seed, jnp.bool_(True)))[0]
 
 
 def _extent(filled: jax.Array) -> tuple[jax.Array, ...]:

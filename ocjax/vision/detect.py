@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
 
 from ocjax import _xla
@@ -20,18 +21,6 @@ from ocjax.vision.cells import cell_pixels, detect_cells
 from ocjax.vision.components import Detected, Search, components
 
 
-def _first_pixel_color(frames: jax.Array, mask: Bitmap, found: Detected) -> jax.Array:
-    """Palette index of the first pixel in each box's top row, int32 `[count, B]`."""
-    lane = jnp.arange(found.x.shape[1])[None]
-    y = jnp.clip(found.y, 0, mask.shape[1] - 1)
-    column = jnp.full_like(found.x, 0)
-    for i, word in reversed(list(enumerate(mask))):
-        start = jnp.clip(found.x - 32 * i, 0, 32)
-        w = word[y, lane] & jnp.where(start < 32, U(0xFFFFFFFF) >> jnp.minimum(start, 31).astype(U), U(0))
-        column = jnp.where(w != 0, 32 * i + lax.clz(w).astype(jnp.int32), column)
-    return frames[lane, y, column].astype(jnp.int32)
-
-
 class _Frames:
     """A batch of frames, the colour masks computed from it so far, and what its categories' rules have detected so far."""
 
@@ -41,6 +30,7 @@ class _Frames:
         self.found: dict[str, Detected] = {}
         self._planes = bm.planes(frames)
         self._masks: dict[tuple[int, ...], Bitmap] = {}
+        self._counted: dict[tuple[int, tuple[int, ...]], Bitmap] = {}
 
     def mask(self, colors: tuple[int, ...], *, materialize: bool = True) -> Bitmap:
         """The pixels that have one of the colours."""
@@ -52,6 +42,12 @@ class _Frames:
 
     def counted(self, rule: Bounds | Blobs, colors: tuple[int, ...]) -> Bitmap:
         """The pixels of the colours that count for a rule."""
+        key = id(rule), colors
+        if key not in self._counted:
+            self._counted[key] = self._count(rule, colors)
+        return self._counted[key]
+
+    def _count(self, rule: Bounds | Blobs, colors: tuple[int, ...]) -> Bitmap:
         read_once = isinstance(rule, Blobs) and rule.gap == (0, 0) and not rule.max_run
         mask = self.mask(colors, materialize=not read_once)
         if isinstance(rule, Bounds) and rule.inverse:
@@ -81,12 +77,12 @@ def detect(categories: tuple[Category, ...], frames: jax.Array) -> list[Detected
     batch = _Frames(categories, frames)
     for connectivity in (4, 8):
         batch.found |= _detect_blobs(batch, [c for c in categories if isinstance(c.rule, Blobs) and c.rule.connectivity == connectivity])
-    for c in categories:
-        if isinstance(c.rule, Bounds):
-            batch.found[c.name] = detect_bounds(c.rule, [batch.counted(c.rule, colors) for _, colors in c.rule.slots])
-        elif isinstance(c.rule, Cells):
-            batch.found[c.name] = detect_cells(c.rule, batch.mask(c.rule.palette))
-    return [_with_color(batch, c) for c in categories]
+    bounds = {c.name: c.rule for c in categories if isinstance(c.rule, Bounds)}
+    masks = [[batch.counted(rule, colors) for _, colors in rule.slots] for rule in bounds.values()]
+    batch.found |= dict(zip(bounds, detect_bounds(tuple(bounds.values()), masks), strict=True))
+    batch.found |= {c.name: detect_cells(c.rule, batch.mask(c.rule.palette)) for c in categories if isinstance(c.rule, Cells)}
+    _read_colors(batch, categories)
+    return [batch.found[c.name] for c in categories]
 
 
 def _detect_blobs(batch: _Frames, categories: Sequence[Category]) -> dict[str, Detected]:
@@ -125,15 +121,32 @@ def _merge(lists: Sequence[Detected], count: int) -> Detected:
     return Detected(x, y, w, h, w > 0, overflow=total - jnp.sum(w > 0, axis=0, dtype=jnp.int32))
 
 
-def _with_color(batch: _Frames, category: Category) -> Detected:
-    """What was detected of a category, with colours where they are read from the frame."""
-    found, rule = batch.found[category.name], category.rule
-    first = rule.first_colors if isinstance(rule, Blobs) else ()
-    if not (category.reads_color or first):
-        return found
-    mask = batch.mask(rule.palette) if isinstance(rule, Cells) else batch.counted(rule, rule.palette)
-    color = _first_pixel_color(batch.frames, mask, found)
-    if first:
-        matches = functools.reduce(jnp.logical_or, (color == own for own in first))
-        found = found._replace(valid=found.valid & matches)
-    return found._replace(color=color) if category.reads_color else found
+def _read_colors(batch: _Frames, categories: Sequence[Category]) -> None:
+    """Read the colours of objects where they are wanted, and drop those that begin in another colour than their rule says."""
+    firsts = {c.name: c.rule.first_colors for c in categories if isinstance(c.rule, Blobs)}
+    wanted = [c for c in categories if c.reads_color or firsts.get(c.name)]
+    if not wanted:
+        return
+    masks = [batch.mask(c.rule.palette) if isinstance(c.rule, Cells) else batch.counted(c.rule, c.rule.palette) for c in wanted]
+    colors = _first_pixel_colors(batch.frames, masks, [batch.found[c.name] for c in wanted])
+    for c, color in zip(wanted, colors, strict=True):
+        found = batch.found[c.name]
+        if firsts.get(c.name):
+            matches = functools.reduce(jnp.logical_or, (color == own for own in firsts[c.name]))
+            found = found._replace(valid=found.valid & matches)
+        batch.found[c.name] = found._replace(color=color) if c.reads_color else found
+
+
+def _first_pixel_colors(frames: jax.Array, masks: Sequence[Bitmap], found: Sequence[Detected]) -> list[jax.Array]:
+    """Palette index of the first pixel in the top row of each box, int32 `[count, B]` for each category."""
+    lane = jnp.arange(frames.shape[0])[None]
+    x, y = (jnp.concatenate([getattr(f, name) for f in found]) for name in ("x", "y"))
+    y = jnp.clip(y, 0, frames.shape[1] - 1)
+    ends = np.cumsum([len(f.x) for f in found]).tolist()
+    rows = [y[end - len(f.x) : end] for f, end in zip(found, ends, strict=True)]
+    words = jnp.concatenate([mask[:, row, lane] for mask, row in zip(masks, rows, strict=True)], axis=1)
+    start = jnp.clip(x[None] - 32 * jnp.arange(len(words), dtype=jnp.int32)[:, None, None], 0, 32)
+    words = words & jnp.where(start < 32, U(0xFFFFFFFF) >> jnp.minimum(start, 31).astype(U), U(0))
+    column = jnp.minimum(bm.columns(words)[0], WIDTH - 1)
+    color = frames[lane, y, column].astype(jnp.int32)
+    return [color[end - len(f.x) : end] for f, end in zip(found, ends, strict=True)]
