@@ -5,7 +5,7 @@ import pytest
 from conftest import excerpt
 
 import ocjax
-from ocjax import evaluation
+from ocjax import evaluation, matching
 from ocjax.evaluation import Agreement, Detections
 
 
@@ -46,7 +46,7 @@ def test_match_is_greedy(seed, monkeypatch):
     rng = np.random.default_rng(seed)
     left, right = some(rng), some(rng, boxes=13)
     assert np.array_equal(evaluation.match(left, right), greedy(left, right, 5.0))
-    monkeypatch.setattr(evaluation, "PAIRS_AT_ONCE", 100)  # frame by frame
+    monkeypatch.setattr(matching, "PAIRS_AT_ONCE", 100)  # frame by frame
     assert np.array_equal(evaluation.match(left, right), greedy(left, right, 5.0))
 
 
