@@ -2,7 +2,7 @@
 
 import dataclasses
 import json
-import tempfile
+import os
 import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -90,13 +90,13 @@ class Recording:
         if self.settings is not None:
             facts["settings"] = json.dumps(dict(self.settings))
         path = Path(path)
-        with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".npz", delete=False) as file:
-            try:
+        unfinished = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+        try:
+            with unfinished.open("xb") as file:
                 np.savez_compressed(file, **arrays, **facts)
-            except BaseException:
-                Path(file.name).unlink()
-                raise
-        Path(file.name).replace(path)
+            unfinished.replace(path)
+        finally:
+            unfinished.unlink(missing_ok=True)
 
 
 def join(parts: Sequence[Recording]) -> Recording:
