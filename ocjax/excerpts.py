@@ -70,7 +70,7 @@ def record(
         difficulties: as ale-py numbers them.
 
     Returns:
-        A recording with `screens`, `previous`, `rewards` and `lives`, samples of one mode apart from each other.
+        A recording with `screens`, `previous`, `rewards` and `lives`, whose samples do not follow on each other.
 
     Raises:
         RomError, ValueError: a wrong ROM, mode or difficulty.

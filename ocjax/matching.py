@@ -189,8 +189,11 @@ Pairs = tuple[np.ndarray, np.ndarray, np.ndarray]  # frame, position in the left
 def _within_reach(a: Columns, b: Columns, centers_a: np.ndarray, centers_b: np.ndarray, radius: float) -> Pairs:
     """All pairs at most `radius` apart, sorted by frame, then distance, then position."""
     p, q = a.take(centers_a)[:, :, None], b.take(centers_b)[:, None]
-    distance = np.hypot(p[..., 0] - q[..., 0], p[..., 1] - q[..., 1])
-    frame, i, j = np.nonzero((distance <= radius) & a.present[:, :, None] & b.present[:, None])
+    distance = p[..., 0] - q[..., 0]
+    np.hypot(distance, p[..., 1] - q[..., 1], out=distance)
+    frame, i, j = np.nonzero(distance <= radius)
+    present = a.present[frame, i] & b.present[frame, j]
+    frame, i, j = frame[present], i[present], j[present]
     order = np.lexsort((j, i, distance[frame, i, j], frame))
     return frame[order], i[order], j[order]
 
@@ -205,10 +208,17 @@ def _greedy(frame: np.ndarray, i: np.ndarray, j: np.ndarray, widths: tuple[int, 
         left_end, right_end = frame * widths[0] + i, frame * widths[1] + j
         first = np.intersect1d(*(np.unique(end, return_index=True)[1] for end in (left_end, right_end)), assume_unique=True)
         taken.append((frame[first], i[first], j[first]))
-        rest = ~np.isin(left_end, left_end[first]) & ~np.isin(right_end, right_end[first])
+        rest = ~(_is_taken(left_end, first) | _is_taken(right_end, first))
         frame, i, j = frame[rest], i[rest], j[rest]
     none = np.zeros(0, int)
     return tuple(np.concatenate(parts) for parts in zip(*taken, strict=True)) if taken else (none, none, none)  # pyright: ignore
+
+
+def _is_taken(ends: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    """Whether each pair shares its end with one of the chosen pairs: int `[pairs]`, indices of pairs -> bool `[pairs]`."""
+    taken = np.zeros(ends.max() + 1, bool)
+    taken[ends[chosen]] = True
+    return taken[ends]
 
 
 def iou(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -86,10 +86,10 @@ def views(objects: Objects, before: Objects | None = None) -> list[GameObject]:
         ValueError: the objects do not know their game.
     """
     game = whose(objects)
-    before = jax.tree.map(np.asarray, objects if before is None else before)
+    previous = jax.tree.map(np.asarray, objects if before is None else before)
     out = []
     for record in objects.to_list():
         slot = game.slices[record["category"]].start + record["slot"]
-        x, y = before.xywh[slot, :2].tolist() if before.valid[slot] else (record["x"], record["y"])
+        x, y = previous.xywh[slot, :2].tolist() if previous.valid[slot] else (record["x"], record["y"])
         out.append(GameObject(**record, prev_xy=(x, y)))
     return out

@@ -64,7 +64,7 @@ def test_correlate_finds_freeway():
 
 
 def test_correlate_with_what_the_chip_drew():
-    """Without vision rules: here a recording that says the ball was drawn where it is."""
+    """Without vision rules, on a recording that says that the ball was drawn and nothing else."""
     game = ocjax.load("Pong")
     tape = play.play(game, 800, seed=4)
     ball = game.rem(tape.rams).of(game, "Ball")
@@ -79,7 +79,7 @@ def test_correlate_with_what_the_chip_drew():
 
 
 def test_digits():
-    """A score of six decimal digits in three bytes, among noise."""
+    """Three bytes hold six decimal digits of a score; all others hold noise."""
     rng = np.random.default_rng(0)
     rams = rng.integers(0, 256, (600, 128), dtype=np.uint8)
     score = rng.integers(0, 1_000_000, 600)
@@ -107,11 +107,11 @@ def test_affine_finds_what_is_there():
 
 
 def test_residual(pong):
-    """A decoder that is wrong by a bit: it is found; the right one leaves nothing."""
+    """The bit by which a decoder is wrong is found; a right decoder leaves nothing."""
     right = residual.residual(pong, "Player", "y")
     assert right.exact > 0.999
     assert right.bits == ()
-    odd = np.random.default_rng(0).integers(2, size=len(pong))  # the decoder is made wrong by a column when bit 3 of byte 127 is set
+    odd = np.random.default_rng(0).integers(2, size=len(pong))  # the decoder is one column off where bit 3 of byte 127 is set
     rams = pong.rams.copy()
     rams[:, 49] += odd.astype(np.uint8)
     rams[:, 127] = 8 * odd
@@ -130,7 +130,7 @@ def pong_causes():
 
 
 def test_causes_finds_pong(pong_causes):
-    """Byte 49 moves the ball sideways, 54 up and down; 13 and 14 are the scores; most bytes do nothing."""
+    """Byte 49 is the ball's column and 54 its row; 13 and 14 are the scores; most bytes do nothing."""
     by_name = {a: {e.category: e for e in es} for a, es in pong_causes.effects.items()}
     x, y = by_name[49]["Ball"].formulas["x"], by_name[54]["Ball"].formulas["y"]
     assert x.scale == y.scale == 1

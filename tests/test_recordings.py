@@ -84,9 +84,25 @@ def test_drawn_pixels_read_back(tape, tmp_path):
         assert file["drawn"].nbytes * 8 == drawn.size
 
 
+def test_a_failed_write_leaves_the_file_as_it_was(tape, tmp_path, monkeypatch):
+    path = tmp_path / "tape.npz"
+    tape.write(path)
+    before = path.read_bytes()
+
+    def fail(file, **arrays):
+        file.write(b"half")
+        raise OSError("disk full")
+
+    monkeypatch.setattr(np, "savez_compressed", fail)
+    with pytest.raises(OSError, match="disk full"):
+        tape.write(path)
+    assert path.read_bytes() == before
+    assert [p.name for p in tmp_path.iterdir()] == ["tape.npz"]
+
+
 @pytest.fixture
 def short(monkeypatch):
-    """Runs of five seconds, to save time."""
+    """Runs of five seconds instead of a minute."""
     monkeypatch.setattr(excerpts, "FRAMES", 300)
 
 
@@ -103,7 +119,7 @@ def test_equal_arguments_record_equal_samples(short):
 
 
 def test_samples_are_successive_emulated_frames(short):
-    """The ball of Pong moves a few pixels a frame: VEM finds it near REM's place on both frames of each sample."""
+    """VEM finds the ball of Pong where REM has it on the frame, and a few pixels off on the frame before."""
     game = ocjax.load("Pong")
     tape = excerpts.record(game, 24, modes=(0,))
     sources = (game.rem, tape.rams), (game.vem, tape.screens), (game.vem, tape.previous)
@@ -118,7 +134,7 @@ def test_samples_are_successive_emulated_frames(short):
 
 
 def test_samples_are_spread():
-    """Modes take turns, every mode has all seeds and both frame skips, and time goes on from start to end."""
+    """Modes take turns, every mode has all seeds and both frame skips, and time grows from start to end."""
     settings = [(m, 0) for m in range(3)]
     runs = excerpts._schedule(36, settings, (7, 8))
     assert {(r.mode, r.seed, r.frame_skip) for r in runs} == {(m, s, k) for m in range(3) for s in (7, 8) for k in excerpts.FRAME_SKIPS}
@@ -156,7 +172,7 @@ def test_record_command(short, tmp_path, monkeypatch):
 
 
 def test_cut_from_recordings(tape, tmp_path):
-    """Half of the samples from each, and the pixels that the chip drew on one of the two frames."""
+    """Each file gives half of the samples; `drawn` marks what the chip drew on either frame."""
     rng = np.random.default_rng(0)
     shown, previous_shown = rng.integers(0, 2, (2, *tape.screens.shape), np.uint8)
     game = tape.game

@@ -1,6 +1,7 @@
 import csv
 import io
 import re
+import sys
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from conftest import excerpt
 from test_cli import run
 
 import ocjax
-from ocjax import play, recordings, report, report_formats, tables
+from ocjax import ocatari_runner, play, recordings, report, report_formats, tables
 
 
 @pytest.fixture(scope="module")
@@ -82,6 +83,62 @@ def test_coverage_of_what_the_chip_drew():
         shown[i, y : y + h, x : x + w] = 16
     e = report.evaluate(recordings.Recording(game, data["rams"], data["screens"], shown=shown), "")
     assert e.coverage == (1.0, pytest.approx(np.asarray(ball.valid).sum() / e.flicker_aware.sum().left))
+
+
+OCATARI = """#!{python}
+import json, sys
+import numpy as np
+
+program, samples, game = sys.argv[1:]
+assert program.endswith("_ocatari_program.py")
+with np.load(samples) as file:
+    n = len(file["rams"])
+    assert file["screens"].shape == (n, 210, 160, 3) and file["resets"].shape == (n,)
+if game != "Pong":
+    sys.exit("no module for " + game)
+frame = [["Ball", 80, 100, 2, 4], ["Ghost", 1, 2, 3, 4]]
+print("a warning")
+print(json.dumps({{"rem": {{"objects": [frame] * n, "us": [7.0] * n}}, "vem": {vem}}}))
+"""
+
+
+@pytest.fixture
+def fake_ocatari(tmp_path):
+    """Make an interpreter that answers like one with OCAtari."""
+
+    def make(vem):
+        path = tmp_path / "python"
+        path.write_text(OCATARI.format(python=sys.executable, vem=vem))
+        path.chmod(0o755)
+        return path
+
+    return make
+
+
+def test_ocatari_stands_beside(tape, fake_ocatari):
+    python = fake_ocatari('{"objects": [frame[:1]] * n, "us": [9.0] * n}')
+    e = report.evaluate(tape, "", ocatari_runner.run(tape, python))
+    counts = e.ocatari_agreement.sum()
+    assert (counts.left, counts.right, counts.found) == (128, 64, 64)
+    rows = {row["Category"]: row for row in csv.DictReader(io.StringIO(report_formats.to_csv([e])))}
+    assert [float(rows[name]["OCAtari F1"]) for name in ("Ball", "all")] == pytest.approx([100, 200 / 3])
+    assert report.overview([e]).rows[0][-2:] == [pytest.approx(200 / 3), 100]
+    assert report.notes(e) == ["Pong: OCAtari's REM takes 7.0 us per frame", "Pong: OCAtari's VEM takes 9.0 us per frame"]
+    assert "{OCAtari}" in report_formats.to_latex([e])
+    assert "takes 9.0 us" in report_formats.to_html([e])
+
+
+def test_ocatari_that_fails(tape, fake_ocatari):
+    python = fake_ocatari('{"error": "KeyError: 3"}')
+    e = report.evaluate(tape, "", ocatari_runner.run(tape, python))
+    assert e.ocatari_agreement is None
+    assert report.notes(e)[1] == "Pong: OCAtari's VEM does not run here (KeyError: 3)"
+    assert "OCAtari F1" in report.by_category(e).header
+    freeway = recordings.Recording(ocjax.load("Freeway"), tape.rams, tape.screens)
+    with pytest.raises(ocatari_runner.OcatariError, match="no module for Freeway"):
+        ocatari_runner.run(freeway, python)
+    with pytest.raises(ValueError, match="no frames"):
+        ocatari_runner.run(recordings.Recording(tape.game, tape.rams), python)
 
 
 def test_evaluate(tape, tmp_path):

@@ -198,10 +198,10 @@ def tables(rams: np.ndarray, target: np.ndarray, half: Halves, most: int = 3) ->
     out = []
     for source in _table_sources():
         value = source.read(rams)
-        seen = np.unique(value[fit])
-        if 1 < len(seen) <= TABLE_VALUES:
+        occurring = np.unique(value[fit])
+        if 1 < len(occurring) <= TABLE_VALUES:
             joint = np.bincount(value[fit] * 256 + target[fit], minlength=1 << 16).reshape(256, 256)
-            table = tuple((int(v), int(joint[v].argmax())) for v in seen)
+            table = tuple((int(v), int(joint[v].argmax())) for v in occurring)
             if len({t for _, t in table}) > 1:
                 out.append(_scored(Fit(source, 0, 0, table=table), rams[test], target[test]))
     out.sort(key=lambda f: (-f.exact, len(f.table)))

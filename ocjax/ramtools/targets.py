@@ -20,7 +20,7 @@ LOOKS = 255  # pictures that are told apart; rarer ones share the last number
 class Target:
     """The numbers of one category's objects in each of `n` samples, to be explained by RAM.
 
-    Unlike `Detections`, a target keeps slots, values and looks, and knows whether its slots are identities.
+    Unlike `Detections`, a target has slots, values and looks, and says whether its slots are identities.
 
     Args:
         name: of the category.
