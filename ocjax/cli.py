@@ -121,8 +121,9 @@ def record(
 ) -> None:
     """Make the small recording that the tests of a game use.
 
-    Plays the game with random actions, each held for 1 to 8 steps, and keeps samples from all modes, seeds and phases of play. With --from,
-    picks evenly spaced samples of existing recordings; where those say what the video chip drew, the excerpt does too.
+    Plays the game with random actions, each held for 1 to 8 steps, and keeps samples from all modes, seeds and phases of play.
+
+    With --from, picks evenly spaced samples of existing recordings. Where those say what the video chip drew, the excerpt does too.
 
     A mode that never draws some objects, such as Breakout's invisible bricks, cannot be checked against pixels: name the other modes.
     """

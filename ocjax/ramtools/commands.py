@@ -65,8 +65,9 @@ def correlate(
 ) -> None:
     """Find the bytes, nibbles or bits that explain each number of each visible object.
 
-    Formulas are fitted on half of the episodes and scored on the others. For a game without a decoder its vision rules are enough: let
-    decode return empty boxes.
+    Formulas are fitted on half of the episodes and scored on the others.
+
+    For a game without a decoder its vision rules are enough: let decode return empty boxes.
     """
     if target not in ("vem", "sprites"):
         raise typer.BadParameter(f"target must be vem or sprites, got {target!r}")
