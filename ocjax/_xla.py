@@ -120,8 +120,9 @@ def transpose(rows: jax.Array) -> jax.Array:
 
 
 def padded(lanes: int) -> int:
-    """The row length to store a batch of this size with: rows of 4,096 bytes share cache lines, and transposing 128 of them takes 22 ns
-    a state; with 16 more bytes a row it takes 10.
+    """The row length with which to store a batch of this size.
+
+    Rows of 4,096 bytes map to the same cache lines, and transposing 128 of them takes 22 ns a state; with 16 more bytes a row it takes 10.
     """
     return lanes + 16 if on_cpu() and lanes % CACHE_LINES == 0 else lanes
 

@@ -158,4 +158,4 @@ def play(
             over = pool.terminated | pool.truncated
     finally:
         pool.close()
-    return Recording(game, **{k: a.reshape(-1, *a.shape[2:]) for k, a in kept.items()}, frame_skip=frame_skip, protocol=protocol.to_dict())
+    return Recording(game, **{k: a.reshape(-1, *a.shape[2:]) for k, a in kept.items()}, frame_skip=frame_skip, settings=protocol.to_dict())
