@@ -30,13 +30,13 @@ def measure(name: str, arguments: argparse.Namespace) -> list[str]:
     import numpy as np
 
     import ocjax
-    from ocjax import evaluation, peer, play, recordings, report
+    from ocjax import evaluation, peer, recordings, report, rollout
 
     def number(x: object) -> str:
         return report.text(None if x is None else 100 * float(x))  # pyright: ignore[reportArgumentType]
 
     game = ocjax.load(name)
-    tape = play.play(game, arguments.samples, seed=arguments.seed)
+    tape = rollout.rollout(game, arguments.samples, seed=arguments.seed)
     e = report.evaluate(tape, "", peer.run(tape, Path(arguments.peer)) if arguments.peer else None)
     a = e.aware.sum()
     row = [game.name, number(a.f1), number(a.mean_iou), number(a.exact_rate)]

@@ -62,12 +62,12 @@ def demo(
     out: Annotated[Path | None, typer.Option(help="Where the picture goes; by default ocjax-<Game>.png.")] = None,
 ) -> None:
     """Play many instances with random actions, extract with both methods, measure, and draw a picture."""
-    from ocjax.envs import AlePool, Protocol
+    from ocjax.envs import AlePool, Settings
     from ocjax.render import overlay, sheet
 
     spec = _load(game)
     out = out or Path(f"ocjax-{spec.name}.png")
-    pool = AlePool(spec, num_envs, Protocol(frame_skip=FRAMES), screens=("screen",))
+    pool = AlePool(spec, num_envs, Settings(frame_skip=FRAMES), screens=("screen",))
     try:
         with console.status(f"starting {num_envs} instances of {spec.name}"):
             pool.reset([seed + i for i in range(num_envs)])
@@ -194,7 +194,7 @@ def evaluate(
 
     from ocjax import peer as ocatari
     from ocjax import recordings, report
-    from ocjax.play import play
+    from ocjax.rollout import rollout
 
     try:
         tapes = {w: recordings.read(w) for w in what if w.endswith(".npz")}
@@ -215,7 +215,7 @@ def evaluate(
                 plays = list(itertools.product(seed or [12345], game_mode or [None], game_difficulty or [None]))
                 tape = recordings.join(
                     [
-                        play(
+                        rollout(
                             specs[w], samples, policy=policy, seed=s, num_envs=num_envs, frame_skip=frame_skip, game_mode=m,
                             game_difficulty=d,
                         )

@@ -39,7 +39,7 @@ class Recording:
     lives: np.ndarray | None = None  # int [n]
     resets: np.ndarray | None = None  # bool [n]: first sample of an episode
     frame_skip: int | None = None  # emulated frames from a sample to the next of its episode; None: samples do not follow on each other
-    protocol: Mapping[str, Any] | None = None  # how the environments were stepped, as `ocjax.envs.Protocol.to_dict` gives it
+    protocol: Mapping[str, Any] | None = None  # how the environments were stepped, as `ocjax.envs.Settings.to_dict` gives it
 
     def __len__(self) -> int:
         return len(self.rams)

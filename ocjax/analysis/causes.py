@@ -8,7 +8,7 @@ from PIL import Image, ImageDraw, ImageFont
 from rich.progress import track
 
 from ocjax.analysis import fits
-from ocjax.envs import AlePool, Protocol
+from ocjax.envs import AlePool, Settings
 from ocjax.objects import Objects
 from ocjax.report import Cell, Table
 from ocjax.spec import Game
@@ -62,8 +62,8 @@ def causes(
     rng = np.random.default_rng(seed)
     tries = np.round(np.linspace(0, 255, values)).astype(np.uint8)
     todo = np.stack(np.meshgrid(np.arange(128), tries, indexing="ij"), axis=-1).reshape(-1, 2)  # (address, value)
-    protocol = Protocol(frame_skip=frames, repeat_action_probability=0)
-    pool = AlePool(game, num_envs, protocol, screens=("screen",), game_mode=game_mode)
+    settings = Settings(frame_skip=frames, repeat_action_probability=0)
+    pool = AlePool(game, num_envs, settings, screens=("screen",), game_mode=game_mode)
     try:
         pool.reset([seed] * num_envs)
         for _ in range(steps * 4 // frames):

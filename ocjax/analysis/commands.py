@@ -7,8 +7,8 @@ import typer
 from rich.console import Console
 
 from ocjax import recordings, registry, report
-from ocjax.play import PolicyError, play
 from ocjax.recordings import Recording
+from ocjax.rollout import PolicyError, rollout
 from ocjax.spec import Game
 
 app = typer.Typer(no_args_is_help=True, help="Reverse-engineer a game's RAM.")
@@ -34,7 +34,7 @@ def _tape(what: str, samples: int, policy: str, seed: int, game_mode: int | None
     try:
         if what.endswith(".npz"):
             return recordings.read(what)
-        return play(registry.load(what), samples, policy=policy, seed=seed, game_mode=game_mode)
+        return rollout(registry.load(what), samples, policy=policy, seed=seed, game_mode=game_mode)
     except (OSError, ValueError, PolicyError) as error:
         raise typer.BadParameter(str(error)) from error
 

@@ -21,9 +21,9 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from ocjax.envs.ale import check_rom
-from ocjax.play import make_policy
+from ocjax.envs.pool import check_rom
 from ocjax.render import category_colors, overlay
+from ocjax.rollout import make_policy
 from ocjax.spec import Game
 from ocjax.vision.palette import NTSC
 
@@ -40,7 +40,7 @@ class Session:
 
     Args:
         game: what to play.
-        policy: "keyboard", or what `ocjax.play.make_policy` takes.
+        policy: "keyboard", or what `ocjax.rollout.make_policy` takes.
         seed: of the emulator and the policy.
         game_mode: as ale-py numbers it.
 
