@@ -409,6 +409,25 @@ def test_phases():
     pool.close()
 
 
+@pytest.mark.parametrize("workers", [0, 1])
+def test_a_restored_end_starts_the_next_episode_with_same_step_autoreset(workers):
+    """Where the end of an episode comes from a pool with next-step autoreset."""
+    game, settings = ocjax.load("Pong"), Settings(max_episode_frames=40)
+    source = AlePool(game, 1, settings, num_workers=0)
+    source.reset([0])
+    while not source.truncated[0]:
+        source.send(np.zeros(1, int))
+    pool = AlePool(game, 1, settings, autoreset="same step", num_workers=workers)
+    pool.restore_state(source.clone_state())
+    assert (pool.truncated[0], pool.started[0], pool.episode_length[0]) == (True, False, 10)
+    time.sleep(0.05 * workers)  # long enough to begin the next game
+    for length in range(3):
+        pool.send(np.zeros(1, int))
+        pool.wait()
+        assert (pool.truncated[0], pool.started[0], pool.episode_length[0]) == (False, length == 0, length)
+    pool.close()
+
+
 def test_the_start_of_emulators_is_reported(monkeypatch):
     monkeypatch.setattr(ale, "_SLOW_START", 0.001)
     monkeypatch.setattr(ale, "_REPORT_EVERY", 0.001)

@@ -51,9 +51,12 @@ class EmulatorBlock:
             e.reset()
 
     def step(self) -> None:
-        """Step all environments. With next-step autoreset, those whose episode had ended start the next one instead."""
+        """Step all environments. Those whose episode had ended start the next one instead, unless autoreset is disabled.
+
+        With same-step autoreset, an episode can only have ended before the step if its last state has been restored.
+        """
         ended = [e.phase is not Phase.RUNNING for e in self.emulators]
-        if self.autoreset != interface.NEXT_STEP and any(ended):
+        if self.autoreset == interface.DISABLED and any(ended):
             numbers = [e.i for e, over in zip(self.emulators, ended, strict=True) if over]
             raise RuntimeError(f"the episodes of environments {numbers} have ended: reset these environments before the next step")
         # All emulation precedes all reading of results: each emulation evicts everything else from the processor's caches.
