@@ -31,10 +31,10 @@ def test_envpool_equals_the_ale_backend(name):
         ends += (left[2] | left[3]).sum()
     assert ends >= 3
     state, step = b.xla()
-    _, (seen, reward, terminated, truncated, info) = jax.jit(lambda s, x: jax.lax.scan(step, s, x))(state, actions[1200:])
+    _, (observed, reward, terminated, truncated, info) = jax.jit(lambda s, x: jax.lax.scan(step, s, x))(state, actions[1200:])
     for t, some in enumerate(actions[1200:]):
         *left, other = a.step(some)
-        right = rows((seen, reward, terminated, truncated), t)
+        right = rows((observed, reward, terminated, truncated), t)
         assert jax.tree.all(jax.tree.map(np.allclose, left, list(right)))
         assert np.array_equal(info["lives"][t], other["lives"])
         assert np.array_equal(info["ram"][t], left[0]["ram"])
@@ -53,10 +53,10 @@ def test_asynchronous_environments_keep_their_identity():
     b.async_reset(seed=4)
     at = np.zeros(5, int)
     for _ in range(200):
-        seen, reward, terminated, truncated, info = b.recv()
+        observed, reward, terminated, truncated, info = b.recv()
         for k, i in enumerate(info["env_id"]):
             expected = want[at[i]]
-            assert jax.tree.all(jax.tree.map(np.array_equal, rows(seen, k), rows(expected[0], i)))
+            assert jax.tree.all(jax.tree.map(np.array_equal, rows(observed, k), rows(expected[0], i)))
             if at[i]:
                 assert (reward[k], terminated[k], truncated[k]) == tuple(e[i] for e in expected[1:4])
         b.send(actions[at[info["env_id"]], info["env_id"]], info["env_id"])
@@ -73,9 +73,9 @@ def test_vision_without_frame_skip():
     envs = ocjax.make_vec("Pong", 2, backend="envpool", mode="both", preset="noframeskip")
     envs.reset(seed=0)
     for _ in range(120):
-        seen, *_ = envs.step(np.full(2, 2))
-    assert seen["rem"]["valid"].any()
-    assert np.array_equal(seen["rem"]["xywh"], seen["vem"]["xywh"])
+        observed, *_ = envs.step(np.full(2, 2))
+    assert observed["rem"]["valid"].any()
+    assert np.array_equal(observed["rem"]["xywh"], observed["vem"]["xywh"])
     envs.close()
 
 

@@ -44,11 +44,11 @@ def test_episodes_equal_those_of_ale_py(actions):
     reference = gymnasium.make("ALE/Breakout-v5", obs_type="ram")
     envs = ocjax.make_vec(_breakout(), 3, mode="raw", num_workers=2)
     want, _ = reference.reset(seed=12)
-    seen, _ = envs.reset(seed=11)
-    assert np.array_equal(seen[1], want)
+    observed, _ = envs.reset(seed=11)
+    assert np.array_equal(observed[1], want)
     done, ends = False, 0
     for a in actions[:, 0] % 4:
-        seen, reward, terminated, truncated, info = envs.step(np.array([0, a, 1]))
+        observed, reward, terminated, truncated, info = envs.step(np.array([0, a, 1]))
         if done:
             want, _ = reference.reset()
             assert (reward[1], terminated[1], truncated[1]) == (0, False, False)
@@ -56,7 +56,7 @@ def test_episodes_equal_those_of_ale_py(actions):
         else:
             want, r, done, cut, i = reference.step(a)
             assert (reward[1], terminated[1], truncated[1], info["lives"][1]) == (r, done, cut, i["lives"])
-        assert np.array_equal(seen[1], want)
+        assert np.array_equal(observed[1], want)
         ends += done
     assert ends >= 1
     envs.close()
@@ -115,22 +115,22 @@ def test_vector_env(mode, actions):
     envs = ocjax.make_vec("Pong", 5, mode=mode)
     assert isinstance(envs, gymnasium.vector.VectorEnv)
     assert envs.metadata["autoreset_mode"] == gymnasium.vector.AutoresetMode.NEXT_STEP
-    seen, info = envs.reset(seed=1)
-    assert seen in envs.observation_space
+    observed, info = envs.reset(seed=1)
+    assert observed in envs.observation_space
     for a in actions[:5]:
-        seen, reward, terminated, truncated, info = envs.step(a)
-        assert seen in envs.observation_space
+        observed, reward, terminated, truncated, info = envs.step(a)
+        assert observed in envs.observation_space
         assert reward.shape == terminated.shape == truncated.shape == info["lives"].shape == (5,)
     if mode == "rem":
         o = envs.game.rem(np.array(envs.pool.ram))
-        assert np.array_equal(seen["xywh"], o.xywh)
-        assert np.array_equal(seen["value"], o.value)
+        assert np.array_equal(observed["xywh"], o.xywh)
+        assert np.array_equal(observed["value"], o.value)
     if mode == "both":
-        assert np.array_equal(seen["vem"]["xywh"], envs.game.vem(np.array(envs.pool.screen[:, 1])).xywh)
-    copy = seen["rem"]["xywh"].copy() if mode == "both" else None
+        assert np.array_equal(observed["vem"]["xywh"], envs.game.vem(np.array(envs.pool.screen[:, 1])).xywh)
+    copy = observed["rem"]["xywh"].copy() if mode == "both" else None
     envs.step(actions[9])
     if copy is not None:
-        assert np.array_equal(copy, seen["rem"]["xywh"]), "later steps must not change an observation"
+        assert np.array_equal(copy, observed["rem"]["xywh"]), "later steps must not change an observation"
     envs.close()
     envs.close()
 
@@ -140,13 +140,13 @@ def test_seeds_and_partial_resets(actions):
     first = envs.reset(seed=[1, 2, 1, 2, 1])[0]
     assert np.array_equal(first[0], first[2])
     for a in actions[:150, :1]:
-        seen = envs.step(np.repeat(a, 5))[0]
-    assert np.array_equal(seen[0], seen[2])
-    assert np.array_equal(seen[1], seen[3])
-    assert not np.array_equal(seen[0], seen[1]), "sticky actions depend on the seed"
+        observed = envs.step(np.repeat(a, 5))[0]
+    assert np.array_equal(observed[0], observed[2])
+    assert np.array_equal(observed[1], observed[3])
+    assert not np.array_equal(observed[0], observed[1]), "sticky actions depend on the seed"
     mask = np.array([True, False, False, False, True])
     after = envs.reset(options={"reset_mask": mask})[0]
-    assert np.array_equal(after[1:4], seen[1:4])
+    assert np.array_equal(after[1:4], observed[1:4])
     assert np.array_equal(after[0], first[0])
     envs.close()
 
@@ -390,15 +390,15 @@ def test_phases():
     assert emulator.phase is Phase.RUNNING
     with pytest.raises(RuntimeError, match="PREPARE cannot happen in phase RUNNING"):
         emulator.prepare_next()
-    seen = []
+    phases = []
     for a in np.random.default_rng(0).integers(4, size=2_000):
         pool.send(np.array([a]))
         ended, over = bool(pool.terminated[0]), emulator.ale.game_over()
         assert emulator.phase is (Phase.RUNNING if not ended else Phase.GAME_OVER if over else Phase.LIFE_LOST)
-        seen.append(emulator.phase)
+        phases.append(emulator.phase)
         if emulator.phase is Phase.GAME_OVER:
             break
-    assert seen.count(Phase.LIFE_LOST) == 4
+    assert phases.count(Phase.LIFE_LOST) == 4
     ram = pool.ram.copy()
     emulator.prepare_next()
     assert emulator.phase is Phase.NEXT_READY

@@ -120,8 +120,8 @@ def test_vectors_match_their_feature_names():
     kinds = {"plain": Vector(FEATURES, history=2, normalize=False), "unit": Vector(FEATURES, history=2)}
     envs = ocjax.make_vec("Pong", 3, obs=kinds, num_workers=1, max_episode_frames=200)
     game, rng, before = envs.game, np.random.default_rng(0), None
-    seen, _ = envs.reset(seed=0)
-    assert len(envs.features["plain"]) == 2 * game.num_slots * len(FEATURES) == seen["plain"].shape[1]
+    observed, _ = envs.reset(seed=0)
+    assert len(envs.features["plain"]) == 2 * game.num_slots * len(FEATURES) == observed["plain"].shape[1]
     units = {"x": 160, "w": 160, "dx": 160, "y": 210, "h": 210, "dy": 210, "orientation": 16, "valid": 1}
     states = []
     for t in range(130):
@@ -136,12 +136,12 @@ def test_vectors_match_their_feature_names():
         states = [{f: np.where(started[:, None], rows[f], earlier[f]) for f in FEATURES}, rows]
         for k, (ago, category, i, feature) in enumerate(envs.features["plain"]):
             want = states[1 - ago][feature][:, game.slices[category].start + i]
-            assert np.allclose(seen["plain"][:, k], want), (t, ago, category, feature)
+            assert np.allclose(observed["plain"][:, k], want), (t, ago, category, feature)
             if feature == "value":
                 want = np.sign(want) * np.log1p(np.abs(want)) / np.log1p(1e6)
-            assert np.allclose(seen["unit"][:, k], want / units.get(feature, 1), atol=1e-6)
+            assert np.allclose(observed["unit"][:, k], want / units.get(feature, 1), atol=1e-6)
         before = objects
-        seen, *_ = envs.step(rng.integers(6, size=3))
+        observed, *_ = envs.step(rng.integers(6, size=3))
     envs.close()
 
 
@@ -150,8 +150,8 @@ def test_vectors_from_pixels_track_objects():
     envs = ocjax.make_vec("Freeway", 2, mode="vem", obs=Vector(("x", "dx", "valid"), normalize=False), num_workers=1)
     envs.reset(seed=0)
     for _ in range(40):
-        seen, *_ = envs.step(np.zeros(2, int))
-    moves = seen.reshape(2, -1, 3)[..., 1]
+        observed, *_ = envs.step(np.zeros(2, int))
+    moves = observed.reshape(2, -1, 3)[..., 1]
     assert (moves != 0).sum() >= 10
     assert np.abs(moves).max() <= 10
     envs.close()
@@ -160,14 +160,14 @@ def test_vectors_from_pixels_track_objects():
 def test_dqn_frames():
     """Each frame is the brighter of the last two, or without pooling the last one; the oldest comes first."""
     envs = ocjax.make_vec("Pong", 2, obs={"dqn": Dqn(), "one": Dqn(stack=1, max_pool=False)}, num_workers=1)
-    seen, _ = envs.reset(seed=0)
-    frames = [seen["dqn"][:, 3]] * 4
+    observed, _ = envs.reset(seed=0)
+    frames = [observed["dqn"][:, 3]] * 4
     for _ in range(30):
-        seen, *_ = envs.step(np.array([2, 3]))
+        observed, *_ = envs.step(np.array([2, 3]))
         gray = envs.pool.gray
         frames = [*frames[1:], np.asarray(masks.resize(gray.max(axis=1), (84, 84)))]
-        assert np.array_equal(seen["dqn"], np.stack(frames, axis=1))
-        assert np.array_equal(seen["one"][:, 0], np.asarray(masks.resize(gray[:, 1], (84, 84))))
+        assert np.array_equal(observed["dqn"], np.stack(frames, axis=1))
+        assert np.array_equal(observed["one"][:, 0], np.asarray(masks.resize(gray[:, 1], (84, 84))))
     envs.close()
 
 

@@ -50,8 +50,8 @@ def alone(seed, steps=200):
     """The history of a single environment: ("step", observation, reward, terminated, truncated, info) or ("reset", observation, info)."""
     env = make("Breakout", **OPTIONS)
     column = np.random.default_rng(1).integers(4, size=(400, 4))[:, seed]
-    seen, info = env.reset(seed=seed)
-    out, t = [("reset", seen, info)], 0
+    observed, info = env.reset(seed=seed)
+    out, t = [("reset", observed, info)], 0
     while t < steps:
         *result, info = env.step(column[t])
         out.append(("step", *result, info))
@@ -72,18 +72,18 @@ def test_vector_environment_equals_single_environments(num_shards, actions):
     envs = ocjax.make_vec("Breakout", 4, num_workers=2, **OPTIONS)
     assert len(envs.pool.shards) == num_shards
     assert envs.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
-    seen, info = envs.reset(seed=[0, 1, 2, 3])
+    observed, info = envs.reset(seed=[0, 1, 2, 3])
     rows, ends = [iter(alone(i)) for i in range(4)], 0
     for i in range(4):
         _, want, single = next(rows[i])
-        assert equal(at(seen, i), want)
+        assert equal(at(observed, i), want)
         assert same_info(info, single, i)
     for t in range(150):
-        seen, reward, terminated, truncated, info = envs.step(actions[t])
-        assert seen in envs.observation_space
+        observed, reward, terminated, truncated, info = envs.step(actions[t])
+        assert observed in envs.observation_space
         for i in range(4):
             kind, want, *rest = next(rows[i])
-            assert equal(at(seen, i), want)
+            assert equal(at(observed, i), want)
             if kind == "step":
                 assert (reward[i], terminated[i], truncated[i]) == tuple(rest[:3])
             else:
@@ -109,7 +109,7 @@ def test_same_step_autoreset(num_shards):
         if kind == "reset":
             t += 1
             continue
-        seen, reward, terminated, truncated, info = envs.step(np.full(2, column[t]))
+        observed, reward, terminated, truncated, info = envs.step(np.full(2, column[t]))
         t += 1
         over = rest[2] or rest[3]
         assert (reward[0], terminated[0], truncated[0]) == tuple(rest[1:4])
@@ -121,11 +121,11 @@ def test_same_step_autoreset(num_shards):
             ball = [o for o in info["final_info"]["objects"][0] if o.category == "Player"]
             assert [tuple(b.xywh) for b in ball] == [(b["x"], b["y"], b["w"], b["h"]) for b in players(rest[0]["ram"])]
             if k + 1 < len(history):
-                assert equal(at(seen, 0), history[k + 1][1])
+                assert equal(at(observed, 0), history[k + 1][1])
                 assert same_info(info, history[k + 1][2], 0)
             ends += 1
         else:
-            assert equal(at(seen, 0), rest[0])
+            assert equal(at(observed, 0), rest[0])
     assert ends >= 2
     envs.close()
 
@@ -142,14 +142,14 @@ def test_disabled_autoreset():
     ends = 0
     for t, (kind, *rest) in enumerate(alone(0)[1:]):
         if kind == "step":
-            seen, reward, terminated, truncated, _ = envs.step(np.full(2, column[t]))
+            observed, reward, terminated, truncated, _ = envs.step(np.full(2, column[t]))
             assert (reward[1], terminated[1], truncated[1]) == tuple(rest[1:4])
         else:
             with pytest.raises(ValueError, match=r"environments \[0, 1\] have ended"):
                 envs.step(np.zeros(2, int))
-            seen, _ = envs.reset(options={"reset_mask": np.array([True, True])})
+            observed, _ = envs.reset(options={"reset_mask": np.array([True, True])})
             ends += 1
-        assert equal(at(seen, 1), rest[0])
+        assert equal(at(observed, 1), rest[0])
     assert ends >= 2
     envs.close()
 
@@ -243,14 +243,14 @@ def test_dqn_preset_by_hand(actions):
     reference.reset(seed=11)
     for _ in range(int(reference.np_random.integers(1, 31))):
         reference.step(0)
-    seen, _ = env.reset(seed=11)
-    assert np.array_equal(seen, fire())
+    observed, _ = env.reset(seed=11)
+    assert np.array_equal(observed, fire())
     lives, total, ends = 5, 0.0, []
     for a in actions[:, 1]:
-        seen, reward, terminated, _, info = env.step(a)
+        observed, reward, terminated, _, info = env.step(a)
         want, raw, over, left = frames(a)
         total += raw
-        assert np.array_equal(seen, want)
+        assert np.array_equal(observed, want)
         assert (reward, info["reward"], info["lives"], info["episode_return"]) == (np.sign(raw), raw, left, total)
         assert terminated == (over or left < lives)
         lives = left
@@ -258,9 +258,9 @@ def test_dqn_preset_by_hand(actions):
             ends.append(over)
             if over:
                 break
-            seen, _ = env.reset()
+            observed, _ = env.reset()
             frames(0)
-            assert np.array_equal(seen, fire())
+            assert np.array_equal(observed, fire())
     assert ends == [False] * 4 + [True]
     env.close()
 
@@ -314,18 +314,18 @@ def test_states_contain_the_memory_of_observations(num_shards, actions):
     assert len(envs.pool.shards) == num_shards
     envs.reset(seed=0)
     for t in range(20):
-        seen, *_, info = envs.step(actions[t])
+        observed, *_, info = envs.step(actions[t])
     states = envs.clone_state()
     first = [envs.step(a) for a in actions[20:40]]
     back, back_info = envs.restore_state(states)
-    assert equal(back, seen)
+    assert equal(back, observed)
     assert equal(back_info, info)
     again = [envs.step(a) for a in actions[20:40]]
     assert equal(first, again)
     some = np.array([True, False, False, False])
     late = again[-1][0]
     back, _ = envs.restore_state(states, some)
-    assert equal(at(back, 0), at(seen, 0))
+    assert equal(at(back, 0), at(observed, 0))
     assert equal(at(back, slice(1, 4)), at(late, slice(1, 4)))
     other = ocjax.make_vec("Breakout", 4, obs="vector")
     other.reset(seed=0)
@@ -345,7 +345,7 @@ def test_states_contain_the_memory_of_observations(num_shards, actions):
 )
 def test_variations(name, hook, category, most):
     """The pixels show what the hooks change: an object that is held moves by at most `most` pixels, and a removed one is not detected."""
-    seen = {}
+    observed = {}
     for changed in (True, False):
         envs = ocjax.make_vec(name, 2, mode="vem", hook=hook if changed else None, num_workers=2)
         envs.reset(seed=0)
@@ -355,13 +355,13 @@ def test_variations(name, hook, category, most):
             found = jax.tree.map(np.asarray, envs.tensors.of(envs.game, category))
             if t > 60:
                 places.append(np.ma.array(found.xywh[..., :2], mask=np.repeat(~found.valid[..., None], 2, axis=-1)))
-        seen[changed] = np.ma.stack(places)
+        observed[changed] = np.ma.stack(places)
         envs.close()
-    assert seen[False].count()
+    assert observed[False].count()
     if most is None:
-        assert not seen[True].count()
+        assert not observed[True].count()
     else:
-        moves = {k: np.ma.ptp(v, axis=0).max() for k, v in seen.items()}
+        moves = {k: np.ma.ptp(v, axis=0).max() for k, v in observed.items()}
         assert moves[True] <= most < moves[False]
 
 
@@ -377,8 +377,8 @@ def test_a_hook_that_fails_is_reported():
 
 def test_render():
     envs = ocjax.make_vec("Pong", 2, render_mode="rgb_array", obs="pixels")
-    seen, _ = envs.reset(seed=0)
-    assert np.array_equal(np.stack(envs.render()), seen)
+    observed, _ = envs.reset(seed=0)
+    assert np.array_equal(np.stack(envs.render()), observed)
     envs.close()
     env = make("Pong", render_mode="objects")
     env.reset(seed=0)

@@ -139,7 +139,9 @@ class ObjectVectorEnv(VectorEnv):
             if isinstance(kind, Computed):
                 out[name] = concatenate_rows([observed.computed[name] for observed, _ in blocks])
             else:
-                out[name] = concatenate_rows([kind.source(arrays, jax.tree.map(np.asarray, seen.objects)) for seen, arrays in blocks])
+                out[name] = concatenate_rows(
+                    [kind.source(arrays, jax.tree.map(np.asarray, observed.objects)) for observed, arrays in blocks]
+                )
         return out[""] if self._single else out
 
     def _update(self, shard: Shard, mask: np.ndarray | None = None) -> None:
@@ -250,10 +252,10 @@ class ObjectVectorEnv(VectorEnv):
         for shard in self._shards:
             arrays = self._terminal_arrays(shard, ended[shard.rows])
             blocks.append((self._observe(arrays, shard.memory), arrays))
-        seen = self._assemble(blocks)
+        assembled = self._assemble(blocks)
         observations = np.full(self.num_envs, None, object)
         for i in np.flatnonzero(ended):
-            observations[i] = jax.tree.map(lambda a, i=i: a[i].copy(), seen)
+            observations[i] = jax.tree.map(lambda a, i=i: a[i].copy(), assembled)
         info = self._final_info(ended) | self._final_objects(ended, [observed.objects for observed, _ in blocks])
         return {"final_obs": observations, "_final_obs": ended.copy(), "final_info": info, "_final_info": ended.copy()}
 
