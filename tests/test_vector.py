@@ -335,6 +335,20 @@ def test_states_contain_the_memory_of_observations(num_shards, actions):
     envs.close()
 
 
+def test_set_ram_extracts_before_the_next_step(num_shards):
+    """Steps overwrite the RAM in place, so nothing may be left to compute from it when `set_ram` returns."""
+    envs = ocjax.make_vec("Breakout", 6, num_workers=2)
+    assert len(envs.pool.shards) == num_shards
+    envs.reset(seed=0)
+    rng = np.random.default_rng(0)
+    for _ in range(50):
+        envs.set_ram(rng.integers(256, size=(6, 128)).astype(np.uint8))
+        ram = envs.get_ram()
+        envs.pool.ram[:] = 255 - ram
+        assert equal(envs.tensors, envs.game.rem(ram))
+    envs.close()
+
+
 @pytest.mark.parametrize(
     ("name", "hook", "category", "most"),
     [

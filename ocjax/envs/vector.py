@@ -305,7 +305,8 @@ class ObjectVectorEnv(VectorEnv):
         self.pool.set_ram(ram, mask)
         for shard in self._shards:
             if "rem" in shard.objects:
-                shard.objects = shard.objects | {"rem": self.game.rem(self.pool.ram[shard.rows])}
+                # JAX may read the RAM in place, after this returns, so extraction must finish before a step changes the RAM.
+                shard.objects = shard.objects | {"rem": jax.block_until_ready(self.game.rem(self.pool.ram[shard.rows]))}
 
     def clone_state(self) -> States:
         """Save the state of every environment, including what its observations carry from earlier steps.
