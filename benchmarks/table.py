@@ -84,10 +84,10 @@ def measure(name: str, arguments: argparse.Namespace) -> list[str]:
     """Measure one row of the table."""
     import ocjax
     from ocjax import ocatari_runner, report
-    from ocjax.play import play
+    from ocjax.rollout import rollout
 
     game = ocjax.load(name)
-    tape = play(game, arguments.samples, seed=arguments.seed)
+    tape = rollout(game, arguments.samples, seed=arguments.seed)
     e = report.evaluate(tape, "", ocatari_runner.run(tape, Path(arguments.ocatari)) if arguments.ocatari else None)
     return [game.name, *agreement_cells(e), paper_cell(game.name), *truth_cells(game.name, arguments.truth), *speed_cells(game, e)]
 

@@ -14,9 +14,9 @@ from rich.table import Table
 from ocjax import demo as demonstration
 from ocjax import excerpts, ocatari_runner, recordings, registry, render, report, report_formats, tables
 from ocjax.game import Game
-from ocjax.play import play
 from ocjax.ramtools.commands import app as ram
 from ocjax.recordings import Recording
+from ocjax.rollout import rollout
 
 app = typer.Typer(
     add_completion=False, no_args_is_help=True, pretty_exceptions_show_locals=False, help="Extract objects from Atari 2600 games."
@@ -223,7 +223,7 @@ def _check_folders(paths: Sequence[Path | None]) -> None:
 def _play_all(game: Game, samples: int, policy: str, num_envs: int, frame_skip: int, choices: dict[str, list]) -> Recording:
     """Play every combination of seeds, modes and difficulties."""
     runs = [dict(zip(choices, values, strict=True)) for values in itertools.product(*choices.values())]
-    return recordings.join([play(game, samples, policy=policy, num_envs=num_envs, frame_skip=frame_skip, **run) for run in runs])
+    return recordings.join([rollout(game, samples, policy=policy, num_envs=num_envs, frame_skip=frame_skip, **run) for run in runs])
 
 
 def _describe(tape: Recording, policy: str, choices: dict[str, list]) -> str:

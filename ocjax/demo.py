@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from ocjax.envs import AlePool, Protocol
+from ocjax.envs import AlePool, Settings
 from ocjax.game import Game
 from ocjax.objects import Objects
 from ocjax.render import overlay, sheet
@@ -50,7 +50,7 @@ def run(game: Game, num_envs: int, steps: int, seed: int, console: Console) -> D
         seed: seed of the actions; the instances have seeds from here on.
         console: where progress is shown.
     """
-    pool = AlePool(game, num_envs, Protocol(frame_skip=FRAME_SKIP), screens=("screen",))
+    pool = AlePool(game, num_envs, Settings(frame_skip=FRAME_SKIP), screens=("screen",))
     try:
         with console.status(f"starting {num_envs} instances of {game.name}"):
             pool.reset([seed + i for i in range(num_envs)])

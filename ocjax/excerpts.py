@@ -11,11 +11,11 @@ import numpy as np
 from rich.progress import track
 
 from ocjax import recordings
-from ocjax.envs import AlePool, Protocol
-from ocjax.envs.ale import check_rom
+from ocjax.envs import AlePool, Settings
+from ocjax.envs.pool import check_rom
 from ocjax.game import Game
-from ocjax.play import HOLD, RandomPolicy
 from ocjax.recordings import Recording
+from ocjax.rollout import HOLD, RandomPolicy
 
 SAMPLES = 40
 SEEDS = (0, 1)
@@ -113,7 +113,7 @@ def _play(game: Game, runs: Sequence[Run], seeds: Sequence[int]) -> Iterator[tup
     if not runs:
         return
     skip = runs[0].frame_skip
-    settings = Protocol(frame_skip=skip, repeat_action_probability=0.0)
+    settings = Settings(frame_skip=skip, repeat_action_probability=0.0)
     modes, difficulties = [run.mode for run in runs], [run.difficulty for run in runs]
     pool = AlePool(game, len(runs), settings, screens=("screen",), game_mode=modes, game_difficulty=difficulties)
     try:

@@ -94,7 +94,7 @@ class Game:
         return vem.extractor(self)
 
     @functools.cached_property
-    def vem_overflow(self) -> Callable[[jax.Array], tuple[Objects, jax.Array]]:
+    def vem_overflow(self) -> Callable[[Any], tuple[Objects, Any]]:
         """`vem` of uint8 `[B, H, 160]`, with the number of objects of each category that had no slot, int32 `[B, categories]`."""
         return vem.extractor_with_overflow(self)
 

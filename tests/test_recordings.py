@@ -6,13 +6,13 @@ from conftest import DATA
 from test_cli import run
 
 import ocjax
-from ocjax import excerpts, play, recordings
-from ocjax.envs import Protocol
+from ocjax import excerpts, recordings, rollout
+from ocjax.envs import Settings
 
 
 @pytest.fixture(scope="module")
 def tape():
-    return play.play(ocjax.load("Pong"), 64, seed=5, num_envs=4)
+    return rollout.rollout(ocjax.load("Pong"), 64, seed=5, num_envs=4)
 
 
 def test_a_written_recording_reads_back(tape, tmp_path):
@@ -22,7 +22,7 @@ def test_a_written_recording_reads_back(tape, tmp_path):
     for name in (*recordings.ARRAYS, "frame_skip", "game"):
         assert np.array_equal(getattr(back, name), getattr(tape, name)), name
     assert [p.name for p in tmp_path.iterdir()] == ["tape.npz"]
-    assert Protocol(**back.settings) == Protocol(frame_skip=3, repeat_action_probability=0.0)
+    assert Settings(**back.settings) == Settings(frame_skip=3, repeat_action_probability=0.0)
     both = recordings.join([tape, back])
     assert both.settings == tape.settings
     assert len(np.unique(both.episode)) == 8

@@ -9,12 +9,12 @@ from conftest import excerpt
 from test_cli import run
 
 import ocjax
-from ocjax import ocatari_runner, play, recordings, report, report_formats, tables
+from ocjax import ocatari_runner, recordings, report, report_formats, rollout, tables
 
 
 @pytest.fixture(scope="module")
 def tape():
-    return play.play(ocjax.load("Pong"), 64, seed=5, num_envs=4)
+    return rollout.rollout(ocjax.load("Pong"), 64, seed=5, num_envs=4)
 
 
 def test_play(tape):
@@ -22,10 +22,10 @@ def test_play(tape):
     assert tape.screens.shape == tape.previous.shape == (64, 210, 160)
     assert np.flatnonzero(tape.resets).tolist() == [0, 16, 32, 48]
     assert np.unique(tape.episode).tolist() == [1, 2, 3, 4]
-    again = play.play(tape.game, 64, seed=5, num_envs=4)
+    again = rollout.rollout(tape.game, 64, seed=5, num_envs=4)
     assert np.array_equal(again.rams, tape.rams)
-    assert not np.array_equal(play.play(tape.game, 64, seed=6, num_envs=4).rams, tape.rams)
-    other = play.play(tape.game, 64, seed=5, num_envs=4, policy="random")
+    assert not np.array_equal(rollout.rollout(tape.game, 64, seed=6, num_envs=4).rams, tape.rams)
+    other = rollout.rollout(tape.game, 64, seed=5, num_envs=4, policy="random")
     assert not np.array_equal(other.rams, tape.rams)
 
 
@@ -35,22 +35,22 @@ def test_saved_policy(tape, tmp_path):
     rng = np.random.default_rng(0)
     net = {"w0": rng.normal(size=(n, 8)), "b0": np.zeros(8), "w1": rng.normal(size=(8, 6)), "b1": np.array([0, 0, 0, 99.0, 0, 0])}
     np.savez(path, **net)
-    act = play.make_policy(str(path), tape.game, 6, 4, 0)
+    act = rollout.make_policy(str(path), tape.game, 6, 4, 0)
     assert act(tape.rams[:4]).tolist() == [3] * 4
-    assert len(play.play(tape.game, 8, num_envs=4, policy=str(path))) == 8
+    assert len(rollout.rollout(tape.game, 8, num_envs=4, policy=str(path))) == 8
     for change, message in (
         ({"w0": np.zeros((n + 1, 8))}, rf"w0 \[{n}, n\]"),
         ({"b1": np.zeros(5)}, r"w1 \[8, n\] and b1 \[n\]"),
         ({"w1": np.zeros((8, 5)), "b1": np.zeros(5)}, "must have 6 outputs"),
     ):
         np.savez(path, **(net | change))
-        with pytest.raises(play.PolicyError, match=message):
-            play.make_policy(str(path), tape.game, 6, 4, 0)
+        with pytest.raises(rollout.PolicyError, match=message):
+            rollout.make_policy(str(path), tape.game, 6, 4, 0)
     path.write_bytes(b"no")
-    with pytest.raises(play.PolicyError, match="not a readable policy"):
-        play.make_policy(str(path), tape.game, 6, 4, 0)
-    with pytest.raises(play.PolicyError, match="it is random, repeat, or the path"):
-        play.make_policy("greedy", tape.game, 6, 4, 0)
+    with pytest.raises(rollout.PolicyError, match="not a readable policy"):
+        rollout.make_policy(str(path), tape.game, 6, 4, 0)
+    with pytest.raises(rollout.PolicyError, match="it must be random, repeat, or the path"):
+        rollout.make_policy("greedy", tape.game, 6, 4, 0)
 
 
 def test_errors_show_in_all_formats():

@@ -8,7 +8,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 from rich.progress import track
 
-from ocjax.envs import AlePool, Protocol, States
+from ocjax.envs import AlePool, Settings, States
 from ocjax.game import Game
 from ocjax.objects import Objects
 from ocjax.ramtools import fits
@@ -98,7 +98,7 @@ def causes(
     if frames < 2 or not 2 <= values <= 256:
         raise ValueError(f"frames must be at least 2 and values 2 to 256, got {frames} and {values}")
     tried = np.round(np.linspace(0, 255, values)).astype(np.uint8)
-    settings = Protocol(frame_skip=frames, repeat_action_probability=0)
+    settings = Settings(frame_skip=frames, repeat_action_probability=0)
     pool = AlePool(game, num_envs, settings, screens=("screen",), game_mode=game_mode)
     try:
         _play(pool, seed, steps * FRAME_SKIP // frames)

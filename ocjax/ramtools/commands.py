@@ -9,13 +9,13 @@ import typer
 from rich.console import Console
 
 from ocjax import recordings, registry, tables
-from ocjax.play import play
 from ocjax.ramtools import causes as causal
 from ocjax.ramtools import correlate as correlation
 from ocjax.ramtools import ram_map, terminal, window
 from ocjax.ramtools import residual as residuals
 from ocjax.ramtools.session import Session
 from ocjax.recordings import Recording
+from ocjax.rollout import rollout
 
 app = typer.Typer(no_args_is_help=True, help="Reverse-engineer the RAM of a game.")
 console = Console()
@@ -42,7 +42,7 @@ def _tape(what: str, samples: int, policy: str, seed: int, game_mode: int | None
     with _errors_as_messages():
         if what.endswith(".npz"):
             return recordings.read(what)
-        return play(registry.load(what), samples, policy=policy, seed=seed, game_mode=game_mode)
+        return rollout(registry.load(what), samples, policy=policy, seed=seed, game_mode=game_mode)
 
 
 def _give(found: list[tables.Table], markdown: Path | None) -> None:

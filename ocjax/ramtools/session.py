@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Any
 import jax
 import numpy as np
 
-from ocjax.envs.ale import check_rom
+from ocjax.envs.pool import check_rom
 from ocjax.game import Game
-from ocjax.play import make_policy
+from ocjax.rollout import make_policy
 
 if TYPE_CHECKING:
     import ale_py
