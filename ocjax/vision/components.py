@@ -33,7 +33,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ocjax._xla import materialize
+from ocjax._xla import materialize, varying
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 
@@ -248,7 +248,7 @@ def _fill(mask: jax.Array, seed: jax.Array, diagonal: bool, reach: int = 31) -> 
         missing = touching(words[:, :-1]) & rows[:, 1:] & ~words[:, 1:]  # after a sweep up, nothing is missing upwards
         return filled, jnp.any(missing != 0)
 
-    return lax.while_loop(lambda state: state[1], down_and_up, (seed, jnp.bool_(True)))[0]
+    return lax.while_loop(lambda state: state[1], down_and_up, (seed, varying(jnp.bool_(True), seed)))[0]
 
 
 def _extent(filled: jax.Array) -> tuple[jax.Array, ...]:
@@ -419,7 +419,7 @@ def components(masks: Sequence[Bitmap], searches: Sequence[Search], *, connectiv
 
     n_segments, n_slots = len(masks) * layout.lanes, int(layout.first_slot[-1])
     start = _Progress(jnp.int32(0), jnp.zeros(n_segments, jnp.int32), jnp.zeros(n_slots * layout.lanes, U))
-    _, totals, packed = lax.while_loop(lambda s: s.done < index.total, one_round, start)
+    _, totals, packed = lax.while_loop(lambda s: s.done < index.total, one_round, varying(start, board))
     packed, totals = packed.reshape(-1, layout.lanes), totals.reshape(-1, layout.lanes)
     x, y, w, h = ((packed >> s & U(255)).astype(jnp.int32) for s in (0, 8, 16, 24))
     out = []
