@@ -11,20 +11,25 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from ocjax import _xla, excerpts, ocatari_runner, recordings, registry, render, report, report_formats, tables
 from ocjax import demo as demonstration
-from ocjax import excerpts, ocatari_runner, recordings, registry, render, report, report_formats, tables
 from ocjax.game import Game
 from ocjax.ramtools.commands import app as ram
 from ocjax.recordings import Recording
 from ocjax.rollout import rollout
 
-app = typer.Typer(
-    add_completion=False, no_args_is_help=True, pretty_exceptions_show_locals=False, help="Extract objects from Atari 2600 games."
-)
+app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_show_locals=False)
 app.add_typer(ram, name="ram")
 console = Console()
 
 SEED = 12345  # of `ocjax evaluate`
+
+
+@app.callback()
+def prepare() -> None:
+    """Extract objects from Atari 2600 games."""
+    _xla.retain_freed_memory()
+    _xla.use_compilation_cache()
 
 
 @contextmanager
