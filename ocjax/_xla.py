@@ -47,7 +47,7 @@ def materialize(f: Callable[..., Any], *x: jax.Array, small: int = SMALL) -> Any
     if x[0].size < small or not on_cpu():
         return f(*x)
     result = jax.eval_shape(f, *x)
-    always = x[0].ravel()[0].astype(jnp.float32) >= 0
+    always = x[0].ravel()[0].astype(jnp.float32) >= -jnp.inf  # the compiler does not rule out NaN
     return lax.cond(always, f, lambda *_: jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), result), *x)
 
 
@@ -91,7 +91,7 @@ def shared(tree: Any) -> Any:
 
 def _gather(table: jax.Array, index: jax.Array) -> tuple[jax.Array, ...]:
     (index,) = _store(index)
-    return (table.at[index].get(mode="promise_in_bounds"),)
+    return (jnp.asarray(table).at[index].get(mode="promise_in_bounds"),)
 
 
 _take = _elementwise("ocjax_take", _gather, lambda table, index: [index.update(dtype=table.dtype)], 1)
