@@ -114,6 +114,7 @@ def decode(m: Ram) -> dict[str, Box]:
     shot_y, shot_picture, laser = _shot(m)
     flying = shot_y < NEAREST - 3
     all_x, all_y = jnp.append(x, m.shot_x), jnp.append(y, shot_y)
+    # Shared by many categories: without it REM takes 0.18 instead of 0.16 us a state.
     drawn = shared(_drawn(all_x, all_y, jnp.append(picture, shot_picture)))
     burst, kind = _bursting(m), m.state[OTHERS]
     sunk = jnp.where(m.ship == SHIP_EXPLODES, 4, 0)
