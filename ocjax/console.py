@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ocjax.boxes import WIDTH
-from ocjax.ops import div, pick
+from ocjax.ops import mod, pick
 from ocjax.vision import palette
 
 COARSE = 15  # pixels that the beam moves during one turn of the positioning loop
@@ -43,7 +43,7 @@ def wrap(x: jax.Array, width: int = WIDTH) -> jax.Array:
 
 def modulo_screen(x: jax.Array) -> jax.Array:
     """A column on the ring of the screen's columns, for any `x >= 0`."""
-    return x - WIDTH * div(x, WIDTH)
+    return mod(x, WIDTH)
 
 
 def larger_part(x: jax.Array, width: jax.Array | int) -> jax.Array:
