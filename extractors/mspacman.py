@@ -67,7 +67,7 @@ AROUND_PEN = len(FRUIT_PATHS) - 1
 # How many rows the fruit bounces down in each of eight phases: to the side, down, up.
 BOUNCES = ROM.data[0x1DB2:0x1DCA].view(np.int8)
 BOUNCE_ASIDE, BOUNCE_DOWN, BOUNCE_UP = range(0, 24, 8)
-# Of 16 frames, a bit for those on which a ghost takes a second step.
+# Of 16 frames, a bit for those on which each of the ghosts takes a second step.
 SECOND_STEPS = np.array((0, 0x0040, 0x0404, 0x1101), np.int32)
 PEN_LEFT, PEN_MIDDLE, PEN_RIGHT, PEN_TOP, PEN_BOTTOM = 0x52, 0x58, 0x5E, 0x42, 0x50
 
