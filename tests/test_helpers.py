@@ -1,0 +1,55 @@
+"""The small operations that decoders are written with, compared with plain Python and numpy."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from ocjax import console, ops
+from ocjax.boxes import box
+from ocjax.vision.palette import NTSC
+
+BATCH = 40_000  # enough for values to be materialized
+
+
+def test_operations_on_integers():
+    x = np.arange(-3, 400, dtype=np.int32)
+    assert np.array_equal(ops.among(jnp.asarray(x), range(5, 9)), [v in range(5, 9) for v in x.tolist()])
+    assert np.array_equal(ops.reached(jnp.asarray(x), (0, 7, 300)), [sum(v >= limit for limit in (0, 7, 300)) for v in x.tolist()])
+    positive = x[x >= 0]
+    assert np.array_equal(ops.mod(jnp.asarray(positive), 30), positive % 30)
+    assert np.array_equal(ops.div(jnp.asarray(positive), 30), positive // 30)
+    assert np.array_equal(console.modulo_screen(jnp.asarray(positive)), positive % 160)
+
+
+def test_shared_values_are_what_they_were():
+    x = jnp.arange(BATCH, dtype=jnp.int32) - 1  # the first one is negative
+    below, above = jax.jit(ops.shared)((x, x + 5))
+    assert np.array_equal(below, x)
+    assert np.array_equal(above, x + 5)
+
+
+@pytest.mark.parametrize(("x", "width", "left"), [(10, 8, 10), (156, 8, 156), (157, 8, -3), (-4, 8, -4), (-5, 8, 155), (158, 5, -2)])
+def test_the_larger_part_of_what_an_edge_cuts(x, width, left):
+    assert int(console.larger_part(jnp.int32(x), width)) == left
+
+
+def test_colors_from_palette_indices():
+    colors = (30, 216, 72)
+    index = jnp.array([2, 0, 1], jnp.int32)
+    rgb = console.palette_rgb(index, colors)
+    assert rgb.dtype == jnp.uint8
+    assert np.array_equal(rgb, NTSC[[72, 30, 216]])
+
+
+def test_some_of_the_slots_of_boxes():
+    whole = box(np.arange(5), 7, np.arange(5) + 10, 2, np.arange(5) > 1, rgb=jnp.asarray(NTSC[[30, 32, 34, 36, 38]]))
+    part = whole[1:3]
+    assert np.array_equal(part.x, [1, 2])
+    assert np.array_equal(part.w, [11, 12])
+    assert np.array_equal(part.valid, [False, True])
+    assert int(part.y) == 7
+    assert part.rgb is not None
+    assert np.array_equal(part.rgb, NTSC[[32, 34]])
+    assert int(whole[4].x) == 4
+    assert box(np.arange(2), 0, 1, 1)[0].rgb is None
