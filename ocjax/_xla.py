@@ -62,7 +62,8 @@ def materialize(f: Callable[..., Any], *x: jax.Array, small: int = SMALL) -> Any
 
     XLA fuses cheap operations into each of their consumers, so that masks, transposed frames and decoded fields are computed again by
     every kernel that reads them. It does not fuse across `lax.cond`; the condition here is always true. (`lax.optimization_barrier` is
-    removed before the CPU compiler fuses.) Plain, Space Invaders' VEM takes TODO instead of 22, Battle Zone's REM 1.28 instead of 0.09.
+    removed before the CPU compiler fuses, but not before it simplifies conditionals.) Without it, VEM takes 210 to 470 instead of 40
+    for Space Invaders and 210 to 540 instead of 29 to 40 for Ms. Pac-Man, REM 0.33 instead of 0.12 for Space Invaders.
     Below `small` elements the condition costs more than it saves, and `f` is called as it is.
     """
     if x[0].size < small or not on_cpu():
@@ -112,7 +113,6 @@ def shared(tree: Any) -> Any:
 
 
 def _gather(table: jax.Array, index: jax.Array) -> tuple[jax.Array, ...]:
-    (index,) = _store(index)
     return (jnp.asarray(table).at[index].get(mode="promise_in_bounds"),)
 
 
@@ -122,7 +122,7 @@ _take = _elementwise("ocjax_take", _gather, lambda table, index: [index.update(d
 def take(table: jax.Array, index: jax.Array) -> jax.Array:
     """`table[index]` of a one-dimensional table, for indices that are known to be in range.
 
-    The indices are materialized first: fused into the gather, they are computed one at a time (TODO).
+    JAX's own indexing moves the batch to the front, which costs a transpose of the indices and one of the results.
     """
     return _take.bind(table, index)[0]
 
@@ -150,7 +150,10 @@ def padded(lanes: int) -> int:
 
 
 def in_chunks(f: Callable[[jax.Array], Any], x: jax.Array, size: int) -> Any:
-    """`f` of a batch, `size` elements at a time, so that intermediate results stay in the processor's cache (TODO)."""
+    """`f` of a batch, `size` elements at a time, so that intermediate results stay in the processor's cache.
+
+    In one piece, VEM of 512 frames takes 130 instead of 72 for Space Invaders and 95 instead of 34 for Pong.
+    """
     n = x.shape[0]
     if not on_cpu() or n <= size:
         return f(x)

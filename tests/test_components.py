@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy import ndimage
 
 from ocjax.vision import bitmap
+from ocjax.vision import components as stages
 from ocjax.vision.components import MAX_PARTS, Search, components
 
 H, W = 24, 160
@@ -190,3 +191,45 @@ def test_shifts_and_fills(seed, n, words):
     rows = ndimage.label(pixels, np.array([[[0] * 3] * 3, [[0, 1, 0]] * 3, [[0] * 3] * 3]))[0]
     filled = np.isin(rows, np.unique(rows[touched])) & pixels
     assert np.array_equal(unpack(bitmap.fill_rows(pack(pixels), pack(touched))), filled)
+
+
+def test_stage_last_at_most():
+    table = jnp.array([0, 0, 3, 3, 7, 12])
+    got = stages._last_at_most(lambda i: table[i], 5, jnp.arange(10))
+    assert got.tolist() == [1, 1, 1, 3, 3, 3, 3, 4, 4, 4]
+
+
+def test_stage_which():
+    counts = jnp.array([[2, 0], [0, 1], [3, 4]])
+    index, rest = stages._which(counts, jnp.array([4, 1]))
+    assert (index.tolist(), rest.tolist()) == ([2, 2], [2, 0])
+
+
+def test_stage_nth_bit():
+    word = jnp.full(4, 0b1001_0000_0000_0000_0000_0000_0000_0011, jnp.uint32)
+    assert stages._nth_bit(word, jnp.arange(4)).tolist() == [0, 3, 30, 31]
+
+
+def test_stage_starts():
+    """First pixels of runs that nothing above touches; each word is judged alone."""
+    rows = np.zeros((4, 32), np.uint8)
+    rows[1, 3:6] = rows[2, 6] = rows[2, 10] = rows[3, 9:12] = 1
+    board = jnp.asarray(np.packbits(rows, axis=1).view(">u4").astype(np.uint32))[None]
+    for diagonal, want in ((True, [(1, 3), (2, 10)]), (False, [(1, 3), (2, 6), (2, 10)])):
+        starts = np.asarray(stages._starts(board, diagonal))[0, :, 0]
+        found = np.unpackbits(starts.astype(">u4")[:, None].view(np.uint8), axis=1)
+        assert [(y + 1, x) for y, x in np.argwhere(found).tolist()] == want
+
+
+@pytest.mark.parametrize("diagonal", [True, False])
+def test_stage_fill(diagonal):
+    rng = np.random.default_rng(1)
+    mask = rng.random((12, 64)) < 0.55
+    words = np.packbits(mask, axis=1).reshape(12, 2, 4).view(">u4")[..., 0].astype(np.uint32)[..., None]
+    labels, _ = ndimage.label(mask, np.ones((3, 3)) if diagonal else None)
+    y, x = (int(v) for v in np.argwhere(mask)[40])
+    seed = np.zeros_like(words)
+    seed[y, x // 32] = 1 << (31 - x % 32)
+    filled = np.asarray(stages._fill(jnp.asarray(words), jnp.asarray(seed), diagonal))[..., 0]
+    found = np.unpackbits(filled.astype(">u4")[..., None].view(np.uint8).reshape(12, 8), axis=1).astype(bool)
+    assert np.array_equal(found, labels == labels[y, x])
