@@ -51,15 +51,12 @@ SCORE_TOP, SCORE_RIGHT = 184, 103
 ICON, ICON_PITCH, ICONS = 8, 16, 3  # width, distance and largest number of the lives' icons
 
 
-def _pictures() -> Pictures:
-    """Tight extents of the lanes' pictures by kind, without their black rows."""
-    size = PITCH * LYRES.stop
-    dots = ROM.rows(range(0xC3D, 0xC3D + size, PITCH), ROWS)
-    colors = ROM.rows(range(0xD82, 0xD82 + size, PITCH), ROWS)
+def _pictures(kinds: range) -> Pictures:
+    """Tight extents of some kinds of the lanes' pictures, without their black rows."""
+    offsets = range(PITCH * kinds.start, PITCH * kinds.stop, PITCH)
+    dots = ROM.rows([0xC3D + o for o in offsets], ROWS)
+    colors = ROM.rows([0xD82 + o for o in offsets], ROWS)
     return Pictures.of(np.where(colors == 0, 0, dots))
-
-
-PICTURES = _pictures()
 
 
 class Ram(RamMap):
@@ -77,17 +74,21 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     drawn = _drawn(m)
-    kind = div(m.picture, PITCH)  # a pointer into the middle of a picture counts as that picture
-    left, top, width, height = PICTURES.extent(kind)
-    x, y = m.lane_x + left, np.array(TOPS)
     return {
         "Player": _hero(m).where(drawn),
-        "Enemy": box(x, y, width, ROWS, drawn & among(kind, LYRES)),
-        "Consumable": box(x, y + top, width, height, drawn & among(kind, FOODS)),
-        "Reward": box(x, y, width, ROWS, drawn & among(kind, REWARDS)),
+        "Enemy": _things(m, LYRES).where(drawn),
+        "Consumable": _things(m, FOODS).where(drawn),
+        "Reward": _things(m, REWARDS).where(drawn),
         "Score": _score(m).where(drawn),
         "Lives": _lives(m).where(drawn),
     }
+
+
+def _things(m: Ram, kinds: range) -> Box:
+    """What is in the lanes, as far as it is of some kinds."""
+    kind = div(m.picture, PITCH)  # a pointer into the middle of a picture counts as that picture
+    there = among(kind, kinds)
+    return _pictures(kinds).box(kind - kinds.start, m.lane_x, np.array(TOPS), valid=there)
 
 
 def _drawn(m: Ram) -> jax.Array:

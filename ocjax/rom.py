@@ -21,9 +21,10 @@ import numpy as np
 
 from ocjax.boxes import Box, Number, box
 from ocjax.digits import Font
-from ocjax.ops import lookup
+from ocjax.ops import lookup, pick
 
 PLAYER = 8  # dots of a row of a player's picture
+FEW = 8  # pictures up to which selects are faster than a gather: Asterix' REM takes 0.049 us a state instead of 0.052
 
 
 class RomError(ValueError):
@@ -183,8 +184,9 @@ class Pictures:
         return cls(np.array([_extent(rows) for rows in pictures], np.int32))
 
     def extent(self, index: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
-        """First column, first row, width and height of the pictures at an index, int32 each."""
-        p = lookup(self.packed, index)
+        """First column, first row, width and height of the pictures at an index, int32 each; out of range, of the nearest picture."""
+        few = len(self.packed) <= FEW
+        p = pick(jnp.maximum(index, 0), self.packed.tolist()) if few else lookup(self.packed, index)
         return p & 15, p >> 8 & 255, p >> 4 & 15, p >> 16
 
     def box(self, index: jax.Array, x: Number, y: Number, *, mirrored: Number = False, zoom: int = 1, **fields: Any) -> Box:
