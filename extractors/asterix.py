@@ -1,137 +1,147 @@
-"""Asterix: the hero on a stage of eight lanes; through each lane runs a lyre, something to eat, or the points that it gave.
+"""Asterix: the hero runs about on a stage of eight lanes, through which things pass.
 
-Slots of Enemy, Consumable and Reward are the lanes from the top. Asterix gives way to Obelix in the later stages, whose things are
-helmets, shields, lamps, apples, fish, meat and mugs. Scenery: the stage itself. A picture of Obelix fills the screen between the two.
+Each lane has one thing at a time: a lyre (an enemy), something to eat, or the points that it gave.
+Slots of Enemy, Consumable and Reward are the lanes from the top. In later stages Asterix gives way
+to Obelix, and what there is to eat is helmets, shields, lamps, apples, fish, meat and mugs. The
+stage itself is scenery. Between the two heroes, a picture of Obelix fills the screen.
 
-RAM: ALE's source (score, lives, death), OCAtari 2.2 (positions), and the ROM's display program: it runs down a pointer into the
-pictures for every lane, so that these pointers tell after the frame which picture was drawn. VEM's Reward and Consumable
-come in raster order; it sees helmets and lamps a column or a row too small, as one of their rows has another object's colour.
+RAM: ALE's source (score, lives, death), OCAtari 2.2 (positions), and the ROM's display program. For
+each lane it counts a pointer down through the picture, one a row, so that after the frame the
+pointers tell which pictures were drawn. The sizes of the pictures are read from the ROM.
 
-Covered: all stages and things, both heroes, deaths (the hero is twice as wide), up to eight lives (three icons at most), the picture
-between, the game's end and its first frame, which is empty. There is one mode and one difficulty. Lives is not shown with the last one.
+Covered: all stages and things, both heroes, deaths (the hero is twice as wide), up to eight lives
+(three icons at most), the picture of Obelix, the end of the game and the first frame, which is
+empty. There is one mode and one difficulty. The last life has no icon, so Lives is not shown then.
+VEM has Reward and Consumable in raster order. It finds helmets and lamps a column or a row too
+small, because one of their rows has another object's colour.
 """
 
+import functools
+
+import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.boxes import Box, box
-from ocjax.digits import Digits, hex_font
+from ocjax.digits import Digits, score_box
 from ocjax.game import Game
+from ocjax.ops import among, div
 from ocjax.ram import RamMap, bcd, byte
+from ocjax.rom import Pictures, Rom
 from ocjax.rules import Blobs, Bounds, Category, Gauge
 
-YELLOW, PINK = 24, 74
-BORDERS = (88, 120, 216, 56, 40, 152, 136, 72, 50, 104)  # of the rewards, around digits in 8
-THINGS = (
-    68,
-    66,
-    12,
-    14,
-    76,
-    214,
-    88,
-)  # without the few rows in the colours of the hero or of rewards
-LANES = (0, 26, 160, 149)
-TOPS = range(26, 150, 16)
-FLOORS = tuple((0, y + 11, 160, y + 16) for y in TOPS)
-GLYPHS = ("3c66666666663c", "3878181818187e", "7c46063c60607e", "3c46060c06463c", "0c1c2c4c7e0c0c",
-          "7e60607c06467c", "3c62607c66663c", "7e620204081818", "3c66663c66663c", "3c66663e06463c")  # fmt: skip
-# Tight boxes of the things, a nibble for each of eight: how much left, right, top and bottom of 8 x 11 pixels is empty.
-LEFT, RIGHT, TOP, BOTTOM = 0x01000111, 0x12000200, 0x00400001, 0x00200000
-LYRE = 204  # and 216, turned
+ROM = Rom("asterix", "89a68746eff7f266bbf08de2483abe55")
+FONT = ROM.font(0xB01, rows=7, stride=8)
+
+ROWS = 11  # of every picture
+PITCH = 12  # bytes from one picture to the next; a zero byte ends each of them
+# Kinds of pictures in the lanes, by their order in the ROM.
+REWARDS, FOODS, LYRES = range(1, 7), range(9, 17), range(17, 19)
+OBELIX = 36  # `hero`, or more
+STAGE = 0  # `screen`
+WIDE = range(79, 126)  # `death` while the hero is drawn twice as wide
+
+YELLOW, PINK, REWARD = 24, 74, 8
+BORDERS = (88, 120, 216, 56, 40, 152, 136, 72, 50, 104)  # around the digits of rewards
+EDIBLE = (68, 66, 12, 14, 76, 214, 88)  # without the rows in the hero's or the rewards' colours
+TOPS = range(26, 150, 16)  # of the lanes
+STAGE_AREA = (0, 26, 160, 149)
+FLOORS = tuple((0, y + ROWS, 160, y + 16) for y in TOPS)
+DIGITS = range(55, 103, 8)  # left columns
+SCORE_TOP, SCORE_RIGHT = 184, 103
+ICON, ICON_PITCH, ICONS = 8, 16, 3  # width, distance and largest number of the lives' icons
+
+
+def _pictures(kinds: range) -> Pictures:
+    """Tight extents of some kinds of the lanes' pictures, without their black rows."""
+    offsets = range(PITCH * kinds.start, PITCH * kinds.stop, PITCH)
+    dots = ROM.rows([0xC3D + o for o in offsets], ROWS)
+    colors = ROM.rows([0xD82 + o for o in offsets], ROWS)
+    return Pictures.of(np.where(colors == 0, 0, dots))
 
 
 class Ram(RamMap):
-    icon = byte(9)  # pointer into the hero's pictures: 0, 12 Asterix, 36, 48 Obelix
-    hero = byte(10)  # the same; 11 more: not drawn
-    picture = byte(*range(18, 10, -1))  # pointers into the lanes' pictures, 12 each; 11: nothing
-    screen = byte(6)  # 0: the stage
+    screen = byte(6)  # what fills it: the stage, or the picture of Obelix
+    # Pointers into pictures, multiples of 12 where a picture was drawn, 11 more where none was.
+    hero = byte(10)  # 0 and 12: Asterix; 36 and 48: Obelix
+    picture = byte(*range(18, 10, -1))  # of the lanes, top lane first; 11: nothing
     y = byte(40)  # of the hero, 151 - y
-    x = byte(41)
+    x = byte(41)  # of the hero
     lane_x = byte(*range(42, 50))
-    death = byte(71)  # counts 126 to 0
+    death = byte(71)  # frames left, 126 to 0
     lives = byte(83)
     score = bcd((94, 95, 96))
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    drawn = (m.screen == 0) & (m.picture[0] != 0) & (m.hero & 3 == 0)
-    p, top = m.picture, np.array(TOPS)
-    lyre = p >= LYRE
-    thing = jnp.clip(p - 108, 0, 84) * 43 >> 9 << 2  # shift of the thing's nibble
-    left, right, up, down = (t >> thing & 15 for t in (LEFT, RIGHT, TOP, BOTTOM))
-    wide = (m.death >= 79) & (m.death <= 125)
-    slim = jnp.where(m.hero >= 36, 1, 0)
-    icons = jnp.clip(m.lives - 1, 0, 3)
-    digits = 1 + sum(jnp.where(m.score >= 10**k, 1, 0) for k in range(1, 6))
+    drawn = _drawn(m)
     return {
-        "Player": box(
-            m.x + jnp.where(wide, 1 + 2 * slim, slim),
-            151 - m.y,
-            jnp.where(wide, 16 - 4 * slim, 8 - 2 * slim),
-            11,
-            drawn,
-        ),
-        "Enemy": box(m.lane_x + jnp.where(p == LYRE, 0, 1), top, 7, 11, lyre & drawn),
-        "Consumable": box(
-            m.lane_x + left, top + up, 8 - left - right, 11 - up - down, (p >= 108) & ~lyre & drawn
-        ),
-        "Reward": box(m.lane_x, top, jnp.where(p == 12, 6, 8), 11, (p >= 12) & (p <= 72) & drawn),
-        "Score": box(102 - 8 * digits + 2, 184, 8 * digits - 2, 7, drawn, value=m.score),
-        "Lives": box(
-            60 + slim, 169, 16 * icons - 8 - 2 * slim, 11, (icons > 0) & drawn, value=m.lives
-        ),
+        "Player": _hero(m).where(drawn),
+        "Enemy": _things(m, LYRES).where(drawn),
+        "Consumable": _things(m, FOODS).where(drawn),
+        "Reward": _things(m, REWARDS).where(drawn),
+        "Score": _score(m).where(drawn),
+        "Lives": _lives(m).where(drawn),
     }
 
 
+def _things(m: Ram, kinds: range) -> Box:
+    """What is in the lanes, as far as it is of some kinds."""
+    kind = div(m.picture, PITCH)  # a pointer into the middle of a picture counts as that picture
+    there = among(kind, kinds)
+    return _pictures(kinds).box(kind - kinds.start, m.lane_x, np.array(TOPS), valid=there)
+
+
+def _drawn(m: Ram) -> jax.Array:
+    """Whether stage and hero are on the screen; the first frame is empty, its pointers are 0."""
+    return (m.screen == STAGE) & (m.picture[0] != 0) & (m.hero & 3 == 0)
+
+
+def _margin(m: Ram) -> jax.Array:
+    """Empty columns on both sides of the hero's picture."""
+    return jnp.where(m.hero >= OBELIX, 1, 0)
+
+
+def _hero(m: Ram) -> Box:
+    wide, margin = among(m.death, WIDE), _margin(m)
+    left = jnp.where(wide, 2 * margin + 1, margin)  # the chip draws wide players a pixel later
+    width = 8 - 2 * margin
+    return box(m.x + left, 151 - m.y, jnp.where(wide, 2 * width, width), ROWS)
+
+
+def _score(m: Ram) -> Box:
+    return score_box(FONT, m.score, right=SCORE_RIGHT, top=SCORE_TOP, digits=6, value=m.score)
+
+
+def _lives(m: Ram) -> Box:
+    """The hero's icons; the life in play has none."""
+    icons, margin = jnp.clip(m.lives - 1, 0, ICONS), _margin(m)
+    width = ICON_PITCH * (icons - 1) + ICON - 2 * margin
+    return box(60 + margin, 169, width, ROWS, icons > 0, value=m.lives)
+
+
+thing = functools.partial(Category, count=8)
+display = functools.partial(Category, hud=True, attributes=("value",))
+
+HERO = Blobs(YELLOW, STAGE_AREA, min_size=(5, 9), max_size=(16, ROWS))
+LYRE = Bounds(PINK, tuple((0, y, 160, y + ROWS) for y in TOPS), min_size=(3, 9))
+blobs = functools.partial(Blobs, gap=(1, 1), max_size=(8, ROWS), ignore=FLOORS)
+FOOD = blobs(EDIBLE, STAGE_AREA, min_size=(4, 5))
+POINTS = blobs((REWARD, *BORDERS), STAGE_AREA, min_size=(4, 9))
+SCORE = Bounds(YELLOW, (54, 184, 104, 191), value=Digits(FONT, DIGITS, SCORE_TOP))
+LIVES = Bounds(YELLOW, (60, 169, 100, 180), value=Gauge(ICON_PITCH, start=6, base=2))
+
 GAME = Game(
     name="Asterix",
-    rom="asterix",
-    md5="89a68746eff7f266bbf08de2483abe55",
+    rom=ROM.name,
+    md5=ROM.md5,
     ram=Ram,
     decode=decode,
     categories=(
-        Category(
-            "Player",
-            Blobs(YELLOW, LANES, min_size=(5, 9), max_size=(16, 11)),
-            doc="Asterix, later Obelix",
-        ),
-        Category(
-            "Enemy",
-            Bounds(PINK, tuple((0, y, 160, y + 11) for y in TOPS), min_size=(3, 9)),
-            count=8,
-            doc="lyres, by lane",
-        ),
-        Category(
-            "Consumable",
-            Blobs(THINGS, LANES, gap=(1, 1), min_size=(4, 5), max_size=(8, 11), ignore=FLOORS),
-            count=8,
-            doc="what to eat, by lane",
-        ),
-        Category(
-            "Reward",
-            Blobs(
-                (8, *BORDERS), LANES, gap=(1, 1), min_size=(4, 9), max_size=(8, 11), ignore=FLOORS
-            ),
-            count=8,
-            doc="points given, by lane",
-        ),
-        Category(
-            "Score",
-            Bounds(
-                YELLOW,
-                (54, 184, 104, 191),
-                value=Digits(hex_font(GLYPHS, 8, (1, 1)), (55, 63, 71, 79, 87, 95), 184),
-            ),
-            hud=True,
-            attributes=("value",),
-            doc="points",
-        ),
-        Category(
-            "Lives",
-            Bounds(YELLOW, (60, 169, 100, 180), value=Gauge(16, 6, 2)),
-            hud=True,
-            attributes=("value",),
-            doc="icons; value: lives",
-        ),
+        Category("Player", HERO, doc="Asterix, later Obelix"),
+        thing("Enemy", LYRE, doc="lyres, by lane"),
+        thing("Consumable", FOOD, doc="what to eat, by lane"),
+        thing("Reward", POINTS, doc="points given, by lane"),
+        display("Score", SCORE, doc="points"),
+        display("Lives", LIVES, doc="icons; value: lives"),
     ),
 )

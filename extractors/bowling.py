@@ -1,136 +1,180 @@
-"""Bowling: a bowler, the ball, ten pins; score, round and player's number above.
+"""Bowling: a bowler, the ball and ten pins on an alley.
 
-The two lines of the alley and the score sheet's marks (one for each round, below the score) are scenery.
+The score, the round and the number of the player whose turn it is stand above. The two lines of the
+alley and the marks of the score sheet (one for each round, below the score) are scenery.
 
-RAM: ALE's source (score, round), OCAtari 2.2 and AtariARI (positions), and the ROM's code for the order of a frame: the throw's stage
-is changed before a frame is drawn and its picture and places after it; after drawing, too, four of the pins move (each
-in two frames of five) and the ball is pushed aside by a pin that it hits. `decode` takes all that back.
+RAM: ALE's source (score, round), OCAtari 2.2 and AtariARI (positions), and the ROM's code for the
+order of a frame. The stage of a throw changes before a frame is drawn, but the bowler's picture and
+the places of bowler and ball change after it. Also after drawing, four of the pins move (each in
+two frames of five), and a pin that the ball hits pushes the ball aside. `decode` takes all of that
+back.
 
-Covered: modes 0, 2 and 4 (ALE offers none for two players), both difficulties, whole games, strikes (the bowler jumps, he and the score
-flash), game over. Not in the RAM, each for a single frame: that a throw has just begun (the bowler moves 4 pixels), the end of a throw
-(drawn while all is already set up for the next one), where a pin was that has just left the alley.
+Covered: modes 0, 2 and 4 (ALE offers none for two players), both difficulties, whole games, strikes
+(the bowler jumps, he and the score flash), the end of the game. Not in the RAM, each for a single
+frame: that a throw has just begun (the bowler moves 4 pixels), the end of a throw (drawn while all
+is already set up for the next one), where a pin was that has just left the alley.
 """
 
+import functools
+
+import jax
 import jax.numpy as jnp
 from ocjax.boxes import Box, box
-from ocjax.digits import DIGITS_3X5, Digits, hex_font
+from ocjax.console import signed_nibble
+from ocjax.digits import Digits, Font, score_box
 from ocjax.game import Game
-from ocjax.ram import RamMap, bcd, bits, byte
+from ocjax.ops import among, pick
+from ocjax.ram import RamMap, bcd, bits, byte, high, low
+from ocjax.rom import Rom
 from ocjax.rules import Blobs, Bounds, Category
 
-BROWN, BLUE = 38, 132
-FIELD, LINE = (8, 72, 160, 172), (0, 102, 160, 104)
-NUMBERS = (DIGITS_3X5[0], "11111", *DIGITS_3X5[2:6], "74757", *DIGITS_3X5[7:9], "75717")
-STANDING = 0xB8  # picture of the bowler, low byte of its address
+ROM = Rom("bowling", "c9b7afad3bfd922e006a6bfc1d4f3fe7")
+
+
+def _font(dot_height: int) -> Font:
+    dot = (4, dot_height)
+    return ROM.font(0x734, rows=5, dots=3, shift=1, dot=dot, pitch=16, top_first=True)
+
+
+SCORE_FONT, ROUND_FONT = _font(3), _font(2)  # the same digits at two heights
+SCORE_DIGITS, ROUND_DIGITS, NUMBER_DIGITS = (16, 32, 48), (16, 32), (112,)  # left columns
+SCORE_TOP, ROUND_TOP = 19, 7
+
+STANDING = 0xB8  # `picture` of the bowler who stands, 6 columns wide; the others have 8
+SWINGS, ROLLING = range(2, 5), 5  # `stage` of a throw after the first swing
+PIN_HIT = 8  # `sound`
+MOVING = range(1, 128)  # `pin_speed`
+# How far above the ball, in pairs of rows, a pin is that pushes it up or down.
+PUSHES_UP, PUSHES_DOWN = range(-2, 1), range(3, 6)
+LAST_ROUND = 10
+
+BROWN, BLUE, BOWLER_RGB = 38, 132, (84, 92, 214)
+ALLEY, UPPER_LINE = (8, 72, 160, 172), (0, 102, 160, 104)
 
 
 class Ram(RamMap):
-    frame = bits(0, count=4)
+    frame = bits(0, count=4)  # counts frames; a stage of a throw begins at 0
     stage = byte(13)  # 0 aiming, 1-4 swinging, 5 the ball rolls, 6 it comes back
-    player_number = byte(15)
+    player_number = byte(15)  # whose turn it is, from 0
     player_x = byte(29)  # x - 8
     ball_x = byte(30)  # x - 7
-    score = byte(33)
-    hundreds = byte(38)
+    tens = high(33)  # of the score
+    ones = low(33)  # of the score
     round = bcd(36)
-    sound = byte(37)  # 8 when a pin has just been hit
+    sound = byte(37)
+    hundreds = byte(38)  # of the score
     player_y = byte(40)  # (141 - y) / 2
     ball_y = byte(41)  # (163 - y) / 2
-    picture = byte(42)
+    picture = byte(42)  # of the bowler, low byte of its address
     pin_clock = byte(46)  # the pin that moves next, counting down
     pin_y = byte(*range(47, 57))  # (169 - y) / 2
     pin_x = byte(*range(57, 67))  # (135 - x) / 2; 128 or more: gone
-    pin_speed = byte(
-        *range(67, 77)
-    )  # to the right in the high nibble, upwards in the low one (signed)
+    pin_speed = byte(*range(67, 77))  # high nibble: to the right; low nibble: upwards, signed
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    changed = (m.stage >= 2) & (m.stage <= 4) & (m.frame == 0)  # the stage before is still drawn
-    stage = m.stage - 1
-    x = jnp.where(changed, 8 + 4 * stage, m.player_x)
-    standing = (m.picture == STANDING) & ~changed
-    ball_x = jnp.where(changed, x + jnp.where(stage == 1, 8, -2), m.ball_x)
-    ball_y = jnp.where(changed, m.player_y + jnp.where(stage == 1, 7, 2), m.ball_y)
-
-    moves = (m.pin_speed > 0) & (m.pin_speed < 128)
-    ahead = jnp.arange(10) - m.pin_clock
-    moved = moves & (((ahead > 0) & (ahead < 5)) | (ahead < -5))  # the last four
-    pin_x = m.pin_x + jnp.where(moved, m.pin_speed >> 4, 0)
-    pin_y = m.pin_y - jnp.where(moved, ((m.pin_speed & 15) ^ 8) - 8, 0)
-
-    column, above = (m.ball_x - 112) >> 1 ^ 7, pin_y - m.ball_y
-    near = moves & ((pin_x == column) | (pin_x == column - 1)) & (m.sound == 8) & (m.stage == 5)
-    ball_y = ball_y - jnp.where(jnp.any(near & (above >= -2) & (above <= 0)), 1, 0)
-    ball_y = ball_y + jnp.where(jnp.any(near & (above >= 3) & (above <= 5)), 1, 0)
-
-    tens, ones = m.score >> 4, m.score & 15
-    top = jnp.where(m.hundreds > 0, m.hundreds, tens)  # the first digit
-    left = jnp.where(m.hundreds > 0, 16, 32) + jnp.where(top == 1, 8, 0)
-    ten = m.round >= 10
-    round_x = jnp.where(ten, 24, jnp.where(m.round == 1, 40, 32))
-    number_x = jnp.where(m.player_number == 0, 120, 112)
+    pin_x, pin_y = _pin_places(m)
     return {
-        "Player": box(
-            x + jnp.where(standing, 10, 8), 141 - 2 * m.player_y, jnp.where(standing, 6, 8), 32
-        ),
-        "Ball": box(ball_x + 7, 163 - 2 * ball_y, 4, 10),
+        "Player": _bowler(m),
+        "Ball": _ball(m, pin_x, pin_y),
         "Pin": box(135 - 2 * pin_x, 169 - 2 * pin_y, 2, 4, m.pin_x < 128),
-        "PlayerScore": box(left, 19, 60 - left, 15, value=100 * m.hundreds + 10 * tens + ones),
-        "PlayerRound": box(round_x, 7, 44 - round_x, 10, value=jnp.minimum(m.round, 10)),
-        "Player2Round": box(number_x, 7, 124 - number_x, 10, value=m.player_number + 1),
+        "PlayerScore": _score(m),
+        "PlayerRound": _round(m),
+        "Player2Round": _player_number(m),
     }
 
 
-def digits(top: int, height: int, *lefts: int) -> Digits:
-    return Digits(hex_font(NUMBERS, 3, (4, height)), lefts, top)
+def _stage_began(m: Ram) -> jax.Array:
+    """Whether a stage has just begun: bowler and ball are still drawn in the one before."""
+    return among(m.stage, SWINGS) & (m.frame == 0)
 
+
+def _bowler_x(m: Ram) -> jax.Array:
+    """The bowler's place as drawn; he goes 4 pixels with every stage."""
+    return jnp.where(_stage_began(m), 8 + 4 * (m.stage - 1), m.player_x)
+
+
+def _bowler(m: Ram) -> Box:
+    stands = (m.picture == STANDING) & ~_stage_began(m)
+    x = _bowler_x(m) + jnp.where(stands, 10, 8)
+    return box(x, 141 - 2 * m.player_y, jnp.where(stands, 6, 8), 32)
+
+
+def _ball(m: Ram, pin_x: jax.Array, pin_y: jax.Array) -> Box:
+    began = _stage_began(m)  # the bowler still holds it in front, or later behind him
+    in_front = m.stage == SWINGS.start
+    x = jnp.where(began, _bowler_x(m) + jnp.where(in_front, 8, -2), m.ball_x)
+    y = jnp.where(began, m.player_y + jnp.where(in_front, 7, 2), m.ball_y)
+    y = y - _pushed_up(m, pin_x, pin_y)
+    return box(x + 7, 163 - 2 * y, 4, 10)
+
+
+def _pushed_up(m: Ram, pin_x: jax.Array, pin_y: jax.Array) -> jax.Array:
+    """How many pairs of rows pins have pushed the ball up after it was drawn: 1, 0 or -1."""
+    column = (m.ball_x - 112) >> 1 ^ 7  # of the ball, counted as `pin_x`
+    hit = (m.stage == ROLLING) & (m.sound == PIN_HIT)
+    touch = hit & _moves(m) & ((pin_x == column) | (pin_x == column - 1))
+    above = pin_y - m.ball_y
+    up = jnp.any(touch & among(above, PUSHES_UP))
+    down = jnp.any(touch & among(above, PUSHES_DOWN))
+    return jnp.where(up, 1, 0) - jnp.where(down, 1, 0)
+
+
+def _moves(m: Ram) -> jax.Array:
+    return among(m.pin_speed, MOVING)
+
+
+def _pin_places(m: Ram) -> tuple[jax.Array, jax.Array]:
+    """`pin_x` and `pin_y` as drawn: before the last move of the four pins that moved last."""
+    ahead = jnp.arange(10) - m.pin_clock
+    moved = _moves(m) & (among(ahead, range(1, 5)) | (ahead < -5))  # the clock goes round
+    right, up = m.pin_speed >> 4, signed_nibble(m.pin_speed & 15)
+    return m.pin_x + jnp.where(moved, right, 0), m.pin_y - jnp.where(moved, up, 0)
+
+
+def _score(m: Ram) -> Box:
+    """The score, of two digits at least."""
+    three = m.hundreds > 0
+    first = jnp.where(three, m.hundreds, m.tens)
+    cell = jnp.where(three, SCORE_DIGITS[0], SCORE_DIGITS[1])
+    left = cell + pick(first, SCORE_FONT.left.tolist())
+    value = 100 * m.hundreds + 10 * m.tens + m.ones
+    return box(left, SCORE_TOP, 60 - left, SCORE_FONT.height, value=value)
+
+
+def _round(m: Ram) -> Box:
+    last = jnp.minimum(m.round, LAST_ROUND)
+    return score_box(ROUND_FONT, last, right=44, top=ROUND_TOP, digits=2, value=last)
+
+
+def _player_number(m: Ram) -> Box:
+    number = m.player_number + 1
+    return score_box(ROUND_FONT, number, right=124, top=ROUND_TOP, digits=1, value=number)
+
+
+display = functools.partial(Category, hud=True, attributes=("value",))
+
+BOWLER = Bounds((BROWN, BLUE), (8, 72, 48, 172), inverse=True)
+BALL = Bounds(BLUE, ALLEY, min_size=(4, 4), ignore=(UPPER_LINE,), exclude=("Pin",))
+PINS = Blobs(BLUE, (100, 104, 160, 172), max_size=(2, 4))
+SCORE = Bounds(
+    BROWN, (16, 19, 60, 34), inverse=True, value=Digits(SCORE_FONT, SCORE_DIGITS, SCORE_TOP)
+)
+ROUND = Bounds(BLUE, (16, 7, 44, 17), value=Digits(ROUND_FONT, ROUND_DIGITS, ROUND_TOP))
+NUMBER = Bounds(BLUE, (112, 7, 124, 17), value=Digits(ROUND_FONT, NUMBER_DIGITS, ROUND_TOP))
 
 GAME = Game(
     name="Bowling",
-    rom="bowling",
-    md5="c9b7afad3bfd922e006a6bfc1d4f3fe7",
+    rom=ROM.name,
+    md5=ROM.md5,
     ram=Ram,
     decode=decode,
     categories=(
-        Category(
-            "Player",
-            Bounds((BROWN, BLUE), (8, 72, 48, 172), inverse=True),
-            rgb=(84, 92, 214),
-            doc="the bowler",
-        ),
-        Category(
-            "Ball",
-            Bounds(BLUE, FIELD, min_size=(4, 4), ignore=(LINE,), exclude=("Pin",)),
-            doc="the ball",
-        ),
-        Category(
-            "Pin",
-            Blobs(BLUE, (100, 104, 160, 172), max_size=(2, 4)),
-            count=10,
-            doc="pins that stand or fall",
-        ),
-        Category(
-            "PlayerScore",
-            Bounds(BROWN, (16, 19, 60, 34), inverse=True, value=digits(19, 3, 16, 32, 48)),
-            attributes=("value",),
-            hud=True,
-            rgb=(84, 92, 214),
-            doc="points",
-        ),
-        Category(
-            "PlayerRound",
-            Bounds(BLUE, (16, 7, 44, 17), value=digits(7, 2, 16, 32)),
-            attributes=("value",),
-            hud=True,
-            doc="the round, 1-10",
-        ),
-        Category(
-            "Player2Round",
-            Bounds(BLUE, (112, 7, 124, 17), value=digits(7, 2, 112)),
-            attributes=("value",),
-            hud=True,
-            doc="whose turn it is",
-        ),
+        Category("Player", BOWLER, rgb=BOWLER_RGB, doc="the bowler"),
+        Category("Ball", BALL, doc="the ball"),
+        Category("Pin", PINS, count=10, doc="pins that stand or fall"),
+        display("PlayerScore", SCORE, rgb=BOWLER_RGB, doc="points"),
+        display("PlayerRound", ROUND, doc="the round, 1-10"),
+        display("Player2Round", NUMBER, doc="whose turn it is"),
     ),
 )

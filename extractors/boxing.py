@@ -1,117 +1,130 @@
 """Boxing: a white and a black boxer in a ring, seen from above; both scores and the clock above it.
 
-A boxer is one object with both arms, as far as they are stretched; what the other boxer hides still belongs to the box. The chip draws
-him in three pieces of 16 rows (arm, head, arm), so the box is the union of theirs. Scenery: the ring, the maker's name, the black edge.
+A boxer is one object with both arms, as far as they are stretched. What the other boxer hides still
+belongs to the box. The chip draws a boxer in three pieces of 16 rows (arm, head, arm), so the box
+is the union of theirs. The ring, the maker's name and the black edge are scenery.
 
-RAM: ALE's source (scores, clock), OCAtari 2.2, AtariARI and a public disassembly by Dennis Debro (names of the bytes); the ROM's
-display program for the pieces: their rows and pictures (bytes 65-80) are those of the frame on the screen, also while a boxer who was
-hit is pushed back. The clock is the only thing that runs on after the frame is drawn.
+RAM: ALE's source (scores, clock), OCAtari 2.2, AtariARI and a public disassembly by Dennis Debro
+(names of the bytes), and the ROM's display program for the pieces. Their rows and pictures (bytes
+65-80) are those of the frame on the screen, also while a boxer who was hit is pushed back. Only the
+clock runs on after the frame is drawn.
 
-Covered: all four difficulties, both sides of each other, hits, knock-out (100 points, shown as KO, which VEM reads as 0), the end
-of the time. There is one mode.
+Covered: all four difficulties, both sides of each other, hits, the end of the time, and the
+knock-out (100 points, shown as KO, which VEM reads as 0). There is one mode.
 """
+
+import functools
 
 import jax
 import jax.numpy as jnp
 from ocjax.boxes import Box, box
-from ocjax.digits import Digits, hex_font
+from ocjax.digits import Digits, score_box
 from ocjax.game import Game
 from ocjax.ram import RamMap, bcd, byte, high
+from ocjax.rom import Rom
 from ocjax.rules import Bounds, Category
+
+ROM = Rom("boxing", "c3ef5c4653212088eda54dc91d787870")
+FONT = ROM.font(0x400, rows=7, stride=1, step=17)  # all digits are equally wide
+
+WHITE_BOXER, BLACK_BOXER = 0, 1  # records in the RAM
+FIRST_ARM, SECOND_ARM = 95, 191  # pictures of the arms at rest; stretched ones follow
+BENT, HALF, FULL = 16, 32, 48  # how far behind those an arm's picture is as it stretches
+HEAD_HIT = 175  # picture of the head of a boxer who was just hit
+KNOCK_OUT = 0xC0  # `score`
+KNOCK_OUT_POINTS = 100
+TICK = 59  # `frames` in which the clock has just moved, but is drawn as before
 
 WHITE, BLACK, GREEN = 12, 0, 208
 RING = (8, 24, 160, 186)
-GLYPHS = ("3c66666666663c", "3878181818187e", "7c46063c60607e", "3c46060c06463c", "0c1c2c4c7e0c0c",
-          "7e60607c06467c", "3c62607c66663c", "7e42060c181818", "3c66663c66663c", "3c66663e06463c")  # fmt: skip
-KNOCK_OUT = 0xC0
+WHITE_DIGITS, BLACK_DIGITS, CLOCK_DIGITS = (38, 46), (102, 110), (62, 78, 86)  # left columns
+SCORE_TOP, CLOCK_TOP = 5, 17
 
 
 class Ram(RamMap):
     minutes = high(16)
     seconds = bcd(17)
-    score = byte(18, 19)  # BCD, or 0xC0: knock-out
+    score = byte(18, 19)  # BCD, or KNOCK_OUT
+    points = bcd(18, 19)
+    tens = high(18, 19)  # of the points
     frames = byte(20)  # of the second that are left, minus 1
     x = byte(32, 33)
-    top = byte(65, 69)  # of the first arm's piece, from the ring's
-    bottom = byte(67, 71)  # of the second arm's piece
-    first_arm = byte(73, 77)  # picture: 95 + 16 * stretch, 0-3
-    head = byte(74, 78)  # 159, or 175 just hit
-    second_arm = byte(75, 79)  # 191 + 16 * stretch
-    white_is_right = byte(84)
+    top = byte(65, 69)  # row of the first arm's piece in the ring
+    bottom = byte(67, 71)  # row of the second arm's piece in the ring
+    first_arm = byte(73, 77)  # picture of the arm drawn above the head
+    head = byte(74, 78)  # its picture, 159 or HEAD_HIT
+    second_arm = byte(75, 79)  # picture of the arm drawn below the head
+    white_is_right = byte(84)  # 1: the white boxer is on the right, facing left
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    ko = m.score == KNOCK_OUT
-    points = jnp.where(ko, 100, (m.score >> 4) * 10 + (m.score & 15))
-    two = m.score >= 16
-    x, w = jnp.array([47, 111]) - jnp.where(two, 8, 0), jnp.where(two, 14, 6)
     return {
-        "Player": _boxer(m, 0, m.white_is_right == 1),
-        "Enemy": _boxer(m, 1, m.white_is_right == 0),
-        "PlayerScore": box(x[0], 5, w[0], 7, value=points[0]),
-        "EnemyScore": box(x[1], 5, w[1], 7, value=points[1]),
-        "Clock": box(
-            63, 17, 30, 7, value=60 * m.minutes + m.seconds + jnp.where(m.frames == 59, 1, 0)
-        ),
+        "Player": _boxer(m, WHITE_BOXER, m.white_is_right == 1),
+        "Enemy": _boxer(m, BLACK_BOXER, m.white_is_right == 0),
+        "PlayerScore": _score(m, WHITE_BOXER, WHITE_DIGITS),
+        "EnemyScore": _score(m, BLACK_BOXER, BLACK_DIGITS),
+        "Clock": _clock(m),
     }
 
 
-def _boxer(m: Ram, i: int, faces_left: jax.Array) -> Box:
-    one, two, hit = m.first_arm[i] - 95, m.second_arm[i] - 191, m.head[i] == 175
-    most = jnp.maximum(one, two)
-    back = jnp.where(
-        hit, 0, jnp.where((one > 16) & (two > 16), 3, 1)
-    )  # the side away from the other boxer
-    bent = jnp.where((one == 16) & (two == 16), 2, 0)
-    reach = jnp.where(most == 48, 34, jnp.where(most == 32, 25, 18 - bent))
-    rest = jnp.where(most < 32, 1, 0)
-    left, right = (
-        jnp.where(faces_left, 20 + rest - reach, 4 + back),
-        jnp.where(faces_left, 18 - back, reach + 1),
-    )
-    top = m.top[i] + jnp.where(faces_left, 37, 38) + jnp.where(one >= 32, 1, 0)
-    bottom = m.bottom[i] + jnp.where(faces_left, 50, 51) - jnp.where(two >= 32, 1, 0)
-    return box(m.x[i] + left, top, right - left, bottom - top)
+def _boxer(m: Ram, who: int, faces_left: jax.Array) -> Box:
+    """The union of head and arms, which stretch towards the other boxer."""
+    first, second = m.first_arm[who] - FIRST_ARM, m.second_arm[who] - SECOND_ARM
+    reach = _reach(first, second)
+    back = _back(first, second, m.head[who] == HEAD_HIT)
+    near = jnp.where(jnp.maximum(first, second) < HALF, 1, 0)  # mirrored, less by a column
+    left = jnp.where(faces_left, 20 + near - reach, 4 + back)
+    right = jnp.where(faces_left, 18 - back, reach + 1)
+    top = m.top[who] + jnp.where(faces_left, 37, 38) + jnp.where(first >= HALF, 1, 0)
+    bottom = m.bottom[who] + jnp.where(faces_left, 50, 51) - jnp.where(second >= HALF, 1, 0)
+    return box(m.x[who] + left, top, right - left, bottom - top)
 
 
-def digits(*lefts: int) -> Digits:
-    return Digits(
-        hex_font(GLYPHS),
-        lefts,
-        5 if len(lefts) == 2 else 17,
-        (10, 1) if len(lefts) == 2 else (60, 10, 1),
-    )
+def _reach(first: jax.Array, second: jax.Array) -> jax.Array:
+    """Columns to which the longer arm reaches."""
+    both_bent = (first == BENT) & (second == BENT)
+    longest = jnp.maximum(first, second)
+    resting = jnp.where(both_bent, 16, 18)
+    return jnp.where(longest == FULL, 34, jnp.where(longest == HALF, 25, resting))
 
+
+def _back(first: jax.Array, second: jax.Array, hit: jax.Array) -> jax.Array:
+    """Empty columns on the side away from the other boxer."""
+    both_stretched = (first > BENT) & (second > BENT)
+    return jnp.where(hit, 0, jnp.where(both_stretched, 3, 1))
+
+
+def _score(m: Ram, who: int, lefts: tuple[int, int]) -> Box:
+    """Two cells from 10 points on; the letters KO are as wide as digits."""
+    value = jnp.where(m.score[who] == KNOCK_OUT, KNOCK_OUT_POINTS, m.points[who])
+    right = lefts[-1] + FONT.width
+    return score_box(FONT, 10 * m.tens[who], right=right, top=SCORE_TOP, digits=2, value=value)
+
+
+def _clock(m: Ram) -> Box:
+    shown = 60 * m.minutes + m.seconds + jnp.where(m.frames == TICK, 1, 0)
+    return box(63, CLOCK_TOP, 30, FONT.height, value=shown)
+
+
+display = functools.partial(Category, hud=True, attributes=("value",))
+
+WHITE_SCORE = Bounds(WHITE, (38, 5, 54, 12), value=Digits(FONT, WHITE_DIGITS, SCORE_TOP))
+BLACK_SCORE = Bounds(BLACK, (102, 5, 118, 12), value=Digits(FONT, BLACK_DIGITS, SCORE_TOP))
+CLOCK = Bounds(
+    GREEN, (62, 17, 94, 24), value=Digits(FONT, CLOCK_DIGITS, CLOCK_TOP, weights=(60, 10, 1))
+)
 
 GAME = Game(
     name="Boxing",
-    rom="boxing",
-    md5="c3ef5c4653212088eda54dc91d787870",
+    rom=ROM.name,
+    md5=ROM.md5,
     ram=Ram,
     decode=decode,
     categories=(
         Category("Player", Bounds(WHITE, RING), doc="the white boxer, both arms included"),
         Category("Enemy", Bounds(BLACK, RING), doc="the black boxer, both arms included"),
-        Category(
-            "PlayerScore",
-            Bounds(WHITE, (38, 5, 54, 12), value=digits(38, 46)),
-            attributes=("value",),
-            hud=True,
-            doc="white's points",
-        ),
-        Category(
-            "EnemyScore",
-            Bounds(BLACK, (102, 5, 118, 12), value=digits(102, 110)),
-            attributes=("value",),
-            hud=True,
-            doc="black's points",
-        ),
-        Category(
-            "Clock",
-            Bounds(GREEN, (62, 17, 94, 24), value=digits(62, 78, 86)),
-            attributes=("value",),
-            hud=True,
-            doc="seconds left",
-        ),
+        display("PlayerScore", WHITE_SCORE, doc="white's points"),
+        display("EnemyScore", BLACK_SCORE, doc="black's points"),
+        display("Clock", CLOCK, doc="seconds left"),
     ),
 )
