@@ -91,7 +91,7 @@ def shared(tree: Any) -> Any:
 
 def _gather(table: jax.Array, index: jax.Array) -> tuple[jax.Array, ...]:
     (index,) = _store(index)
-    return (table.at[index].get(mode="promise_in_bounds"),)
+    return (jnp.asarray(table).at[index].get(mode="promise_in_bounds"),)
 
 
 _take = _elementwise("ocjax_take", _gather, lambda table, index: [index.update(dtype=table.dtype)], 1)

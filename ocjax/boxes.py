@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import jax
 import jax.numpy as jnp
@@ -36,6 +36,14 @@ class Box:
         w = jnp.minimum(self.x + self.w, right) - x0
         h = jnp.minimum(self.y + self.h, bottom) - y0
         return replace(self, x=x0, y=y0, w=w, h=h, valid=self.valid & (w > 0) & (h > 0))
+
+    def __getitem__(self, slots: int | slice) -> Box:
+        """Some of the slots; what all slots have in common stays as it is."""
+
+        def part(values: jax.Array | None, common_rank: int) -> jax.Array | None:
+            return values if values is None or values.ndim == common_rank else values[slots]
+
+        return Box(*(part(getattr(self, f.name), int(f.name == "rgb")) for f in fields(self)))  # pyright: ignore[reportArgumentType]
 
     def where(self, condition: Number) -> Box:
         """The same boxes, valid only where the condition also holds."""

@@ -5,11 +5,15 @@ closer to the picture than the positions that the game computes with. Source of 
 Programmer's Guide" (1979), sections on HMP0, RESP0 and NUSIZ0.
 """
 
+from collections.abc import Sequence
+
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from ocjax.boxes import WIDTH
 from ocjax.ops import div, pick
+from ocjax.vision import palette
 
 COARSE = 15  # pixels that the beam moves during one turn of the positioning loop
 NUSIZ_COPIES = (1, 2, 2, 3, 2, 1, 3, 1)
@@ -42,6 +46,11 @@ def modulo_screen(x: jax.Array) -> jax.Array:
     return x - WIDTH * div(x, WIDTH)
 
 
+def larger_part(x: jax.Array, width: jax.Array | int) -> jax.Array:
+    """Left edge of the larger part of what an edge of the screen cuts in two, for columns at most one turn away."""
+    return jnp.where(2 * (x - WIDTH) > -width, x - WIDTH, jnp.where(2 * x < -width, x + WIDTH, x))
+
+
 def copies(nusiz: jax.Array) -> jax.Array:
     """How many copies of a player a NUSIZ value of 0-7 shows."""
     return pick(nusiz, NUSIZ_COPIES)
@@ -60,3 +69,16 @@ def player_width(nusiz: jax.Array) -> jax.Array:
 def signed_nibble(nibble: jax.Array) -> jax.Array:
     """A nibble 0-15 in two's complement, -8 to 7."""
     return (nibble ^ 8) - 8
+
+
+def mirrored(rows: jax.Array) -> jax.Array:
+    """Rows of a player from right to left: the bits of each of the two low bytes in reverse order."""
+    for mask, shift in ((0x5555, 1), (0x3333, 2), (0x0F0F, 4)):
+        rows = (rows & mask) << shift | rows >> shift & mask
+    return rows
+
+
+def palette_rgb(index: jax.Array, colors: Sequence[int]) -> jax.Array:
+    """The colours of boxes, uint8 `[..., 3]`: of the few palette indices `colors`, the one at `index`."""
+    channels = palette.NTSC[np.array(colors)].T.tolist()
+    return jnp.stack([pick(index, channel) for channel in channels], axis=-1).astype(jnp.uint8)

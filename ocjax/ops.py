@@ -30,6 +30,16 @@ def lookup(table: np.ndarray | Sequence[int], index: jax.Array) -> jax.Array:
     return _xla.take(jnp.asarray(values), jnp.clip(index, 0, len(values) - 1))
 
 
+def among(x: jax.Array, values: range) -> jax.Array:
+    """Whether `x` is one of consecutive values, such as the states that one kind of object has: bool."""
+    return (x >= values.start) & (x < values.stop)
+
+
+def reached(x: jax.Array, limits: Sequence[int]) -> jax.Array:
+    """How many of the limits `x` has reached, such as the depths at which an object has its next larger picture."""
+    return sum((jnp.where(x >= limit, 1, 0) for limit in limits), jnp.zeros_like(x))
+
+
 def div(x: jax.Array, by: int) -> jax.Array:
     """`x // by` for `x >= 0` and `by > 0`, without the correction of signs that `//` compiles to."""
     return lax.div(x, jnp.full_like(x, by))
