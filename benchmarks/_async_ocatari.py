@@ -1,4 +1,4 @@
-"""Agent steps a second of gymnasium's AsyncVectorEnv over OCAtari; run by envs.py with the interpreter that has OCAtari.
+"""Agent steps per second of Gymnasium's AsyncVectorEnv over OCAtari; `envs.py` runs it with an interpreter that has OCAtari.
 
 python _async_ocatari.py GAME ram|vision NUM_ENVS SECONDS
 """

@@ -1,10 +1,10 @@
-"""Agent steps a second of the environments, on all cores, beside envpool's and gymnasium's AsyncVectorEnv over OCAtari in the same run.
+"""Agent steps per second of the environments on all cores, with envpool and Gymnasium's AsyncVectorEnv over OCAtari in the same run.
 
-    python benchmarks/envs.py [GAME ...] [--envs 128] [--rounds 5] [--peer PYTHON] [--large 1024]
+    python benchmarks/envs.py [GAME ...] [--envs 128] [--rounds 5] [--ocatari PYTHON] [--large 1024]
 
-PYTHON is the interpreter of an environment that has OCAtari. Actions are random. All kinds of environments take turns, round by round;
-a figure is the median over the rounds, the spread their least and most, a ratio the median of the ratios within a round. Emulated
-frames are four times the agent steps. What is started, and what memory it takes, is measured once, in processes of its own.
+PYTHON is an interpreter that has OCAtari. Actions are random. All environments take turns in each round. Rates are medians over the rounds,
+with the lowest and the highest; ratios are medians of the ratios within rounds. A step emulates four frames. Start-up time and memory are
+measured once, in a process of their own.
 """
 
 import argparse
@@ -20,9 +20,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from rich.console import Console
+from rich.table import Table
 
-SECONDS = 2.0  # of a measurement
-PAUSE = 0.5  # before it, for whatever ended just now
+SECONDS = 2.0  # duration of a measurement
+PAUSE = 0.5  # seconds before it, in which background work of the previous one ends
+WARM_UP = 10  # steps
 KINDS: dict[str, dict[str, Any]] = {
     "raw": {"mode": "raw"},
     "REM": {"mode": "rem"},
@@ -33,14 +36,18 @@ KINDS: dict[str, dict[str, Any]] = {
     "VEM": {"mode": "vem"},
 }
 
-PEER = {mode: f"AsyncVectorEnv over OCAtari, {mode}" for mode in ("ram", "vision")}
+OCATARI = {mode: f"AsyncVectorEnv over OCAtari, {mode}" for mode in ("ram", "vision")}
+REFERENCES = {"raw": "to raw", "envpool alone": "to envpool"}  # environments that ratios refer to, and headings
+SUMMARY = ("REM to raw", "REM to envpool alone", "VEM to raw", *(f"{name} to raw" for name in OCATARI.values()))
+
+Stepper = tuple[Callable[[np.ndarray], Any], int, Callable[[], None]]  # step, number of actions, close
 
 
 def rate(step: Callable[[np.ndarray], Any], num_actions: int, num_envs: int) -> float:
-    """Agent steps a second."""
+    """Agent steps per second with random actions."""
     rng = np.random.default_rng(0)
     time.sleep(PAUSE)
-    for _ in range(10):
+    for _ in range(WARM_UP):
         step(rng.integers(num_actions, size=num_envs))
     start, steps = time.perf_counter(), 0
     while time.perf_counter() - start < SECONDS:
@@ -49,13 +56,13 @@ def rate(step: Callable[[np.ndarray], Any], num_actions: int, num_envs: int) -> 
     return steps / (time.perf_counter() - start)
 
 
-def steppers(game: str, n: int) -> dict[str, tuple[Callable[[np.ndarray], Any], int, Callable[[], None]]]:
-    """How each kind of environment steps, its number of actions, and how it is closed."""
+def steppers(game: str, n: int) -> dict[str, Stepper]:
+    """The environments to be measured, by name."""
     from gymnasium.spaces import flatdim
 
     import ocjax
 
-    out: dict[str, Any] = {}
+    out: dict[str, Stepper] = {}
     if importlib.util.find_spec("envpool"):
         import envpool
 
@@ -94,60 +101,89 @@ print(json.dumps([spent, (after - before) / (n - 2) / 1024, whole / 1024]))
 """
 
 
+def ocatari_rate(python: str, game: str, mode: str, n: int) -> float | None:
+    """Agent steps per second of AsyncVectorEnv over OCAtari; None where OCAtari fails."""
+    command = [python, str(Path(__file__).parent / "_async_ocatari.py"), game, mode, str(n), str(SECONDS)]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    if run.returncode:
+        print(f"{game}: OCAtari failed: {run.stderr.strip().splitlines()[-1]}", file=sys.stderr)
+        return None
+    return float(run.stdout.split()[-1])
+
+
+def measure(game: str, n: int, rounds: int, ocatari: str | None) -> dict[str, list[float]]:
+    """Agent steps per second in each round, by environment."""
+    rates: dict[str, list[float]] = {}
+    environments = steppers(game, n)
+    for i in range(rounds):
+        for name, (step, num_actions, _) in environments.items():
+            rates.setdefault(name, []).append(rate(step, num_actions, n))
+        for mode, name in OCATARI.items() if ocatari else ():
+            measured = ocatari_rate(str(ocatari), game, mode, n)
+            if measured is not None:
+                rates.setdefault(name, []).append(measured)
+        print(f"{game}: round {i + 1} of {rounds}", file=sys.stderr)
+    for _, _, close in environments.values():
+        close()
+    return rates
+
+
+def ratios(rates: dict[str, list[float]]) -> dict[str, dict[str, float]]:
+    """The median ratio of each environment's rate to that of each reference, by reference and environment."""
+    present = [reference for reference in REFERENCES if reference in rates]
+    return {
+        reference: {
+            name: statistics.median(a / b for a, b in zip(values, rates[reference], strict=False)) for name, values in rates.items()
+        }
+        for reference in present
+    }
+
+
+def table(title: str, rates: dict[str, list[float]], relative: dict[str, dict[str, float]]) -> Table:
+    """The rates and ratios of one game."""
+    out = Table(title=title, title_justify="left")
+    for heading in ("environments", "median", "lowest-highest", *REFERENCES.values()):
+        out.add_column(heading, justify="left" if heading == "environments" else "right")
+    for name, values in rates.items():
+        compared = (f"{relative[reference][name]:.3f}" if reference in relative else "" for reference in REFERENCES)
+        out.add_row(name, f"{statistics.median(values):,.0f}", f"{min(values):,.0f}-{max(values):,.0f}", *compared)
+    return out
+
+
+def start_and_memory(game: str, n: int) -> str:
+    """Start-up time and memory of many environments, as a sentence."""
+    run = subprocess.run([sys.executable, "-c", MEMORY, game, str(n)], capture_output=True, text=True, check=True)
+    spent, each, whole = json.loads(run.stdout.splitlines()[-1])
+    return (
+        f"{n} environments of {game}: started in {spent:.1f} s with 2 workers ({1e3 * spent / n:.0f} ms each), "
+        f"{each:.2f} MiB each, {whole:,.0f} MiB in total (proportional set size)"
+    )
+
+
 def main() -> None:
-    """Print the tables."""
+    """Measure and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("games", nargs="*", default=["Pong", "SpaceInvaders", "MsPacman"])
-    parser.add_argument("--envs", type=int, default=128)
+    parser.add_argument("--envs", type=int, default=128, help="number of environments")
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--peer", help="Python interpreter that has OCAtari")
-    parser.add_argument("--large", type=int, default=1024, help="environments whose start and memory are measured; 0: none")
+    parser.add_argument("--ocatari", metavar="PYTHON", help="an interpreter that has OCAtari")
+    parser.add_argument("--large", type=int, default=1024, help="number of environments whose start and memory are measured; 0 for none")
     arguments = parser.parse_args()
 
-    from rich.console import Console
-    from rich.table import Table
-
     console, n = Console(width=140), arguments.envs
-    ratios: dict[str, list[float]] = {}
+    summary: dict[str, list[float]] = {}
     for game in arguments.games:
-        rates: dict[str, list[float]] = {}
-        kinds = steppers(game, n)
-        for i in range(arguments.rounds):
-            for name, (step, num_actions, _) in kinds.items():
-                rates.setdefault(name, []).append(rate(step, num_actions, n))
-            for mode in ("ram", "vision") if arguments.peer else ():
-                command = [arguments.peer, str(Path(__file__).parent / "_async_ocatari.py"), game, mode, str(n), str(SECONDS)]
-                run = subprocess.run(command, capture_output=True, text=True, check=False)
-                if run.returncode:
-                    print(f"{game}: OCAtari failed: {run.stderr.strip().splitlines()[-1]}", file=sys.stderr)
-                else:
-                    rates.setdefault(PEER[mode], []).append(float(run.stdout.split()[-1]))
-            print(f"{game}: round {i + 1} of {arguments.rounds}", file=sys.stderr)
-        for _, _, close in kinds.values():
-            close()
-        table = Table(title=f"{game}, {n} environments, {os.cpu_count()} cores: agent steps a second", title_justify="left")
-        for heading in ("environments", "median", "spread", "to raw", "to envpool"):
-            table.add_column(heading, justify="left" if heading == "environments" else "right")
-        for name, values in rates.items():
-            against = {}
-            for other in ("raw", "envpool alone"):
-                if other in rates:
-                    against[other] = statistics.median(a / b for a, b in zip(values, rates[other], strict=False))
-                    ratios.setdefault(f"{name} to {other}", []).append(against[other])
-            row = [f"{statistics.median(values):,.0f}", f"{min(values):,.0f}-{max(values):,.0f}"]
-            table.add_row(name, *row, *(f"{against[o]:.3f}" if o in against else "" for o in ("raw", "envpool alone")))
-        console.print(table)
-    for name in ("REM to raw", "REM to envpool alone", "VEM to raw", *(f"{name} to raw" for name in PEER.values())):
-        if name in ratios:
-            console.print(f"{name}: {statistics.geometric_mean(ratios[name]):.3f} (geometric mean)")
+        rates = measure(game, n, arguments.rounds, arguments.ocatari)
+        relative = ratios(rates)
+        for reference, by_name in relative.items():
+            for name, ratio in by_name.items():
+                summary.setdefault(f"{name} to {reference}", []).append(ratio)
+        console.print(table(f"{game}, {n} environments, {os.cpu_count()} cores: agent steps per second", rates, relative))
+    for name in SUMMARY:
+        if name in summary:
+            console.print(f"{name}: {statistics.geometric_mean(summary[name]):.3f} (geometric mean)")
     if arguments.large:
-        command = [sys.executable, "-c", MEMORY, arguments.games[0], str(arguments.large)]
-        run = subprocess.run(command, capture_output=True, text=True, check=True)
-        spent, each, whole = json.loads(run.stdout.splitlines()[-1])
-        console.print(
-            f"{arguments.large} environments of {arguments.games[0]}: started in {spent:.1f} s with 2 workers "
-            f"({1e3 * spent / arguments.large:.0f} ms each), {each:.2f} MiB each, {whole:,.0f} MiB in all (proportional set size)"
-        )
+        console.print(start_and_memory(arguments.games[0], arguments.large))
 
 
 if __name__ == "__main__":

@@ -1,10 +1,10 @@
-"""Time of REM and VEM for each game and batch size, on one core, beside OCAtari's in the same run.
+"""Time REM and VEM for each game and batch size on one core, beside OCAtari in the same run.
 
-    python benchmarks/extraction.py [GAME ...] [--peer PYTHON] [--core 0]
+    python benchmarks/extraction.py [GAME ...] [--ocatari PYTHON] [--core 0] [--largest 65536]
 
-PYTHON is the interpreter of an environment that has OCAtari; `ocjax evaluate Pong --peer --peer-env DIR` makes one in a folder. The process
-and the peer's are bound to one core. A figure is the median over repeated calls, each waited for, after a warm-up call; the spread is
-10-90 %; compilation is timed apart. Frames are those in tests/data, repeated to the batch size.
+PYTHON is the interpreter of an environment with OCAtari; `ocjax evaluate Pong --ocatari --ocatari-env FOLDER` creates one in FOLDER. This
+process and OCAtari's are bound to one core. A time is the median of repeated calls, each waited for, after a warm-up call; the spread is
+the 10th to 90th percentile. Compilation is timed separately. Frames are those in tests/data, repeated to fill the batch.
 """
 
 import argparse
@@ -20,15 +20,20 @@ import numpy as np
 
 HERE = Path(__file__).parent
 BATCHES = {"rem": (1, 64, 4096, 65536), "vem": (1, 64, 1024, 4096)}
+SOURCES = {"rem": "rams", "vem": "screens"}
+LEAST_CALLS, MOST_CALLS = 5, 500  # of a measurement
+OCATARI_SAMPLES = 400
+
+Ratios = dict[tuple[str, int], list[float]]  # (method, batch size) -> OCAtari's time divided by ours, one per game
 
 
 def timed(f: Callable[[Any], Any], x: Any, seconds: float = 1.0) -> tuple[float, float, float]:
-    """Seconds of a call: median, 10 % and 90 %."""
+    """Seconds per call: median, 10th and 90th percentile."""
     import jax
 
     jax.block_until_ready(f(x))
     spent, start = [], time.perf_counter()
-    while len(spent) < 5 or (time.perf_counter() - start < seconds and len(spent) < 500):
+    while len(spent) < LEAST_CALLS or (time.perf_counter() - start < seconds and len(spent) < MOST_CALLS):
         t = time.perf_counter()
         jax.block_until_ready(f(x))
         spent.append(time.perf_counter() - t)
@@ -37,77 +42,87 @@ def timed(f: Callable[[Any], Any], x: Any, seconds: float = 1.0) -> tuple[float,
 
 
 def bind(core: int) -> None:
-    """Keep the process, and those that it starts, on one core; to be called before jax starts its threads."""
+    """Bind this process and those it starts to one core. Call it before JAX starts its threads."""
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {core})
 
 
-def peer_times(python: str | None, game: str) -> dict[str, list[float] | None]:
-    """Microseconds a frame of OCAtari's methods on the same samples (median, 10 %, 90 %), None where there is no figure."""
-    from ocjax import load, peer
+def ocatari_times(python: str | None, game: str) -> dict[str, list[float] | None]:
+    """Microseconds per frame of OCAtari's methods on the same samples (median, 10th and 90th percentile), None where there is no time."""
+    from ocjax import load, ocatari_runner
     from ocjax.recordings import Recording
 
     times: dict[str, list[float] | None] = {"rem": None, "vem": None}
     if python:
-        rams, screens = (repeated(recorded(game)[k], 400) for k in ("rams", "screens"))
-        for name, method in peer.run(Recording(load(game), rams, screens), Path(python)).items():
-            if not method.error:
-                times[name] = np.percentile(method.us, [50, 10, 90]).tolist()
+        rams, screens = (repeated(recorded(game)[name], OCATARI_SAMPLES) for name in ("rams", "screens"))
+        for method, result in ocatari_runner.run(Recording(load(game), rams, screens), Path(python)).items():
+            if not result.error:
+                times[method] = np.percentile(result.us, [50, 10, 90]).tolist()
     return times
 
 
 def recorded(game: str) -> dict[str, np.ndarray]:
-    """Arrays of the game's file in tests/data."""
-    with np.load(HERE.parent / "tests" / "data" / f"{game}.npz") as file:
-        return dict(file)
+    """The arrays of the game's recording in tests/data."""
+    from ocjax import recordings
+
+    return recordings.read(HERE.parent / "tests" / "data" / f"{game}.npz", game).arrays
 
 
 def repeated(samples: np.ndarray, batch: int) -> np.ndarray:
-    """As many samples as the batch needs, over and over."""
+    """A batch of a given size, made of the samples over and over."""
     return np.resize(samples, (batch, *samples.shape[1:]))
 
 
+def game_rows(name: str, python: str | None, largest: int, ratios: Ratios) -> list[list[str]]:
+    """Table rows of one game; adds to `ratios`."""
+    import jax
+    import jax.numpy as jnp
+
+    import ocjax
+
+    game, rows = ocjax.load(name), []
+    theirs, samples = ocatari_times(python, game.name), recorded(game.name)
+    for method, batches in BATCHES.items():
+        extract = jax.jit(getattr(game, method))
+        for batch in (b for b in batches if b <= largest):
+            x = jnp.asarray(repeated(samples[SOURCES[method]], batch))
+            start = time.perf_counter()
+            jax.block_until_ready(extract(x))
+            compilation = time.perf_counter() - start
+            median, low, high = (1e6 * t / batch for t in timed(extract, x))
+            row = [game.name, method.upper(), f"{compilation:.2f}", f"{batch:,}", f"{median:.3f}", f"{low:.3f}-{high:.3f}", "", ""]
+            if times := theirs[method]:
+                ratios.setdefault((method, batch), []).append(times[0] / median)
+                row[-2:] = f"{times[0]:.1f}", f"{times[0] / median:,.0f}"
+            rows.append(row)
+            print(f"{game.name} {method} {batch}: {median:.3f} us", file=sys.stderr)
+    return rows
+
+
 def main() -> None:
-    """Print the table, and the geometric means of the ratios."""
+    """Print the table and the geometric means of the ratios."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("games", nargs="*")
-    parser.add_argument("--peer", help="Python interpreter that has OCAtari")
-    parser.add_argument("--core", type=int, default=0)
+    parser.add_argument("games", nargs="*", help="default: all games")
+    parser.add_argument("--ocatari", metavar="PYTHON", help="Python interpreter that has OCAtari")
+    parser.add_argument("--core", type=int, default=0, help="core to run on")
     parser.add_argument("--largest", type=int, default=65536, help="leave out larger batches")
     arguments = parser.parse_args()
     bind(arguments.core)
 
     import jax
-    import jax.numpy as jnp
     from rich.console import Console
     from rich.table import Table
 
     import ocjax
 
     console = Console(width=140)
-    table = Table(title=f"microseconds a frame, one core, jax {jax.__version__} on {jax.devices()[0].platform}", title_justify="left")
-    for heading in ("game", "method", "compile s", "batch", "median", "10-90 %", "OCAtari", "ratio"):
+    table = Table(title=f"Microseconds per frame on one core, jax {jax.__version__} on {jax.devices()[0].platform}", title_justify="left")
+    for heading in ("game", "method", "compilation s", "batch", "median", "10-90 %", "OCAtari", "ratio"):
         table.add_column(heading, justify="left" if heading in ("game", "method") else "right")
-    ratios: dict[tuple[str, int], list[float]] = {}
+    ratios: Ratios = {}
     for name in arguments.games or ocjax.games():
-        game = ocjax.load(name)
-        peer, data = peer_times(arguments.peer, game.name), recorded(game.name)
-        samples = {"rem": data["rams"], "vem": data["screens"]}
-        for method, batches in BATCHES.items():
-            f = jax.jit(getattr(game, method))
-            for batch in (b for b in batches if b <= arguments.largest):
-                x = jnp.asarray(repeated(samples[method], batch))
-                start = time.perf_counter()
-                jax.block_until_ready(f(x))
-                compiled = time.perf_counter() - start
-                median, low, high = (1e6 * t / batch for t in timed(f, x))
-                theirs = peer[method]
-                row = [game.name, method.upper(), f"{compiled:.2f}", f"{batch:,}", f"{median:.3f}", f"{low:.3f}-{high:.3f}"]
-                if theirs:
-                    ratios.setdefault((method, batch), []).append(theirs[0] / median)
-                    row += [f"{theirs[0]:.1f}", f"{theirs[0] / median:,.0f}"]
-                table.add_row(*row, *[""] * (8 - len(row)))
-                print(f"{game.name} {method} {batch}: {median:.3f} us", file=sys.stderr)
+        for row in game_rows(name, arguments.ocatari, arguments.largest, ratios):
+            table.add_row(*row)
     console.print(table)
     for (method, batch), values in ratios.items():
         console.print(f"{method.upper()} at {batch:,}: {statistics.geometric_mean(values):,.0f} times OCAtari's rate (geometric mean)")

@@ -1,91 +1,131 @@
-"""Measure games and keep the README's table of them: agreement, values, coverage and speed, OCAtari's beside ours in the same run.
+"""Measure games and update the table of games in benchmarks/README.md: agreement, values, coverage and speed, beside OCAtari.
 
-    python benchmarks/table.py [GAME ...] [--peer PYTHON] [--truth FOLDER ...] [--samples 2000] [--seed 20261121] [--core 0]
+    python benchmarks/table.py [GAME ...] [--ocatari PYTHON] [--truth FOLDER ...] [--samples 2000] [--seed 20261121] [--core 0]
 
-Rows of the games named (default: all) are measured anew and replaced in README.md, the others stay. F1 and IoU are `ocjax evaluate`'s
-on fresh play. PYTHON is an interpreter that has OCAtari. With --truth, recordings with what the video chip drew (FOLDER/<Game>.npz),
-`drawn` is the F1 on them, `sprites` the share of sprite pixels inside REM's boxes, and `boxes` the share of its boxes that hold drawn
-pixels. Times are microseconds a frame on one core, median, at batches of 4,096 (REM) and 1,024 (VEM), with the ratio to OCAtari's in
-brackets. The paper's F1 (paper.csv) is that of the OCAtari paper's appendix for its DQN agent.
+The rows of the named games (default: all) are measured and replaced; the others stay. F1 and IoU are those of `ocjax evaluate` on fresh
+play. PYTHON is an interpreter that has OCAtari. --truth names folders of recordings that say what the video chip drew (FOLDER/<Game>.npz).
+On them `drawn: F1` is measured, `sprites` is the share of sprite pixels inside REM's boxes and `boxes` the share of REM's boxes that hold
+drawn pixels. Times are microseconds per frame on one core, median, at batches of 4,096 (REM) and 1,024 (VEM), with the ratio to OCAtari's
+in parentheses. The paper's F1 (paper.csv) is from the OCAtari paper's appendix, for its DQN agent.
 """
 
 import argparse
 import csv
 import re
 import sys
+from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from extraction import HERE, bind, recorded, repeated, timed
+import numpy as np
+from extraction import HERE, SOURCES, bind, recorded, repeated, timed
 
-README = HERE.parent / "README.md"
+if TYPE_CHECKING:
+    from ocjax import Game
+    from ocjax.report import Evaluation
+
+PAGE = HERE / "README.md"
 BEGIN, END = "<!-- games: python benchmarks/table.py -->", "<!-- end of games -->"
 HEADER = ["game", "F1", "IoU", "exact", "score", "lives", "OCAtari's F1", "paper's F1", "drawn: F1", "sprites", "boxes", "REM us", "VEM us"]
 BATCHES = {"rem": 4096, "vem": 1024}
+DECIMALS = {"rem": 3, "vem": 1}
+
+
+def percent(share: float | np.ndarray | None) -> str:
+    """A share in percent, "-" where there is none."""
+    from ocjax import tables
+
+    return tables.text(None if share is None else 100 * float(share))
+
+
+def agreement_cells(e: "Evaluation") -> list[str]:
+    """F1, IoU, exact, score, lives and OCAtari's F1."""
+    from ocjax import evaluation, report, tables
+
+    counts = e.flicker_aware.sum()
+    cells = [percent(counts.f1), percent(counts.mean_iou), percent(counts.exact_rate)]
+    cells += [tables.text(report.value_accuracy(e, names)) for names in (evaluation.SCORE_NAMES, evaluation.LIVES_NAMES)]
+    return [*cells, percent(None if e.ocatari_agreement is None else e.ocatari_agreement.sum().f1)]
+
+
+def paper_cell(name: str) -> str:
+    """The OCAtari paper's F1, "-" for games that it lacks."""
+    with (HERE / "paper.csv").open() as file:
+        return next((row["f1"] for row in csv.DictReader(file) if row["game"] == name), "-")
+
+
+def truth_cells(name: str, folders: Iterable[str]) -> list[str]:
+    """F1, sprites and boxes on recordings that say what the video chip drew."""
+    from ocjax import recordings, report
+
+    paths = [path for folder in folders if (path := Path(folder) / f"{name}.npz").exists()]
+    if not paths:
+        return ["-"] * 3
+    e = report.evaluate(recordings.join([recordings.read(path) for path in paths]), "")
+    return [percent(e.flicker_aware.sum().f1), *map(percent, e.coverage or (None, None))]
+
+
+def speed_cells(game: "Game", e: "Evaluation") -> list[str]:
+    """Microseconds per frame of REM and VEM, each with OCAtari's time divided by it."""
+    import jax
+    import jax.numpy as jnp
+
+    samples, cells = recorded(game.name), []
+    for method, source in SOURCES.items():
+        x = jnp.asarray(repeated(samples[source], BATCHES[method]))
+        us = 1e6 * timed(jax.jit(getattr(game, method)), x)[0] / len(x)
+        theirs = e.ocatari.get(method)
+        ratio = f" ({np.median(theirs.us) / us:,.0f})" if theirs is not None and len(theirs.us) else ""
+        cells.append(f"{us:.{DECIMALS[method]}f}{ratio}")
+    return cells
 
 
 def measure(name: str, arguments: argparse.Namespace) -> list[str]:
-    """One row."""
-    import jax
-    import jax.numpy as jnp
-    import numpy as np
-
+    """Measure one row of the table."""
     import ocjax
-    from ocjax import evaluation, peer, play, recordings, report
-
-    def number(x: object) -> str:
-        return report.text(None if x is None else 100 * float(x))  # pyright: ignore[reportArgumentType]
+    from ocjax import ocatari_runner, report
+    from ocjax.rollout import rollout
 
     game = ocjax.load(name)
-    tape = play.play(game, arguments.samples, seed=arguments.seed)
-    e = report.evaluate(tape, "", peer.run(tape, Path(arguments.peer)) if arguments.peer else None)
-    a = e.aware.sum()
-    row = [game.name, number(a.f1), number(a.mean_iou), number(a.exact_rate)]
-    for names in (evaluation.SCORE_NAMES, evaluation.LIVES_NAMES):
-        row.append(next((number(v) for k, v in e.values.items() if k in names), "-"))
-    row.append("-" if e.peer_plain is None else number(e.peer_plain.sum().f1))
-    with (HERE / "paper.csv").open() as file:
-        row.append(next((r["f1"] for r in csv.DictReader(file) if r["game"] == game.name), "-"))
-    paths = [Path(folder) / f"{game.name}.npz" for folder in arguments.truth]
-    truth = recordings.join([recordings.read(p) for p in paths if p.exists()]) if any(p.exists() for p in paths) else None
-    drawn = report.evaluate(truth, "") if truth else None
-    row += ["-"] * 3 if drawn is None else [number(drawn.aware.sum().f1), *map(number, drawn.cover or (None, None))]
-    samples = recorded(game.name)
-    for method, key in (("rem", "rams"), ("vem", "screens")):
-        x = jnp.asarray(repeated(samples[key], BATCHES[method]))
-        us = 1e6 * timed(jax.jit(getattr(game, method)), x)[0] / len(x)
-        theirs = e.peer.get(method)
-        ratio = f" ({np.median(theirs.us) / us:,.0f})" if theirs is not None and len(theirs.us) else ""
-        row.append((f"{us:.3f}" if method == "rem" else f"{us:.1f}") + ratio)
-    return row
+    tape = rollout(game, arguments.samples, seed=arguments.seed)
+    e = report.evaluate(tape, "", ocatari_runner.run(tape, Path(arguments.ocatari)) if arguments.ocatari else None)
+    return [game.name, *agreement_cells(e), paper_cell(game.name), *truth_cells(game.name, arguments.truth), *speed_cells(game, e)]
+
+
+def rows_of(table: str) -> dict[str, list[str]]:
+    """The rows of the table in the page, by game."""
+    lines = [[cell.strip() for cell in re.findall(r"[^|]+", line)] for line in table.split("\n")[4:]]
+    return {cells[0]: cells for cells in lines if cells}
+
+
+def to_markdown(rows: dict[str, list[str]]) -> str:
+    """The table, games in alphabetical order."""
+    lines = [HEADER, ["---"] * len(HEADER), *(rows[name] for name in sorted(rows))]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
 def main() -> None:
-    """Measure, and write the table."""
+    """Measure, and update the page after each game."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("games", nargs="*")
-    parser.add_argument("--peer", help="Python interpreter that has OCAtari")
-    parser.add_argument("--truth", nargs="*", default=[], help="folders of recordings with what the video chip drew")
-    parser.add_argument("--samples", type=int, default=2000)
-    parser.add_argument("--seed", type=int, default=20261121)
-    parser.add_argument("--core", type=int, default=0)
+    parser.add_argument("games", nargs="*", help="default: all games")
+    parser.add_argument("--ocatari", metavar="PYTHON", help="Python interpreter that has OCAtari")
+    parser.add_argument("--truth", nargs="*", default=[], metavar="FOLDER", help="recordings that say what the video chip drew")
+    parser.add_argument("--samples", type=int, default=2000, help="samples to play per game")
+    parser.add_argument("--seed", type=int, default=20261121, help="seed of the play")
+    parser.add_argument("--core", type=int, default=0, help="core to run on")
     arguments = parser.parse_args()
     bind(arguments.core)
 
     import ocjax
 
-    text = README.read_text()
-    before, rest = text.split(BEGIN)
+    before, rest = PAGE.read_text().split(BEGIN)
     old, after = rest.split(END)
-    rows = {
-        cells[0]: cells for line in old.splitlines()[4:] if (cells := re.findall(r"[^|]+", line)) and (cells := [c.strip() for c in cells])
-    }
+    rows = rows_of(old)
     for name in arguments.games or ocjax.games():
         row = measure(name, arguments)
         rows[row[0]] = row
         print(" | ".join(row), file=sys.stderr, flush=True)
-        lines = [HEADER, ["---"] * len(HEADER), *(rows[n] for n in sorted(rows))]
-        table = "\n".join("| " + " | ".join(line) + " |" for line in lines)
-        README.write_text(f"{before}{BEGIN}\n\n{table}\n\n{END}{after}")
+        PAGE.write_text(f"{before}{BEGIN}\n\n{to_markdown(rows)}\n\n{END}{after}")
 
 
 if __name__ == "__main__":

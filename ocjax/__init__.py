@@ -10,10 +10,12 @@ objects = game.vem(frames)     # uint8 [..., 210, 160] palette indices or [..., 
 from typing import TYPE_CHECKING, Any
 
 from ocjax import registration
+from ocjax._xla import retain_freed_memory
 from ocjax.boxes import Box
 from ocjax.game import Game, GameError
 from ocjax.objects import Objects, velocity
 from ocjax.registry import UnknownGameError, games, load
+from ocjax.rules import Category
 from ocjax.tracking import merge_frames, track
 
 __version__ = "0.1.0"
@@ -30,6 +32,7 @@ __all__ = [
     "make_vec",
     "merge_frames",
     "ocatari",
+    "retain_freed_memory",
     "track",
     "velocity",
 ]

@@ -33,6 +33,25 @@ def on_cpu() -> bool:
     return jax.default_backend() == "cpu"
 
 
+def _varying_axes(array: Any) -> frozenset[Any]:
+    """The axes of a surrounding `shard_map` that an array varies over; JAX 0.10 renamed the attribute."""
+    kind = jax.typeof(array)
+    return getattr(getattr(kind, "manual_axis_type", kind), "varying", getattr(kind, "vma", frozenset()))
+
+
+def varying(tree: Any, like: jax.Array) -> Any:
+    """The arrays, marked as varying over the axes of `shard_map` that `like` varies over.
+
+    Primitives and the states of loops require equal marks; constants have none.
+    """
+
+    def mark(array: Any) -> Any:
+        missing = _varying_axes(like) - _varying_axes(array)
+        return lax.pcast(array, tuple(missing), to="varying") if missing else array
+
+    return jax.tree.map(mark, tree)
+
+
 # ------------------------------------------------------------------------------------------------------------ materialize
 
 
@@ -48,7 +67,8 @@ def materialize(f: Callable[..., Any], *x: jax.Array, small: int = SMALL) -> Any
         return f(*x)
     result = jax.eval_shape(f, *x)
     always = (x[0].ravel()[0].astype(jnp.int32) | 1) != 0  # true for every number, which XLA does not find out
-    return lax.cond(always, f, lambda *_: jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), result), *x)
+    zeros = lambda *x: varying(jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), result), x[0])  # noqa: E731
+    return lax.cond(always, f, zeros, *x)
 
 
 def _elementwise(name: str, f: Callable[..., tuple[jax.Array, ...]], result: Callable[..., Any], operand: int) -> Primitive:
@@ -120,8 +140,9 @@ def transpose(rows: jax.Array) -> jax.Array:
 
 
 def padded(lanes: int) -> int:
-    """The row length to store a batch of this size with: rows of 4,096 bytes share cache lines, and transposing 128 of them takes 22 ns
-    a state; with 16 more bytes a row it takes 10.
+    """The row length with which to store a batch of this size.
+
+    Rows of 4,096 bytes map to the same cache lines, and transposing 128 of them takes 22 ns a state; with 16 more bytes a row it takes 10.
     """
     return lanes + 16 if on_cpu() and lanes % CACHE_LINES == 0 else lanes
 
@@ -198,7 +219,8 @@ def any_batch(f: Callable[[jax.Array], Any], rank: int) -> Callable[[jax.Array |
 
     def call(x: jax.Array | np.ndarray) -> Any:
         x = jnp.asarray(x)
-        return traced(x) if isinstance(x, Tracer) else folded(x)
+        with jax.enable_x64(False):  # decoders and rules compute with 32 bits, whatever the caller's default is
+            return traced(x) if isinstance(x, Tracer) else folded(x)
 
     return call
 

@@ -94,7 +94,7 @@ class Game:
         return vem.extractor(self)
 
     @functools.cached_property
-    def vem_overflow(self) -> Callable[[jax.Array], tuple[Objects, jax.Array]]:
+    def vem_overflow(self) -> Callable[[Any], tuple[Objects, Any]]:
         """`vem` of uint8 `[B, H, 160]`, with the number of objects of each category that had no slot, int32 `[B, categories]`."""
         return vem.extractor_with_overflow(self)
 
@@ -118,8 +118,9 @@ class Game:
         """Extract objects from pixels; a pure function that works under `jit`, `vmap` and `scan`.
 
         Args:
-            frames: uint8 `[..., H, 160]` of ALE palette indices (`ale.getScreen()`), or uint8 `[..., H, 160, 3]` of RGB in which every
-                colour is one of the palette's (`ocjax.vision.palette.check_rgb` checks that): not max-pooled, resized or lossily compressed.
+            frames: uint8 `[..., H, 160]` of ALE palette indices (`ale.getScreen()`), or uint8 `[..., H, 160, 3]` of RGB. Frames must be the
+                emulator's own, neither max-pooled, resized nor lossily compressed: every colour must be in the palette, which
+                `ocjax.vision.palette.check_rgb` checks.
 
         Raises:
             TypeError: `frames` is not uint8.

@@ -1,4 +1,4 @@
-"""Objects as pictures: the mask observations of OCCAM (Blüml et al., "Deep Reinforcement Learning via Object-Centric Attention", 2025)."""
+"""Draw objects as masks, the observations of OCCAM (Blüml et al., "Deep Reinforcement Learning via Object-Centric Attention", 2025)."""
 
 import functools
 from typing import Literal
@@ -12,11 +12,11 @@ from ocjax.objects import Objects, whose
 
 Kind = Literal["object", "binary", "class", "planes"]
 KINDS = ("object", "binary", "class", "planes")
-DIRECT = 8  # outputs of a pattern up to which sums of slices beat a product of matrices
+DIRECT = 8  # rows of a resizing pattern up to which sums of slices are faster than a matrix product
 
 
 def num_planes(game: Game, kind: Kind, pixels: bool = False) -> int:
-    """Planes of a game's masks: one, or one a category; and the screen where it is wanted."""
+    """Number of planes of a game's masks: one, or one per category for "planes", and one more with `pixels`."""
     return (len(game.categories) if kind == "planes" else 1) + pixels
 
 
@@ -33,25 +33,25 @@ def masks(
 
     Args:
         objects: of batch shape `[B]`, with all slots of their game.
-        kind: "object" (the screen in shades of grey where objects are, else black), "binary" (white where objects are), "class" (a shade
-            for each category, the last one brightest; where they overlap the brighter shows) or "planes" (a binary mask for each category).
-        gray: the screen, uint8 `[B, H, 160]`; needed for "object" and for `pixels`.
-        size: (height, width) of the masks; None for the screen's own.
-        draw: "output" scales the boxes outwards to whole pixels of the output and fills those; "screen" fills them at the screen's size and
-            averages over areas.
-        pixels: the screen in shades of grey as one more plane, the last one.
+        kind: "object" (the grey screen inside boxes, black outside), "binary" (white inside boxes), "class" (one shade of grey per
+            category, the last one brightest, and the brighter shade where boxes overlap) or "planes" (one binary mask per category).
+        gray: the grey screen, uint8 `[B, H, 160]`; required for "object" and for `pixels`.
+        size: (height, width) of the masks; None for the screen's size.
+        draw: "output" scales boxes to the output, rounds them outwards to whole pixels and fills those; "screen" fills them at the screen's
+            size and resizes by averaging over areas.
+        pixels: whether to add the grey screen as the last plane.
 
     Returns:
-        uint8 `[B, P, height, width]`, P by `num_planes`.
+        uint8 `[B, P, height, width]`, with P from `num_planes`.
 
     Raises:
-        ValueError: an unknown kind or way to draw, or no `gray` where it is needed.
+        ValueError: `kind` or `draw` is unknown, or `gray` is missing.
     """
     game = whose(objects)
     if kind not in KINDS or draw not in ("output", "screen"):
-        raise ValueError(f"kind must be one of {KINDS}, draw 'output' or 'screen', got {kind!r} and {draw!r}")
+        raise ValueError(f"kind must be one of {KINDS} and draw 'output' or 'screen', got {kind!r} and {draw!r}")
     if gray is None and (kind == "object" or pixels):
-        raise ValueError("the screen in shades of grey is needed: give gray")
+        raise ValueError("kind 'object' and pixels need the grey screen: give gray")
     screen, out = game.screen, size or game.screen
     grid = screen if draw == "screen" else out
     rows, columns = (_inside(objects.xywh[..., k], objects.xywh[..., k + 2], screen[1 - k], grid[1 - k]) for k in (1, 0))
@@ -78,13 +78,21 @@ def masks(
 
 
 def _shades(game: Game) -> list[int]:
-    """A shade of grey for each category, evenly from dark to white."""
+    """One shade of grey per category, evenly spaced up to white."""
     n = len(game.categories)
     return [255 * (i + 1) // n for i in range(n)]
 
 
 def _inside(start: jax.Array, length: jax.Array, screen: int, out: int) -> jax.Array:
-    """Which rows (or columns) of the output each box touches, float32 `[..., N, out]`, 0 or 1."""
+    """Which rows or columns of the output each box touches.
+
+    Args:
+        start, length: `[..., N]`, extent of the boxes in pixels of the screen.
+        screen, out: size of the screen and of the output.
+
+    Returns:
+        float32 `[..., N, out]`, 0 or 1.
+    """
     start, length = start.astype(jnp.int32), length.astype(jnp.int32)
     first, end = start * out // screen, -(-(start + length) * out // screen)
     at = jnp.arange(out, dtype=jnp.int32).reshape(*[1] * start.ndim, out)
@@ -93,16 +101,16 @@ def _inside(start: jax.Array, length: jax.Array, screen: int, out: int) -> jax.A
 
 @functools.cache
 def area_weights(n_in: int, n_out: int) -> np.ndarray:
-    """Share of each input pixel in each output pixel when resized by averaging over areas, float32 `[n_out, n_in]`."""
+    """Weight of each input pixel in each output pixel when resizing by averaging over areas, float32 `[n_out, n_in]`."""
     edges = np.arange(n_out + 1) * n_in / n_out
     overlap = np.minimum(edges[1:, None], np.arange(1, n_in + 1)) - np.maximum(edges[:-1, None], np.arange(n_in))
     return (np.maximum(overlap, 0) * n_out / n_in).astype(np.float32)
 
 
 def resize(images: jax.Array, size: tuple[int, int]) -> jax.Array:
-    """Resize by averaging over areas, as OpenCV's INTER_AREA: uint8 `[..., h, w]` -> uint8 `[..., *size]`.
+    """Resize by averaging over areas, like OpenCV's INTER_AREA: uint8 `[..., h, w]` -> uint8 `[..., *size]`.
 
-    Rows are summed as slices: a product of matrices that is mostly zero takes three times as long for 210 to 84 rows.
+    Rows are summed as slices, because a product with a matrix of mostly zeros takes three times as long for 210 to 84 rows.
     """
     height, width = images.shape[-2:]
     if (height, width) == size:

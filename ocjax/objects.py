@@ -68,13 +68,16 @@ class Objects:
         return Objects(self.xywh[..., s, :], self.valid[..., s], self.orientation[..., s], self.value[..., s], self.rgb[..., s, :])
 
     def to_list(self) -> list[Any]:
-        """Readable records of the valid objects: a list of dicts for one state, nested lists for a batch.
+        """Records of the valid objects: plain dicts of one state's objects, for printing, JSON or a data frame.
 
         A record has `category`, `slot` (within its category), `x`, `y`, `w`, `h`, `rgb`, `hud`, and `value` and `orientation` where the
         category has them.
 
+        Returns:
+            A list of records for one state; nested lists for a batch.
+
         Raises:
-            ValueError: the objects do not know their game (they are not what a game's methods returned, or only a part of it).
+            ValueError: the objects do not know their game, because they are not all that `game.rem` or `game.vem` returned.
         """
         game = whose(self)
         host = jax.tree.map(np.asarray, self)

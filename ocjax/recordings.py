@@ -1,8 +1,8 @@
-"""Recordings of play: files in and out."""
+"""Recordings of play in `.npz` files."""
 
 import dataclasses
 import json
-import tempfile
+import os
 import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -14,32 +14,50 @@ from ocjax.game import Game
 from ocjax.ram import RAM_SIZE
 from ocjax.registry import load
 
-ARRAYS = {"rams": "u1", "screens": "u1", "previous": "u1", "shown": "u1", "previous_shown": "u1", "rewards": "if", "lives": "iu",
-          "resets": "b"}  # fmt: skip
-FACTS = ("game", "md5", "frame_skip", "protocol")
+ARRAYS = ("rams", "screens", "previous", "shown", "previous_shown", "drawn", "rewards", "lives", "resets")
+NUMBERS = {"rewards": "if", "lives": "iu"}  # kinds of dtype; all other arrays are uint8 or bool
+BOOLS = ("resets",)
+XOR = {"previous": "screens", "previous_shown": "shown"}  # stored as exclusive or with the other: nearly all zero, a tenth of the size
+FACTS = ("game", "md5", "frame_skip", "settings")
 
 
 class RecordingError(ValueError):
-    """A file that is not a recording, or is one of another game; the message says what is wrong with it."""
+    """A file is no recording, or a recording of another game; the message says what is wrong with it."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Recording:
-    """RAM of `n` samples of one game, and what else was recorded with it."""
+    """RAM of `n` samples of one game, and what else was recorded with it. Parts that were not recorded are None.
+
+    Args:
+        game: the game.
+        rams: uint8 `[n, 128]`.
+        screens: uint8 `[n, H, 160]` of palette indices or `[n, H, 160, 3]` of RGB, the last emulated frame.
+        previous: the emulated frame before, like `screens`.
+        shown: uint8 `[n, H, 160]`, the graphics object whose colour shows at each pixel (1 and 4 players, 2 and 8 missiles, 16 ball,
+            32 playfield, 0 none).
+        previous_shown: the same on the frame before.
+        drawn: bool `[n, H, 160]`, whether any graphics object shows at a pixel on the frame or the one before; excerpts keep it instead of
+            `shown`.
+        rewards: `[n]`, sum of rewards since the episode began.
+        lives: int `[n]`, the emulator's lives.
+        resets: bool `[n]`, first sample of an episode.
+        frame_skip: emulated frames between successive samples of an episode; None where samples do not follow on each other.
+        settings: how the environments were stepped, the fields of the environments' settings as a dict.
+    """
 
     game: Game
-    rams: np.ndarray  # uint8 [n, 128]
-    screens: np.ndarray | None = None  # uint8 [n, H, 160] of palette indices, or [n, H, 160, 3] of RGB
-    previous: np.ndarray | None = None  # the emulated frame just before each, as screens
-    shown: np.ndarray | None = (
-        None  # uint8 [n, H, 160]: the graphics object that shows at a pixel (1, 4 players, 2, 8 missiles, 16 ball, 32 playfield)
-    )
-    previous_shown: np.ndarray | None = None  # the same of the frame before
-    rewards: np.ndarray | None = None  # [n]: sum since the episode began
-    lives: np.ndarray | None = None  # int [n]
-    resets: np.ndarray | None = None  # bool [n]: first sample of an episode
-    frame_skip: int | None = None  # emulated frames from a sample to the next of its episode; None: samples do not follow on each other
-    protocol: Mapping[str, Any] | None = None  # how the environments were stepped, as `ocjax.envs.Protocol.to_dict` gives it
+    rams: np.ndarray
+    screens: np.ndarray | None = None
+    previous: np.ndarray | None = None
+    shown: np.ndarray | None = None
+    previous_shown: np.ndarray | None = None
+    drawn: np.ndarray | None = None
+    rewards: np.ndarray | None = None
+    lives: np.ndarray | None = None
+    resets: np.ndarray | None = None
+    frame_skip: int | None = None
+    settings: Mapping[str, Any] | None = None
 
     def __len__(self) -> int:
         return len(self.rams)
@@ -49,43 +67,54 @@ class Recording:
         """Number of each sample's episode, int `[n]`."""
         return np.zeros(len(self), int) if self.resets is None else np.cumsum(self.resets)
 
+    @property
+    def arrays(self) -> dict[str, np.ndarray]:
+        """The arrays that were recorded, by name."""
+        return {name: array for name in ARRAYS if (array := getattr(self, name)) is not None}
+
     def write(self, path: str | Path) -> None:
-        """Write an .npz file that `read` reads; a file of that name is replaced at once, or, if writing fails, left as it was."""
-        arrays = {k: getattr(self, k) for k in ARRAYS if getattr(self, k) is not None}
-        for latest, before in (("screens", "previous"), ("shown", "previous_shown")):
-            if before in arrays:
-                arrays[before] = arrays[latest] ^ arrays[before]  # nearly all zero: a tenth of the size
+        """Write an .npz file that `read` reads. An existing file is replaced atomically, or left as it was if writing fails.
+
+        Raises:
+            OSError: the file cannot be written.
+        """
+        arrays = self.arrays
+        for name, other in XOR.items():
+            if name in arrays:
+                arrays[name] = arrays[other] ^ arrays[name]
+        if "drawn" in arrays:
+            arrays["drawn"] = np.packbits(arrays["drawn"], axis=-1)
         facts: dict[str, Any] = {"game": self.game.name, "md5": self.game.md5}
         if self.frame_skip is not None:
             facts["frame_skip"] = self.frame_skip
-        if self.protocol is not None:
-            facts["protocol"] = json.dumps(dict(self.protocol))
+        if self.settings is not None:
+            facts["settings"] = json.dumps(dict(self.settings))
         path = Path(path)
-        with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".npz", delete=False) as file:
-            try:
+        unfinished = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+        try:
+            with unfinished.open("xb") as file:
                 np.savez_compressed(file, **arrays, **facts)
-            except BaseException:
-                Path(file.name).unlink()
-                raise
-        Path(file.name).replace(path)
+            unfinished.replace(path)
+        finally:
+            unfinished.unlink(missing_ok=True)
 
 
 def join(parts: Sequence[Recording]) -> Recording:
-    """Recordings of one game one after the other, with what all of them have."""
+    """Join recordings of one game end to end. The result has the arrays that all of them have."""
     if len(parts) == 1:
         return parts[0]
-
-    def of(name: str) -> np.ndarray | None:
-        arrays = [getattr(p, name) for p in parts]
-        return None if any(a is None for a in arrays) else np.concatenate(arrays)
-
-    joined: dict[str, Any] = {name: of(name) for name in ARRAYS}
-    if joined["resets"] is not None:
+    joined: dict[str, Any] = {
+        name: np.concatenate([p.arrays[name] for p in parts]) for name in ARRAYS if all(name in p.arrays for p in parts)
+    }
+    if "resets" in joined:
         joined["resets"][np.cumsum([0, *map(len, parts[:-1])])] = True
     skips = {p.frame_skip for p in parts}
-    same = all(p.protocol == parts[0].protocol for p in parts)
+    same_settings = all(p.settings == parts[0].settings for p in parts)
     return Recording(
-        parts[0].game, **joined, frame_skip=skips.pop() if len(skips) == 1 else None, protocol=parts[0].protocol if same else None
+        parts[0].game,
+        **joined,
+        frame_skip=skips.pop() if len(skips) == 1 else None,
+        settings=parts[0].settings if same_settings else None,
     )
 
 
@@ -93,51 +122,76 @@ def read(path: str | Path, game: str | None = None) -> Recording:
     """Read a recording.
 
     Args:
-        path: an .npz file with `rams` (uint8 `[n, 128]`) and, where they were kept, `screens` (uint8 `[n, H, 160]` of palette indices or
-            `[n, H, 160, 3]` of RGB), `previous` (the frame before each, as exclusive or with `screens`), `shown` and `previous_shown` (the
-            same for what the video chip drew), `rewards`, `lives`, `resets`, `frame_skip` and `protocol` (as JSON; see `Recording`). It may
-            name its `game` and the `md5` of its ROM.
-        game: its game, where neither its contents nor its name (`Pong.npz`) tell.
+        path: an .npz file with `rams` and any of the other arrays of `Recording`. `previous` and `previous_shown` are stored as exclusive
+            or with `screens` and `shown`, `drawn` as bits packed along rows, `settings` as JSON. The file may name its `game` and the
+            `md5` of the ROM.
+        game: the game's name, for files whose contents and name (`Pong.npz`) do not tell.
 
     Raises:
-        FileNotFoundError: no such file.
-        RecordingError: a ValueError; it cannot be read, lacks an array, has one of the wrong kind, or was made with another ROM.
-        UnknownGameError: a ValueError; no such game.
+        FileNotFoundError: there is no such file.
+        RecordingError: a ValueError; the file is unreadable, lacks an array, has one of the wrong dtype or shape, or was made with another
+            ROM.
+        UnknownGameError: a ValueError; there is no such game.
     """
     path = Path(path)
+    arrays, facts = _load_file(path)
+    found = _game_of(path, facts, game)
+    if "rams" not in arrays:
+        raise RecordingError(f"{path} has no array 'rams' (uint8 [n, {RAM_SIZE}])")
+    for name, array in arrays.items():
+        _check_array(path, name, array, _shapes(name, len(arrays["rams"]), found))
+    for name, other in XOR.items():
+        if name in arrays:
+            if other not in arrays or arrays[other].shape != arrays[name].shape:
+                raise RecordingError(f"{path}: {name} is stored as exclusive or with {other}, which must be there and have the same shape")
+            arrays[name] = arrays[other] ^ arrays[name]
+    if "drawn" in arrays:
+        arrays["drawn"] = np.unpackbits(arrays["drawn"], axis=-1, count=found.screen[1]).astype(bool)
+    skip = int(facts["frame_skip"]) if "frame_skip" in facts else None
+    try:
+        settings = json.loads(str(facts["settings"])) if "settings" in facts else None
+    except json.JSONDecodeError as error:
+        raise RecordingError(f"{path}: settings must be JSON, got {facts['settings']!r}") from error
+    return Recording(found, **arrays, frame_skip=skip, settings=settings)
+
+
+def _load_file(path: Path) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """Arrays and facts of a file, as they are stored."""
     if not path.exists():
         raise FileNotFoundError(f"no recording {path}")
     try:
         with np.load(path, allow_pickle=False) as file:
-            arrays = {k: file[k] for k in (*ARRAYS, *FACTS) if k in file}
+            arrays, facts = ({k: file[k] for k in names if k in file} for names in (ARRAYS, FACTS))
     except (OSError, ValueError, zipfile.BadZipFile, AttributeError, EOFError) as error:
         raise RecordingError(f"{path} is not a readable .npz recording: {error}") from error
-    facts = {k: arrays.pop(k) for k in FACTS if k in arrays}
-    found = load(str(facts["game"]) if "game" in facts else game or path.stem)
-    if game is not None and load(game) is not found:
-        raise RecordingError(f"{path} is a recording of {found.name}, not of {load(game).name}")
-    if "md5" in facts and str(facts["md5"]) != found.md5:
-        raise RecordingError(f"{path} was made with the ROM of md5 {facts['md5']}; the decoder of {found.name} is for {found.md5}")
-    if "rams" not in arrays:
-        raise RecordingError(f"{path} has no array 'rams' (uint8 [n, {RAM_SIZE}])")
-    n = len(arrays["rams"])
-    pixels = [(n, *found.screen), (n, *found.screen, 3)]
-    shapes = {"rams": [(n, RAM_SIZE)], "screens": pixels, "previous": pixels, "shown": pixels[:1], "previous_shown": pixels[:1]}
-    for name, array in arrays.items():
-        kinds, allowed = ARRAYS[name], shapes.get(name, [(n,)])
-        right = array.dtype == np.uint8 if kinds == "u1" else array.dtype.kind in kinds
-        if not right or array.shape not in allowed:
-            kind = {"u1": "uint8", "b": "bool"}.get(kinds, "numbers")
-            wanted = " or ".join(str(list(s)) for s in allowed)
-            raise RecordingError(f"{path}: {name} must be {kind} {wanted}, is {array.dtype} {list(array.shape)}")
-    for latest, before in (("screens", "previous"), ("shown", "previous_shown")):
-        if before in arrays:
-            if latest not in arrays or arrays[latest].shape != arrays[before].shape:
-                raise RecordingError(f"{path}: {before} is kept as exclusive or with {latest}, which must have the same shape")
-            arrays[before] = arrays[latest] ^ arrays[before]
-    skip = int(facts["frame_skip"]) if "frame_skip" in facts else None
-    try:
-        protocol = json.loads(str(facts["protocol"])) if "protocol" in facts else None
-    except json.JSONDecodeError as error:
-        raise RecordingError(f"{path}: protocol must be JSON, is {facts['protocol']!r}") from error
-    return Recording(found, **arrays, frame_skip=skip, protocol=protocol)
+    return arrays, facts
+
+
+def _game_of(path: Path, facts: Mapping[str, np.ndarray], name: str | None) -> Game:
+    game = load(str(facts["game"]) if "game" in facts else name or path.stem)
+    if name is not None and load(name) is not game:
+        raise RecordingError(f"{path} is a recording of {game.name}, not of {load(name).name}")
+    if "md5" in facts and str(facts["md5"]) != game.md5:
+        raise RecordingError(f"{path} was made with the ROM of md5 {facts['md5']}, but the decoder of {game.name} is for {game.md5}")
+    return game
+
+
+def _shapes(name: str, n: int, game: Game) -> list[tuple[int, ...]]:
+    """The shapes that a stored array may have."""
+    height, width = game.screen
+    if name in ("screens", "previous"):
+        return [(n, height, width), (n, height, width, 3)]
+    shapes = {"rams": (n, RAM_SIZE), "drawn": (n, height, -(-width // 8))} | dict.fromkeys(("shown", "previous_shown"), (n, height, width))
+    return [shapes.get(name, (n,))]
+
+
+def _check_array(path: Path, name: str, array: np.ndarray, shapes: Sequence[tuple[int, ...]]) -> None:
+    if name in NUMBERS:
+        fits, expected = array.dtype.kind in NUMBERS[name], "numbers"
+    elif name in BOOLS:
+        fits, expected = array.dtype == np.bool_, "bool"
+    else:
+        fits, expected = array.dtype == np.uint8, "uint8"
+    if not fits or array.shape not in shapes:
+        allowed = " or ".join(str(list(shape)) for shape in shapes)
+        raise RecordingError(f"{path}: {name} must be {expected} {allowed}, got {array.dtype} {list(array.shape)}")

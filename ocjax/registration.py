@@ -1,13 +1,13 @@
-"""The environments under gymnasium's names: "ocjax/Pong-v5" and so on, known from `import ocjax` on.
+"""Registration of the environments with Gymnasium, under "ocjax/Pong-v5" and so on.
 
-Gymnasium 1.0 gave up its plugins, so it cannot find them before; `gymnasium.make("ocjax:ocjax/Pong-v5")` does the import itself.
+Gymnasium 1.0 removed plugins, so importing ocjax registers these IDs; `gymnasium.make("ocjax:ocjax/Pong-v5")` imports it.
 """
 
 from ocjax import registry
 
 
 def register() -> None:
-    """Tell gymnasium of every game. It imports gymnasium, but neither the emulator nor any game."""
+    """Register every game. This imports Gymnasium, but neither the emulator nor any game."""
     import gymnasium
 
     for name in registry.names():

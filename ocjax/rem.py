@@ -1,9 +1,13 @@
 """The RAM extraction method: from a game's decoder for one state to a compiled function of a batch.
 
-A batch goes through stages, each a function of its own: `read` picks the bytes that the game uses and puts the batch last, `decode` maps the
-game's decoder over the batch, `pack` writes every category's boxes into rows of slots, `unpack` puts the batch first again and makes
-`Objects`. `B` is the batch size, `N` the number of slots. With the batch last, every operation of a decoder that handles a few numbers
-for one state runs along thousands of states.
+A batch goes through four stages, each a function of its own:
+
+1. `read` picks the bytes that the game uses and puts the batch last.
+2. `decode` maps the game's decoder over the batch.
+3. `pack` writes the boxes of every category into rows of slots.
+4. `unpack` puts the batch first again and makes `Objects`.
+
+`B` is the batch size, `N` the number of slots. With the batch last, an operation on a few numbers per state runs along thousands of states.
 """
 
 from __future__ import annotations

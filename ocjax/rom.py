@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import hashlib
 import importlib.util
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,41 +27,58 @@ PLAYER = 8  # dots of a row of a player's picture
 
 
 class RomError(ValueError):
-    """A ROM is missing, or is not the one that a decoder was written for."""
+    """A game's ROM is missing, or is not the one that its decoder was written for."""
 
 
-def rom_path(name: str) -> Path:
-    """Where ale-py installs a ROM; ale-py itself is not imported.
+def rom_path(rom: str) -> Path:
+    """The file of a ROM, found without importing ale-py.
+
+    Args:
+        rom: ale-py's name of the ROM, such as "space_invaders".
+
+    Returns:
+        `<rom>.bin` in the folder that the environment variable `ALE_ROMS_DIR` names, or by default where ale-py installs its ROMs.
 
     Raises:
-        RomError: there is no such ROM.
+        RomError: a ValueError; there is no such file.
     """
-    spec = importlib.util.find_spec("ale_py")
-    folders = [Path(p) / "roms" for p in (spec.submodule_search_locations if spec else None) or ()]
-    found = next((folder / f"{name}.bin" for folder in folders if (folder / f"{name}.bin").is_file()), None)
-    if found is None:
-        where = " or ".join(map(str, folders)) or "ale-py, which is not installed"
-        raise RomError(f"no ROM {name}.bin in {where}: install ale-py 0.12 or newer, whose wheel contains the ROMs (pip install -U ale-py)")
-    return found
+    folder = os.environ.get("ALE_ROMS_DIR")
+    if not folder:
+        spec = importlib.util.find_spec("ale_py")
+        if spec is None or not spec.submodule_search_locations:
+            raise RomError(f"the ROM {rom!r} comes with ale-py, which is not installed: pip install ale-py")
+        folder = Path(spec.submodule_search_locations[0]) / "roms"
+    path = Path(folder) / f"{rom}.bin"
+    if not path.is_file():
+        raise RomError(f"expected the ROM {rom!r} at {path}, which does not exist: install ale-py >= 0.12, or correct ALE_ROMS_DIR")
+    return path
+
+
+def read_rom(rom: str, md5: str) -> bytes:
+    """The contents of a ROM, which are read once per process.
+
+    Args:
+        rom: ale-py's name of the ROM.
+        md5: the expected MD5 hash in hexadecimal.
+
+    Raises:
+        RomError: a ValueError; the ROM is missing, or its hash is another one.
+    """
+    path = rom_path(rom)
+    data, found = _contents(path)
+    if found != md5:
+        raise RomError(
+            f"expected the ROM {rom!r} with md5 {md5}, which the game's decoder was written for, but {path} has md5 {found}: "
+            "reinstall ale-py, or point ALE_ROMS_DIR to a folder with the expected ROM"
+        )
+    return data
 
 
 @functools.cache
-def read_rom(name: str, md5: str) -> bytes:
-    """The bytes of an installed ROM.
-
-    Args:
-        name: ALE's name of the ROM, such as "pong".
-        md5: the checksum that it must have.
-
-    Raises:
-        RomError: there is no such ROM, or it has another checksum.
-    """
-    path = rom_path(name)
+def _contents(path: Path) -> tuple[bytes, str]:
+    """A file's contents and their MD5 hash."""
     data = path.read_bytes()
-    found = hashlib.md5(data, usedforsecurity=False).hexdigest()
-    if found != md5:
-        raise RomError(f"{path} has md5 {found}, the decoder was written for the ROM with md5 {md5}: reinstall ale-py")
-    return data
+    return data, hashlib.md5(data, usedforsecurity=False).hexdigest()
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,8 @@
-"""From one frame to the next: objects that flicker put together, and slots that stay with their objects.
+"""Relate the objects of successive frames: merge flickering objects, and keep objects in their slots.
 
-Objects are matched by their centres, within a category: the nearest pair first, then the nearest of what is left, and so on. Distances are
-compared as integers (squares, in half pixels), so that ties are exact: of equally near pairs the one with the lower slot in the first frame
-goes first, then the one with the lower slot in the second.
+Objects are matched greedily within a category: the pair with the nearest centres first, then the nearest pair of the rest, and so on.
+Distances are compared as integers (squared, in half pixels), so that ties are exact: among equally near pairs, the one with the lower slot
+in the first frame goes first, then the one with the lower slot in the second.
 """
 
 import functools
@@ -18,22 +18,29 @@ from ocjax.game import Game
 from ocjax.objects import Objects, whose
 from ocjax.rules import Blobs
 
-MERGE_RADIUS = 5.0  # pixels; one emulated frame apart
-TRACK_RADIUS = 16.0  # pixels; a step of four frames, 4 pixels a frame
+MERGE_RADIUS = 5.0  # pixels, for frames that are one emulated frame apart
+TRACK_RADIUS = 16.0  # pixels, for a step of four emulated frames with 4 pixels each
 
-BLOCK = 8  # slots at a time in the search for the nearest
+BLOCK = 8  # slots compared at once in the search for the nearest
 
-_NONE = np.int32(np.iinfo(np.int32).max)  # more than any distance
-_LONGEST = 4 * (WIDTH**2 + 256**2)  # squared, in half pixels
-_AWAY = 4096  # half pixels; farther than any reach from what is on the screen, from its opposite and from its double
+_NONE = np.int32(np.iinfo(np.int32).max)  # larger than any distance
+_LONGEST = 4 * (WIDTH**2 + 256**2)  # largest squared distance in half pixels
+_AWAY = 4096  # half pixels; -_AWAY, _AWAY and 2 * _AWAY are out of reach of the screen and of each other
 
-_TAILS = {"xywh": (4,), "valid": (), "orientation": (), "value": (), "rgb": (3,)}
+_TAILS = {"xywh": (4,), "valid": (), "orientation": (), "value": (), "rgb": (3,)}  # shapes of the fields of `Objects` after [..., N]
 
 
 def _nearest(a: tuple[jax.Array, jax.Array], b: tuple[jax.Array, jax.Array], limit: int) -> jax.Array:
-    """Of each `a` the nearest `b` within reach: distance times n plus slot, or `_NONE`; ordered by distance, then slot.
+    """Find the nearest `b` within reach of each `a`.
 
-    Centres are columns and rows, each int32 `[B, n]`. A few of `b` at a time: a reduction of all distances does not vectorise.
+    Blocks of `b` are compared one after the other, because a reduction over all distances does not vectorise.
+
+    Args:
+        a, b: columns and rows of centres in half pixels, each int32 `[B, n]`.
+        limit: largest squared distance.
+
+    Returns:
+        int32 `[B, n]`: squared distance times n plus slot, which orders by distance, then slot; `_NONE` where nothing is within reach.
     """
     lanes, n = a[0].shape
     size = min(n, BLOCK)
@@ -55,33 +62,34 @@ def _nearest(a: tuple[jax.Array, jax.Array], b: tuple[jax.Array, jax.Array], lim
 
 
 def _match(a: Objects, b: Objects, limit: int) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """Greedy one-to-one matching of one category's slots; batch shape `[B]`.
+    """Match one category's slots greedily, one to one; batch shape `[B]`.
 
-    Pairs that are each other's nearest are what the greedy order takes before any other pair of either, so all of them are taken at once,
-    until no pair is left: mostly after one or two rounds.
+    The greedy order takes a pair of mutually nearest objects before any other pair of either. So each round takes all such pairs at once,
+    and one or two rounds are usually enough.
 
     Returns:
-        Of each slot of `a` the slot of `b`, int32 `[B, n]`, n where there is none; which of `a` and of `b` are left over, bool `[B, n]`.
+        For each slot of `a` the matched slot of `b`, int32 `[B, n]`, n where there is none; and which objects of `a` and of `b` have no
+        match, bool `[B, n]` each.
     """
     n = a.valid.shape[1]
     slots = jnp.arange(n, dtype=jnp.int32)[None]
 
     def center(o: Objects, away: int) -> tuple[jax.Array, jax.Array]:
-        """In half pixels; `away`, where nothing is in reach, if there is no object."""
+        """Columns and rows of centres in half pixels; the column is `away` where the slot is empty."""
         box = o.xywh.astype(jnp.int32)
         return jnp.where(o.valid, 2 * box[..., 0] + box[..., 2], away), 2 * box[..., 1] + box[..., 3]
 
     def mutual(one: jax.Array, other: jax.Array) -> jax.Array:
-        """Whether the nearest one's nearest is the slot itself."""
+        """Whether each slot is the nearest of its nearest."""
         back = jnp.take_along_axis(other, lax.rem(one, jnp.full_like(one, n)), axis=1, mode="promise_in_bounds")
         return (one != _NONE) & (lax.rem(back, jnp.full_like(back, n)) == slots)
 
     def take(state: tuple[jax.Array, ...]) -> tuple[jax.Array, ...]:
         from_a, partner, ax, bx = state
         from_b = _nearest((bx, by), (ax, ay), limit)
-        now = mutual(from_a, from_b)
-        partner = jnp.where(now, lax.rem(from_a, jnp.full_like(from_a, n)), partner)
-        ax, bx = jnp.where(now, -_AWAY, ax), jnp.where(mutual(from_b, from_a), _AWAY, bx)
+        paired = mutual(from_a, from_b)
+        partner = jnp.where(paired, lax.rem(from_a, jnp.full_like(from_a, n)), partner)
+        ax, bx = jnp.where(paired, -_AWAY, ax), jnp.where(mutual(from_b, from_a), _AWAY, bx)
         return _nearest((ax, ay), (bx, by), limit), partner, ax, bx
 
     (ax, ay), (bx, by) = center(a, -_AWAY), center(b, _AWAY)
@@ -91,12 +99,21 @@ def _match(a: Objects, b: Objects, limit: int) -> tuple[jax.Array, jax.Array, ja
 
 
 def _rank(mask: jax.Array) -> jax.Array:
-    """Of each slot that is set, how many before it are: int32 `[B, n]`."""
+    """For each slot that is set, the number of set slots before it, int32 `[B, n]`."""
     return jnp.cumsum(mask, axis=1, dtype=jnp.int32) - 1
 
 
 def _deal(new: jax.Array, free: jax.Array, turn: jax.Array) -> jax.Array:
-    """Deal the new ones, in order, to the free slots, in the order of `turn`: which one each slot gets, n where none; all `[B, n]`."""
+    """Assign new objects to free slots.
+
+    Args:
+        new: bool `[B, n]`, slots of the new objects, assigned in this order.
+        free: bool `[B, n]`, slots that may receive one.
+        turn: int32 `[B, n]`, position of each free slot in the order in which free slots are filled.
+
+    Returns:
+        int32 `[B, n]`: for each slot the new object that it receives, n where it receives none.
+    """
     lanes, n = new.shape
     lane, slots = jnp.arange(lanes, dtype=jnp.int32)[:, None], jnp.broadcast_to(jnp.arange(n, dtype=jnp.int32)[None], new.shape)
     queue = jnp.full(new.shape, n, jnp.int32).at[lane, jnp.where(new, _rank(new), n)].set(slots, mode="drop")
@@ -104,7 +121,7 @@ def _deal(new: jax.Array, free: jax.Array, turn: jax.Array) -> jax.Array:
 
 
 def _pick(objects: Objects, slots: jax.Array) -> Objects:
-    """The objects in the given slots `[B, n]`; nothing where there is no such slot."""
+    """Gather the objects in the given slots, int32 `[B, n]`; slots out of range give empty ones."""
 
     def one(field: jax.Array) -> jax.Array:
         index = slots.reshape(*slots.shape, *[1] * (field.ndim - 2))
@@ -131,9 +148,10 @@ def _track_category(previous: Objects, current: Objects, first: jax.Array, limit
 
 
 def _runs(game: Game) -> list[tuple[slice, bool]]:
-    """The slots in runs: those of a category whose objects may be in any slot (True), or of one or more whose slots are places (False).
+    """Divide the slots into runs, each with whether its objects may change slots.
 
-    A category of one slot is of the second kind: there is nothing to choose.
+    A category of `Blobs` with several slots is a run of its own whose objects may. Categories whose slots are places, or that have one
+    slot, are joined to runs whose objects may not.
     """
     runs: list[tuple[slice, bool]] = []
     for category, s in zip(game.categories, game.slices.values(), strict=True):
@@ -150,12 +168,13 @@ def _cut(objects: Objects, s: slice) -> Objects:
 
 
 def _flat(objects: Objects) -> Objects:
-    """With one batch dimension."""
+    """Reshape to one batch dimension."""
     batch = objects.valid.shape[:-1]
     return jax.tree.map(lambda a: a.reshape(math.prod(batch), *a.shape[len(batch) :]), objects)
 
 
 def _joined(parts: list[Objects], batch: tuple[int, ...]) -> Objects:
+    """Concatenate runs of slots and restore the batch shape."""
     whole = parts[0] if len(parts) == 1 else jax.tree.map(lambda *a: jnp.concatenate(a, axis=1), *parts)
     return jax.tree.map(lambda a: a.reshape(*batch, *a.shape[1:]), whole)
 
@@ -184,50 +203,51 @@ def _track(game: Game, limit: int, previous: Objects, current: Objects, is_first
 
 
 def _limit(radius: float) -> int:
-    """The radius as the largest squared distance in half pixels."""
+    """Convert a radius in pixels to the largest squared distance in half pixels."""
     if not radius >= 0:
-        raise ValueError(f"radius must be a number of pixels, 0 or more, got {radius!r}")
+        raise ValueError(f"radius must be a number of pixels of at least 0, got {radius!r}")
     return int(min(4.0 * float(radius) ** 2, _LONGEST))
 
 
 def _check(**states: Objects) -> tuple[Game, tuple[int, ...]]:
-    """The game and the batch shape of the states: all of their fields must have it and the game's slots."""
+    """The game and batch shape of the states, after checking that all fields have that batch shape and the game's slots."""
     game, other = (whose(objects) for objects in states.values())
     if game is not other:
-        raise ValueError(f"{' and '.join(states)} must be objects of one game, got {game} and {other}")
+        raise ValueError(f"{' and '.join(states)} must be objects of the same game, got {game} and {other}")
     batch: tuple[int, ...] | None = None
     for name, objects in states.items():
         for field, tail in _TAILS.items():
             shape = np.shape(getattr(objects, field))
             batch = shape[: len(shape) - 1 - len(tail)] if batch is None else batch
             if shape != (*batch, game.num_slots, *tail):
-                want = ", ".join(str(n) for n in (game.num_slots, *tail))
+                expected = ", ".join(str(n) for n in (game.num_slots, *tail))
                 both = " and ".join(states)
                 raise ValueError(
-                    f"{game.name}: {name}.{field} must have shape [..., {want}], the same batch shape in all of {both}, got {list(shape)}"
+                    f"{game.name}: {name}.{field} must have shape [..., {expected}] with one batch shape for {both}, got {list(shape)}"
                 )
     assert batch is not None
     return game, batch
 
 
 def merge_frames(earlier: Objects, later: Objects, radius: float = MERGE_RADIUS) -> Objects:
-    """What two successive emulated frames show together: for objects that the console draws only every other frame.
+    """Merge what VEM detects on two successive emulated frames, for objects that the console draws only every other frame.
 
-    The later frame's objects, each in its slot, and those of the earlier frame that have no counterpart in the later one: an object that
-    has moved does not count twice. Counterparts are matched one to one within a category, nearest centres first. The added objects fill the
-    category's free slots in order; those that do not fit are left out. In categories whose slots are places (`Bounds`, `Cells`: slot i is
-    region or cell i) each slot holds the later object or else the earlier one, whatever the radius. A pure function that works under `jit`,
-    `vmap` and `scan`.
+    The result holds the later frame's objects in their slots, and those of the earlier frame without a counterpart in the later one, so an
+    object that has moved does not count twice. Counterparts are matched one to one within a category, nearest centres first. Added objects
+    fill the category's free slots in order; those that do not fit are dropped. In categories whose slots are places (`Bounds` and `Cells`,
+    in which slot i is region or cell i), each slot holds the later object or else the earlier one, at any distance.
+
+    This is a pure function that works under `jit`, `vmap` and `scan`.
 
     Args:
-        earlier, later: what `game.vem` found on two successive emulated frames, any batch shape.
-        radius: how far a counterpart's centre may be, in pixels; a Python number.
+        earlier, later: results of `game.vem` on two successive emulated frames, of any batch shape.
+        radius: largest distance between the centres of counterparts in pixels; a Python number.
 
     Returns:
-        Objects of the same batch shape; added objects have the places and colours that they had on the earlier frame.
+        Objects of the same batch shape. Added objects have their positions and colours of the earlier frame.
 
     Raises:
-        ValueError: the shapes are not those of the game's slots, the batch shapes differ, or the radius is negative or nan.
+        ValueError: the shapes do not fit the game's slots, the batch shapes differ, or the radius is negative or nan.
     """
     game, _ = _check(earlier=earlier, later=later)
     return _merge(game, _limit(radius), earlier, later)
@@ -236,28 +256,29 @@ def merge_frames(earlier: Objects, later: Objects, radius: float = MERGE_RADIUS)
 def track(
     previous: Objects, current: Objects, radius: float = TRACK_RADIUS, is_first: jax.Array | np.ndarray | bool | None = None
 ) -> Objects:
-    """The current objects, in the slots of the previous objects that they continue: slots become identities.
+    """Move current objects to the slots of the previous objects that they continue, so that slots become identities.
 
-    Objects are matched one to one within a category, nearest centres first. An object that continues none gets the first slot that was free
-    before or, when there is none, the first whose object has gone. In categories whose slots are places (`Bounds`, `Cells`: slot i is
-    region or cell i) objects stay where they are. No object is added, lost or changed. A pure function that works under `jit`, `vmap` and
-    `scan`; the result is the next call's `previous`:
+    Objects are matched one to one within a category, nearest centres first. An object that continues none gets the first slot that was
+    empty before, or else the first slot whose object is gone. In categories whose slots are places (`Bounds` and `Cells`, in which slot i
+    is region or cell i), objects stay where they are. No object is added, lost or changed.
+
+    This is a pure function that works under `jit`, `vmap` and `scan`. Its result is the next call's `previous`:
 
         tracked = ocjax.track(tracked, game.vem(frame))
 
-    Only the previous objects are remembered: one that is not seen once loses its identity, and is new when it comes back, maybe in another
-    slot. Where objects flicker, give the objects that `merge_frames` makes of the last two emulated frames.
+    Only the previous objects are remembered. An object that is missed once loses its identity and may return in another slot. Where objects
+    flicker, track the result of `merge_frames` on the last two emulated frames.
 
     Args:
-        previous, current: objects of two successive states, any batch shape.
-        radius: how far an object's centre may have moved, in pixels; a Python number.
-        is_first: bool `[...]`, the batch shape: the state begins an episode, nothing continues, and `current` is returned as it is.
+        previous, current: objects of two successive states, of any batch shape.
+        radius: largest distance that an object's centre may have moved, in pixels; a Python number.
+        is_first: bool `[...]`, of the batch shape: the state begins an episode, nothing continues, and `current` is returned as it is.
 
     Returns:
         Objects of the same batch shape.
 
     Raises:
-        ValueError: the shapes are not those of the game's slots, the batch shapes differ, or the radius is negative or nan.
+        ValueError: the shapes do not fit the game's slots, the batch shapes differ, or the radius is negative or nan.
         TypeError: `is_first` is not bool.
     """
     game, batch = _check(previous=previous, current=current)

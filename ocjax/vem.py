@@ -51,7 +51,7 @@ def _extract(game: Game, frames: jax.Array) -> tuple[Objects, jax.Array]:
         rgb.append(_color(game, category.name, found, mask.shape))
         overflow.append(jnp.zeros(lanes, jnp.int32) if found.overflow is None else found.overflow)
     xy, wh, valid, value = (jnp.concatenate(f).T for f in zip(*fields, strict=True))
-    none = jnp.zeros((lanes, game.num_slots), jnp.int8)
+    none = valid.astype(jnp.int8) >> 1  # zeros that follow the sharding of the frames, which a constant does not
     colors = lax.bitcast_convert_type(jnp.concatenate(rgb).T & -valid.astype(jnp.uint32), jnp.uint8)[..., :3]
     return Objects(_unpair(xy, wh), valid, none, value, colors, game), jnp.stack(overflow, axis=-1)
 

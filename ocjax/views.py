@@ -1,4 +1,4 @@
-"""Objects one by one, with the names that OCAtari's users know."""
+"""Objects of one state as Python objects, under the names that OCAtari's users know."""
 
 import dataclasses
 
@@ -10,19 +10,33 @@ from ocjax.objects import Objects, whose
 
 @dataclasses.dataclass(frozen=True)
 class GameObject:
-    """One object on the screen, as code written for OCAtari reads it."""
+    """One object of one state with its position one step before, for code that was written for OCAtari.
+
+    It has the fields of a record of `Objects.to_list`, as attributes, and what OCAtari's objects offer besides.
+
+    Args:
+        category: name of the category.
+        slot: number of the slot within the category.
+        x, y, w, h: left, top, width and height in pixels.
+        rgb: colour.
+        hud: whether it belongs to the HUD (score, lives, ...).
+        prev_xy: top left corner one step before; the present one where the slot held no object then.
+        value: score, lives, time, ...; None where the category has no value.
+        orientation: compass point 0-15, clockwise from north; None where the category has no orientation.
+        visible: always True, because only valid objects are listed.
+    """
 
     category: str
-    slot: int  # within its category
+    slot: int
     x: int
     y: int
     w: int
     h: int
     rgb: tuple[int, int, int]
     hud: bool
-    prev_xy: tuple[int, int]  # its top left corner one step before; where it was not there, the present one
-    value: int | None = None  # where its category has one
-    orientation: int | None = None  # compass point 0-15, clockwise from north, where its category has one
+    prev_xy: tuple[int, int]
+    value: int | None = None
+    orientation: int | None = None
     visible: bool = True
 
     @property
@@ -37,7 +51,7 @@ class GameObject:
 
     @property
     def xywh(self) -> tuple[int, int, int, int]:
-        """Top left corner, width and height."""
+        """Left, top, width and height."""
         return self.x, self.y, self.w, self.h
 
     @property
@@ -47,12 +61,12 @@ class GameObject:
 
     @property
     def dx(self) -> int:
-        """Movement to the right since the step before."""
+        """Movement to the right since the step before, in pixels."""
         return self.x - self.prev_xy[0]
 
     @property
     def dy(self) -> int:
-        """Movement downwards since the step before."""
+        """Downward movement since the step before, in pixels."""
         return self.y - self.prev_xy[1]
 
     @property
@@ -62,25 +76,20 @@ class GameObject:
 
 
 def views(objects: Objects, before: Objects | None = None) -> list[GameObject]:
-    """The valid objects of one state, in the order of their slots.
+    """The valid objects of one state in slot order.
 
     Args:
-        objects: of one state.
-        before: of the step before, where the episode was running.
+        objects: objects of one state.
+        before: objects of the step before; None in the first state of an episode.
 
     Raises:
         ValueError: the objects do not know their game.
     """
     game = whose(objects)
-    now = jax.tree.map(np.asarray, objects)
-    then = jax.tree.map(np.asarray, objects if before is None else before)
+    previous = jax.tree.map(np.asarray, objects if before is None else before)
     out = []
-    for slot in np.flatnonzero(now.valid):
-        category = game.categories[game.slot_category[slot]]
-        x, y, w, h = now.xywh[slot].tolist()
-        prev_x, prev_y = then.xywh[slot, :2].tolist() if then.valid[slot] else (x, y)
-        value, orientation = (int(getattr(now, name)[slot]) if name in category.attributes else None for name in ("value", "orientation"))
-        number = int(slot) - game.slices[category.name].start
-        rgb = tuple(now.rgb[slot].tolist())
-        out.append(GameObject(category.name, number, x, y, w, h, rgb, category.hud, (prev_x, prev_y), value, orientation))
+    for record in objects.to_list():
+        slot = game.slices[record["category"]].start + record["slot"]
+        x, y = previous.xywh[slot, :2].tolist() if previous.valid[slot] else (record["x"], record["y"])
+        out.append(GameObject(**record, prev_xy=(x, y)))
     return out

@@ -2,11 +2,11 @@ import functools
 from pathlib import Path
 
 import jax
-import numpy as np
 import pytest
 from hypothesis import Phase, settings
 
 import ocjax
+from ocjax import recordings
 
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 jax.config.update("jax_numpy_rank_promotion", "raise")
@@ -49,16 +49,16 @@ def pytest_runtest_setup(item):
 
 @functools.cache
 def excerpt(name):
-    """Samples of a game with what the video chip drew, the emulator's rewards and lives.
+    """The arrays of a game's recording in `tests/data`.
 
-    `rams` [n, 128], `screens` [n, H, 160], `previous` (the emulated frame before each), `drawn` bool [n, H, 160] (a graphics object shows
-    there on one of the two frames), `rewards` [n] (since the episode began) and `lives` [n].
+    `rams` uint8 `[n, 128]`, `screens` and `previous` uint8 `[n, H, 160]` (the last two emulated frames), `rewards` `[n]` (since the episode
+    began) and `lives` `[n]`. Recordings cut from an instrumented emulator's have `drawn` bool `[n, H, 160]` too: a graphics object shows
+    there on one of the two frames.
     """
-    with np.load(DATA / f"{name}.npz") as file:
-        data = dict(file)
-    data["previous"] = data["screens"] ^ data["previous"]
-    data["drawn"] = np.unpackbits(data["drawn"], axis=-1).astype(bool)
-    return data
+    path = DATA / f"{name}.npz"
+    if not path.exists():
+        pytest.fail(f"{path} is missing: `ocjax record {name}` makes it")
+    return recordings.read(path, name).arrays
 
 
 @pytest.fixture(scope="session")

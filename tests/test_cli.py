@@ -5,7 +5,6 @@ from PIL import Image
 from typer.testing import CliRunner
 
 import ocjax
-from ocjax import recordings
 from ocjax.cli import app
 
 runner = CliRunner()
@@ -26,7 +25,7 @@ def test_demo(tmp_path):
     out = tmp_path / "picture.png"
     result = run("demo", "pong", "--envs", 4, "--steps", 20, "--out", out)
     assert result.exit_code == 0, result.output
-    for word in ("agent steps", "emulated frames", "REM", "VEM", "of the step"):
+    for word in ("agent steps", "emulated frames", "REM per frame", "VEM per frame", "of step"):
         assert word in result.output
     with Image.open(out) as picture:
         image = np.asarray(picture)
@@ -58,31 +57,3 @@ def test_wrong_use(tmp_path):
         assert result.exit_code == 2, args
         assert message in " ".join(result.output.replace("│", " ").split()), result.output
     assert not (tmp_path / "x.png").exists()
-
-
-def test_recordings(tmp_path):
-    with np.load(DATA / "Pong.npz") as file:
-        rams, screens = file["rams"], file["screens"]
-    pong = ocjax.load("Pong")
-
-    def written(**arrays):
-        path = tmp_path / "tape.npz"
-        np.savez(path, **arrays)
-        return path
-
-    tape = recordings.read(written(rams=rams, screens=screens, game="Pong", md5=pong.md5))
-    assert tape.game is pong
-    assert np.array_equal(tape.rams, rams)
-    assert recordings.read(written(rams=rams), "ALE/Pong-v5").screens is None
-    for arrays, game, message in (
-        ({"rams": rams, "game": "Pong"}, "Freeway", "a recording of Pong, not of Freeway"),
-        ({"rams": rams, "game": "Pong", "md5": "0" * 32}, None, "ROM of md5 000"),
-        ({"screens": screens}, "Pong", "no array 'rams'"),
-        ({"rams": rams.astype(int)}, "Pong", "rams must be uint8"),
-        ({"rams": rams, "screens": screens[:, :84, :84]}, "Pong", "screens must be uint8"),
-        ({"rams": rams, "screens": screens[:-1]}, "Pong", "screens must be uint8"),
-    ):
-        with pytest.raises(recordings.RecordingError, match=message):
-            recordings.read(written(**arrays), game)
-    with pytest.raises(ocjax.UnknownGameError):
-        recordings.read(written(rams=rams))

@@ -1,12 +1,9 @@
-"""What every game must do, whatever it is."""
+"""Contract tests for every game. What concerns the framework alone is in test_framework.py."""
 
 import jax
-import jax.numpy as jnp
 import numpy as np
-import pytest
 
 import ocjax
-from ocjax.vision import palette
 
 FIELDS = {"xywh": (np.int16, (4,)), "valid": (np.bool_, ()), "orientation": (np.int8, ()), "value": (np.int32, ()), "rgb": (np.uint8, (3,))}
 
@@ -74,61 +71,12 @@ def test_random_frames(game, truth, fuzz):
         check(game, game.vem(random_frames(game, rng, n)), (n,))
 
 
-@pytest.mark.parametrize("method", ["rem", "vem"])
-def test_batch_is_its_rows(game, truth, method):
-    """A batch, its rows alone, its reverse, other batch shapes, `vmap`, `jit`, `scan`: all the same."""
-    f = getattr(game, method)
-    x = jnp.asarray(truth["rams" if method == "rem" else "screens"])
-    whole = f(x)
-    assert same(whole, f(x[::-1])[::-1])
-    assert same(whole[4], f(x[4]))
-    assert same(whole, jax.tree.map(lambda a: a.reshape(len(x), *a.shape[2:]), f(x.reshape(2, -1, *x.shape[1:]))))
-    assert same(whole, jax.vmap(f)(x))
-    assert same(whole, jax.jit(f)(x))
-    assert same(whole[:6], jax.lax.scan(lambda carry, row: (carry, f(row)), None, x[:6])[1])
-    assert whole[:0].valid.shape == f(x[:0]).valid.shape
-
-
-def test_no_jit(game, truth):
-    ram = truth["rams"][7]
-    with jax.disable_jit():
-        plain = game.rem(ram)
-    assert same(plain, game.rem(ram))
-
-
-def test_rgb_is_index(game, truth):
-    frames = truth["screens"][::10][:4]
-    rgb = palette.NTSC[frames]
-    palette.check_rgb(rgb)
-    assert same(game.vem(rgb), game.vem(frames))
-
-
 def test_without_hud_is_a_prefix(game, truth):
     bare = ocjax.load(game.name, hud=False)
     assert not bare.slot_hud.any()
     for method, key in (("rem", "rams"), ("vem", "screens")):
         whole, part = host(getattr(game, method)(truth[key])), host(getattr(bare, method)(truth[key]))
         assert same(jax.tree.map(lambda a: a[:, : bare.num_slots], whole), part)
-
-
-def test_wrong_input(game):
-    height, width = game.screen
-    for wrong, error in (
-        (np.zeros((2, 128), np.int32), TypeError),
-        (np.zeros((2, 128), float), TypeError),
-        (np.zeros((2, 127), np.uint8), ValueError),
-        ([0] * 128, TypeError),
-    ):
-        with pytest.raises(error, match=f"{game.name}: ram must"):
-            game.rem(wrong)
-    for wrong, error in (
-        (np.zeros((height, width), np.int32), TypeError),
-        (np.zeros((height - 1, width), np.uint8), ValueError),
-        (np.zeros((height, width, 4), np.uint8), ValueError),
-        (np.zeros((84, 84), np.uint8), ValueError),
-    ):
-        with pytest.raises(error, match=f"{game.name}: frames must"):
-            game.vem(wrong)
 
 
 def test_decode_is_pure(game):

@@ -1,4 +1,4 @@
-"""The envpool backend, where the extra is installed."""
+"""The envpool backend; skipped unless the extra is installed."""
 
 import jax
 import numpy as np
@@ -8,7 +8,7 @@ import ocjax
 
 pytest.importorskip("envpool", reason="the extra `envpool` is not installed")
 
-PLAIN = {"noop_max": 1, "repeat_action_probability": 0.0}  # envpool plays one no-op at least
+PLAIN = {"noop_max": 1, "repeat_action_probability": 0.0}  # envpool plays at least one no-op
 
 
 def rows(tree, i):
@@ -16,8 +16,8 @@ def rows(tree, i):
 
 
 @pytest.mark.parametrize("name", ["Breakout", "MsPacman", "SpaceInvaders"])
-def test_same_as_the_ale_backend(name):
-    """RAM, observations, rewards, ends and info of every step, through the ends of episodes; and inside `lax.scan`."""
+def test_envpool_equals_the_ale_backend(name):
+    """RAM, observations, rewards, ends and info of every step agree, across the ends of episodes and inside `lax.scan`."""
     options = {"obs": ["ram", "vector", "objects"], **PLAIN}
     a, b = ocjax.make_vec(name, 3, **options), ocjax.make_vec(name, 3, backend="envpool", **options)
     first = a.reset(seed=1), b.reset(seed=1)
@@ -31,10 +31,10 @@ def test_same_as_the_ale_backend(name):
         ends += (left[2] | left[3]).sum()
     assert ends >= 3
     state, step = b.xla()
-    _, (seen, reward, terminated, truncated, info) = jax.jit(lambda s, x: jax.lax.scan(step, s, x))(state, actions[1200:])
+    _, (observed, reward, terminated, truncated, info) = jax.jit(lambda s, x: jax.lax.scan(step, s, x))(state, actions[1200:])
     for t, some in enumerate(actions[1200:]):
         *left, other = a.step(some)
-        right = rows((seen, reward, terminated, truncated), t)
+        right = rows((observed, reward, terminated, truncated), t)
         assert jax.tree.all(jax.tree.map(np.allclose, left, list(right)))
         assert np.array_equal(info["lives"][t], other["lives"])
         assert np.array_equal(info["ram"][t], left[0]["ram"])
@@ -43,7 +43,7 @@ def test_same_as_the_ale_backend(name):
 
 
 def test_asynchronous_environments_keep_their_identity():
-    """What comes in any order, put in order by env_id, is what the synchronous environments give, movements included."""
+    """Results in any order, sorted by env_id, equal those of synchronous environments, including the movement of objects."""
     options = {"obs": ["ram", "vector"], **PLAIN}
     a, b = ocjax.make_vec("Pong", 5, **options), ocjax.make_vec("Pong", 5, backend="envpool", batch_size=2, **options)
     actions = np.random.default_rng(0).integers(6, size=(200, 5))
@@ -53,10 +53,10 @@ def test_asynchronous_environments_keep_their_identity():
     b.async_reset(seed=4)
     at = np.zeros(5, int)
     for _ in range(200):
-        seen, reward, terminated, truncated, info = b.recv()
+        observed, reward, terminated, truncated, info = b.recv()
         for k, i in enumerate(info["env_id"]):
             expected = want[at[i]]
-            assert jax.tree.all(jax.tree.map(np.array_equal, rows(seen, k), rows(expected[0], i)))
+            assert jax.tree.all(jax.tree.map(np.array_equal, rows(observed, k), rows(expected[0], i)))
             if at[i]:
                 assert (reward[k], terminated[k], truncated[k]) == tuple(e[i] for e in expected[1:4])
         b.send(actions[at[info["env_id"]], info["env_id"]], info["env_id"])
@@ -73,13 +73,13 @@ def test_vision_without_frame_skip():
     envs = ocjax.make_vec("Pong", 2, backend="envpool", mode="both", preset="noframeskip")
     envs.reset(seed=0)
     for _ in range(120):
-        seen, *_ = envs.step(np.full(2, 2))
-    assert seen["rem"]["valid"].any()
-    assert np.array_equal(seen["rem"]["xywh"], seen["vem"]["xywh"])
+        observed, *_ = envs.step(np.full(2, 2))
+    assert observed["rem"]["valid"].any()
+    assert np.array_equal(observed["rem"]["xywh"], observed["vem"]["xywh"])
     envs.close()
 
 
-def test_what_envpool_cannot_do_is_refused():
+def test_unsupported_options_are_refused():
     for kwargs, reason in (
         ({"mode": "vem"}, "the brighter of two frames"),
         ({"obs": "dqn"}, "no grey frames"),
@@ -87,7 +87,7 @@ def test_what_envpool_cannot_do_is_refused():
         ({"autoreset_mode": "SameStep"}, "next-step autoreset only"),
         ({"preset": "v4"}, "no random frame skip"),
         ({"game_mode": [0, 1]}, "one game_mode for all"),
-        ({"render_mode": "rgb_array"}, "renders by itself"),
+        ({"render_mode": "rgb_array"}, "cannot be rendered"),
     ):
         with pytest.raises(ValueError, match=reason):
             ocjax.make_vec("Pong", 2, backend="envpool", **kwargs)

@@ -1,3 +1,5 @@
+"""Pools of emulators, and vector environments against ale-py's own environment."""
+
 import dataclasses
 import os
 import pickle
@@ -14,7 +16,10 @@ import numpy as np
 import pytest
 
 import ocjax
-from ocjax.envs import PRESETS, AlePool, Protocol, RomError, WorkerError
+from ocjax import rom
+from ocjax.envs import PRESETS, AlePool, RomError, Settings, WorkerError, ale
+from ocjax.envs._worker.emulator import TRANSITIONS, Event, Phase
+from ocjax.envs._worker.interface import WorkerConfig
 
 gymnasium.register_envs(ale_py)
 
@@ -25,6 +30,7 @@ def actions():
 
 
 def alive(pid):
+    """Whether a process runs; a zombie does not."""
     try:
         os.kill(pid, 0)
     except ProcessLookupError:
@@ -33,16 +39,16 @@ def alive(pid):
     return not state.exists() or state.read_text().rsplit(")", 1)[1].split()[0] != "Z"
 
 
-def test_same_episodes_as_ale_py(actions):
-    """RAM, rewards, lives and ends of every step are those of ale-py's own environment with the same seed, through an episode's end."""
+def test_episodes_equal_those_of_ale_py(actions):
+    """RAM, rewards, lives and ends of every step equal those of ale-py's environment with the same seed, across the end of an episode."""
     reference = gymnasium.make("ALE/Breakout-v5", obs_type="ram")
     envs = ocjax.make_vec(_breakout(), 3, mode="raw", num_workers=2)
     want, _ = reference.reset(seed=12)
-    seen, _ = envs.reset(seed=11)
-    assert np.array_equal(seen[1], want)
+    observed, _ = envs.reset(seed=11)
+    assert np.array_equal(observed[1], want)
     done, ends = False, 0
     for a in actions[:, 0] % 4:
-        seen, reward, terminated, truncated, info = envs.step(np.array([0, a, 1]))
+        observed, reward, terminated, truncated, info = envs.step(np.array([0, a, 1]))
         if done:
             want, _ = reference.reset()
             assert (reward[1], terminated[1], truncated[1]) == (0, False, False)
@@ -50,7 +56,7 @@ def test_same_episodes_as_ale_py(actions):
         else:
             want, r, done, cut, i = reference.step(a)
             assert (reward[1], terminated[1], truncated[1], info["lives"][1]) == (r, done, cut, i["lives"])
-        assert np.array_equal(seen[1], want)
+        assert np.array_equal(observed[1], want)
         ends += done
     assert ends >= 1
     envs.close()
@@ -58,14 +64,14 @@ def test_same_episodes_as_ale_py(actions):
 
 
 def _breakout():
-    """Any game will do: only its ROM is run."""
+    """Any game serves, as only its ROM is used."""
     return ocjax.load("Breakout") if "Breakout" in ocjax.games() else ocjax.load("Pong")
 
 
-def test_batch_is_its_rows(actions):
-    """An environment's episode does not depend on its neighbours, on the number of workers, or on frames being taken."""
+def test_rows_are_independent(actions):
+    """An episode depends neither on the other emulators, nor on the number of workers, nor on whether frames are recorded."""
 
-    def play(pool, column):
+    def step(pool, column):
         rams = []
         for a in actions[:60]:
             pool.send(a[column])
@@ -77,16 +83,16 @@ def test_batch_is_its_rows(actions):
     game = ocjax.load("Pong")
     together = AlePool(game, 5, num_workers=2)
     together.reset([3, 4, 5, 6, 7])
-    whole = play(together, slice(None))
+    whole = step(together, slice(None))
     for i in (0, 3):
         alone = AlePool(game, 1, screens=("screen",))
         alone.reset([3 + i])
-        assert np.array_equal(play(alone, slice(i, i + 1))[:, 0], whole[:, i])
+        assert np.array_equal(step(alone, slice(i, i + 1))[:, 0], whole[:, i])
 
 
-def test_screens_are_the_last_two_frames(actions):
+def test_screens_are_the_last_two_emulated_frames(actions):
     game = ocjax.load("Pong")
-    pool = AlePool(game, 2, Protocol(repeat_action_probability=0), screens=("screen",), num_workers=1)
+    pool = AlePool(game, 2, Settings(repeat_action_probability=0), screens=("screen",), num_workers=1)
     pool.reset([0, 0])
     ale = ale_py.ALEInterface()
     ale.setFloat("repeat_action_probability", 0)
@@ -109,22 +115,22 @@ def test_vector_env(mode, actions):
     envs = ocjax.make_vec("Pong", 5, mode=mode)
     assert isinstance(envs, gymnasium.vector.VectorEnv)
     assert envs.metadata["autoreset_mode"] == gymnasium.vector.AutoresetMode.NEXT_STEP
-    seen, info = envs.reset(seed=1)
-    assert seen in envs.observation_space
+    observed, info = envs.reset(seed=1)
+    assert observed in envs.observation_space
     for a in actions[:5]:
-        seen, reward, terminated, truncated, info = envs.step(a)
-        assert seen in envs.observation_space
+        observed, reward, terminated, truncated, info = envs.step(a)
+        assert observed in envs.observation_space
         assert reward.shape == terminated.shape == truncated.shape == info["lives"].shape == (5,)
     if mode == "rem":
         o = envs.game.rem(np.array(envs.pool.ram))
-        assert np.array_equal(seen["xywh"], o.xywh)
-        assert np.array_equal(seen["value"], o.value)
+        assert np.array_equal(observed["xywh"], o.xywh)
+        assert np.array_equal(observed["value"], o.value)
     if mode == "both":
-        assert np.array_equal(seen["vem"]["xywh"], envs.game.vem(np.array(envs.pool.screen[:, 1])).xywh)
-    kept = seen["rem"]["xywh"].copy() if mode == "both" else None
+        assert np.array_equal(observed["vem"]["xywh"], envs.game.vem(np.array(envs.pool.screen[:, 1])).xywh)
+    copy = observed["rem"]["xywh"].copy() if mode == "both" else None
     envs.step(actions[9])
-    if kept is not None:
-        assert np.array_equal(kept, seen["rem"]["xywh"]), "an observation must not change afterwards"
+    if copy is not None:
+        assert np.array_equal(copy, observed["rem"]["xywh"]), "later steps must not change an observation"
     envs.close()
     envs.close()
 
@@ -134,18 +140,18 @@ def test_seeds_and_partial_resets(actions):
     first = envs.reset(seed=[1, 2, 1, 2, 1])[0]
     assert np.array_equal(first[0], first[2])
     for a in actions[:150, :1]:
-        seen = envs.step(np.repeat(a, 5))[0]
-    assert np.array_equal(seen[0], seen[2])
-    assert np.array_equal(seen[1], seen[3])
-    assert not np.array_equal(seen[0], seen[1]), "sticky actions depend on the seed"
+        observed = envs.step(np.repeat(a, 5))[0]
+    assert np.array_equal(observed[0], observed[2])
+    assert np.array_equal(observed[1], observed[3])
+    assert not np.array_equal(observed[0], observed[1]), "sticky actions depend on the seed"
     mask = np.array([True, False, False, False, True])
     after = envs.reset(options={"reset_mask": mask})[0]
-    assert np.array_equal(after[1:4], seen[1:4])
+    assert np.array_equal(after[1:4], observed[1:4])
     assert np.array_equal(after[0], first[0])
     envs.close()
 
 
-def test_wrong_arguments():
+def test_wrong_arguments_are_refused():
     for kwargs, message in (
         ({"mode": "pixels"}, "mode must be one of"),
         ({"frame_skip": 0}, "at least 1"),
@@ -173,12 +179,28 @@ def test_wrong_arguments():
         envs.step(np.zeros(2, int))
 
 
-def test_other_rom_is_refused(tmp_path, monkeypatch):
-    other = tmp_path / "pong.bin"
-    other.write_bytes(b"not Pong")
-    monkeypatch.setattr(ale_py.roms, "get_rom_path", lambda name: other)
-    with pytest.raises(RomError, match="was written for the ROM with md5 60e0ea3c"):
+def test_wrong_and_missing_roms_are_refused(tmp_path, monkeypatch):
+    """The file that an environment loads is checked, wherever it comes from; `read_rom` returns the contents of the right one."""
+    game = ocjax.load("Pong")
+    installed = rom.rom_path("pong")
+    assert installed == ale_py.roms.get_rom_path("pong")
+    assert rom.read_rom("pong", game.md5) == installed.read_bytes()
+    monkeypatch.setenv("ALE_ROMS_DIR", str(tmp_path))
+    with pytest.raises(RomError, match=r"expected the ROM 'pong' at .*pong\.bin, which does not exist: install"):
         ocjax.make_vec("Pong", 1)
+    (tmp_path / "pong.bin").write_bytes(b"not Pong")
+    with pytest.raises(RomError, match=r"expected the ROM 'pong' with md5 60e0ea3c.* has md5 [0-9a-f]{32}: reinstall"):
+        ocjax.make_vec("Pong", 1)
+    monkeypatch.setattr(rom.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.delenv("ALE_ROMS_DIR")
+    with pytest.raises(RomError, match="ale-py, which is not installed"):
+        rom.rom_path("pong")
+
+
+def test_roms_are_found_without_importing_ale_py():
+    code = "import sys; from ocjax import rom; print(rom.rom_path('pong').name, 'ale_py' in sys.modules)"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.split() == ["pong.bin", "False"]
 
 
 def test_killed_worker_is_reported():
@@ -198,7 +220,7 @@ def test_killed_worker_is_reported():
 def test_failing_worker_is_reported():
     pool = AlePool(ocjax.load("Pong"), 2, num_workers=1)
     pool.reset([0, 0])
-    pool.send(np.array([0, 1_000]))  # past the environment's own check
+    pool.send(np.array([0, 1_000]))  # ObjectVectorEnv would refuse this action
     with pytest.raises(WorkerError, match=r"environments 0-1 failed:[\s\S]*IndexError"):
         pool.wait()
     assert pool.closed
@@ -206,7 +228,7 @@ def test_failing_worker_is_reported():
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL, None])
 def test_workers_do_not_outlive_their_parent(how):
-    """Interrupted, killed, or ended without close(): no worker and no shared memory stays behind."""
+    """No worker and no shared memory remains when the parent is interrupted, is killed, or ends without close()."""
     code = textwrap.dedent("""
         import signal, sys, time, numpy as np, ocjax
         signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored where the tests run in a shell's background
@@ -238,42 +260,42 @@ def test_workers_do_not_outlive_their_parent(how):
 
 
 @pytest.mark.parametrize("sticky", [0.0, 0.25])
-def test_states_are_kept_and_restored(actions, sticky):
-    """The same actions from a restored state give the same RAM, frames and rewards, from the first frame on; others stay as they are."""
-    protocol = Protocol(repeat_action_probability=sticky)
-    pool = AlePool(ocjax.load("Breakout"), 4, protocol, screens=("screen", "gray", "rgb"), num_workers=2)
+def test_states_are_saved_and_restored(actions, sticky):
+    """From a restored state the same actions give the same RAM, frames and rewards. Emulators outside the mask do not change."""
+    settings = Settings(repeat_action_probability=sticky)
+    pool = AlePool(ocjax.load("Breakout"), 4, settings, screens=("screen", "gray", "rgb"), num_workers=2)
     names = ("ram", "screen", "gray", "rgb", "reward", "lives", "frame_number", "episode_return", "episode_length")
 
-    def now():
+    def snapshot():
         return {name: getattr(pool, name).copy() for name in names}
 
-    def play(some):
+    def step(some):
         out = []
         for a in some:
             pool.send(a % len(pool.actions))
             pool.wait()
-            out.append(now())
+            out.append(snapshot())
         return out
 
     def same(a, b, which=slice(None)):
         return all(np.array_equal(a[name][which], b[name][which]) for name in names)
 
     pool.reset([0, 1, 2, 3])
-    play(actions[:100, :4])
-    saved, kept = pool.clone_state(), now()
-    first = play(actions[100:160, :4])
+    step(actions[:100, :4])
+    saved, before = pool.clone_state(), snapshot()
+    first = step(actions[100:160, :4])
     pool.restore_state(saved)
-    assert same(now(), kept)
-    again = play(actions[100:160, :4])
+    assert same(snapshot(), before)
+    again = step(actions[100:160, :4])
     assert all(same(a, b) for a, b in zip(first, again, strict=True))
-    late, some = now(), np.array([True, False, False, True])
+    late, some = snapshot(), np.array([True, False, False, True])
     pool.restore_state(pickle.loads(pickle.dumps(saved)), some)
-    assert same(now(), kept, some)
-    assert same(now(), late, ~some)
+    assert same(snapshot(), before, some)
+    assert same(snapshot(), late, ~some)
     pool.restore_state(saved[2])
-    assert np.array_equal(pool.ram, np.repeat(kept["ram"][2:3], 4, axis=0))
-    other = AlePool(ocjax.load("Breakout"), 4, protocol, screens=("screen", "gray", "rgb"), num_workers=0)
-    other.restore_state(saved)  # a pool that was never reset
+    assert np.array_equal(pool.ram, np.repeat(before["ram"][2:3], 4, axis=0))
+    other = AlePool(ocjax.load("Breakout"), 4, settings, screens=("screen", "gray", "rgb"), num_workers=0)
+    other.restore_state(saved)  # this pool has never been reset
     other.send(actions[100, :4] % len(pool.actions))
     assert np.array_equal(other.ram, first[0]["ram"])
     assert np.array_equal(other.screen, first[0]["screen"])
@@ -286,46 +308,46 @@ def test_states_are_kept_and_restored(actions, sticky):
     pool.close()
 
 
-@pytest.mark.parametrize("protocol", [Protocol(max_episode_frames=120), PRESETS["dqn"]])
-def test_next_games_are_prepared_unseen(protocol, actions):
-    """Workers begin the next game while nobody waits: what is shown, written, saved and played is as without that."""
+@pytest.mark.parametrize("settings", [Settings(max_episode_frames=120), PRESETS["dqn"]])
+def test_preparing_the_next_game_changes_nothing(settings, actions):
+    """Workers begin the next game while the pool does not wait for them. All results equal those without workers."""
     names = ("ram", "screen", "lives", "frame_number", "episode_return", "episode_length", "terminated", "truncated", "started")
-    stories = []
+    histories = []
     for workers in (2, 0):
-        pool = AlePool(ocjax.load("Breakout"), 2, dataclasses.replace(protocol, noop_max=5), screens=("screen",), num_workers=workers)
+        pool = AlePool(ocjax.load("Breakout"), 2, dataclasses.replace(settings, noop_max=5), screens=("screen",), num_workers=workers)
         pool.reset([7, 8])
-        story, saved = [], None
+        history, saved = [], None
 
-        def tell(pool=pool, story=story):
-            story.append({name: getattr(pool, name).copy() for name in names})
+        def record(pool=pool, history=history):
+            history.append({name: getattr(pool, name).copy() for name in names})
 
         for a in actions[:300, :2]:
             pool.send(a % len(pool.actions))
             pool.wait()
-            tell()
+            record()
             if (pool.terminated | pool.truncated).any():
-                time.sleep(0.02 * workers)  # long enough to prepare
-                tell()
+                time.sleep(0.02 * workers)  # long enough to begin the next game
+                record()
                 saved = pool.clone_state()
                 pool.set_ram(255 - pool.ram, pool.truncated | (pool.terminated & (pool.lives == 0)))
-                tell()
+                record()
         assert saved is not None
         pool.restore_state(saved)
-        tell()
+        record()
         for a in actions[300:360, :2]:
             pool.send(a % len(pool.actions))
             pool.wait()
-            tell()
+            record()
         pool.close()
-        stories.append(story)
-    assert len(stories[0]) == len(stories[1]) > 370
-    for with_workers, without in zip(*stories, strict=True):
+        histories.append(history)
+    assert len(histories[0]) == len(histories[1]) > 370
+    for with_workers, without in zip(*histories, strict=True):
         for name, value in with_workers.items():
             assert np.array_equal(value, without[name]), name
 
 
-def test_ram_is_written():
-    pool = AlePool(ocjax.load("Pong"), 3, Protocol(repeat_action_probability=0), screens=("screen",), num_workers=2)
+def test_ram_can_be_written():
+    pool = AlePool(ocjax.load("Pong"), 3, Settings(repeat_action_probability=0), screens=("screen",), num_workers=2)
     pool.reset([0, 0, 0])
     ram = pool.ram.copy()
     ram[:, 14] = 5, 6, 7  # the player's points
@@ -341,4 +363,109 @@ def test_ram_is_written():
     for wrong, error in ((ram.astype(int), TypeError), (ram[:2], ValueError), (ram[0].tolist(), TypeError)):
         with pytest.raises(error, match="ram must"):
             pool.set_ram(wrong)
+    pool.close()
+
+
+@pytest.mark.parametrize("workers", [0, 2])
+def test_stepping_past_an_end_is_an_error_without_autoreset(workers):
+    pool = AlePool(ocjax.load("Pong"), 2, Settings(max_episode_frames=40), autoreset="disabled", num_workers=workers)
+    pool.reset([0, 0])
+    with pytest.raises((WorkerError, RuntimeError), match=r"the episodes of environments \[.*\] have ended: reset"):
+        for _ in range(20):
+            pool.send(np.zeros(2, int))
+            pool.wait()
+    assert pool.truncated.all(), "the limit of 40 frames was reached first"
+    assert pool.closed
+
+
+def test_phases():
+    """Every phase but the first can be reached and left, and an event in a wrong phase is an error."""
+    assert set(TRANSITIONS) == set(Event)
+    assert {after for _, after in TRANSITIONS.values()} == set(Phase) - {Phase.UNLOADED}
+    assert all(any(phase in allowed and after is not phase for allowed, after in TRANSITIONS.values()) for phase in Phase)
+    pool = AlePool(ocjax.load("Breakout"), 1, PRESETS["dqn"], num_workers=0)
+    emulator = pool._local.emulators[0]
+    assert emulator.phase is Phase.UNLOADED
+    pool.reset([1])
+    assert emulator.phase is Phase.RUNNING
+    with pytest.raises(RuntimeError, match="PREPARE cannot happen in phase RUNNING"):
+        emulator.prepare_next()
+    phases = []
+    for a in np.random.default_rng(0).integers(4, size=2_000):
+        pool.send(np.array([a]))
+        ended, over = bool(pool.terminated[0]), emulator.ale.game_over()
+        assert emulator.phase is (Phase.RUNNING if not ended else Phase.GAME_OVER if over else Phase.LIFE_LOST)
+        phases.append(emulator.phase)
+        if emulator.phase is Phase.GAME_OVER:
+            break
+    assert phases.count(Phase.LIFE_LOST) == 4
+    ram = pool.ram.copy()
+    emulator.prepare_next()
+    assert emulator.phase is Phase.NEXT_READY
+    assert np.array_equal(pool.ram, ram), "the end of the game is still shown"
+    pool.send(np.array([0]))
+    assert emulator.phase is Phase.RUNNING
+    assert pool.started.all()
+    pool.close()
+
+
+@pytest.mark.parametrize("workers", [0, 1])
+def test_a_restored_end_starts_the_next_episode_with_same_step_autoreset(workers):
+    """Where the end of an episode comes from a pool with next-step autoreset."""
+    game, settings = ocjax.load("Pong"), Settings(max_episode_frames=40)
+    source = AlePool(game, 1, settings, num_workers=0)
+    source.reset([0])
+    while not source.truncated[0]:
+        source.send(np.zeros(1, int))
+    pool = AlePool(game, 1, settings, autoreset="same step", num_workers=workers)
+    pool.restore_state(source.clone_state())
+    assert (pool.truncated[0], pool.started[0], pool.episode_length[0]) == (True, False, 10)
+    time.sleep(0.05 * workers)  # long enough to begin the next game
+    for length in range(3):
+        pool.send(np.zeros(1, int))
+        pool.wait()
+        assert (pool.truncated[0], pool.started[0], pool.episode_length[0]) == (False, length == 0, length)
+    pool.close()
+
+
+def test_the_start_of_emulators_is_reported(monkeypatch):
+    monkeypatch.setattr(ale, "_SLOW_START", 0.001)
+    monkeypatch.setattr(ale, "_REPORT_EVERY", 0.001)
+    pool, reports = AlePool(ocjax.load("Pong"), 6, num_workers=2), []
+    pool.reset([0] * 6, report=reports.append)
+    assert len(set(reports)) > 1
+    assert reports == sorted(reports)
+    assert set(reports) <= set(range(7))
+    pool.close()
+
+
+def test_workers_import_neither_ocjax_nor_jax():
+    """The hook, which runs in a worker, reports what has been imported there."""
+
+    def report(ram):
+        raise ArithmeticError(sorted({"ale_py", "jax", "ocjax"} & set(sys.modules)))
+
+    pool = AlePool(ocjax.load("Pong"), 1, hook=report, num_workers=1)
+    pool.reset([0])
+    pool.send(np.zeros(1, int))
+    with pytest.raises(WorkerError, match=r"ArithmeticError: \['ale_py'\]"):
+        pool.wait()
+
+
+def test_worker_configuration_survives_json():
+    pool = AlePool(ocjax.load("Pong"), 3, Settings(frame_skip=(2, 5)), num_workers=0, screens=("gray",), game_mode=[0, None, 1])
+    config = pool._local.emulators[0].config
+    assert WorkerConfig.from_json(config.to_json()) == config
+    assert config.game_modes == (0, None, 1)
+    assert config.frame_skip == (2, 5)
+    pool.close()
+
+
+def test_arrays_that_are_not_recorded_are_refused():
+    pool = AlePool(ocjax.load("Pong"), 1, num_workers=0, screens=("gray",))
+    assert pool.gray.shape == (1, 2, 210, 160)
+    assert pool.arrays.final is None
+    for name in ("screen", "rgb"):
+        with pytest.raises(ValueError, match=f"does not record '{name}': request it with screens"):
+            getattr(pool, name)
     pool.close()

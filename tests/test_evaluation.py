@@ -5,19 +5,19 @@ import pytest
 from conftest import excerpt
 
 import ocjax
-from ocjax import evaluation
+from ocjax import evaluation, matching
 from ocjax.evaluation import Agreement, Detections
 
 
 def detections(boxes, label=None, categories=("A",), score=None):
-    """[frames][boxes] boxes or None, and their labels."""
+    """Detections from one list of boxes per frame; None is no box."""
     xywh = np.array([[b or (0, 0, 0, 0) for b in frame] for frame in boxes], float).reshape(len(boxes), -1, 4)
     there = np.array([[b is not None for b in frame] for frame in boxes]).reshape(len(boxes), -1)
     return Detections(xywh, np.where(there, 0 if label is None else label, -1), categories, score)
 
 
 def greedy(left, right, radius):
-    """The plain way, one frame and one pair at a time."""
+    """Greedy matching in plain Python, one frame and one pair at a time."""
     out = np.full(left.label.shape, -1)
     for b in range(len(out)):
         pairs = []
@@ -46,7 +46,7 @@ def test_match_is_greedy(seed, monkeypatch):
     rng = np.random.default_rng(seed)
     left, right = some(rng), some(rng, boxes=13)
     assert np.array_equal(evaluation.match(left, right), greedy(left, right, 5.0))
-    monkeypatch.setattr(evaluation, "PAIRS_AT_ONCE", 100)  # frame by frame
+    monkeypatch.setattr(matching, "PAIRS_AT_ONCE", 100)  # frame by frame
     assert np.array_equal(evaluation.match(left, right), greedy(left, right, 5.0))
 
 
@@ -85,7 +85,7 @@ def test_nothing_to_match():
 
 
 def test_intervals_are_over_episodes():
-    """Episodes that are all right or all wrong: as the mean of so many coins; frames within one say nothing new."""
+    """Every episode is all right or all wrong, so the interval is that of 40 coins, however many frames there are."""
     episode = np.repeat(np.arange(40), 25)
     right = (episode % 2 == 0).astype(float)[:, None]
     counts = Agreement(np.ones((1000, 1)), np.ones((1000, 1)), right, right, right, right)
@@ -96,12 +96,12 @@ def test_intervals_are_over_episodes():
 
 
 def test_average_precision():
-    """Confidences 0.9 right, 0.8 wrong, 0.7 right, of three objects: precision 1 to recall 1/3, 2/3 to recall 2/3, then 0."""
+    """Of three objects, 0.9 hits, 0.8 misses and 0.7 hits: precision is 1 up to recall 1/3, 2/3 up to recall 2/3, then 0."""
     truth = detections([[(0, 0, 4, 4), (20, 0, 4, 4), (40, 0, 4, 4)]])
     mine = detections([[(60, 0, 4, 4), (20, 0, 4, 4), (0, 0, 4, 4)]], score=np.array([[0.8, 0.7, 0.9]]))
     (found,) = evaluation.average_precision(mine, truth, [0.5])
     assert found == pytest.approx((34 + 33 * 2 / 3) / 101)
-    level = dataclasses.replace(mine, score=None)  # all or nothing: 2/3 of them right, to recall 2/3
+    level = dataclasses.replace(mine, score=None)  # all boxes enter together: precision 2/3 up to recall 2/3
     assert evaluation.average_precision(level, truth, [0.5]) == pytest.approx(67 * 2 / 3 / 101)
     assert evaluation.average_precision(truth, truth).tolist() == [[1] * 10]
     nothing = detections([[None]], categories=("A", "B"))
@@ -113,7 +113,7 @@ def test_average_precision_takes_each_object_once():
     truth = detections([[(0, 0, 10, 10), None]])
     mine = detections([[(0, 0, 10, 10), (0, 0, 10, 8)]], score=np.array([[0.5, 0.9]]))
     half, most = evaluation.average_precision(mine, truth, [0.5, 0.9])[0]
-    assert half == pytest.approx(1)  # the first one takes it, the second is one too many, at full recall
+    assert half == pytest.approx(1)  # the second box is a false detection, after full recall
     assert most == pytest.approx(0.5)
 
 
@@ -161,7 +161,7 @@ def test_coverage():
 
 
 def test_identity_switches():
-    """Two cars of the same lane that swap their slots in REM, once."""
+    """Two cars swap their slots in REM once."""
     game = ocjax.load("Freeway")
     car = game.slices["Car"].start
     xywh = np.zeros((6, game.num_slots, 4), np.int16)

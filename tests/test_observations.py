@@ -1,4 +1,4 @@
-"""Observations and masks against what they are by definition."""
+"""Observations and masks against their definitions."""
 
 import jax
 import numpy as np
@@ -20,7 +20,7 @@ def pong():
 
 @pytest.fixture(scope="module")
 def gray():
-    """Frames in some shades of grey."""
+    """Frames in various shades of grey."""
     return (excerpt("Pong")["screens"][:8].astype(int) * 37 % 256).astype(np.uint8)
 
 
@@ -30,10 +30,10 @@ def objects(pong):
 
 
 def area_average(image, size):
-    """The mean over each output pixel's area, input pixels counted by the part of them that lies inside."""
+    """The mean over the area of each output pixel, with input pixels weighted by the overlap."""
     parts = []
     for n_in, n_out in zip(image.shape, size, strict=True):
-        fine = np.repeat(np.arange(n_in), n_out).reshape(n_out, n_in)  # which input pixel each of n_in * n_out steps lies in
+        fine = np.repeat(np.arange(n_in), n_out).reshape(n_out, n_in)  # the input pixel of each of n_in * n_out steps
         parts.append(np.stack([np.bincount(row, minlength=n_in) / n_in for row in fine]))
     return parts[0] @ image @ parts[1].T
 
@@ -51,7 +51,7 @@ def test_resize_averages_over_areas(shape, size):
 
 
 def drawn(game, objects, size):
-    """Boxes painted one by one, scaled outwards; [categories, *size] of bool."""
+    """Boxes painted one by one and rounded outwards, bool [categories, *size]."""
     out = np.zeros((len(game.categories), *size), bool)
     for o in objects.to_list():
         (y0, y1), (x0, x1) = (
@@ -84,8 +84,8 @@ def test_masks(pong, objects, gray, kind, size):
         assert np.array_equal(got[i, :-1], want)
 
 
-def test_masks_drawn_at_the_screens_size(pong, objects, gray):
-    """Painted at 210 x 160 and averaged over areas: what lies over half a pixel is half as bright."""
+def test_masks_drawn_at_screen_size(pong, objects, gray):
+    """Masks painted at 210 x 160 are averaged by area: a box over half a pixel makes it half as bright."""
     got = np.asarray(masks.masks(objects, "planes", draw="screen"))
     for i in range(8):
         want = np.stack([area_average(p * 255.0, (84, 84)) for p in drawn(pong, objects[i], pong.screen)])
@@ -94,7 +94,7 @@ def test_masks_drawn_at_the_screens_size(pong, objects, gray):
     assert np.array_equal(full, masks.masks(objects, "object", gray=gray, size=None))
 
 
-def test_masks_of_nothing_and_of_wrong_options(pong, objects, gray):
+def test_empty_masks_and_wrong_options(pong, objects, gray):
     empty = jax.tree.map(np.zeros_like, objects)
     assert not np.asarray(masks.masks(empty, "object", gray=gray)).any()
     with pytest.raises(ValueError, match="kind must be one of"):
@@ -108,72 +108,72 @@ def test_masks_of_nothing_and_of_wrong_options(pong, objects, gray):
 
 
 @given(st.integers(1, 250), st.integers(1, 90))
-def test_area_weights_share_every_pixel(n_in, n_out):
+def test_area_weights_are_a_partition(n_in, n_out):
     weights = masks.area_weights(n_in, n_out)
     assert weights.min() >= 0
     assert np.allclose(weights.sum(axis=1), 1, atol=1e-5)
     assert np.allclose(weights.sum(axis=0), n_out / n_in, atol=1e-5)
 
 
-def test_vector_is_what_its_features_say():
-    """Every number, by its name, against the objects; in pixels and normalised, two states."""
+def test_vectors_match_their_feature_names():
+    """Every number is compared with the objects by its name, in pixels and normalised, with two states."""
     kinds = {"plain": Vector(FEATURES, history=2, normalize=False), "unit": Vector(FEATURES, history=2)}
     envs = ocjax.make_vec("Pong", 3, obs=kinds, num_workers=1, max_episode_frames=200)
     game, rng, before = envs.game, np.random.default_rng(0), None
-    seen, _ = envs.reset(seed=0)
-    assert len(envs.features["plain"]) == 2 * game.num_slots * len(FEATURES) == seen["plain"].shape[1]
+    observed, _ = envs.reset(seed=0)
+    assert len(envs.features["plain"]) == 2 * game.num_slots * len(FEATURES) == observed["plain"].shape[1]
     units = {"x": 160, "w": 160, "dx": 160, "y": 210, "h": 210, "dy": 210, "orientation": 16, "valid": 1}
     states = []
     for t in range(130):
-        now, started = jax.tree.map(np.asarray, envs.tensors), envs.pool.started.copy()
-        rows = {name: np.asarray(getattr(now, name), float) for name in ("x", "y", "w", "h", "orientation", "value", "valid")}
+        objects, started = jax.tree.map(np.asarray, envs.tensors), envs.pool.started.copy()
+        rows = {name: np.asarray(getattr(objects, name), float) for name in ("x", "y", "w", "h", "orientation", "value", "valid")}
         moved = np.zeros((3, game.num_slots, 2))
         if before is not None:
-            both = now.valid & before.valid & ~started[:, None]
-            moved = np.where(both[..., None], np.asarray(now.center) - np.asarray(before.center), 0)
+            both = objects.valid & before.valid & ~started[:, None]
+            moved = np.where(both[..., None], np.asarray(objects.center) - np.asarray(before.center), 0)
         rows |= {"dx": moved[..., 0], "dy": moved[..., 1]}
         earlier = states[-1] if states else rows
         states = [{f: np.where(started[:, None], rows[f], earlier[f]) for f in FEATURES}, rows]
         for k, (ago, category, i, feature) in enumerate(envs.features["plain"]):
             want = states[1 - ago][feature][:, game.slices[category].start + i]
-            assert np.allclose(seen["plain"][:, k], want), (t, ago, category, feature)
+            assert np.allclose(observed["plain"][:, k], want), (t, ago, category, feature)
             if feature == "value":
                 want = np.sign(want) * np.log1p(np.abs(want)) / np.log1p(1e6)
-            assert np.allclose(seen["unit"][:, k], want / units.get(feature, 1), atol=1e-6)
-        before = now
-        seen, *_ = envs.step(rng.integers(6, size=3))
+            assert np.allclose(observed["unit"][:, k], want / units.get(feature, 1), atol=1e-6)
+        before = objects
+        observed, *_ = envs.step(rng.integers(6, size=3))
     envs.close()
 
 
-def test_vector_tracks_what_vision_sees():
-    """From pixels, too, dx and dy are movements of one object."""
+def test_vectors_from_pixels_track_objects():
+    """In mode "vem", too, dx and dy are the movement of one object."""
     envs = ocjax.make_vec("Freeway", 2, mode="vem", obs=Vector(("x", "dx", "valid"), normalize=False), num_workers=1)
     envs.reset(seed=0)
     for _ in range(40):
-        seen, *_ = envs.step(np.zeros(2, int))
-    moves = seen.reshape(2, -1, 3)[..., 1]
+        observed, *_ = envs.step(np.zeros(2, int))
+    moves = observed.reshape(2, -1, 3)[..., 1]
     assert (moves != 0).sum() >= 10
     assert np.abs(moves).max() <= 10
     envs.close()
 
 
 def test_dqn_frames():
-    """Each the brighter of the last two frames; the oldest first; without pooling the last frame."""
+    """Each frame is the brighter of the last two, or without pooling the last one; the oldest comes first."""
     envs = ocjax.make_vec("Pong", 2, obs={"dqn": Dqn(), "one": Dqn(stack=1, max_pool=False)}, num_workers=1)
-    seen, _ = envs.reset(seed=0)
-    frames = [seen["dqn"][:, 3]] * 4
+    observed, _ = envs.reset(seed=0)
+    frames = [observed["dqn"][:, 3]] * 4
     for _ in range(30):
-        seen, *_ = envs.step(np.array([2, 3]))
+        observed, *_ = envs.step(np.array([2, 3]))
         gray = envs.pool.gray
         frames = [*frames[1:], np.asarray(masks.resize(gray.max(axis=1), (84, 84)))]
-        assert np.array_equal(seen["dqn"], np.stack(frames, axis=1))
-        assert np.array_equal(seen["one"][:, 0], np.asarray(masks.resize(gray[:, 1], (84, 84))))
+        assert np.array_equal(observed["dqn"], np.stack(frames, axis=1))
+        assert np.array_equal(observed["one"][:, 0], np.asarray(masks.resize(gray[:, 1], (84, 84))))
     envs.close()
 
 
-def test_wrong_vectors():
+def test_wrong_vector_options_are_refused():
     for features in ((), ("x", "speed"), ("x", "x")):
-        with pytest.raises(ValueError, match="features must be different ones of"):
+        with pytest.raises(ValueError, match="features must be distinct names of"):
             Vector(features)
     with pytest.raises(ValueError, match="history must be at least 1"):
         Vector(history=0)

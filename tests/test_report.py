@@ -1,6 +1,7 @@
 import csv
 import io
 import re
+import sys
 
 import numpy as np
 import pytest
@@ -8,13 +9,12 @@ from conftest import excerpt
 from test_cli import run
 
 import ocjax
-from ocjax import play, recordings, report
-from ocjax.envs import Protocol
+from ocjax import ocatari_runner, recordings, report, report_formats, rollout, tables
 
 
 @pytest.fixture(scope="module")
 def tape():
-    return play.play(ocjax.load("Pong"), 64, seed=5, num_envs=4)
+    return rollout.rollout(ocjax.load("Pong"), 64, seed=5, num_envs=4)
 
 
 def test_play(tape):
@@ -22,42 +22,11 @@ def test_play(tape):
     assert tape.screens.shape == tape.previous.shape == (64, 210, 160)
     assert np.flatnonzero(tape.resets).tolist() == [0, 16, 32, 48]
     assert np.unique(tape.episode).tolist() == [1, 2, 3, 4]
-    again = play.play(tape.game, 64, seed=5, num_envs=4)
+    again = rollout.rollout(tape.game, 64, seed=5, num_envs=4)
     assert np.array_equal(again.rams, tape.rams)
-    assert not np.array_equal(play.play(tape.game, 64, seed=6, num_envs=4).rams, tape.rams)
-    other = play.play(tape.game, 64, seed=5, num_envs=4, policy="random")
+    assert not np.array_equal(rollout.rollout(tape.game, 64, seed=6, num_envs=4).rams, tape.rams)
+    other = rollout.rollout(tape.game, 64, seed=5, num_envs=4, policy="random")
     assert not np.array_equal(other.rams, tape.rams)
-
-
-def test_recording_is_kept(tape, tmp_path):
-    path = tmp_path / "tape.npz"
-    tape.write(path)
-    back = recordings.read(path)
-    for name in (*recordings.ARRAYS, "frame_skip", "game"):
-        assert np.array_equal(getattr(back, name), getattr(tape, name)), name
-    assert [p.name for p in tmp_path.iterdir()] == ["tape.npz"]
-    assert Protocol(**back.protocol) == Protocol(frame_skip=3, repeat_action_probability=0.0)
-    both = recordings.join([tape, back])
-    assert both.protocol == tape.protocol
-    assert len(np.unique(both.episode)) == 8
-    assert both.frame_skip == 3
-    with pytest.raises(FileNotFoundError):
-        tape.write(tmp_path / "nowhere" / "tape.npz")
-
-
-def test_recording_of_wrong_kind(tape, tmp_path):
-    path = tmp_path / "tape.npz"
-    arrays = {"rams": tape.rams, "screens": tape.screens, "game": "Pong"}
-    for change, message in (
-        ({"lives": tape.lives[:-1]}, "lives must be numbers"),
-        ({"protocol": "v5"}, "protocol must be JSON, is"),
-        ({"resets": tape.lives}, "resets must be bool"),
-        ({"previous": tape.previous[:, ::2]}, "previous must be uint8"),
-        ({"previous_shown": tape.previous}, "previous_shown is kept as exclusive or with shown"),
-    ):
-        np.savez(path, **arrays, **change)
-        with pytest.raises(recordings.RecordingError, match=message):
-            recordings.read(path)
 
 
 def test_saved_policy(tape, tmp_path):
@@ -66,54 +35,110 @@ def test_saved_policy(tape, tmp_path):
     rng = np.random.default_rng(0)
     net = {"w0": rng.normal(size=(n, 8)), "b0": np.zeros(8), "w1": rng.normal(size=(8, 6)), "b1": np.array([0, 0, 0, 99.0, 0, 0])}
     np.savez(path, **net)
-    act = play.make_policy(str(path), tape.game, 6, 4, 0)
+    act = rollout.make_policy(str(path), tape.game, 6, 4, 0)
     assert act(tape.rams[:4]).tolist() == [3] * 4
-    assert len(play.play(tape.game, 8, num_envs=4, policy=str(path))) == 8
+    assert len(rollout.rollout(tape.game, 8, num_envs=4, policy=str(path))) == 8
     for change, message in (
         ({"w0": np.zeros((n + 1, 8))}, rf"w0 \[{n}, n\]"),
         ({"b1": np.zeros(5)}, r"w1 \[8, n\] and b1 \[n\]"),
         ({"w1": np.zeros((8, 5)), "b1": np.zeros(5)}, "must have 6 outputs"),
     ):
         np.savez(path, **(net | change))
-        with pytest.raises(play.PolicyError, match=message):
-            play.make_policy(str(path), tape.game, 6, 4, 0)
+        with pytest.raises(rollout.PolicyError, match=message):
+            rollout.make_policy(str(path), tape.game, 6, 4, 0)
     path.write_bytes(b"no")
-    with pytest.raises(play.PolicyError, match="not a readable policy"):
-        play.make_policy(str(path), tape.game, 6, 4, 0)
-    with pytest.raises(play.PolicyError, match="it is random, repeat, or the path"):
-        play.make_policy("greedy", tape.game, 6, 4, 0)
+    with pytest.raises(rollout.PolicyError, match="not a readable policy"):
+        rollout.make_policy(str(path), tape.game, 6, 4, 0)
+    with pytest.raises(rollout.PolicyError, match="it must be random, repeat, or the path"):
+        rollout.make_policy("greedy", tape.game, 6, 4, 0)
 
 
-def test_formats():
-    """What is wrong in the decoder shows in all of them: here on a recording whose RAM is one sample late."""
+def test_errors_show_in_all_formats():
+    """The RAM of this recording is one sample late."""
     data = excerpt("Pong")
     late = recordings.Recording(ocjax.load("Pong"), np.roll(data["rams"], 1, axis=0), data["screens"], data["previous"])
     e = report.evaluate(late, "late RAM")
-    assert 0.3 < e.aware.sum().f1 < 0.9
+    assert 0.3 < e.flicker_aware.sum().f1 < 0.9
     assert e.values == {}
     assert e.switches is None
-    rows = list(csv.DictReader(io.StringIO(report.to_csv([e]))))
+    rows = list(csv.DictReader(io.StringIO(report_formats.to_csv([e]))))
     assert [r["Category"] for r in rows] == [*e.game.slices, "all"]
-    assert float(rows[-1]["F1"]) == pytest.approx(100 * e.aware.sum().f1)
-    page = report.to_html([e])
-    assert len(re.findall("<img ", page)) == len(e.worst) > 0
-    assert "invented" in page
+    assert float(rows[-1]["F1"]) == pytest.approx(100 * e.flicker_aware.sum().f1)
+    page = report_formats.to_html([e])
+    assert len(re.findall("<img ", page)) == len(e.worst_frames) > 0
+    assert "false detections in yellow" in page
     assert len(page) < 1_000_000
-    latex = report.to_latex([e])
+    latex = report_formats.to_latex([e])
     assert latex.count("\\cellcolor") == sum(v == v for row in report.by_category(e).rows for v in (row[2], row[3], row[4], row[6]))
-    assert "| Ball |" in report.to_markdown([report.by_category(e)])
-    assert (report._shade(0), report._shade(50), report._shade(100)) == ("D73027", "FFFFBF", "1A9850")
+    assert "| Ball |" in tables.to_markdown([report.by_category(e)])
+    assert (report_formats.shade(0), report_formats.shade(50), report_formats.shade(100)) == ("D73027", "FFFFBF", "1A9850")
 
 
 def test_coverage_of_what_the_chip_drew():
-    """Where the recording says what was drawn: here just the ball, and nothing else."""
+    """This recording says that the ball was drawn and nothing else."""
     game, data = ocjax.load("Pong"), excerpt("Pong")
     ball = game.rem(data["rams"]).of(game, "Ball")
     shown = np.zeros(data["screens"].shape, np.uint8)
     for i, ((x, y, w, h),) in enumerate(np.asarray(ball.xywh).astype(int)):
         shown[i, y : y + h, x : x + w] = 16
     e = report.evaluate(recordings.Recording(game, data["rams"], data["screens"], shown=shown), "")
-    assert e.cover == (1.0, pytest.approx(np.asarray(ball.valid).sum() / e.aware.sum().left))
+    assert e.coverage == (1.0, pytest.approx(np.asarray(ball.valid).sum() / e.flicker_aware.sum().left))
+
+
+OCATARI = """#!{python}
+import json, sys
+import numpy as np
+
+program, samples, game = sys.argv[1:]
+assert program.endswith("_ocatari_program.py")
+with np.load(samples) as file:
+    n = len(file["rams"])
+    assert file["screens"].shape == (n, 210, 160, 3) and file["resets"].shape == (n,)
+if game != "Pong":
+    sys.exit("no module for " + game)
+frame = [["Ball", 80, 100, 2, 4], ["Ghost", 1, 2, 3, 4]]
+print("a warning")
+print(json.dumps({{"rem": {{"objects": [frame] * n, "us": [7.0] * n}}, "vem": {vem}}}))
+"""
+
+
+@pytest.fixture
+def fake_ocatari(tmp_path):
+    """Make an interpreter that answers like one with OCAtari."""
+
+    def make(vem):
+        path = tmp_path / "python"
+        path.write_text(OCATARI.format(python=sys.executable, vem=vem))
+        path.chmod(0o755)
+        return path
+
+    return make
+
+
+def test_ocatari_stands_beside(tape, fake_ocatari):
+    python = fake_ocatari('{"objects": [frame[:1]] * n, "us": [9.0] * n}')
+    e = report.evaluate(tape, "", ocatari_runner.run(tape, python))
+    counts = e.ocatari_agreement.sum()
+    assert (counts.left, counts.right, counts.found) == (128, 64, 64)
+    rows = {row["Category"]: row for row in csv.DictReader(io.StringIO(report_formats.to_csv([e])))}
+    assert [float(rows[name]["OCAtari F1"]) for name in ("Ball", "all")] == pytest.approx([100, 200 / 3])
+    assert report.overview([e]).rows[0][-2:] == [pytest.approx(200 / 3), 100]
+    assert report.notes(e) == ["Pong: OCAtari's REM takes 7.0 us per frame", "Pong: OCAtari's VEM takes 9.0 us per frame"]
+    assert "{OCAtari}" in report_formats.to_latex([e])
+    assert "takes 9.0 us" in report_formats.to_html([e])
+
+
+def test_ocatari_that_fails(tape, fake_ocatari):
+    python = fake_ocatari('{"error": "KeyError: 3"}')
+    e = report.evaluate(tape, "", ocatari_runner.run(tape, python))
+    assert e.ocatari_agreement is None
+    assert report.notes(e)[1] == "Pong: OCAtari's VEM does not run here (KeyError: 3)"
+    assert "OCAtari F1" in report.by_category(e).header
+    freeway = recordings.Recording(ocjax.load("Freeway"), tape.rams, tape.screens)
+    with pytest.raises(ocatari_runner.OcatariError, match="no module for Freeway"):
+        ocatari_runner.run(freeway, python)
+    with pytest.raises(ValueError, match="no frames"):
+        ocatari_runner.run(recordings.Recording(tape.game, tape.rams), python)
 
 
 def test_evaluate(tape, tmp_path):

@@ -1,4 +1,4 @@
-"""Merging and tracking against plain Python, one frame and one pair at a time."""
+"""Merging and tracking agree with plain Python that handles one state and one pair at a time."""
 
 import dataclasses
 import functools
@@ -39,7 +39,7 @@ MOVABLE = ("One", "Few", "Many")
 
 
 def some(rng, batch, game=GAME, density=0.6, span=30):
-    """Random objects, each with fields that tell it from every other."""
+    """Random objects that differ from each other."""
     shape = (*batch, game.num_slots)
     valid = rng.random(shape) < density
     xywh = rng.integers([0, 0, 1, 1], [span, span, 9, 9], (*shape, 4))
@@ -76,7 +76,7 @@ def records(objects):
 
 
 def greedy(a, b, radius):
-    """Pairs of one state's slots of one category, nearest first; ties by the slot of `a`, then of `b`."""
+    """Match one category's slots of one state, nearest first; ties go by the slot of `a`, then of `b`."""
     (ax, ay, aw, ah), (bx, by, bw, bh) = a.xywh.T.astype(int), b.xywh.T.astype(int)
     pairs = []
     for i in np.flatnonzero(a.valid):
@@ -101,7 +101,7 @@ def put(into, slot, objects, source):
 
 
 def merged(game, earlier, later, radius):
-    """`merge_frames` of one state."""
+    """`merge_frames` on one state, in plain Python."""
     out = jax.tree.map(np.copy, later)
     for c in game.categories:
         s = game.slices[c.name]
@@ -118,7 +118,7 @@ def merged(game, earlier, later, radius):
 
 
 def tracked(game, previous, current, radius, first=False):
-    """`track` of one state."""
+    """`track` on one state, in plain Python."""
     if first:
         return current
     out = jax.tree.map(np.copy, current)
@@ -141,7 +141,7 @@ def tracked(game, previous, current, radius, first=False):
 
 
 def rows(f, *batches):
-    """The plain way on every row."""
+    """Apply a function of single states to every row of batches."""
     results = [f(*(jax.tree.map(lambda a, i=i: a[i], b) for b in batches)) for i in range(len(batches[0].valid))]
     return jax.tree.map(lambda *a: np.stack(a), *results)
 
@@ -154,7 +154,7 @@ def rows(f, *batches):
     radius=st.sampled_from([0, 2.5, 5, 16, float("inf")]),
 )
 def test_reference(seed, density, span, radius):
-    """Few places, so that there are many ties, to many; all radii."""
+    """From few positions, with many ties, to many positions."""
     rng = np.random.default_rng(seed)
     a, b = some(rng, (12,), density=density, span=span), some(rng, (12,), density=density, span=span)
     first = rng.random(12) < 0.2
@@ -164,7 +164,7 @@ def test_reference(seed, density, span, radius):
     assert same(track, jax.tree.map(lambda *v: np.stack(v), *plain))
     well_formed(GAME, merge, (12,))
     well_formed(GAME, track, (12,))
-    assert all(records(host(track)[i]) == records(b[i]) for i in range(12)), "none invented, none lost"
+    assert all(records(host(track)[i]) == records(b[i]) for i in range(12)), "no object is added or lost"
     for name in MOVABLE:
         s = GAME.slices[name]
         now, before, after = (o.valid[:, s].sum(1) for o in (b, a, host(merge)))
@@ -173,7 +173,7 @@ def test_reference(seed, density, span, radius):
 
 
 def test_large_category():
-    """Chains of ties, where every round settles one pair only, and as many slots as games have."""
+    """Chains of ties, in which each round settles only one pair, with as many slots as any game has."""
     n = 200
     game = dataclasses.replace(
         GAME,
@@ -201,7 +201,7 @@ FUNCTIONS = {
 
 @pytest.mark.parametrize("f", FUNCTIONS.values(), ids=FUNCTIONS)
 def test_batch_is_its_rows(f):
-    """A batch, its rows alone, other batch shapes, `vmap`, `jit`, no `jit`, `scan`: all the same."""
+    """A batch gives what its rows give alone, in other batch shapes, and under `vmap`, `jit`, `disable_jit` and `scan`."""
     rng = np.random.default_rng(1)
     a, b, first = jax.tree.map(jnp.asarray, (some(rng, (6,)), some(rng, (6,)), rng.random(6) < 0.5))
     whole = f(a, b, first)
@@ -223,7 +223,7 @@ def test_batch_is_its_rows(f):
 
 
 def test_scan_keeps_slots():
-    """Objects that move through a shuffle of their slots keep the slots that they began in."""
+    """Moving objects whose slots are shuffled stay in the slots they began in."""
     rng = np.random.default_rng(2)
     n, steps = COUNTS["Many"], 20
     s = GAME.slices["Many"]
@@ -247,7 +247,7 @@ def test_scan_keeps_slots():
 
 
 def state(**boxes):
-    """One state by category: boxes or None, slot by slot."""
+    """One state from top left corners by category, one entry per slot; None is an empty slot."""
     out = empty(some(np.random.default_rng(0), ()))
     for name, slots in boxes.items():
         for i, b in enumerate(slots):
@@ -271,16 +271,20 @@ def test_merge_by_hand():
     assert x_of(both, "One") == [5]
     assert x_of(both, "Cell") == [0, 10, 18, None]
     assert x_of(both, "Place") == [1, 12]
-    assert x_of(ocjax.merge_frames(earlier, later, radius=2), "Few") == [10, 53, 50], "what does not fit is left out"
+    assert x_of(ocjax.merge_frames(earlier, later, radius=2), "Few") == [10, 53, 50], "what does not fit is dropped"
     assert x_of(ocjax.merge_frames(state(One=[(5, 5)]), state(One=[(80, 5)])), "One") == [80]
 
 
 def test_track_by_hand():
     before = state(Few=[(10, 10), None, (50, 10)])
     assert x_of(ocjax.track(before, state(Few=[(52, 10), (12, 10), None])), "Few") == [12, None, 52]
-    assert x_of(ocjax.track(before, state(Few=[(120, 10), (52, 10), None])), "Few") == [None, 120, 52], "free before, first"
-    assert x_of(ocjax.track(before, state(Few=[(120, 10), (130, 10), (52, 10)])), "Few") == [130, 120, 52], "then freed"
-    assert x_of(ocjax.track(before, state(Few=[(30, 10), None, None]), radius=100), "Few") == [30, None, None], "ties by slot"
+    assert x_of(ocjax.track(before, state(Few=[(120, 10), (52, 10), None])), "Few") == [None, 120, 52], (
+        "slots that were empty before come first"
+    )
+    assert x_of(ocjax.track(before, state(Few=[(120, 10), (130, 10), (52, 10)])), "Few") == [130, 120, 52], (
+        "then slots whose objects are gone"
+    )
+    assert x_of(ocjax.track(before, state(Few=[(30, 10), None, None]), radius=100), "Few") == [30, None, None], "ties go by slot"
     shuffled = state(Few=[(52, 10), (12, 10), None])
     assert same(ocjax.track(before, shuffled, is_first=np.True_), shuffled)
     cells = state(Cell=[None, (9, 0), None, None], Place=[(5, 1), None])
@@ -307,7 +311,7 @@ def test_wrong_input():
 
 
 def test_games(game, truth):
-    """On real frames: well-formed, equal to the plain way, nothing lost."""
+    """On recorded frames, results are well-formed, equal those of plain Python, and lose nothing."""
     screens, previous = (game.vem(truth[k][::8]) for k in ("screens", "previous"))
     screens, previous = host(screens), host(previous)
     n = len(screens.valid)
@@ -321,7 +325,7 @@ def test_games(game, truth):
 
 
 def test_flickering_ghosts():
-    """Together, two frames show more ghosts than either: as many as there are, mostly."""
+    """Two merged frames hold at least as many ghosts as either, and in total a fifth more than the later one."""
     game, data = ocjax.load("MsPacman"), excerpt("MsPacman")
     previous, screens = game.vem(data["previous"]), game.vem(data["screens"])
     earlier, later, both = (host(o.of(game, "Ghost")).valid.sum(1) for o in (previous, screens, ocjax.merge_frames(previous, screens)))

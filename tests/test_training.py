@@ -1,4 +1,4 @@
-"""Other people's training code on the environments, where the extra `rl` is installed."""
+"""Training code of other projects on the environments; skipped unless the extra `rl` is installed."""
 
 import os
 import subprocess
@@ -8,7 +8,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-import ocjax  # tells gymnasium of its environments
+import ocjax  # registers its environments with Gymnasium
 
 torch = pytest.importorskip("torch", reason="the extra `rl` is not installed")
 sb3 = pytest.importorskip("stable_baselines3", reason="the extra `rl` is not installed")
@@ -27,16 +27,16 @@ def test_stable_baselines3_on_vectors():
 
 
 def test_stable_baselines3_on_objects():
-    """The Dict of object fields, as it is by default."""
+    """The default observation, a Dict of object fields."""
     env = gymnasium.make("ocjax/Freeway-v5")
     model = sb3.PPO("MultiInputPolicy", env, n_steps=256, batch_size=64, n_epochs=1, device="cpu")
     model.learn(512)
     env.close()
 
 
-@pytest.mark.filterwarnings("default")  # of other people's code
+@pytest.mark.filterwarnings("default")  # warnings of other projects
 def test_stable_baselines3_with_its_atari_wrapper():
-    """No-ops, frame skip, lives, FIRE and grey frames by Stable-Baselines3's own wrappers, which ask the emulator."""
+    """Stable-Baselines3's wrappers, which use the emulator, add no-ops, frame skip, lives, FIRE and grey frames."""
     pytest.importorskip("cv2", reason="Stable-Baselines3's Atari wrapper needs OpenCV")
     from stable_baselines3.common.env_util import make_atari_env
 
@@ -54,10 +54,10 @@ def test_torch_shares_the_tensors():
 
 
 def test_cleanrl(request, tmp_path):
-    """CleanRL's ppo.py, but for the call that makes the environments."""
+    """CleanRL's ppo.py runs with only the call that makes the environments replaced."""
     checkout = request.config.getoption("--cleanrl")
     if checkout is None:
-        pytest.skip("needs --cleanrl, the path of a checkout: its scripts are in no package")
+        pytest.skip("needs --cleanrl with the path of a checkout, as CleanRL's scripts are not in a package")
     text = (checkout / "cleanrl" / "ppo.py").read_text()
     start = text.index("    envs = gym.vector.SyncVectorEnv(")
     end = text.index("    assert isinstance(envs.single_action_space")

@@ -1,10 +1,14 @@
 """Environments whose observations are objects."""
 
-from ocjax.envs.ale import AlePool, RomError, States, WorkerError
+from ocjax.envs.ale import AlePool
 from ocjax.envs.make import ObjectEnv, make, make_vec, ocatari
-from ocjax.envs.observations import Computed, Copied, Dqn, Masks, ObjectFields, Observation, Pixels, Ram, Vector
-from ocjax.envs.protocol import PRESETS, Protocol, protocol
+from ocjax.envs.observations import Computed, Copied, Dqn, Masks, ObjectFields, Observation, Pixels, Ram, Snapshot, Vector
+from ocjax.envs.pool import EmulatorPool
+from ocjax.envs.process import WorkerError
+from ocjax.envs.settings import PRESETS, Settings, settings
+from ocjax.envs.states import States
 from ocjax.envs.vector import ObjectVectorEnv
+from ocjax.rom import RomError
 
 __all__ = [
     "PRESETS",
@@ -12,20 +16,22 @@ __all__ = [
     "Computed",
     "Copied",
     "Dqn",
+    "EmulatorPool",
     "Masks",
     "ObjectEnv",
     "ObjectFields",
     "ObjectVectorEnv",
     "Observation",
     "Pixels",
-    "Protocol",
     "Ram",
     "RomError",
+    "Settings",
+    "Snapshot",
     "States",
     "Vector",
     "WorkerError",
     "make",
     "make_vec",
     "ocatari",
-    "protocol",
+    "settings",
 ]

@@ -1,13 +1,14 @@
-"""What an environment's observations are made of.
+"""The kinds of observations, and how each is made from emulators and objects.
 
-A kind of observation is a small class of options. Its `update` is a pure JAX function of what there is to see now and of its memory (what
-it keeps from one step to the next), so that the same code serves environments in worker processes and inside `jax.lax.scan`.
+A kind of observation is a small class of options. Observations that need computation are pure JAX functions of a snapshot and of a memory,
+which carries what they need from one step to the next. The same code therefore serves worker processes and `jax.lax.scan`.
+Below, B is the number of environments in a batch, and H x 160 is the size of the game's screen.
 """
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple, get_args
 
 import gymnasium as gym
 import jax
@@ -20,74 +21,75 @@ from ocjax.objects import Objects
 from ocjax.tracking import track
 
 FEATURES = ("x", "y", "w", "h", "dx", "dy", "orientation", "value", "valid")
-_LARGE = np.log1p(1e6)  # a value of a million is 1 where features are normalised
+_VALUE_UNIT = np.log1p(1e6)  # a value of a million is normalised to 1
 
 
-class Now(NamedTuple):
-    """What there is to see in a batch of `B` environments."""
+class Snapshot(NamedTuple):
+    """The present state of a batch of environments, from which observations are computed."""
 
-    rem: Objects | None
-    vem: Objects | None
+    rem: Objects | None  # of batch shape [B]
+    vem: Objects | None  # of batch shape [B]
     gray: jax.Array | None  # uint8 [B, 2, H, 160], the last two emulated frames
-    started: jax.Array  # bool [B]: an episode began
+    started: jax.Array  # bool [B], whether an episode has just begun
 
     @property
     def objects(self) -> Objects:
-        """From RAM where that is extracted, else from pixels."""
-        found = self.vem if self.rem is None else self.rem
-        assert found is not None  # the environment refuses observations of objects that it does not extract
-        return found
+        """The objects from RAM if they are extracted, else those from pixels."""
+        objects = self.vem if self.rem is None else self.rem
+        assert objects is not None  # environments refuse observations of objects that they do not extract
+        return objects
 
 
-def _fresh(started: jax.Array, new: jax.Array, old: jax.Array) -> jax.Array:
-    """`new` where an episode began, else `old`."""
-    return jnp.where(started.reshape(-1, *[1] * (old.ndim - 1)), new, old)
-
-
-def _stacked(started: jax.Array, latest: jax.Array, memory: jax.Array) -> jax.Array:
-    """The memory with the latest added and the oldest dropped; all the latest where an episode began."""
-    moved = jnp.concatenate([memory[:, 1:], latest[:, None]], axis=1)
-    return _fresh(started, jnp.broadcast_to(latest[:, None], moved.shape), moved)
+def _push(started: jax.Array, latest: jax.Array, memory: jax.Array) -> jax.Array:
+    """Drop the oldest entry of a memory `[B, n, ...]` and append the latest, `[B, ...]`; at the start of an episode all are the latest."""
+    shifted = jnp.concatenate([memory[:, 1:], latest[:, None]], axis=1)
+    started = started.reshape(-1, *[1] * (memory.ndim - 1))
+    return jnp.where(started, jnp.broadcast_to(latest[:, None], shifted.shape), shifted)
 
 
 @dataclass(frozen=True)
 class Observation(ABC):
-    """Base of the kinds: either `Computed` or `Copied`."""
+    """Base class of the kinds of observations, each of which is either `Computed` or `Copied`."""
 
     needs_objects: ClassVar[bool] = False
 
     @property
     def screens(self) -> tuple[str, ...]:
-        """Arrays of pixels that it needs."""
+        """The pixel arrays that it needs, by their names in `EmulatorPool`."""
         return ()
 
     @abstractmethod
     def space(self, game: Game, mode: str) -> gym.Space[Any]:
-        """The space of one environment."""
+        """The observation space of one environment."""
 
 
 class Computed(Observation):
-    """Computed from what there is to see, and from what it remembers of the steps before."""
+    """An observation that is computed from the current snapshot and a carried memory."""
 
     def initial(self, game: Game, mode: str, num_envs: int) -> Any:
-        """The memory before the first observation."""
+        """The memory before the first observation, a pytree of arrays `[num_envs, ...]`."""
         return ()
 
     @abstractmethod
-    def update(self, game: Game, mode: str, now: Now, memory: Any) -> tuple[Any, Any]:
-        """The observation of a batch, and the new memory."""
+    def update(self, game: Game, mode: str, snapshot: Snapshot, memory: Any) -> tuple[Any, Any]:
+        """The observation, an array `[B, ...]` or a pytree of them, and the new memory."""
 
 
 class Copied(Observation):
-    """A copy of something that is there anyway."""
+    """An observation that is a copy of an array which exists anyway."""
 
     @abstractmethod
     def source(self, arrays: Mapping[str, Any], objects: Mapping[str, Objects]) -> Any:
-        """What it is a copy of, from the emulators' arrays and each method's objects."""
+        """What is copied.
+
+        Args:
+            arrays: the emulators' arrays by name, `[B, ...]`.
+            objects: the objects by method, "rem" or "vem".
+        """
 
 
 def object_space(game: Game) -> gym.spaces.Dict:
-    """The space of a game's `Objects` for one environment, as a Dict of its fields."""
+    """The space of a game's `Objects` in one environment: a Dict of their fields."""
     n, (height, width) = game.num_slots, game.screen
     integers = np.iinfo(np.int32)
     return gym.spaces.Dict(
@@ -101,17 +103,17 @@ def object_space(game: Game) -> gym.spaces.Dict:
 
 @dataclass(frozen=True)
 class ObjectFields(Copied):
-    """The fields of `Objects` as a Dict of arrays `[N, ...]`; in mode "both" a Dict of both methods' ("rem", "vem")."""
+    """The fields of `Objects` as a Dict; in mode "both" a Dict of the fields of each method, "rem" and "vem"."""
 
     needs_objects = True
 
     def space(self, game: Game, mode: str) -> gym.Space[Any]:
-        """The space of one environment."""
+        """The observation space of one environment."""
         one = object_space(game)
         return gym.spaces.Dict(rem=one, vem=object_space(game)) if mode == "both" else one
 
     def source(self, arrays: Mapping[str, Any], objects: Mapping[str, Objects]) -> Any:
-        """What it is a copy of."""
+        """What is copied: the fields, with `valid` as int8."""
         fields = {
             name: {"xywh": o.xywh, "valid": o.valid.astype(np.int8), "orientation": o.orientation, "value": o.value, "rgb": o.rgb}
             for name, o in objects.items()
@@ -121,20 +123,21 @@ class ObjectFields(Copied):
 
 @dataclass(frozen=True)
 class Vector(Computed):
-    """Features of all slots as one flat float32 vector.
+    """Features of all slots as one flat vector, float32 `[history * slots * features]`.
 
-    The order is: states from the oldest to the latest, slots in the game's order, features in the order named (`features_of` names
-    each number). A slot that is not valid is zero. dx and dy are the movement of the centre since the step before, zero where the object
-    was not there or an episode began. In mode "vem" identities are tracked from step to step (`ocjax.track`).
+    The order is by time from the oldest state to the latest, then by slot in the game's order, then by feature in the order given;
+    `features_of` names each number. Slots that are not valid are zero. dx and dy are the movement of the centre since the previous step,
+    and zero where the object was not valid or an episode has just begun. In mode "vem", `ocjax.track` carries the identities of objects
+    from step to step.
 
     Args:
-        features: of x, y, w, h, dx, dy, orientation, value, valid.
-        history: states.
-        normalize: lengths in screen widths or heights, orientations in turns, values as sign(v) log(1 + |v|) / log(1 + 10^6); else
-            pixels, compass points 0-15 and values.
+        features: distinct names of x, y, w, h, dx, dy, orientation, value and valid.
+        history: number of states.
+        normalize: whether lengths are in units of the screen's width or height, orientations in turns, and values v are
+            sign(v) log(1 + |v|) / log(1 + 10^6); otherwise lengths are in pixels and orientations are compass points 0 to 15.
 
     Raises:
-        ValueError: unknown features or none, a history below 1.
+        ValueError: a feature is unknown or repeated, there is none, or the history is below 1.
     """
 
     needs_objects = True
@@ -147,66 +150,69 @@ class Vector(Computed):
     def __post_init__(self) -> None:
         object.__setattr__(self, "features", tuple(self.features))
         if not self.features or not set(self.features) <= set(FEATURES) or len(set(self.features)) < len(self.features):
-            raise ValueError(f"features must be different ones of {', '.join(FEATURES)}, got {self.features}")
+            raise ValueError(f"features must be distinct names of {', '.join(FEATURES)}, got {self.features}")
         if self.history < 1:
             raise ValueError(f"history must be at least 1, got {self.history}")
 
     def features_of(self, game: Game) -> tuple[tuple[int, str, int, str], ...]:
-        """What each number is: (steps ago, category, slot within it, feature)."""
+        """The meaning of each number: (steps ago, category, index within the category, feature)."""
         slots = [(c.name, i) for c in game.categories for i in range(c.count)]
         return tuple((ago, name, i, f) for ago in reversed(range(self.history)) for name, i in slots for f in self.features)
 
-    def _scale(self, game: Game) -> dict[str, tuple[float, float, float]]:
-        """Feature -> (its unit, least and most of it)."""
+    def _scales(self, game: Game) -> dict[str, tuple[float, float, float]]:
+        """The unit of each feature, and its least and greatest number in this unit."""
         height, width = game.screen
         integers = np.iinfo(np.int32)
         most = {"x": width, "y": height, "w": width, "h": height, "orientation": 16, "valid": 1, "dx": width, "dy": height}
         out = {f: (float(n) if self.normalize else 1.0, -n if f in ("dx", "dy") else 0.0, float(n)) for f, n in most.items()}
         out = {f: (unit, low / unit, high / unit) for f, (unit, low, high) in out.items()}
-        limit = float(np.log1p(2.0**31) / _LARGE)
+        limit = float(np.log1p(2.0**31) / _VALUE_UNIT)
         out["value"] = (1.0, -limit, limit) if self.normalize else (1.0, float(integers.min), float(integers.max))
         return out
 
     def space(self, game: Game, mode: str) -> gym.Space[Any]:
-        """The space of one environment."""
-        bounds = np.array([self._scale(game)[f][1:] for f in self.features], np.float32)
+        """The observation space of one environment."""
+        bounds = np.array([self._scales(game)[f][1:] for f in self.features], np.float32)
         low, high = np.tile(bounds, (self.history * game.num_slots, 1)).T
         return gym.spaces.Box(low, high, dtype=np.float32)
 
     def initial(self, game: Game, mode: str, num_envs: int) -> Any:
-        """The memory before the first observation: the objects before, and the states before."""
+        """The memory before the first observation: the previous objects, and the previous states."""
         n = game.num_slots
         shapes = jax.eval_shape(game.rem, jax.ShapeDtypeStruct((num_envs, 128), jnp.uint8))
-        before = jax.tree.map(lambda s: jnp.zeros(s.shape, s.dtype), shapes)
-        return before, jnp.zeros((num_envs, self.history, n * len(self.features)), jnp.float32)
+        previous = jax.tree.map(lambda s: jnp.zeros(s.shape, s.dtype), shapes)
+        return previous, jnp.zeros((num_envs, self.history, n * len(self.features)), jnp.float32)
 
-    def update(self, game: Game, mode: str, now: Now, memory: Any) -> tuple[Any, Any]:
-        """The observation of a batch, and the new memory."""
-        before, history = memory
-        objects = now.objects
+    def update(self, game: Game, mode: str, snapshot: Snapshot, memory: Any) -> tuple[Any, Any]:
+        """The observation and the new memory."""
+        previous, history = memory
+        objects = snapshot.objects
         if mode == "vem":
-            objects = track(before, objects, is_first=now.started)
-        there = objects.valid & before.valid & ~now.started[:, None]
-        moved = jnp.where(there[..., None], objects.center - before.center, jnp.float32(0))
-        scale, columns = self._scale(game), []
+            objects = track(previous, objects, is_first=snapshot.started)
+        continued = objects.valid & previous.valid & ~snapshot.started[:, None]
+        moved = jnp.where(continued[..., None], objects.center - previous.center, jnp.float32(0))
+        scales, columns = self._scales(game), []
         for name in self.features:
             column = moved[..., ("dx", "dy").index(name)] if name in ("dx", "dy") else getattr(objects, name).astype(jnp.float32)
             if name == "value" and self.normalize:
-                column = jnp.sign(column) * jnp.log1p(jnp.abs(column)) / jnp.float32(_LARGE)
-            columns.append(column / jnp.float32(scale[name][0]))
+                column = jnp.sign(column) * jnp.log1p(jnp.abs(column)) / jnp.float32(_VALUE_UNIT)
+            columns.append(column / jnp.float32(scales[name][0]))
         latest = jnp.stack(columns, axis=-1).reshape(objects.valid.shape[0], -1)
-        history = _stacked(now.started, latest, history)
+        history = _push(snapshot.started, latest, history)
         return history.reshape(history.shape[0], -1), (objects, history)
 
 
 @dataclass(frozen=True)
 class Dqn(Computed):
-    """Frames as DQN has them: uint8 `[stack, 84, 84]` of grey, each the brighter of the last two emulated frames, resized over areas.
+    """The frames of Mnih et al. (2015): grey, the brighter of the last two emulated frames, resized by area, uint8 `[stack, *size]`.
 
     Args:
-        stack: steps, the latest last; all the same when an episode begins.
-        max_pool: False takes the last frame alone, as OCAtari does.
+        stack: number of steps, the latest last; all are the same at the start of an episode.
+        max_pool: False takes the last frame only, as OCAtari does.
         size: (height, width).
+
+    Raises:
+        ValueError: the stack is below 1.
     """
 
     stack: int = 4
@@ -219,28 +225,39 @@ class Dqn(Computed):
 
     @property
     def screens(self) -> tuple[str, ...]:
-        """Arrays of pixels that it needs."""
+        """The pixel arrays that it needs."""
         return ("gray",)
 
     def space(self, game: Game, mode: str) -> gym.Space[Any]:
-        """The space of one environment."""
+        """The observation space of one environment."""
         return gym.spaces.Box(0, 255, (self.stack, *self.size), np.uint8)
 
     def initial(self, game: Game, mode: str, num_envs: int) -> Any:
-        """The memory before the first observation."""
+        """The memory before the first observation: the stack."""
         return jnp.zeros((num_envs, self.stack, *self.size), jnp.uint8)
 
-    def update(self, game: Game, mode: str, now: Now, memory: Any) -> tuple[Any, Any]:
-        """The observation of a batch, and the new memory."""
-        assert now.gray is not None  # the environment gives what `screens` names
-        frame = jnp.maximum(now.gray[:, 0], now.gray[:, 1]) if self.max_pool else now.gray[:, 1]
-        memory = _stacked(now.started, masks.resize(frame, self.size), memory)
+    def update(self, game: Game, mode: str, snapshot: Snapshot, memory: Any) -> tuple[Any, Any]:
+        """The observation and the new memory, which are the same."""
+        assert snapshot.gray is not None  # the environment records what `screens` names
+        frame = jnp.maximum(snapshot.gray[:, 0], snapshot.gray[:, 1]) if self.max_pool else snapshot.gray[:, 1]
+        memory = _push(snapshot.started, masks.resize(frame, self.size), memory)
         return memory, memory
 
 
 @dataclass(frozen=True)
 class Masks(Computed):
-    """Objects drawn as masks, uint8 `[stack * planes, height, width]`; see `ocjax.masks.masks` for the kinds and options."""
+    """Masks of objects, uint8 `[stack * planes, height, width]`.
+
+    Args:
+        kind: the kind of mask, see `ocjax.masks.masks`, which also explains `size`, `draw` and `pixels`.
+        size: (height, width); None for the size of the screen.
+        draw: "output" or "screen".
+        pixels: whether the grey frame is appended as a plane.
+        stack: number of steps, the latest last; all are the same at the start of an episode.
+
+    Raises:
+        ValueError: there is no such kind or way to draw, or the stack is below 1.
+    """
 
     needs_objects = True
 
@@ -257,44 +274,44 @@ class Masks(Computed):
 
     @property
     def screens(self) -> tuple[str, ...]:
-        """Arrays of pixels that it needs."""
+        """The pixel arrays that it needs."""
         return ("gray",) if self.pixels or self.kind == "object" else ()
 
     def _shape(self, game: Game) -> tuple[int, ...]:
         return (self.stack, masks.num_planes(game, self.kind, self.pixels), *(self.size or game.screen))
 
     def space(self, game: Game, mode: str) -> gym.Space[Any]:
-        """The space of one environment."""
+        """The observation space of one environment."""
         stack, planes, *size = self._shape(game)
         return gym.spaces.Box(0, 255, (stack * planes, *size), np.uint8)
 
     def initial(self, game: Game, mode: str, num_envs: int) -> Any:
-        """The memory before the first observation."""
+        """The memory before the first observation: the stack."""
         return jnp.zeros((num_envs, *self._shape(game)), jnp.uint8)
 
-    def update(self, game: Game, mode: str, now: Now, memory: Any) -> tuple[Any, Any]:
-        """The observation of a batch, and the new memory."""
-        gray = None if now.gray is None else now.gray[:, 1]
-        drawn = masks.masks(now.objects, self.kind, gray=gray, size=self.size, draw=self.draw, pixels=self.pixels)
-        memory = _stacked(now.started, drawn, memory)
+    def update(self, game: Game, mode: str, snapshot: Snapshot, memory: Any) -> tuple[Any, Any]:
+        """The observation and the new memory."""
+        gray = None if snapshot.gray is None else snapshot.gray[:, 1]
+        drawn = masks.masks(snapshot.objects, self.kind, gray=gray, size=self.size, draw=self.draw, pixels=self.pixels)
+        memory = _push(snapshot.started, drawn, memory)
         return memory.reshape(memory.shape[0], -1, *memory.shape[3:]), memory
 
 
 @dataclass(frozen=True)
 class Pixels(Copied):
-    """The last emulated frame, uint8 `[H, 160, 3]` of RGB."""
+    """The last emulated frame in RGB, uint8 `[H, 160, 3]`."""
 
     @property
     def screens(self) -> tuple[str, ...]:
-        """Arrays of pixels that it needs."""
+        """The pixel arrays that it needs."""
         return ("rgb",)
 
     def space(self, game: Game, mode: str) -> gym.Space[Any]:
-        """The space of one environment."""
+        """The observation space of one environment."""
         return gym.spaces.Box(0, 255, (*game.screen, 3), np.uint8)
 
     def source(self, arrays: Mapping[str, Any], objects: Mapping[str, Objects]) -> Any:
-        """What it is a copy of."""
+        """What is copied: the last frame."""
         return arrays["rgb"][:, -1]
 
 
@@ -303,39 +320,78 @@ class Ram(Copied):
     """The RAM, uint8 `[128]`."""
 
     def space(self, game: Game, mode: str) -> gym.Space[Any]:
-        """The space of one environment."""
+        """The observation space of one environment."""
         return gym.spaces.Box(0, 255, (128,), np.uint8)
 
     def source(self, arrays: Mapping[str, Any], objects: Mapping[str, Objects]) -> Any:
-        """What it is a copy of."""
+        """What is copied: the RAM."""
         return arrays["ram"]
 
 
 Kind = Computed | Copied
 NAMES: Mapping[str, Kind] = {
-    "objects": ObjectFields(), "vector": Vector(), "dqn": Dqn(), "pixels": Pixels(), "ram": Ram(), "object_masks": Masks("object"),
-    "binary_masks": Masks("binary"), "class_masks": Masks("class"), "planes": Masks("planes"),
-}  # fmt: skip
+    "objects": ObjectFields(),
+    "vector": Vector(),
+    "dqn": Dqn(),
+    "pixels": Pixels(),
+    "ram": Ram(),
+    "object_masks": Masks("object"),
+    "binary_masks": Masks("binary"),
+    "class_masks": Masks("class"),
+    "planes": Masks("planes"),
+}
 
-Wanted = str | Kind | Sequence[str] | Mapping[str, str | Kind]
+Request = str | Kind | Sequence[str] | Mapping[str, str | Kind]  # a kind by name or class, several by name, or a dict of either
 
 
-def parse(obs: Wanted) -> Kind | dict[str, Kind]:
-    """An observation by name, by its class, or several in a dict.
+def parse(request: Request) -> Kind | dict[str, Kind]:
+    """The kind of observation that is requested, or the kinds by their names if several are requested.
 
     Raises:
-        ValueError: no observation of that name.
+        ValueError: there is no observation of that name, or several are requested and none is named.
     """
-    if isinstance(obs, Kind):
-        return obs
-    if isinstance(obs, str):
-        if obs not in NAMES:
-            raise ValueError(f"no observation {obs!r}: there are {', '.join(NAMES)}, and the classes in ocjax.envs with options")
-        return NAMES[obs]
-    named = obs if isinstance(obs, Mapping) else {name: name for name in obs}
+    if isinstance(request, Kind):
+        return request
+    if isinstance(request, str):
+        if request not in NAMES:
+            raise ValueError(f"no observation {request!r}: there are {', '.join(NAMES)}, and the classes in ocjax.envs with options")
+        return NAMES[request]
+    named = request if isinstance(request, Mapping) else {name: name for name in request}
     if not named:
-        raise ValueError("several observations were asked for, but none was named")
-    out = {name: parse(one) for name, one in named.items()}
-    if not all(isinstance(one, Kind) for one in out.values()):
-        raise ValueError(f"several observations must be names or classes, not several again: {obs!r}")
-    return out  # pyright: ignore[reportReturnType]
+        raise ValueError(f"obs must name at least one observation, got {request!r}")
+    out: dict[str, Kind] = {}
+    for name, one in named.items():
+        kind = parse(one)
+        if isinstance(kind, dict):
+            raise ValueError(f"obs must map names to single observations, got {request!r}")
+        out[name] = kind
+    return out
+
+
+Mode = Literal["rem", "vem", "both", "raw"]
+MODES = get_args(Mode)
+
+
+def requested_kinds(mode: str, obs: Request | None) -> tuple[dict[str, Kind], bool]:
+    """The kinds of observations that are requested of an environment; by default the objects, or in mode "raw" the RAM.
+
+    Returns:
+        The kinds by name, and whether a single one is requested, whose name is then "".
+
+    Raises:
+        ValueError: the mode or an observation is unknown, or objects are requested that mode "raw" does not extract.
+    """
+    if mode not in MODES:
+        raise ValueError(f"mode must be one of {MODES}, got {mode!r}")
+    parsed = parse(obs if obs is not None else "ram" if mode == "raw" else "objects")
+    kinds = parsed if isinstance(parsed, dict) else {"": parsed}
+    for kind in kinds.values():
+        if kind.needs_objects and mode == "raw":
+            raise ValueError(f"{kind} shows objects, which mode 'raw' does not extract: use mode 'rem' or 'vem'")
+    return kinds, not isinstance(parsed, dict)
+
+
+def required_screens(mode: str, kinds: Mapping[str, Kind]) -> set[str]:
+    """The pixel arrays that the mode and the observations need."""
+    needed = {name for kind in kinds.values() for name in kind.screens}
+    return needed | {"screen"} if mode in ("vem", "both") else needed

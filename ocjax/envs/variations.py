@@ -1,6 +1,6 @@
-"""Games changed by writing their RAM: examples of hooks, in the manner of HackAtari.
+"""Variations of games, made by writing their RAM: example hooks, in the manner of HackAtari.
 
-A hook gets the RAM of one environment, uint8 `[128]`, before every emulated frame, and writes into it:
+A hook is called before every emulated frame with the RAM of one environment, uint8 `[128]`, and writes to it:
 
     ocjax.make_vec("Pong", 64, hook=variations.lazy_enemy)
 """
@@ -10,12 +10,12 @@ import numpy as np
 
 def lazy_enemy(ram: np.ndarray) -> None:
     """Pong: the enemy stays in the middle of the court."""
-    ram[21] = 127  # where it wants to be
+    ram[21] = 127  # the position that it moves to
 
 
 def stopped_cars(ram: np.ndarray) -> None:
-    """Freeway: the cars stand still, each lane's further to the right than the one above."""
-    ram[108:118] = np.arange(150, 10, -14)  # places; 108 is the bottom lane's
+    """Freeway: the cars stand still, the car of each lane further to the right than that of the lane above."""
+    ram[108:118] = np.arange(150, 10, -14)  # positions; 108 is the bottom lane
     ram[33:43] = 2  # frames until the next move
 
 

@@ -28,8 +28,7 @@ def detect_bounds(rules: Sequence[Bounds], masks: Sequence[Sequence[Bitmap]]) ->
     boxes = tight_boxes(*zip(*slots, strict=True))
     ends = np.cumsum([len(rule.slots) for rule in rules]).tolist()
     return [
-        _with_value(rule, own, tuple(v[end - len(own) : end] for v in boxes))
-        for rule, own, end in zip(rules, masks, ends, strict=True)
+        _with_value(rule, own, tuple(v[end - len(own) : end] for v in boxes)) for rule, own, end in zip(rules, masks, ends, strict=True)
     ]
 
 

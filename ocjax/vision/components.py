@@ -2,13 +2,13 @@
 
 All masks of a game are stacked into one board, one below the other, and searched together:
 
-1. `_starts`: a component's first pixel in raster order starts a run of a row that touches nothing in the row above. A few word operations find
-   all such pixels of a batch: an addition whose carry runs through a run and stops where the row above touches. Each word is looked
-   at alone, so that a few more are found. Each of these pixels is a candidate.
+1. `_starts`: a component's first pixel in raster order starts a run of a row that touches nothing in the row above. A few word operations
+   find all such pixels of a batch: an addition whose carry runs through a run and stops where the row above touches. Words are judged
+   one by one, which finds a few pixels too many. Each pixel found is a candidate.
 2. `_Index`: candidates are numbered mask by mask, frame by frame, in raster order; `locate` finds the k-th one.
-3. `_windows`, `_fill`: the mask around each of a fixed number of candidates is cut out as a small window, and the component is filled there by
-   sweeps down and up over the window's rows. `_measure` takes its extent. A candidate that is not the first pixel of what it filled is
-   dropped: a component with two horns has two candidates.
+3. `_windows`, `_fill`: the mask around each of a fixed number of candidates is cut out as a small window, and the component is filled
+   there by sweeps down and up over the window's rows. `_measure` takes its extent. A candidate that is not the first pixel of what it
+   filled is dropped: a component with two horns has two candidates.
 4. `_accept`, `_write`: components within the rule's limits go to their slots.
 5. Steps 2-4 repeat until no candidate is left, so the result is exact for any mask.
 
@@ -16,11 +16,11 @@ A component that leaves its window is larger than the rule's `max_size`, hence n
 the default size are filled again on the whole frame, one of each frame at a time (`_measure_large`): exact for spirals too, but slower.
 
 Alternatives that were measured, in microseconds a frame on one core for the whole of a game's VEM (`benchmarks/vision.py` times the
-present ones). Eight candidates of every frame at a time, for as many rounds as the frame with the most candidates needs: 240 for Asteroids (now
-33), 120 for Beam Rider (29), 100 for Battle Zone (24), 50 for Space Invaders (22), because one crowded frame keeps all others
-waiting. Candidates located inside the kernel that cuts windows, so that every word of every window locates its candidate again: 81
-instead of 41 for Asteroids. One search per category: 5 before it finds anything, and 1 to 2 seconds of compilation each. The words
-of a row stacked while they are filled, so that what they share is computed once for each: 46 instead of 33 for Asteroids.
+present kernels). Eight candidates of every frame at a time, for as many rounds as the frame with the most candidates needs: 240 for
+Asteroids (now 33), 120 for Beam Rider (29), 100 for Battle Zone (24), 50 for Space Invaders (22), because one crowded frame keeps
+all others waiting. Candidates located inside the kernel that cuts windows: 81 instead of 41 for Asteroids, because every word of every
+window locates its candidate again. One search per category: 5 before it finds anything, and 1 to 2 seconds of compilation each. The words
+of a row stacked while they are filled: 46 instead of 33 for Asteroids, because what they share is computed once for each.
 """
 
 import itertools
@@ -33,7 +33,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ocjax._xla import materialize
+from ocjax._xla import materialize, varying
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 
@@ -164,13 +164,13 @@ class _Index:
         rest = k - _at(self.segments, segment) + _at(self._ends, segment)
         block = _last_at_most(lambda i: _at(self._above, i * lanes + lane), self.n_blocks, rest)
         rest = rest - _at(self._above, block * lanes + lane)
-        rows = block * BLOCK + np.arange(BLOCK, dtype=np.int32)[:, None]
-        row, rest = _which(_at(self._counts, rows * lanes + lane), rest)
+        rows = (block * BLOCK)[None] + np.arange(BLOCK, dtype=np.int32)[:, None]
+        row, rest = _which(_at(self._counts, rows * lanes + lane[None]), rest)
         row = block * BLOCK + row
         first = np.arange(self.layout.n_words, dtype=np.int32)[:, None] * self.n_rows
-        words = _at(self._starts, (first + row) * lanes + lane)
+        words = _at(self._starts, (first + row[None]) * lanes + lane[None])
         index, rest = _which(bm.popcount(words), rest)
-        word = jnp.sum(jnp.where(np.arange(len(words), dtype=np.int32)[:, None] == index, words, U(0)), axis=0, dtype=U)
+        word = jnp.sum(jnp.where(np.arange(len(words), dtype=np.int32)[:, None] == index[None], words, U(0)), axis=0, dtype=U)
         return _Candidates(segment, row + 1, 32 * index + _nth_bit(word, rest))
 
 
@@ -193,7 +193,7 @@ def _which(counts: jax.Array, rest: jax.Array) -> tuple[jax.Array, jax.Array]:
     before = [jnp.zeros_like(rest)]
     for count in counts[:-1]:
         before.append(before[-1] + count)
-    starts = jnp.stack(before)
+    starts, rest = jnp.stack(before), rest[None]
     inside = (starts <= rest) & (rest < starts + counts)
     index = jnp.where(inside, np.arange(len(counts), dtype=np.int32)[:, None], 0)
     return jnp.sum(index, axis=0, dtype=jnp.int32), jnp.sum(jnp.where(inside, rest - starts, 0), axis=0, dtype=jnp.int32)
@@ -248,7 +248,7 @@ def _fill(mask: jax.Array, seed: jax.Array, diagonal: bool, reach: int = 31) -> 
         missing = touching(words[:, :-1]) & rows[:, 1:] & ~words[:, 1:]  # after a sweep up, nothing is missing upwards
         return filled, jnp.any(missing != 0)
 
-    return lax.while_loop(lambda state: state[1], down_and_up, (seed, jnp.bool_(True)))[0]
+    return lax.while_loop(lambda state: state[1], down_and_up, (seed, varying(jnp.bool_(True), seed)))[0]
 
 
 def _extent(filled: jax.Array) -> tuple[jax.Array, ...]:
@@ -419,7 +419,7 @@ def components(masks: Sequence[Bitmap], searches: Sequence[Search], *, connectiv
 
     n_segments, n_slots = len(masks) * layout.lanes, int(layout.first_slot[-1])
     start = _Progress(jnp.int32(0), jnp.zeros(n_segments, jnp.int32), jnp.zeros(n_slots * layout.lanes, U))
-    _, totals, packed = lax.while_loop(lambda s: s.done < index.total, one_round, start)
+    _, totals, packed = lax.while_loop(lambda s: s.done < index.total, one_round, varying(start, board))
     packed, totals = packed.reshape(-1, layout.lanes), totals.reshape(-1, layout.lanes)
     x, y, w, h = ((packed >> s & U(255)).astype(jnp.int32) for s in (0, 8, 16, 24))
     out = []

@@ -117,8 +117,9 @@ def _merge(lists: Sequence[Detected], count: int) -> Detected:
     order = jnp.where(valid, y * WIDTH + x, 2**16 - 1) * 2**15 + index  # one number each: sorting five arrays takes seven times as long
     index = lax.sort(order, dimension=0)[:count] % 2**15
     x, y, w, h = (jnp.take_along_axis(v, index, axis=0) for v in (x, y, w, h))
-    total = sum(jnp.sum(b.valid, axis=0, dtype=jnp.int32) + b.overflow for b in lists)
-    return Detected(x, y, w, h, w > 0, overflow=total - jnp.sum(w > 0, axis=0, dtype=jnp.int32))
+    found = sum(jnp.sum(b.valid, axis=0, dtype=jnp.int32) for b in lists)
+    overflow = functools.reduce(jnp.add, (b.overflow for b in lists if b.overflow is not None))
+    return Detected(x, y, w, h, w > 0, overflow=overflow + found - jnp.sum(w > 0, axis=0, dtype=jnp.int32))
 
 
 def _read_colors(batch: _Frames, categories: Sequence[Category]) -> None:

@@ -1,15 +1,15 @@
-"""`ocjax ram map`: the RAM map of a finished game, from its file."""
+"""`ocjax ram map`: the RAM map of a finished game, read from its file."""
 
 import inspect
 import re
 
 from ocjax.game import Game
 from ocjax.ram import Field
-from ocjax.report import Cell, Table
+from ocjax.tables import Cell, Table
 
 
 def comments(game: Game) -> dict[str, str]:
-    """The comment behind each field of a game's `Ram`, by name; for names that share a line, the same."""
+    """The comment behind each field of a game's `Ram`, by name. Fields on one line share its comment."""
     out = {}
     for line in inspect.getsource(game.ram).splitlines():
         code, mark, comment = line.partition("#")
@@ -29,14 +29,13 @@ def _range(field: Field) -> str:
 
 
 def ram_map(game: Game) -> Table:
-    """Byte, how it is read, range, name and formula of everything that a game's decoder reads, by address."""
+    """A table of everything that a game's decoder reads, by address: bytes, how they are read, range, name and meaning."""
     notes = comments(game)
     rows: list[tuple[int, list[Cell]]] = []
     for name, field in game.ram.fields().items():
-        several = len(field.places) > 1
         for i, place in enumerate(field.places):
             where = place if isinstance(place, tuple) else (place,)
-            label = f"{name}[{i}]" if several else name
+            label = f"{name}[{i}]" if len(field.places) > 1 else name
             rows.append((where[0], [", ".join(map(str, where)), field.meaning, _range(field), label, notes.get(name, "")]))
     rows.sort(key=lambda r: r[0])
     return Table(f"{game.name}: RAM", ["Byte", "Read as", "Range", "Name", "Meaning"], [r for _, r in rows])

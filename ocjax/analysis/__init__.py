@@ -1,1 +1,0 @@
-"""Tools for reverse-engineering a game's RAM: the commands `ocjax ram ...`."""

@@ -1,0 +1,254 @@
+"""One environment: an emulator, the phases of its episodes, and its rows of the shared arrays."""
+
+import enum
+import math
+import pickle
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+import ale_py
+import numpy as np
+
+from .interface import OBSERVED, SAME_STEP, SCREENS, STATE_BYTES, CommandArrays, EmulatorArrays, WorkerConfig
+
+UNTAKEN = 1e-9  # the acceptable probability that a sticky emulator has not yet taken over a repeated action
+NOOP = 0  # its index in every action set
+
+Hook = Callable[[np.ndarray], None]
+
+
+class Phase(enum.IntEnum):
+    """Where an environment is between its start and the end of a game. "Shown" is what the shared arrays hold."""
+
+    UNLOADED = 0  # no ROM has been loaded
+    LOADED = 1  # no episode has been shown since the ROM was loaded
+    RUNNING = 2  # the shown episode continues
+    LIFE_LOST = 3  # the shown episode ended with a life, and its game continues
+    GAME_OVER = 4  # the shown episode ended with its game, or was truncated
+    NEXT_READY = 5  # as GAME_OVER, and the emulator has already begun the next game, which is not shown yet
+
+
+class Event(enum.Enum):
+    """What moves an environment from one phase to another."""
+
+    LOAD = enum.auto()  # a new emulator loads the ROM, seeded
+    START = enum.auto()  # the beginning of the next episode is shown
+    LOSE_LIFE = enum.auto()  # a step ends the episode, but not the game
+    END_GAME = enum.auto()  # a step ends the game
+    PREPARE = enum.auto()  # the next game begins before it is asked for
+
+
+# Event -> (the phases in which it may happen, the phase that it leads to). Restoring a saved state leads to the phase of the saved state.
+TRANSITIONS: Mapping[Event, tuple[frozenset[Phase], Phase]] = MappingProxyType(
+    {
+        Event.LOAD: (frozenset(Phase), Phase.LOADED),
+        Event.START: (frozenset(Phase) - {Phase.UNLOADED}, Phase.RUNNING),
+        Event.LOSE_LIFE: (frozenset({Phase.RUNNING}), Phase.LIFE_LOST),
+        Event.END_GAME: (frozenset({Phase.RUNNING}), Phase.GAME_OVER),
+        Event.PREPARE: (frozenset({Phase.GAME_OVER}), Phase.NEXT_READY),
+    }
+)
+
+
+class Emulator:
+    """One environment.
+
+    Args:
+        i: its row in the arrays.
+        config: the worker's configuration.
+        shown: arrays that the environment writes its results to.
+        commands: arguments of the commands.
+        hook: called with the RAM before every emulated frame.
+    """
+
+    def __init__(self, i: int, config: WorkerConfig, shown: EmulatorArrays, commands: CommandArrays, hook: Hook | None) -> None:
+        self.i, self.config, self.shown, self.commands, self.hook = i, config, shown, commands, hook
+        self.phase = Phase.UNLOADED
+        self.ram = shown.ram[i]
+        self.screens: dict[str, np.ndarray] = {name: getattr(shown, name)[i] for name in config.screens}
+        self.two_frames = [name for name in self.screens if SCREENS[name] > 1]
+        self.actions = [ale_py.Action(a) for a in config.actions]
+        self.least_skip, self.most_skip = config.frame_skip[0], config.frame_skip[1] - 1
+        # One call of `act` emulates all frames of a step, unless single frames are needed.
+        self.whole_steps = self.least_skip == self.most_skip and hook is None and not self.two_frames and not config.noop_max
+        self.last_action = NOOP
+        self.start_totals = (0.0, 0)  # return and length with which the next episode starts
+        self.shown_state = b""  # NEXT_READY: the state of the game that is shown
+
+    def change(self, event: Event) -> None:
+        """Change the phase."""
+        allowed, after = TRANSITIONS[event]
+        if self.phase not in allowed:
+            raise RuntimeError(f"environment {self.i}: {event.name} cannot happen in phase {self.phase.name}")
+        self.phase = after
+
+    def load(self, seed: int) -> None:
+        """Make a new emulator; a negative seed stands for a random one."""
+        c = self.config
+        ale = ale_py.ALEInterface()
+        ale.setFloat("repeat_action_probability", c.repeat_action_probability)
+        ale.setInt("max_num_frames_per_episode", c.max_episode_frames)
+        ale.setInt("frame_skip", self.least_skip if self.whole_steps else 1)
+        # Seeds are derived as in ale-py's Gymnasium environment, so that equal seeds give equal episodes.
+        rng_seed, ale_seed = np.random.SeedSequence(None if seed < 0 else seed).generate_state(2)
+        self.rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(int(rng_seed))))
+        ale.setInt("random_seed", int(ale_seed.astype(np.int32)))
+        ale.loadROM(c.rom_path)
+        mode, difficulty = c.game_modes[self.i], c.game_difficulties[self.i]
+        if mode is not None:
+            ale.setMode(mode)
+        if difficulty is not None:
+            ale.setDifficulty(difficulty)
+        self.ale = ale
+        self.commands.loaded[self.i] = True
+        self.change(Event.LOAD)
+
+    def play(self, action: int, *, visible: bool = True) -> float:
+        """Emulate the frames of one step with an action held, and return their reward. Screens are copied only if `visible`."""
+        self.last_action = action
+        if self.whole_steps:
+            return self.ale.act(self.actions[action])
+        low, high = self.least_skip, self.most_skip
+        reward, frames = 0.0, low if low == high else int(self.rng.integers(low, high + 1))
+        for k in range(frames):
+            if visible and k == frames - 1:
+                for name in self.two_frames:
+                    self.copy_screen(name, -2) if k else self.shift_screen(name)
+            reward += self.frame(action)
+        return reward
+
+    def frame(self, action: int) -> float:
+        """Emulate one frame, after the hook has edited the RAM, and return its reward."""
+        if self.hook is not None:
+            self.apply_hook(self.hook)
+        return self.ale.act(self.actions[action])
+
+    def apply_hook(self, hook: Hook) -> None:
+        """Write to the console what the hook changes in a copy of its RAM."""
+        before = self.ale.getRAM()
+        edited = before.copy()
+        hook(edited)
+        for address in np.flatnonzero(edited != before).tolist():
+            self.ale.setRAM(address, int(edited[address]))
+
+    def copy_screen(self, name: str, place: int) -> None:
+        """Copy the latest emulated frame to a place of a pixel array."""
+        out = self.screens[name][place]
+        if name == "screen":
+            self.ale.getScreen(out)
+        elif name == "gray":
+            self.ale.getScreenGrayscale(out)
+        else:
+            self.ale.getScreenRGB(out)
+
+    def shift_screen(self, name: str) -> None:
+        """Make the latest frame the one before the latest."""
+        self.screens[name][-2] = self.screens[name][-1]
+
+    def reset(self) -> None:
+        """Show the beginning of the next episode: of the next life if only a life was lost, else of a new game."""
+        if self.phase is not Phase.NEXT_READY:
+            self.begin_episode()
+        self.change(Event.START)
+        self.shown_state = b""
+        shown, ale, i = self.shown, self.ale, self.i
+        shown.reward[i] = 0
+        shown.terminated[i] = shown.truncated[i] = False
+        shown.started[i] = True
+        shown.episode_return[i], shown.episode_length[i] = self.start_totals
+        shown.lives[i], shown.frame_number[i] = ale.lives(), ale.getEpisodeFrameNumber()
+        ale.getRAM(self.ram)
+        for name in self.screens:
+            self.copy_screen(name, -1)
+        for name in self.two_frames:
+            self.shift_screen(name)
+
+    def prepare_next(self) -> None:
+        """Begin the next game while the end of this one is still shown."""
+        self.shown_state = self.state()
+        self.begin_episode()
+        self.change(Event.PREPARE)
+
+    def begin_episode(self) -> None:
+        """Emulate the beginning of the next episode without showing it."""
+        total, length = self.shown.episode_return[self.i], self.shown.episode_length[self.i]
+        new_game = self.phase is not Phase.LIFE_LOST
+        if not new_game:
+            total += self.play(NOOP, visible=False)
+        if new_game or self.ale.game_over():
+            total, length = self.new_game(), 0
+        for action in self.config.start_actions:
+            total = self.restart_if_over(total + self.play(action, visible=False))
+        self.start_totals = (total, length)
+
+    def new_game(self) -> float:
+        """Begin a game with its random no-ops, which do not count as steps, and return their reward."""
+        noop_max, total = self.config.noop_max, 0.0
+        self.ale.reset_game()
+        self.last_action = NOOP
+        for _ in range(int(self.rng.integers(1, noop_max + 1)) if noop_max else 0):
+            total = self.restart_if_over(total + self.frame(NOOP))
+        return total
+
+    def restart_if_over(self, total: float) -> float:
+        """The return of a game so far; a game that ends before its first step begins again."""
+        if not self.ale.game_over():
+            return total
+        self.ale.reset_game()
+        return 0.0
+
+    def end(self, *, game_over: bool) -> None:
+        """End the episode with the step just taken, with the game or only with a life."""
+        shown, i = self.shown, self.i
+        self.change(Event.END_GAME if game_over else Event.LOSE_LIFE)
+        if game_over:
+            shown.terminated[i] |= self.ale.game_over(with_truncation=False)
+            shown.truncated[i] = self.ale.game_truncated()
+        if self.config.autoreset == SAME_STEP:
+            self.record_final()
+            result = shown.reward[i], shown.terminated[i], shown.truncated[i]
+            self.reset()
+            shown.reward[i], shown.terminated[i], shown.truncated[i] = result
+
+    def record_final(self) -> None:
+        """Preserve what is shown at the end of an episode."""
+        for name in OBSERVED:
+            final = getattr(self.shown.final, name)
+            if final is not None:
+                final[self.i] = getattr(self.shown, name)[self.i]
+
+    def state(self) -> bytes:
+        """The state that is shown, with everything that the next steps depend on."""
+        if self.phase is Phase.NEXT_READY:
+            return self.shown_state
+        return pickle.dumps((self.ale.cloneState(include_rng=True), self.rng.bit_generator.state, self.phase.value, self.last_action))
+
+    def save(self) -> None:
+        """Leave the state in the shared memory."""
+        state = self.state()
+        if len(state) > STATE_BYTES:
+            raise RuntimeError(f"the emulator's state takes {len(state)} bytes, which exceeds the {STATE_BYTES} reserved for it")
+        self.commands.state[self.i, : len(state)] = np.frombuffer(state, np.uint8)
+        self.commands.state_bytes[self.i] = len(state)
+
+    def restore(self) -> None:
+        """Continue from the state in the shared memory; its observed arrays are the pool's to restore."""
+        data = self.commands.state[self.i, : self.commands.state_bytes[self.i]].tobytes()
+        state, self.rng.bit_generator.state, phase, self.last_action = pickle.loads(data)
+        # ALE's state lacks the action that a sticky frame repeats, so the last action is repeated until it has been taken over.
+        p = self.config.repeat_action_probability
+        for _ in range(1 + math.ceil(math.log(UNTAKEN) / math.log(p)) if p else 1):
+            self.ale.act(self.actions[self.last_action])
+        self.ale.restoreState(state)
+        self.phase = Phase(phase)
+        self.shown_state = b""
+
+    def write_ram(self) -> None:
+        """Write the desired RAM; where the game is over, only what is shown changes, as the game has no further step."""
+        new, ram = self.commands.new_ram[self.i], self.ram
+        if self.phase in (Phase.GAME_OVER, Phase.NEXT_READY):
+            ram[:] = new
+            return
+        for address in np.flatnonzero(new != ram).tolist():
+            self.ale.setRAM(address, int(new[address]))
+        self.ale.getRAM(ram)

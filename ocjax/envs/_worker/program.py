@@ -1,0 +1,137 @@
+"""The loop of a worker process, and the block of environments that it steps."""
+
+import contextlib
+import mmap
+import os
+import pickle
+import select
+import signal
+import socket
+import traceback
+from collections.abc import Callable
+
+import ale_py
+import numpy as np
+
+from . import interface
+from .emulator import Emulator, Phase
+from .interface import CommandArrays, EmulatorArrays, WorkerConfig
+
+
+class EmulatorBlock:
+    """The environments of one worker: rows `config.block` of the arrays."""
+
+    def __init__(self, config: WorkerConfig, shown: EmulatorArrays, commands: CommandArrays) -> None:
+        self.shown, self.commands, self.autoreset, self.episodic_life = shown, commands, config.autoreset, config.episodic_life
+        hook = None if config.hook is None else pickle.loads(bytes.fromhex(config.hook))
+        self.rows = slice(*config.block)
+        self.emulators = [Emulator(i, config, shown, commands, hook) for i in range(*config.block)]
+        self._methods = {
+            interface.RESET: self.reset,
+            interface.STEP: self.step,
+            interface.SAVE: self.save,
+            interface.RESTORE: self.restore,
+            interface.WRITE: self.write_ram,
+        }
+
+    def execute(self, command: bytes) -> None:
+        """Execute a command."""
+        self._methods[command]()
+
+    def chosen(self) -> list[Emulator]:
+        """The environments that the command applies to."""
+        return [e for e in self.emulators if self.commands.chosen[e.i]]
+
+    def reset(self) -> None:
+        """Start the next episodes of the chosen environments, with a new emulator where a seed is given."""
+        for e in self.chosen():
+            seed = int(self.commands.seed[e.i])
+            if seed >= 0 or e.phase is Phase.UNLOADED:
+                e.load(seed)
+            e.reset()
+
+    def step(self) -> None:
+        """Step all environments. Those whose episode had ended start the next one instead, unless autoreset is disabled.
+
+        With same-step autoreset, an episode can only have ended before the step if its last state has been restored.
+        """
+        ended = [e.phase is not Phase.RUNNING for e in self.emulators]
+        if self.autoreset == interface.DISABLED and any(ended):
+            numbers = [e.i for e, over in zip(self.emulators, ended, strict=True) if over]
+            raise RuntimeError(f"the episodes of environments {numbers} have ended: reset these environments before the next step")
+        # All emulation precedes all reading of results: each emulation evicts everything else from the processor's caches.
+        actions = self.commands.action[self.rows].tolist()
+        rewards = [0.0 if over else e.play(action) for e, action, over in zip(self.emulators, actions, ended, strict=True)]
+        game_over, life_over = self.show(rewards)
+        for k in np.flatnonzero(game_over | life_over | ended).tolist():
+            self.emulators[k].reset() if ended[k] else self.emulators[k].end(game_over=bool(game_over[k]))
+
+    def show(self, rewards: list[float]) -> tuple[np.ndarray, np.ndarray]:
+        """Write a step's results to the arrays; return whose game is over and whose episode ends with a life, both bool."""
+        shown, rows = self.shown, self.rows
+        ales = [e.ale for e in self.emulators]
+        game_over, lives = np.array([ale.game_over() for ale in ales]), np.array([ale.lives() for ale in ales])
+        life_over = (lives > 0) & (lives < shown.lives[rows]) & self.episodic_life
+        shown.reward[rows] = rewards
+        shown.terminated[rows] = life_over
+        shown.truncated[rows] = shown.started[rows] = False
+        shown.lives[rows] = lives
+        shown.frame_number[rows] = [ale.getEpisodeFrameNumber() for ale in ales]
+        shown.episode_return[rows] += rewards
+        shown.episode_length[rows] += 1
+        for e, ale in zip(self.emulators, ales, strict=True):
+            ale.getRAM(e.ram)
+            for name in e.screens:
+                e.copy_screen(name, -1)
+        return game_over, life_over
+
+    def prepare_next_games(self, interrupted: Callable[[], bool]) -> None:
+        """Begin the next games of environments whose game is over, until interrupted.
+
+        A new game costs as much as 16 steps. This runs between two commands, while the pool does not wait for the worker.
+        """
+        for e in self.emulators:
+            if e.phase is Phase.GAME_OVER:
+                if interrupted():
+                    return
+                e.prepare_next()
+
+    def save(self) -> None:
+        """Save the states of all environments."""
+        for e in self.emulators:
+            e.save()
+
+    def restore(self) -> None:
+        """Restore the states of the chosen environments."""
+        for e in self.chosen():
+            if e.phase is Phase.UNLOADED:
+                e.load(-1)
+                e.ale.reset_game()
+            e.restore()
+
+    def write_ram(self) -> None:
+        """Write the RAM of the chosen environments."""
+        for e in self.chosen():
+            e.write_ram()
+
+
+def main(socket_fd: int, memory_fd: int) -> None:
+    """Run the worker until its socket closes, so that it cannot outlive the process that started it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent to handle
+    if hasattr(os, "SCHED_BATCH"):  # a worker that wakes up must not preempt the parent before that has woken the other workers
+        with contextlib.suppress(OSError):  # a sandbox may forbid it, which costs a few percent of speed
+            os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
+    ale_py.ALEInterface.setLoggerMode(ale_py.LoggerMode.Error)
+    link = socket.socket(fileno=socket_fd)
+    with link.makefile("rb") as incoming:
+        config = WorkerConfig.from_json(incoming.readline())
+        memory = mmap.mmap(memory_fd, interface.memory_size(config))
+        block = EmulatorBlock(config, *interface.shared_arrays(memory, config))
+        while command := incoming.read(1):
+            try:
+                block.execute(command)
+                link.sendall(interface.OK)
+                block.prepare_next_games(lambda: bool(select.select([link], [], [], 0)[0]))
+            except Exception:
+                text = traceback.format_exc().encode()
+                link.sendall(interface.ERROR + len(text).to_bytes(4, "big") + text)

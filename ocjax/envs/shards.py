@@ -1,0 +1,101 @@
+"""Blocks of environments, and the compiled function that turns their arrays into objects and observations."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+
+from ocjax.envs.observations import Computed, Kind, Snapshot
+from ocjax.game import Game
+from ocjax.objects import Objects
+
+
+class Observed(NamedTuple):
+    """What is computed from a block of environments; all arrays are `[B, ...]`."""
+
+    computed: dict[str, Any]  # observations of the kind `Computed`, by name
+    memory: dict[str, Any]  # the memory of each
+    objects: dict[str, Objects]  # by method, "rem" or "vem"
+
+
+# (ram, screen, gray, started, memory) -> Observed. Arrays that neither the mode nor the observations need are None.
+Observer = Callable[[Any, Any, Any, Any, dict[str, Any]], Observed]
+
+
+def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
+    """The function that extracts objects and computes observations, jit-compiled unless there is nothing to compute.
+
+    Args:
+        game: the game.
+        mode: which methods extract objects.
+        kinds: the observations by name; copied ones are left out.
+
+    Returns:
+        A function of the RAM, uint8 `[B, 128]`; the last frame, uint8 `[B, H, 160]` or `[B, H, 160, 3]`; the last two grey frames, uint8
+        `[B, 2, H, 160]`; whether an episode began, bool `[B]`; and the memory.
+    """
+    computed_kinds = {name: kind for name, kind in kinds.items() if isinstance(kind, Computed)}
+
+    def observe(ram: Any, screen: Any, gray: Any, started: Any, memory: dict[str, Any]) -> Observed:
+        objects = {}
+        if mode in ("rem", "both"):
+            objects["rem"] = game.rem(ram)
+        if mode in ("vem", "both"):
+            objects["vem"] = game.vem(screen)
+        snapshot = Snapshot(objects.get("rem"), objects.get("vem"), gray, started)
+        computed, new_memory = {}, dict(memory)
+        for name, kind in computed_kinds.items():
+            computed[name], new_memory[name] = kind.update(game, mode, snapshot, memory[name])
+        return Observed(computed, new_memory, objects)
+
+    return observe if mode == "raw" and not computed_kinds else jax.jit(observe)
+
+
+@dataclass
+class Shard:
+    """The state of one block of environments, which is extracted as soon as their workers have finished the step."""
+
+    rows: slice  # of all environments
+    arrays: dict[str, np.ndarray]  # the emulators' arrays that observations are made of, as views of these rows
+    memory: dict[str, Any]  # of computed observations, by name
+    computed: dict[str, Any] | None = None  # computed observations by name; None before the first reset
+    objects: dict[str, Objects] = field(default_factory=dict)  # by method
+    previous: dict[str, Objects] = field(default_factory=dict)  # the objects of the previous step, by method
+
+    def carry(self) -> tuple[Any, ...]:
+        """Everything that later results depend on."""
+        return self.memory, self.objects, self.previous or self.objects, self.computed
+
+    def set_carry(self, carry: tuple[Any, ...]) -> None:
+        """The inverse of `carry`."""
+        self.memory, self.objects, self.previous, self.computed = carry
+
+    def update(self, new: Observed, mask: np.ndarray | None = None) -> None:
+        """Take over new results, only in the rows of the mask if there is one, bool `[B]`."""
+        previous = self.objects
+        if mask is not None and not mask.all():
+            previous = select_rows(mask, new.objects, self.previous or self.objects)
+            new = select_rows(mask, new, Observed(self.computed or {}, self.memory, self.objects))
+        self.previous, (self.computed, self.memory, self.objects) = previous, new
+
+
+def concatenate_rows(trees: Sequence[Any]) -> Any:
+    """Concatenate pytrees of arrays `[n, ...]` to one pytree of new numpy arrays."""
+    return jax.tree.map(lambda *arrays: np.concatenate([np.asarray(a) for a in arrays]), *trees)
+
+
+def select_rows(mask: np.ndarray, new: Any, old: Any) -> Any:
+    """Merge two pytrees of arrays `[n, ...]`: rows of `new` where the mask is set, bool `[n]`, else rows of `old`."""
+
+    def select(a: Any, b: Any) -> np.ndarray:
+        a, b = np.asarray(a), np.asarray(b)
+        return np.where(mask.reshape(-1, *[1] * (a.ndim - 1)), a, b)
+
+    return jax.tree.map(select, new, old)
+
+
+def row(tree: Any, i: int) -> Any:
+    """Row i of a pytree of arrays `[n, ...]`, as numpy arrays."""
+    return jax.tree.map(lambda a: np.asarray(a)[i], tree)

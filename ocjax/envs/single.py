@@ -1,0 +1,129 @@
+"""Single environments whose observations are objects."""
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.vector.utils import iterate
+
+from ocjax.envs.states import States
+from ocjax.envs.vector import ObjectVectorEnv
+from ocjax.objects import Objects
+from ocjax.views import GameObject
+
+
+class ObjectEnv(gym.Env):
+    """One instance of a game, stepped in this process. Options and observations are those of `make_vec`.
+
+    `gymnasium.make("ocjax/Pong-v5")` makes it, or `ocjax.envs.make` without Gymnasium's wrappers.
+
+    Args:
+        envs: a vector environment of one instance, with autoreset disabled.
+    """
+
+    def __init__(self, envs: ObjectVectorEnv) -> None:
+        self.envs, self.game = envs, envs.game
+        self.observation_space, self.action_space = envs.single_observation_space, envs.single_action_space
+        self.metadata = {name: value for name, value in envs.metadata.items() if name != "autoreset_mode"}
+        self.render_mode = envs.render_mode
+
+    def _first(self, observation: Any) -> Any:
+        return next(iter(iterate(self.envs.observation_space, observation)))
+
+    @staticmethod
+    def _first_info(info: dict[str, Any]) -> dict[str, Any]:
+        return {name: value[0] for name, value in info.items() if not name.startswith("_")}
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Start an episode.
+
+        Args:
+            seed: a number >= 0; None continues with the present random state.
+            options: there are none.
+
+        Returns:
+            The observation and `info`.
+
+        Raises:
+            ValueError: the seed is negative, or there is an option.
+        """
+        super().reset(seed=seed)
+        if options:
+            raise ValueError(f"unknown options {sorted(options)}: there are none")
+        observation, info = self.envs.reset(seed=None if seed is None else [seed])
+        return self._first(observation), self._first_info(info)
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """One agent step.
+
+        Returns:
+            The observation, reward, terminated, truncated and `info`.
+
+        Raises:
+            ValueError: there is no such action, or the episode has ended.
+        """
+        observation, reward, terminated, truncated, info = self.envs.step(np.asarray(action).reshape(1))
+        return self._first(observation), float(reward[0]), bool(terminated[0]), bool(truncated[0]), self._first_info(info)
+
+    def render(self) -> Any:
+        """The last frame, uint8 `[H, 160, 3]`; in render mode "objects" enlarged, with the objects drawn over it; None without a mode."""
+        frames = self.envs.render()
+        return None if frames is None else frames[0]
+
+    def close(self) -> None:
+        """Release the emulator."""
+        self.envs.close()
+
+    @property
+    def objects(self) -> list[GameObject]:
+        """The objects, as users of OCAtari know them: from RAM, or in mode "vem" from pixels."""
+        return self.envs.objects(0)
+
+    @property
+    def objects_v(self) -> list[GameObject]:
+        """The objects from pixels, in modes "vem" and "both"."""
+        return self.envs.objects(0, "vem")
+
+    @property
+    def tensors(self) -> Objects | dict[str, Objects]:
+        """The objects as `Objects` of batch shape `[1]`; in mode "both" a dict of both methods' objects."""
+        return self.envs.tensors
+
+    @property
+    def features(self) -> Any:
+        """The meaning of each number of "vector" observations; see `ObjectVectorEnv.features`."""
+        return self.envs.features
+
+    @property
+    def ale(self) -> Any:
+        """The emulator, an `ale_py.ALEInterface`, once the game has been reset. Wrappers for ale-py's environments use it."""
+        return self.envs.pool.emulator(0)
+
+    def get_action_meanings(self) -> list[str]:
+        """The names of the actions, as in ale-py's environments."""
+        return [a.name for a in self.envs.pool.actions]
+
+    def get_ram(self) -> np.ndarray:
+        """The RAM, uint8 `[128]`."""
+        return self.envs.get_ram()[0]
+
+    def set_ram(self, address: int, value: int) -> None:
+        """Write one byte of the RAM. REM's objects change at once, the frame changes with the next step.
+
+        Raises:
+            ValueError: there is no such address or value.
+        """
+        if not (0 <= address < 128 and 0 <= value < 256):
+            raise ValueError(f"an address is 0 to 127 and a value 0 to 255, got {address} and {value}")
+        ram = self.envs.get_ram()
+        ram[0, address] = value
+        self.envs.set_ram(ram)
+
+    def clone_state(self) -> States:
+        """Save the state."""
+        return self.envs.clone_state()
+
+    def restore_state(self, states: States) -> tuple[Any, dict[str, Any]]:
+        """Restore a saved state; returns the observation and `info` as they were when it was saved."""
+        observation, info = self.envs.restore_state(states)
+        return self._first(observation), self._first_info(info)

@@ -1,0 +1,1 @@
+"""Tools for reverse-engineering the RAM of a game: the commands `ocjax ram ...`."""

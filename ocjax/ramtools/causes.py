@@ -1,0 +1,262 @@
+"""`ocjax ram causes`: set every byte to every value in one state, step, and see which pixels and objects change."""
+
+import dataclasses
+from collections.abc import Iterator
+
+import jax
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+from rich.progress import track
+
+from ocjax.envs import AlePool, Settings, States
+from ocjax.game import Game
+from ocjax.objects import Objects
+from ocjax.ramtools import fits
+from ocjax.rules import Category
+from ocjax.tables import Cell, Table
+from ocjax.vision.palette import NTSC
+
+FIELDS = ("x", "y", "w", "h", "value")
+FRAME_SKIP = 4  # emulated frames per agent step of the play that leads to the state
+LEAST_CHANGES = 2  # values that must change a category's objects for an effect to be reported
+LEAST_SAMPLES, LEAST_VALUES = 8, 4  # values of the byte, and of the field, that a formula is fitted on
+SHARE_SHOWN = 0.2  # a formula that is right for fewer values is not printed
+
+ACROSS, TILE_WIDTH, TITLE_HEIGHT, GAP, FONT_SIZE = 6, 288, 18, 4, 13  # of the picture, in pixels
+HEAT, LEAST_HEAT = (255, 60, 40), 0.4
+
+
+@dataclasses.dataclass(frozen=True)
+class Formula:
+    """A field as `scale * byte + offset` (modulo 256), and the share of values for which that is right."""
+
+    scale: int
+    offset: int
+    share: float
+
+
+@dataclasses.dataclass(frozen=True)
+class Effect:
+    """What a byte does to the objects of a category.
+
+    Args:
+        category: name of the category.
+        changed: number of values that change its objects.
+        gone: number of values for which all of them are gone.
+        formulas: by field, how the byte determines it.
+    """
+
+    category: str
+    changed: int
+    gone: int
+    formulas: dict[str, Formula]
+
+
+@dataclasses.dataclass(frozen=True)
+class Causes:
+    """The causal map of one state.
+
+    Args:
+        game: the game.
+        screen: uint8 `[H, 160]`, the frame without a change.
+        ram: uint8 `[128]` of the state.
+        pixels: float `[128, H, 160]`, share of each byte's values that change a pixel.
+        tried: number of values of each byte.
+        effective: int `[128]`, number of each byte's values that change any pixel.
+        effects: what each byte does to objects, by address.
+    """
+
+    game: Game
+    screen: np.ndarray
+    ram: np.ndarray
+    pixels: np.ndarray
+    tried: int
+    effective: np.ndarray
+    effects: dict[int, tuple[Effect, ...]]
+
+
+# ------------------------------------------------------------------------------------------------------------ experiments
+
+
+def causes(
+    game: Game, *, steps: int = 200, frames: int = 2, seed: int = 0, values: int = 256, num_envs: int = 64, game_mode: int | None = None
+) -> Causes:
+    """The causal map of a state that random play reaches.
+
+    Args:
+        game: the game.
+        steps: agent steps (of 4 emulated frames) of random play before the state.
+        frames: emulated frames after each change; at least 2, because many games draw what they computed one frame ago.
+        seed: seed of the emulator and the play.
+        values: number of values of each byte, 2 to 256, evenly spaced.
+        num_envs: number of instances, all in the same state, that the changes are spread over.
+        game_mode: as ale-py numbers it; None for the game's default.
+
+    Raises:
+        ValueError: an argument is out of range.
+    """
+    if frames < 2 or not 2 <= values <= 256:
+        raise ValueError(f"frames must be at least 2 and values 2 to 256, got {frames} and {values}")
+    tried = np.round(np.linspace(0, 255, values)).astype(np.uint8)
+    settings = Settings(frame_skip=frames, repeat_action_probability=0)
+    pool = AlePool(game, num_envs, settings, screens=("screen",), game_mode=game_mode)
+    try:
+        _play(pool, seed, steps * FRAME_SKIP // frames)
+        state, saved = pool.ram[0].copy(), pool.clone_state()
+        pool.restore_state(saved)  # the frame to compare with follows the same restoring, without a change
+        screen = _next_frames(pool)[0]
+        before = jax.tree.map(np.asarray, game.vem(screen))
+        changed, found = _change_every_byte(pool, state, saved, tried, screen)
+    finally:
+        pool.close()
+    effects = {}
+    for address in range(128):
+        after = jax.tree.map(lambda a, address=address: a[address], found)
+        effects[address] = tuple(e for c in game.categories if (e := _effect(game, c, tried.astype(int), after, before)))
+    return Causes(game, screen, state, changed.mean(axis=1), len(tried), changed.any(axis=(2, 3)).sum(axis=1), effects)
+
+
+def _play(pool: AlePool, seed: int, steps: int) -> None:
+    """Play all instances alike with random actions until `steps` are over or the game is."""
+    rng = np.random.default_rng(seed)
+    pool.reset([seed] * pool.num_envs)
+    for _ in range(steps):
+        pool.send(np.full(pool.num_envs, rng.integers(len(pool.actions))))
+        pool.wait()
+        if pool.terminated.any():
+            break
+
+
+def _next_frames(pool: AlePool) -> np.ndarray:
+    """The frames after a step without action, uint8 `[instances, H, 160]`."""
+    pool.send(np.zeros(pool.num_envs, int))
+    pool.wait()
+    return pool.screen[:, 1].copy()
+
+
+def _change_every_byte(
+    pool: AlePool, state: np.ndarray, saved: States, tried: np.ndarray, screen: np.ndarray
+) -> tuple[np.ndarray, Objects]:
+    """Try all values of all bytes.
+
+    Returns:
+        Which pixels change, bool `[128, values, H, 160]`, and VEM's objects, batch shape `[128, values]`.
+    """
+    game = pool.game
+    experiments = np.stack(np.meshgrid(np.arange(128), tried, indexing="ij"), axis=-1).reshape(-1, 2)  # address, value
+    changed, found = [], []
+    for part in _batches(experiments, pool.num_envs, f"changing {game.name}'s RAM"):
+        n = len(part)
+        rams = np.repeat(state[None], pool.num_envs, axis=0)
+        rams[np.arange(n), part[:, 0]] = part[:, 1]
+        pool.restore_state(saved)
+        pool.set_ram(rams)
+        frames = _next_frames(pool)
+        changed.append(frames[:n] != screen)
+        found.append(jax.tree.map(lambda a, n=n: np.asarray(a)[:n], game.vem(frames)))
+    shape = 128, len(tried)
+    objects = jax.tree.map(lambda *a: np.concatenate(a).reshape(*shape, *a[0].shape[1:]), *found)
+    return np.concatenate(changed).reshape(*shape, *game.screen), objects
+
+
+def _batches(experiments: np.ndarray, size: int, description: str) -> Iterator[np.ndarray]:
+    return (experiments[start : start + size] for start in track(range(0, len(experiments), size), description=description, transient=True))
+
+
+# ---------------------------------------------------------------------------------------------------------------- effects
+
+
+def _effect(game: Game, category: Category, tried: np.ndarray, after: Objects, before: Objects) -> Effect | None:
+    """What the values of one byte do to one category.
+
+    Args:
+        game: the game.
+        category: one of its categories.
+        tried: int `[values]`.
+        after: objects with each value, batch shape `[values]`.
+        before: objects without a change.
+    """
+    s = game.slices[category.name]
+    old_xywh, old_valid, old_value = np.asarray(before.xywh)[s].astype(int), np.asarray(before.valid)[s], np.asarray(before.value)[s]
+    xywh, valid, value = np.asarray(after.xywh)[:, s].astype(int), np.asarray(after.valid)[:, s], np.asarray(after.value)[:, s]
+    changed = (valid != old_valid).any(axis=1)
+    changed |= (valid[..., None] & (xywh != old_xywh)).any(axis=(1, 2)) | (valid & (value != old_value)).any(axis=1)
+    if changed.sum() < LEAST_CHANGES:
+        return None
+    was = {tuple(b) for b, v in zip(old_xywh.tolist(), old_valid, strict=True) if v}
+    moved = np.array([[tuple(b) not in was for b in row] for row in xywh.tolist()]) & valid
+    numbers = np.concatenate([xywh, value[..., None]], axis=-1)  # [values, slots, fields]
+    formulas = {}
+    for i, field in enumerate(FIELDS):
+        # The object that is not where any was, or the only one that there is.
+        formula = _formula(numbers[..., i], moved if field != "value" and category.count > 1 else valid, tried)
+        if formula is not None:
+            formulas[field] = formula
+    gone = int((old_valid.any() & ~valid.any(axis=1)).sum())
+    return Effect(category.name, int(changed.sum()), gone, formulas)
+
+
+def _formula(numbers: np.ndarray, candidates: np.ndarray, tried: np.ndarray) -> Formula | None:
+    """The best formula for the field of the one candidate, over the values for which there is just one.
+
+    Args:
+        numbers: int `[values, slots]`.
+        candidates: bool `[values, slots]`.
+        tried: int `[values]`.
+    """
+    one = candidates.sum(axis=1) == 1
+    if one.sum() < LEAST_SAMPLES:
+        return None
+    target = numbers[one, candidates[one].argmax(axis=1)] % 256
+    if len(np.unique(target)) < LEAST_VALUES:
+        return None
+    options = []
+    for scale in fits.SCALES:
+        counts = np.bincount((target - scale * tried[one]) % 256, minlength=256)
+        options.append((counts.max() / len(target), -abs(scale), scale, (int(counts.argmax()) + 128) % 256 - 128))
+    share, _, scale, offset = max(options)
+    return Formula(scale, offset, float(share))
+
+
+# ----------------------------------------------------------------------------------------------------------------- output
+
+
+def _words(e: Effect) -> str:
+    parts = []
+    for field, f in e.formulas.items():
+        if f.share > SHARE_SHOWN:
+            parts.append(f"{field} = {fits.affine_text('byte', f.scale, f.offset)} ({100 * f.share:.0f} %)")
+        else:
+            parts.append(f"{field} changes")
+    if e.gone:
+        parts.append(f"gone with {e.gone} values")
+    return f"{e.category}: " + (", ".join(parts) or f"changes with {e.changed} values")
+
+
+def to_table(c: Causes) -> Table:
+    """A table of the bytes that change anything on the screen."""
+    rows: list[list[Cell]] = []
+    for address in np.flatnonzero(c.effective).tolist():
+        objects = "; ".join(map(_words, c.effects[address])) or "pixels of no object"
+        rows.append([address, int(c.ram[address]), int(c.effective[address]), int((c.pixels[address] > 0).sum()), objects])
+    title = f"{c.game.name}: what each byte changes on the screen, {c.tried} values tried"
+    return Table(title, ["Byte", "Value", "Values with an effect", "Pixels", "Objects"], rows)
+
+
+def picture(c: Causes) -> Image.Image:
+    """Draw a map of each byte that changes anything: the dimmed screen, and changed pixels in red, brighter if more values change them."""
+    addresses = np.flatnonzero(c.effective).tolist() or [0]
+    across, height = min(ACROSS, len(addresses)), c.screen.shape[0] * 9 // 10
+    font = ImageFont.load_default(size=FONT_SIZE)
+    size = across * (TILE_WIDTH + GAP), -(-len(addresses) // across) * (height + TITLE_HEIGHT + GAP)
+    out = Image.new("RGB", size, (24, 24, 24))
+    draw = ImageDraw.Draw(out)
+    dim = NTSC[c.screen].astype(float) * 0.4
+    for i, address in enumerate(addresses):
+        x, y = i % across * (TILE_WIDTH + GAP) + GAP // 2, i // across * (height + TITLE_HEIGHT + GAP)
+        share = c.pixels[address][..., None]
+        heat = np.where(share > 0, LEAST_HEAT + (1 - LEAST_HEAT) * np.sqrt(share), 0)
+        tile = (dim * (1 - heat) + heat * np.array(HEAT)).astype(np.uint8)
+        draw.text((x, y), f"byte {address}: {c.effective[address]} of {c.tried} values", font=font, fill=(255, 255, 255))
+        out.paste(Image.fromarray(tile).resize((TILE_WIDTH, height), Image.Resampling.BOX), (x, y + TITLE_HEIGHT))
+    return out

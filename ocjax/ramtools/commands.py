@@ -1,0 +1,148 @@
+"""The commands `ocjax ram ...`."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from ocjax import recordings, registry, tables
+from ocjax.ramtools import causes as causal
+from ocjax.ramtools import correlate as correlation
+from ocjax.ramtools import ram_map, terminal, window
+from ocjax.ramtools import residual as residuals
+from ocjax.ramtools.session import Session
+from ocjax.recordings import Recording
+from ocjax.rollout import rollout
+
+app = typer.Typer(no_args_is_help=True, help="Reverse-engineer the RAM of a game.")
+console = Console()
+
+GAME = typer.Argument(metavar="GAME", help="Name of the game.")
+WHAT = typer.Argument(metavar="GAME|RECORDING", help="A game to play, or a recording (.npz) with frames.")
+SAMPLES = typer.Option(min=100, help="Samples to play.")
+POLICY = typer.Option(help="random, repeat (random actions held for 1 to 8 steps), or an .npz file of a saved policy.")
+SEED = typer.Option(min=0, help="Seed of actions and emulators.")
+MODE = typer.Option("--mode", help="Game mode as ale-py numbers it. Default: the game's.")
+MARKDOWN = typer.Option(help="Write the tables as Markdown.")
+
+
+@contextmanager
+def _errors_as_messages() -> Iterator[None]:
+    """Report errors that the user can correct as messages, with exit status 2."""
+    try:
+        yield
+    except (OSError, ValueError) as error:
+        raise typer.BadParameter(str(error)) from error
+
+
+def _tape(what: str, samples: int, policy: str, seed: int, game_mode: int | None) -> Recording:
+    with _errors_as_messages():
+        if what.endswith(".npz"):
+            return recordings.read(what)
+        return rollout(registry.load(what), samples, policy=policy, seed=seed, game_mode=game_mode)
+
+
+def _give(found: list[tables.Table], markdown: Path | None) -> None:
+    for table in found:
+        tables.show(table, console)
+    if markdown is not None:
+        markdown.write_text(tables.to_markdown(found))
+        console.print(f"Written: [bold]{markdown}[/bold]")
+
+
+@app.command()
+def correlate(
+    what: Annotated[str, WHAT],
+    target: Annotated[str, typer.Option(help="vem: what the vision rules detect; sprites: what the video chip drew.")] = "vem",
+    samples: Annotated[int, SAMPLES] = 2000,
+    policy: Annotated[str, POLICY] = "repeat",
+    seed: Annotated[int, SEED] = 0,
+    game_mode: Annotated[int | None, MODE] = None,
+    markdown: Annotated[Path | None, MARKDOWN] = None,
+) -> None:
+    """Find the bytes, nibbles or bits that explain each number of each visible object.
+
+    Formulas are fitted on half of the episodes and scored on the others.
+
+    For a game without a decoder its vision rules are enough: let decode return empty boxes.
+    """
+    if target not in ("vem", "sprites"):
+        raise typer.BadParameter(f"target must be vem or sprites, got {target!r}")
+    tape = _tape(what, samples, policy, seed, game_mode)
+    if tape.screens is None or (target == "sprites" and tape.shown is None):
+        raise typer.BadParameter(f"{what} has no array {'screens' if tape.screens is None else 'shown'}: there is nothing to explain")
+    with console.status("searching"):
+        found = list(correlation.correlate(tape, target))
+    _give([correlation.to_table(found, f"{tape.game.name}: RAM that explains objects, percent of {len(tape):,} samples")], markdown)
+
+
+@app.command()
+def causes(
+    name: Annotated[str, GAME],
+    steps: Annotated[int, typer.Option(min=0, help="Agent steps of random play that lead to the state.")] = 200,
+    frames: Annotated[int, typer.Option(min=2, help="Emulated frames after each change.")] = 2,
+    values: Annotated[int, typer.Option(min=2, max=256, help="Values to try for each byte.")] = 256,
+    seed: Annotated[int, SEED] = 0,
+    num_envs: Annotated[int, typer.Option("--envs", min=1, help="Number of instances.")] = 64,
+    game_mode: Annotated[int | None, MODE] = None,
+    out: Annotated[Path | None, typer.Option(help="Picture to write. Default: ocjax-causes-<Game>.png.")] = None,
+    markdown: Annotated[Path | None, MARKDOWN] = None,
+) -> None:
+    """Set each byte to each value in one state, step, and show which pixels and objects change."""
+    with _errors_as_messages():
+        game = registry.load(name)
+        found = causal.causes(game, steps=steps, frames=frames, seed=seed, values=values, num_envs=num_envs, game_mode=game_mode)
+    _give([causal.to_table(found)], markdown)
+    out = out or Path(f"ocjax-causes-{game.name}.png")
+    causal.picture(found).save(out)
+    console.print(f"Map of all bytes, changed pixels in red: [bold]{out}[/bold]")
+
+
+@app.command()
+def residual(
+    what: Annotated[str, WHAT],
+    category: Annotated[str, typer.Argument(help="Category of the game.")],
+    field: Annotated[str, typer.Argument(help="x, y, w or h.")],
+    samples: Annotated[int, SAMPLES] = 4000,
+    policy: Annotated[str, POLICY] = "repeat",
+    seed: Annotated[int, SEED] = 0,
+    game_mode: Annotated[int | None, MODE] = None,
+    markdown: Annotated[Path | None, MARKDOWN] = None,
+) -> None:
+    """Search all RAM for what explains the remaining errors of a decoder in one field."""
+    tape = _tape(what, samples, policy, seed, game_mode)
+    with _errors_as_messages(), console.status("searching"):
+        found = residuals.residual(tape, category, field)
+    _give(residuals.to_tables(found, f"{tape.game.name} {category} {field}"), markdown)
+
+
+@app.command("map")
+def show_map(name: Annotated[str, GAME], markdown: Annotated[Path | None, MARKDOWN] = None) -> None:
+    """Print the RAM map of a finished game: bytes, how they are read, range, name and meaning."""
+    with _errors_as_messages():
+        game = registry.load(name)
+    _give([ram_map.ram_map(game)], markdown)
+
+
+@app.command()
+def watch(
+    name: Annotated[str, GAME],
+    policy: Annotated[str, typer.Option(help="keyboard, random, repeat, or an .npz file of a saved policy.")] = "keyboard",
+    seed: Annotated[int, SEED] = 0,
+    game_mode: Annotated[int | None, MODE] = None,
+    in_window: Annotated[bool, typer.Option("--window", help="Use a window instead of the terminal.")] = False,
+    frames: Annotated[int | None, typer.Option(min=1, help="Stop after this many frames are shown (terminal only).")] = None,
+) -> None:
+    """Play with objects, boxes and changing bytes shown live; poke addresses, save and load states."""
+    with _errors_as_messages():
+        session = Session(registry.load(name), policy, seed, game_mode)
+    if not in_window:
+        terminal.watch(session, console, frames)
+        return
+    try:
+        window.watch(session)
+    except RuntimeError as error:
+        raise typer.BadParameter(str(error)) from error

@@ -1,0 +1,126 @@
+"""`ocjax ram correlate`: which RAM explains the objects that are seen."""
+
+import dataclasses
+from collections.abc import Iterator
+
+import numpy as np
+
+from ocjax.ramtools import fits, targets
+from ocjax.ramtools.fits import Fit, Halves
+from ocjax.ramtools.targets import Target
+from ocjax.recordings import Recording
+from ocjax.tables import Cell, Table
+
+FIELDS = ("x", "y", "w", "h")
+MEMBERS = 16  # bytes reported for a category whose slots are not identities
+LEAST = 40  # samples that a search needs
+GAIN = 0.02  # share of samples by which a formula must beat the most common value
+MEMBER_GAIN = 0.2  # share of samples by which a byte must beat chance to be a member
+FORMULAS = 3  # reported per number
+TABLE_ROWS = 8  # the longest table reported for a coordinate
+
+
+@dataclasses.dataclass(frozen=True)
+class Finding:
+    """What explains one field of one object.
+
+    Args:
+        object: name of the object: its category, with its slot where there are several.
+        field: "x", "y", "w", "h", "value", "present" or "look".
+        samples: number of samples.
+        constant: share of samples that the most common value gets right.
+        fits: formulas, best first.
+        digits: whether the formulas are digits of one number, lowest first.
+    """
+
+    object: str
+    field: str
+    samples: int
+    constant: float
+    fits: tuple[Fit, ...]
+    digits: bool = False
+
+
+def correlate(recording: Recording, target: str = "vem") -> Iterator[Finding]:
+    """Explain everything that is seen on a recording.
+
+    Formulas are fitted on half of the episodes and scored on the others.
+
+    Args:
+        recording: with frames.
+        target: "vem" (what the game's vision rules detect) or "sprites" (what the video chip drew).
+
+    Yields:
+        What explains each field of each object whose slot is an identity. For other categories, bytes that always are the coordinate of one
+        of their objects.
+
+    Raises:
+        ValueError: the target is "sprites" and the recording does not say what the video chip drew.
+    """
+    half = fits.halves(recording.episode)
+    for t in targets.from_vem(recording) if target == "vem" else targets.from_chip(recording):
+        if not t.place and t.valid[:, 1:].any():
+            yield from _explain_set(recording, t)
+        else:
+            for k in range(t.valid.shape[1]):
+                yield from _explain_slot(recording, t, k, half)
+
+
+def _explain_slot(recording: Recording, target: Target, k: int, half: Halves) -> Iterator[Finding]:
+    name = target.name if target.valid.shape[1] == 1 else f"{target.name} {k}"
+    present = target.valid[:, k]
+    if present.any() and not present.all():
+        yield _table(name, "present", recording.rams, present.astype(int), half)
+    if present.sum() < LEAST:
+        return
+    rams, part = recording.rams[present], (half[0][present], half[1][present])
+    for i, field in enumerate(FIELDS):
+        numbers = target.xywh[present, k, i]
+        if len(np.unique(numbers)) > 1:
+            yield Finding(name, field, len(numbers), fits.constant(numbers, part), tuple(_best(rams, numbers, part)))
+    if target.value is not None and len(np.unique(target.value[present, k])) > 1:
+        numbers = target.value[present, k]
+        digits = fits.digits(rams, numbers, part)
+        formulas = tuple(digits or _best(rams, numbers % 256, part))
+        yield Finding(name, "value", len(numbers), fits.constant(numbers, part), formulas, digits=bool(digits))
+    if len(np.unique(target.look[present, k])) > 1:
+        yield _table(name, "look", rams, target.look[present, k], part)
+
+
+def _best(rams: np.ndarray, numbers: np.ndarray, half: Halves) -> list[Fit]:
+    """Formulas that explain more than a constant does, and a table where it explains even more."""
+    found = fits.affine(rams, numbers, half) + [t for t in fits.tables(rams, numbers, half, 1) if len(t.table) <= TABLE_ROWS]
+    found = [f for f in found if f.exact > fits.constant(numbers, half) + GAIN]
+    return sorted(found, key=lambda f: (-round(f.exact, 3), bool(f.table)))[:FORMULAS]
+
+
+def _table(name: str, field: str, rams: np.ndarray, numbers: np.ndarray, half: Halves) -> Finding:
+    base = fits.constant(numbers, half)
+    return Finding(name, field, len(numbers), base, tuple(f for f in fits.tables(rams, numbers, half) if f.exact > base + GAIN))
+
+
+def _explain_set(recording: Recording, target: Target) -> Iterator[Finding]:
+    some = target.valid.sum(axis=1) > 0
+    if some.sum() < LEAST:
+        return
+    for i, field in enumerate(FIELDS[:2]):
+        present = np.zeros((len(recording), 256), bool)
+        n, k = np.nonzero(target.valid)
+        present[n, target.xywh[n, k, i]] = True
+        members = [m for m in fits.members(recording.rams[some], present[some], MEMBERS) if m.share > m.chance + MEMBER_GAIN]
+        formulas = tuple(Fit(m.source, m.share, m.share, m.scale, m.offset) for m in members)
+        chance = float(np.mean([m.chance for m in members])) if members else 0.0
+        yield Finding(f"{target.name}, one of", field, int(some.sum()), chance, formulas)
+
+
+def to_table(findings: list[Finding], title: str) -> Table:
+    """A table with one row per formula."""
+    rows: list[list[Cell]] = []
+    for f in findings:
+        first: list[Cell] = [f.object, f.field, f.samples, 100 * f.constant]
+        if not f.fits:
+            rows.append([*first, "nothing found", None, None])
+        for i, formula in enumerate(f.fits):
+            text = f"{formula.source} (digits {2 * formula.offset + 1}-{2 * formula.offset + 2})" if f.digits else str(formula)
+            rows.append([*(first if i == 0 else [""] * len(first)), text, 100 * formula.exact, 100 * formula.near])
+    return Table(title, ["Object", "Field", "Samples", "Constant", "Formula", "Exact", "Within 1"], rows)

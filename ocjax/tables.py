@@ -1,0 +1,62 @@
+"""Tables, and how they look in the terminal and as Markdown."""
+
+import dataclasses
+import math
+from collections.abc import Sequence
+
+from rich.console import Console
+from rich.measure import Measurement
+from rich.table import Table as RichTable
+
+Cell = str | int | float | None  # a float is a percentage; None is an empty cell
+
+
+@dataclasses.dataclass(frozen=True)
+class Table:
+    """A title, column headings and rows of cells, independent of the output format."""
+
+    title: str
+    header: Sequence[str]
+    rows: Sequence[Sequence[Cell]]
+
+    def without_empty_columns(self) -> "Table":
+        """The table without columns in which every cell is None."""
+        filled = [k for k in range(len(self.header)) if any(row[k] is not None for row in self.rows)]
+        return Table(self.title, [self.header[k] for k in filled], [[row[k] for k in filled] for row in self.rows])
+
+
+def is_number(cell: Cell) -> bool:
+    """Whether a cell holds a percentage other than nan."""
+    return isinstance(cell, float) and not math.isnan(cell)
+
+
+def text(cell: Cell) -> str:
+    """Format a cell: percentages with two decimals, integers with thousands separators, "-" for None and nan."""
+    if isinstance(cell, str):
+        return cell
+    if isinstance(cell, int):
+        return f"{cell:,}"
+    return f"{cell:.2f}" if is_number(cell) else "-"
+
+
+def show(table: Table, console: Console) -> None:
+    """Print a table. It may be wider than the console, because cut-off numbers would mislead."""
+    table = table.without_empty_columns()
+    out = RichTable(title=table.title, title_justify="left")
+    cells = [[text(c) for c in row] for row in table.rows]
+    for i, heading in enumerate(table.header):
+        is_text = all(isinstance(row[i], str | None) for row in table.rows)
+        longest = max(len(word) for cell in (heading, *(row[i] for row in cells)) for word in cell.split() or [""])
+        out.add_column(heading, justify="left" if is_text else "right", min_width=longest)
+    for row in cells:
+        out.add_row(*row)
+    console.print(out, crop=False, width=max(console.width, Measurement.get(console, console.options, out).minimum))
+
+
+def to_markdown(tables: Sequence[Table]) -> str:
+    """Format tables as Markdown, each with its title in bold above it."""
+    parts = []
+    for t in (t.without_empty_columns() for t in tables):
+        lines = [t.header, ["---"] * len(t.header), *([text(c) for c in row] for row in t.rows)]
+        parts.append(f"**{t.title}**\n\n" + "\n".join("| " + " | ".join(line) + " |" for line in lines))
+    return "\n\n".join(parts) + "\n"

@@ -1,0 +1,116 @@
+"""A game that exists only for tests: it uses every rule, every way to read RAM, and every part of a box."""
+
+import jax.numpy as jnp
+import numpy as np
+
+from ocjax.boxes import box
+from ocjax.console import packed_position, wrap
+from ocjax.digits import DIGITS_3X5, Digits, hex_font, score_box
+from ocjax.game import Game
+from ocjax.ops import div, lookup, pick, shared
+from ocjax.ram import RamMap, bcd, bits, byte, high, low, signed
+from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge
+
+H, W = 210, 160
+GRID_X, GRID_Y = (20, 30, 40, 62), (150, 150, 150, 151)
+FONT = hex_font(DIGITS_3X5, dots=3, dot=(4, 2), pitch=16)
+TABLE = np.arange(100, 0, -3)
+
+
+class Ram(RamMap):
+    x = byte(*range(10, 16))
+    y = byte(*range(25, 19, -1))
+    code = byte(30)
+    kind = bits(31, 32, 33, 34, 35, 36, first=1, count=2)
+    delta = signed(40, 41)
+    nibbles = low(50, 51)
+    tops = high(50)
+    score = bcd((60, 61))
+    word = byte((70, 71))
+    flags = byte(80)
+
+
+def decode(m):
+    x, y = shared((wrap(m.x + 20), lookup(TABLE, m.y)))
+    size = pick(m.kind, (2, 4, 8, 16))
+    rgb = jnp.array([[1, 2, 3], [200, 100, 50]], jnp.uint8)[m.kind & 1]
+    present = m.flags >> jnp.arange(4) & 1 == 1
+    return {
+        "Walker": box(x, y, size, size, m.kind > 0, rgb=rgb),
+        "Turner": box(packed_position(m.code), 40 + m.delta, 8, jnp.array([6, 12]), orientation=m.nibbles).clip(8, 32, 152, 196),
+        "Pair": box(jnp.stack([m.x[0], m.x[5]]), 100, 7, 7),
+        "Thin": box(div(m.word, 500), 120, 3, 2, m.tops > 3),
+        "Background": box(5, 60, 20, 20),
+        "Pebble": box(np.array(GRID_X), np.array(GRID_Y), 4, 4, present),
+        "Pill": box(np.array(GRID_X) + 40, 170, 3, 3, ~present),
+        "Score": score_box(FONT, m.score, right=80, top=4, digits=4, value=m.score),
+        "Fuel": box(100, 4, m.tops, 5, value=m.tops),
+        "Tank": box(120, 4, 5, m.tops, value=m.tops),
+    }
+
+
+GAME = Game(
+    name="Synthetic",
+    rom="pong",
+    md5="60e0ea3cbe0913d39803477945e9e5ec",
+    ram=Ram,
+    decode=decode,
+    categories=(
+        Category(
+            "Walker", Blobs((20, 22), (0, 30, W, 140), gap=(2, 1), min_size=(2, 2), max_size=(20, 20)), count=6, doc="dynamic colours"
+        ),
+        Category("Turner", Blobs(40, connectivity=4), count=2, attributes=("orientation",), doc="any size, 4-connected"),
+        Category("Pair", Blobs((60, 62), split=(7, 7), max_size=(28, 28), split_by_color=True, area=(3, 500)), count=2, doc="touching"),
+        Category("Thin", Blobs((80, 82), (0, 30, W, 200), max_run=3, first=80, exclude=("Pebble",), ignore=((0, 30, 9, 60),)), doc="low"),
+        Category("Background", Bounds(0, (5, 60, 40, 90), inverse=True, exclude=("Walker", "Pebble"), min_size=(2, 1)), doc="not black"),
+        Category("Pebble", Cells(100, GRID_X, GRID_Y, 4, 4, margin=(1, 1)), count=4, doc="whole cells"),
+        Category(
+            "Pill",
+            Cells((100, 102), tuple(x + 40 for x in GRID_X), (170,) * 4, 3, 3, whole=False),
+            count=4,
+            blinks=True,
+            doc="parts of cells",
+        ),
+        Category(
+            "Score",
+            Bounds(120, (24, 4, 80, 14), value=Digits(FONT, (20, 36, 52, 68), 4, required=True)),
+            hud=True,
+            attributes=("value",),
+            doc="digits",
+        ),
+        Category("Fuel", Bounds((120, 122), (100, 2, 118, 12), value=Gauge(1)), hud=True, attributes=("value",), doc="a bar"),
+        Category(
+            "Tank",
+            Bounds(122, (120, 2, 126, 22), value=Gauge(2, 1, 3, vertical=True)),
+            hud=True,
+            attributes=("value",),
+            doc="an upright bar",
+        ),
+    ),
+)
+
+
+def drawn():
+    """A frame that shows an object of every category, uint8 `[H, 160]`."""
+    frame = np.zeros((H, W), np.uint8)
+
+    def fill(color, x, y, w, h):
+        frame[y : y + h, x : x + w] = color
+
+    fill(20, 50, 40, 4, 4)
+    fill(22, 55, 40, 3, 5)  # within the gap
+    fill(40, 100, 60, 9, 3)
+    fill(60, 100, 100, 7, 7)
+    fill(62, 107, 100, 7, 7)  # touches, in another colour
+    fill(80, 30, 120, 6, 2)
+    fill(14, 10, 70, 5, 5)
+    fill(100, GRID_X[1], GRID_Y[1], 4, 4)
+    fill(102, GRID_X[2] + 41, 171, 1, 2)
+    for cell, digit in enumerate((1, 9, 8, 4)):
+        for row, bits_ in enumerate(FONT.glyphs[digit]):
+            for dot in range(3):
+                if bits_ >> (2 - dot) & 1:
+                    fill(120, 20 + 16 * cell + 4 * dot, 4 + 2 * row, 4, 2)
+    fill(122, 100, 4, 9, 5)
+    fill(122, 120, 4, 5, 11)
+    return frame
