@@ -71,6 +71,13 @@ def signed_nibble(nibble: jax.Array) -> jax.Array:
     return (nibble ^ 8) - 8
 
 
+def mirrored(rows: jax.Array) -> jax.Array:
+    """Rows of a player from right to left: the bits of each of the two low bytes in reverse order."""
+    for mask, shift in ((0x5555, 1), (0x3333, 2), (0x0F0F, 4)):
+        rows = (rows & mask) << shift | rows >> shift & mask
+    return rows
+
+
 def palette_rgb(index: jax.Array, colors: Sequence[int]) -> jax.Array:
     """The colours of boxes, uint8 `[..., 3]`: of the few palette indices `colors`, the one at `index`."""
     channels = palette.NTSC[np.array(colors)].T.tolist()
