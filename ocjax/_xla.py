@@ -238,7 +238,7 @@ def use_compilation_cache() -> None:
 
     A game's first call then takes a quarter of its time from the second process on. The `ocjax` command and the tests call this function.
     """
-    if jax.config.jax_compilation_cache_dir is None:
+    if jax.config.jax_compilation_cache_dir is None:  # pyright: ignore[reportAttributeAccessIssue]
         folder = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "ocjax" / "xla"
         jax.config.update("jax_compilation_cache_dir", str(folder))
         jax.config.update("jax_persistent_cache_min_compile_time_secs", MIN_CACHED_SECONDS)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 
 import jax
@@ -78,12 +76,3 @@ def box(
 def choose(condition: Number, yes: Box, no: Box) -> Box:
     """Select between boxes of equal shapes, slot by slot."""
     return jax.tree.map(lambda a, b: jnp.where(condition, a, b), yes, no)
-
-
-def stack(boxes: Sequence[Box]) -> Box:
-    """Join single boxes, in slot order, into the boxes of one category."""
-    return functools.reduce(_join, (jax.tree.map(jnp.atleast_1d, b) for b in boxes))
-
-
-def _join(a: Box, b: Box) -> Box:
-    return jax.tree.map(lambda *v: jnp.concatenate(v), a, b)
