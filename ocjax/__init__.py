@@ -44,7 +44,7 @@ registration.register()
 
 
 def __getattr__(name: str) -> Any:
-    """The environments need ale-py and more: they are imported when they are first used."""
+    """Import the environments, which need ale-py, when they are first used."""
     if name in ("make_vec", "ocatari"):
         from ocjax import envs
 

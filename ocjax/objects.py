@@ -1,4 +1,4 @@
-"""`Objects`: what is on the screen, as padded tensors with a validity mask."""
+"""`Objects`: the objects on the screen as padded tensors with a validity mask."""
 
 import dataclasses
 from typing import TYPE_CHECKING, Any
@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass(frozen=True)
 class Objects:
-    """The objects of one state or of a batch of states; `N` is the game's number of slots, `...` any batch shape.
+    """The objects of one state or of a batch of states; `N` is the number of slots of the game, `...` any batch shape.
 
-    A slot that is not valid is zero in every field. Which slots belong to which category: `game.slices`.
+    A slot that is not valid is zero in every field. `game.slices` says which slots belong to which category.
     """
 
     xywh: jax.Array  # int16 [..., N, 4]: left, top, width, height in pixels of the ALE screen
@@ -57,7 +57,7 @@ class Objects:
         return jax.tree.map(lambda a: a[index], self)
 
     def of(self, game: "Game", category: str) -> "Objects":
-        """Only the slots of a category.
+        """Select the slots of a category.
 
         Raises:
             ValueError: the game has no such category.
@@ -98,10 +98,10 @@ def whose(objects: Objects) -> "Game":
     """The game that objects belong to.
 
     Raises:
-        ValueError: they do not know it (they are not what a game's methods returned, or only a part of it).
+        ValueError: they carry no reference to it, because `of` or the caller made them.
     """
     if objects.game is None:
-        raise ValueError("these objects do not know their game: give what game.rem or game.vem returned, with all of its slots")
+        raise ValueError("these objects carry no reference to their game: pass what game.rem or game.vem returned, with all slots")
     return objects.game
 
 

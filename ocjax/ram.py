@@ -8,8 +8,8 @@ A game declares its address map once, as a class:
         paddle_low = bits(51, count=1)       # the lowest bit of byte 51
 
 and its decoder reads `m.chicken_y`. Every field is int32: uint8 arithmetic wraps (`uint8(30) - 49` is 237), so the cast happens here,
-once. A place is an address 0-127, or a tuple of addresses, most significant first, that together hold one number. One place gives
-a scalar, several give a vector in the order named.
+once. A place is an address 0-127, or a tuple of addresses, most significant first, that together hold one number. A field of one place
+is a scalar; a field of several places is a vector in the given order.
 """
 
 from collections.abc import Callable, Sequence
@@ -27,7 +27,7 @@ Place = int | tuple[int, ...]
 
 @dataclass(frozen=True)
 class Field:
-    """One entry of an address map: where it is, and how its bytes become a number."""
+    """One entry of an address map: its addresses, and how their bytes become a number."""
 
     places: tuple[Place, ...]
     meaning: str
@@ -68,7 +68,7 @@ class RamMap:
 
     Args:
         ram: its bytes.
-        addresses: whose bytes they are, if not of all of the RAM in order.
+        addresses: the address of each of its bytes; by default all addresses in order.
     """
 
     def __init__(self, ram: jax.Array, addresses: Sequence[int] = range(RAM_SIZE)) -> None:
@@ -84,7 +84,7 @@ class RamMap:
         return self._values[declared.name]
 
     def _gather(self, addresses: tuple[int, ...]) -> jax.Array:
-        """The bytes at static addresses, int32 `[len(addresses)]`, as slices (a gather costs far more)."""
+        """The bytes at static addresses, int32 `[len(addresses)]`, as slices, which cost far less than a gather."""
         at, parts, i = [self._index[a] for a in addresses], [], 0
         while i < len(at):
             step = at[i + 1] - at[i] if i + 1 < len(at) else 1
@@ -149,7 +149,7 @@ def high(*places: Place) -> Field:
 
 
 def bcd(*places: Place) -> Field:
-    """Binary-coded decimal, two digits a byte; a nibble above 9 counts as its own number (no state is an error)."""
+    """Binary-coded decimal, two digits a byte; a nibble above 9 counts as its own number, so that every state has a value."""
 
     def read(parts: tuple[jax.Array, ...]) -> jax.Array:
         return _join(tuple((p >> 4) * 10 + (p & 15) for p in parts), 100)

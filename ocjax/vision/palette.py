@@ -1,4 +1,4 @@
-"""The console's colours: from RGB to the emulator's palette index and back.
+"""The palette of the console: from RGB to the emulator's palette index and back.
 
 The emulator draws in palette indices (`ale.getScreen()`): hue in the high nibble, luminance in the upper three bits of the low one; the
 lowest bit is not used by NTSC consoles. Extraction works on indices, a quarter of RGB's memory traffic. The RGB values are those
