@@ -1,92 +1,122 @@
 """Breakout: a wall of 6 x 18 bricks, a ball and a paddle between three walls.
 
-The grey walls and the coloured feet of the side walls are scenery. The paddle may reach over the right foot, which has its colour:
-VEM takes both for one then. Block slots run row by row from the top left brick. The ball has the colour of the row it is in: grey
-above the bricks, the bricks' colours among them, the paddle's below.
+The grey walls and the coloured feet of the side walls are scenery. The paddle may reach over the
+right foot, which has its colour: VEM takes both for one paddle then. Block slots run row by row
+from the top left brick. The ball has the colour of the row that it is in: grey above the bricks,
+the bricks' colours among them, the paddle's colour below.
 
-RAM: ALE's source (score, lives), OCAtari 2.2 and AtariARI (positions, bricks), and the ROM's code for what they leave open (the
-digits show the score of the frame before).
+RAM: ALE's source (score, lives), OCAtari 2.2 and AtariARI (positions, bricks), and the ROM's code
+for what they leave open (the digits show the score of the frame before).
 
-Covered: all twelve modes (catching, steerable and breaking-through balls, timed ones, invisible bricks), both difficulties (A:
-smaller paddles), all lives, the end of the game. Invisible bricks are there but not drawn: REM has them, VEM only while they flash.
-Not in the RAM: one row of the ball while a paddle holds it (it keeps the delay of the row it was caught in), and the width of the
-lives' digit in the frame in which a ball is lost.
+Covered: all twelve modes (balls that can be caught or steered or that break through, timed games,
+invisible bricks), both difficulties (A: smaller paddles), all lives, the end of the game. Invisible
+bricks are there but not drawn: REM has them, VEM only while they flash. Not in the RAM: one row of
+the ball while a paddle holds it (it keeps the delay of the row in which it was caught), and the
+width of the lives' digit in the frame in which a ball is lost.
 """
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.boxes import Box, box
-from ocjax.digits import DIGITS_3X5, Digits, hex_font
+from ocjax.digits import DIGITS_3X5, Digits, hex_font, score_box
 from ocjax.game import Game
+from ocjax.ops import pick
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rules import Blobs, Bounds, Category, Cells
 from ocjax.vision.palette import NTSC
 
 FIELD = (8, 32, 152, 196)
-ROWS = (70, 54, 38, 22, 198, 134)  # colours of the bricks, top row first
+LEFT, TOP, RIGHT, BOTTOM = FIELD
 RED, GREY = 70, 6
-LEFT, TOP = np.tile(8 + 8 * np.arange(18), 6), np.repeat(57 + 6 * np.arange(6), 18)
-# The wall is drawn by six registers of six rows; these are the bits of each that hold its columns' bricks (each brick has two).
-BRICKS = ((6,), (6, 4, 2, 0), (0, 2, 4, 6), (4, 6), (6, 4, 2, 0), (0, 2, 4))
+FONT = hex_font(DIGITS_3X5, dots=3, dot=(4, 2), pitch=16)
+DIGITS_TOP = 5
+SCORE_DIGITS, LIVES_DIGIT, NUMBER_DIGIT = (36, 52, 68), (100,), (132,)  # left columns
+
+ROWS, COLUMNS = 6, 18
+ROW_COLORS = (70, 54, 38, 22, 198, 134)  # top row first
+WALL_TOP, WALL_BOTTOM = 57, 93
+BRICK_LEFTS = np.tile(8 + 8 * np.arange(COLUMNS), ROWS)
+BRICK_TOPS = np.repeat(WALL_TOP + 6 * np.arange(ROWS), COLUMNS)
+# Six registers draw a row of the wall from left to right. Two bits of a register are a brick; these
+# are the lower ones, in the order of the columns.
+BRICK_BITS = ((6,), (6, 4, 2, 0), (0, 2, 4, 6), (4, 6), (6, 4, 2, 0), (0, 2, 4))
+
+PADDLE_TOP, PADDLE_WIDTHS = 189, (8, 12, 12, 16)  # widths by size
+JUST_HIT = 5  # `sound` on the frame after a brick was hit
+HIGH_ROWS, MIDDLE_ROWS = 16, 22  # pitches that end the rows of 7 and of 4 points; lower: 1 point
 
 
 class Ram(RamMap):
     wall = byte(*range(35, -1, -1))  # registers from left to right, in each the rows from the top
     timed = bits(51, first=7)  # mode in which the score is the time
-    player = byte(53)
+    player = byte(53)  # whose turn it is, 0 or 1
     paddle_size = bits(55, first=4, count=2)
     lives = byte(57)
     paddle_x = byte(72)  # x + 47
     score = bcd((76, 77))
-    frame = bits(90, first=0, count=6)
-    sound = byte(95)  # frames left; 6 - 1 when a brick has just been hit
-    pitch = byte(96)  # of that sound, by row
+    frame = bits(90, count=6)
+    sound = byte(95)  # frames left
+    pitch = byte(96)  # of that sound, by row of the brick
     ball_x = byte(99)  # x + 49
-    ball_y = byte(101)  # y - 8 or 9; 0: no ball
+    ball_y = byte(101)  # y - 8 or y - 9; 0: no ball
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    registers = m.wall.reshape(6, 6).T
-    bricks = jnp.concatenate(
-        [registers[:, i : i + 1] >> np.array([at]) & 1 for i, at in enumerate(BRICKS)], axis=1
-    )  # [row, column]
-    width = 8 + 4 * ((m.paddle_size + 1) >> 1)
     return {
-        "Player": box(m.paddle_x - 47, 189, width, 4),
+        "Player": box(m.paddle_x - 47, PADDLE_TOP, pick(m.paddle_size, PADDLE_WIDTHS), 4),
         "Ball": _ball(m),
-        "Block": box(LEFT, TOP, 8, 6, bricks.ravel() == 1),
-        "PlayerScore": _score(m),
-        "Live": box(
-            jnp.where(m.lives == 1, 104, 100), 5, jnp.where(m.lives == 1, 4, 12), 10, value=m.lives
-        ),
-        "PlayerNumber": box(136 - 4 * m.player, 5, 4 + 8 * m.player, 10, value=m.player + 1),
+        "Block": _blocks(m),
+        "PlayerScore": _digits(SCORE_DIGITS, m.score - _new_points(m), m.score),
+        "Live": _digits(LIVES_DIGIT, m.lives, m.lives),
+        "PlayerNumber": _digits(NUMBER_DIGIT, m.player + 1, m.player + 1),
     }
 
 
 def _ball(m: Ram) -> Box:
-    x, y = m.ball_x - 49, m.ball_y
-    top, bottom = (
-        y + jnp.where(y < 85, 8, 9),
-        y + jnp.where(y < 81, 12, 13),
-    )  # the screen has a row more just below the bricks
-    last = jnp.where(
-        x < jnp.where(y & 1 == 1, 46, 56), 196, 195
-    )  # it is switched off in the middle of the last row
-    return box(x, top, 2, bottom - top).clip(8, 32, 152, last)
+    x = m.ball_x - 49
+    top, bottom = _row(m.ball_y + 8), _row(m.ball_y + 12)
+    # It is switched off in the middle of the last row.
+    beam = jnp.where((m.ball_y & 1) == 1, 46, 56)
+    return box(x, top, 2, bottom - top).clip(LEFT, TOP, RIGHT, jnp.where(x < beam, BOTTOM, 195))
 
 
-def _score(m: Ram) -> Box:
-    """Tight around three digits of 12 pixels, 16 apart; a 1 is their middle third."""
-    points = jnp.where(m.pitch < 16, 7, jnp.where(m.pitch < 22, 4, 1))
-    new = jnp.where(m.timed == 1, jnp.where(m.frame == 0, 1, 0), jnp.where(m.sound == 5, points, 0))
-    shown = m.score - new
-    first = jnp.where((shown >= 100) & (shown < 200), 4, 0)
-    last = jnp.where(shown % 10 == 1, 40, 44)
-    return box(36 + first, 5, last - first, 10, value=m.score)
+def _row(line: jax.Array) -> jax.Array:
+    """The row of a line of the game; the screen has one row more just below the bricks."""
+    return jnp.where(line < WALL_BOTTOM, line, line + 1)
 
 
-def digits(*lefts: int) -> Digits:
-    return Digits(hex_font(DIGITS_3X5, 3, (4, 2)), lefts, 5)
+def _blocks(m: Ram) -> Box:
+    registers = m.wall.reshape(6, ROWS)
+    columns = [
+        register >> bit & 1
+        for register, bricks in zip(registers, BRICK_BITS, strict=True)
+        for bit in bricks
+    ]
+    there = jnp.stack(columns, axis=1).ravel() == 1
+    return box(BRICK_LEFTS, BRICK_TOPS, 8, 6, there)
+
+
+def _new_points(m: Ram) -> jax.Array:
+    """What the score has gained since the frame was drawn."""
+    points = jnp.where(m.pitch < HIGH_ROWS, 7, jnp.where(m.pitch < MIDDLE_ROWS, 4, 1))
+    points = jnp.where(m.sound == JUST_HIT, points, 0)
+    second = jnp.where(m.frame == 0, 1, 0)
+    return jnp.where(m.timed == 1, second, points)
+
+
+def _digits(lefts: tuple[int, ...], shown: jax.Array, value: jax.Array) -> Box:
+    right = lefts[-1] + FONT.width
+    count = len(lefts)
+    return score_box(
+        FONT, shown, right=right, top=DIGITS_TOP, digits=count, leading_zeros=True, value=value
+    )
+
+
+def _number(lefts: tuple[int, ...]) -> Bounds:
+    """How VEM finds and reads digits."""
+    region = (lefts[0], DIGITS_TOP, lefts[-1] + FONT.width, DIGITS_TOP + FONT.height)
+    return Bounds(GREY, region, value=Digits(FONT, lefts, DIGITS_TOP))
 
 
 GAME = Game(
@@ -103,33 +133,33 @@ GAME = Game(
         ),
         Category(
             "Ball",
-            Bounds((GREY, *ROWS), FIELD, exclude=("Block", "Player")),
+            Bounds((GREY, *ROW_COLORS), FIELD, exclude=("Block", "Player")),
             doc="in the colour of the row it is in",
         ),
         Category(
             "Block",
-            Cells(ROWS, tuple(LEFT.tolist()), tuple(TOP.tolist()), 8, 6),
-            count=108,
-            rgb=tuple(np.repeat(NTSC[list(ROWS)], 18, axis=0)),
+            Cells(ROW_COLORS, tuple(BRICK_LEFTS.tolist()), tuple(BRICK_TOPS.tolist()), 8, 6),
+            count=ROWS * COLUMNS,
+            rgb=tuple(np.repeat(NTSC[list(ROW_COLORS)], COLUMNS, axis=0)),
             doc="the bricks that are left",
         ),
         Category(
             "PlayerScore",
-            Bounds(GREY, (36, 5, 80, 15), value=digits(36, 52, 68)),
+            _number(SCORE_DIGITS),
             attributes=("value",),
             hud=True,
             doc="points, or the time",
         ),
         Category(
             "Live",
-            Bounds(GREY, (100, 5, 112, 15), value=digits(100)),
+            _number(LIVES_DIGIT),
             attributes=("value",),
             hud=True,
             doc="balls left",
         ),
         Category(
             "PlayerNumber",
-            Bounds(GREY, (132, 5, 144, 15), value=digits(132)),
+            _number(NUMBER_DIGIT),
             attributes=("value",),
             hud=True,
             doc="whose turn it is",

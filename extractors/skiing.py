@@ -1,232 +1,252 @@
-"""Skiing: a skier, gates of two flags, moguls and trees that scroll up, the gates to go and the clock.
+"""Skiing: a skier on a hill of gates, moguls and trees, the gates that remain, and the clock.
 
-Slots are the game's records: eight of them go round while the list in RAM moves up by one at every shift, counted by byte 16. Two
-are gates (Flag: left and right flag of each), two moguls, four trees. After the last gate one gate's record is a mogul (the third
-slot); in downhill games the gates' records are trees (the last two slots). `orientation` of the player: where the skis point,
-compass point 12 (west) over 8 (straight down) to 4 (east), from the game's 16 headings. `value`: of Score the sum of the emulator's
-rewards, minus the hundredths of a second so far (the emulator ends a run with five seconds for every missed gate, as the game's
-clock does); of Clock the hundredths themselves; of Player the gates to go, the number that Score's digits show.
+The hill scrolls up under the skier. The game keeps eight records of what is on it. They take turns:
+at every shift the list in RAM moves up by one, and byte 16 counts the shifts. Slots are records:
+two are gates (Flag: the left and the right flag of each), two are moguls, and four are trees. After
+the last gate, one gate's record holds a mogul (the third slot); in downhill games, the gates'
+records hold trees (the last two slots). The black frame and the maker's name are scenery.
 
-RAM: ALE's source, OCAtari 2.2, AtariARI, and the game's display program. The frame shows the state before the latest step of the
-scroll and the clock, which RAM holds already; bytes 115 and 116 are that step. A crash shows one frame late. Not in RAM: which way
-the latest turn went, so the skier's picture is one frame early when it changes. Boxes are tight around what the borders leave: a
-tree cut by the left border or the playfield's top is as narrow as the rows that remain.
+Player's `orientation` is the direction of the skis, from 12 (west) over 8 (straight down) to 4
+(east), derived from the game's 16 headings; its `value` is the number of gates that remain, which
+the digits of Score show. Score's `value` is the sum of the emulator's rewards: minus the hundredths
+of a second so far. The emulator ends a run with five seconds for every missed gate, as the game's
+clock does. Clock's `value` is the hundredths.
 
-Covered: the slalom that ALE starts (there is one mode), downhill by editing RAM, crashes, both borders, the end of the run. Scenery
-that no box covers: the black frame, the maker's name.
+RAM: ALE's source, OCAtari 2.2, AtariARI, and the game's display program. Pictures, digits and
+colours are the ROM's. RAM already holds the latest step of the scroll and of the clock, which the
+frame does not show yet; bytes 115 and 116 are that step. A crash shows one frame late. Boxes are
+tight around what the borders leave: a tree that the left border or the top of the playfield cuts is
+as narrow as its remaining rows.
+
+Covered: the slalom that ALE starts (its only mode), downhill by editing RAM, crashes, both borders,
+the end of the run. Not in the RAM: to which side the latest turn went, so that the skier's picture
+is one frame early when it changes.
 """
 
+import functools
 from dataclasses import replace
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box
-from ocjax.digits import Digits, hex_font
+from ocjax.boxes import WIDTH, Box, box
+from ocjax.console import wrap
+from ocjax.digits import Digits, Font, score_box
 from ocjax.game import Game
+from ocjax.ops import div, lookup, shared
 from ocjax.ram import RamMap, bcd, bits, byte, signed
+from ocjax.rom import Rom
 from ocjax.rules import Blobs, Bounds, Category
+from ocjax.vision.palette import NTSC
+
+ROM = Rom("skiing", "b76fbadc8ffb1f83e2ca08b6fb4d6c9f")
+
+# Digits: the bottom rows of all of them, then the rows above, 16 bytes apart.
+GLYPHS = [ROM.bytes(0x700 + digit, 7, step=16)[::-1] for digit in range(10)]
+FONT = Font(tuple(tuple(glyph.tolist()) for glyph in GLYPHS), dots=6)
+CLOCK_DIGITS, CLOCK_TOP = (59, 68, 75, 84, 91), 16  # left columns: minute, seconds, hundredths
+SCORE_RIGHT, SCORE_TOP = 81, 6
+
+# Pictures of the skier: heading west, ..., almost down, down; lying.
+SKIER = ROM.pictures((0x6D6, 0x6B0, 0x6C3, 0x6EA, 0x6A0), 20)
+LYING = 4
+JUST_NOW = 224  # `event` on the frame of a crash or of a passed gate
+RUNNING, ENDED = 0, 255  # states of the run
 
 PINK, BLUE, RED, BLACK = 72, 134, 68, 0
 GRAYS, GREENS = (10, 12), (198, 212, 214, 218)
 FIELD = (8, 32, 152, 178)
-GLYPHS = ("1e33333333331e", "1c3c0c0c0c0c3f", "3e23031e30303f", "1e23030603231e", "060e16263f0606",
-          "3f30303e03233e", "1e31303e33331e", "3f2103060c0c0c", "1e33331e33331e", "1e33331f03231e")  # fmt: skip
-TIME = Digits(
-    hex_font(GLYPHS, 6, (1, 1)), (59, 68, 75, 84, 91), 16, weights=(6000, 1000, 100, 10, 1)
-)
-RGB = np.array(
-    [
-        (66, 72, 200),
-        (214,) * 3,
-        (110, 156, 66),
-        (82, 126, 45),
-        (184, 50, 50),
-        (192,) * 3,
-        (158, 208, 101),
-        (72, 160, 72),
-    ],
-    np.uint8,
-)
+LEFT, TOP, RIGHT, BOTTOM = FIELD
+
+GATES, MOGULS, TREES = (0, 4), (1, 5), (2, 3, 6, 7)  # kinds of objects
+LAST_GATE = 4
+FIRST_MIRRORED = 4  # kinds from here on are drawn from right to left
+KIND_COLORS = ROM.bytes(0x7BB, 8)
+UNUSED = 32  # `height` of a record that shows nothing, or more
+
+# Slots: numbers of the records; kinds whose colours the slots have.
+FLAG_RECORDS = (0, 0, 4, 4)
+MOGUL_RECORDS, MOGUL_KINDS = (1, 5, 0), (1, 5, 5)
+TREE_RECORDS, TREE_KINDS = (2, 3, 6, 7, 0, 4), (2, 3, 6, 7, 7, 7)
+FLAG_LEFTS = np.array((1, 33, 1, 33))  # from the record's x
 
 
-class Picture(NamedTuple):
-    width: int
-    rows: tuple[tuple[int, int, int], ...]  # from the top: how many, first and last column
+def _ink(offset: int, rows: int, dot: int) -> np.ndarray:
+    """Which pixels of a picture are set, bool `[rows, 8 * dot]`; `dot` is the width of a dot."""
+    dots = ROM.rows(offset, rows)[:, None] >> np.arange(7, -1, -1) & 1
+    return (dots == 1).repeat(dot, axis=1)
 
 
-FLAG = Picture(
-    8, ((1, 3, 4), (1, 2, 4), (1, 1, 4), (1, 0, 4), (1, 1, 4), (1, 2, 4), (1, 3, 4), (7, 4, 4))
-)
-MOGUL = Picture(16, ((1, 8, 11), (1, 6, 13), (1, 2, 13), (2, 0, 15), (1, 2, 11)))
-THIN = (
-    (2, 7, 7),
-    (1, 6, 7),
-    (2, 6, 8),
-    (2, 5, 8),
-    (3, 5, 9),
-    (2, 4, 9),
-    (1, 4, 10),
-    (1, 4, 8),
-    (1, 4, 11),
-)
-THICK = (
-    (1, 6, 11),
-    (2, 4, 11),
-    (2, 2, 11),
-    (1, 2, 9),
-    (1, 2, 13),
-    (2, 0, 13),
-    (2, 0, 15),
-    (1, 2, 15),
-    (1, 6, 15),
-    (1, 2, 13),
-    (1, 4, 11),
-)
-TREE = Picture(16, THIN + THICK)
+def _cuts(ink: np.ndarray) -> np.ndarray:
+    """The tight box of what remains of a picture that the playfield cuts.
 
+    Args:
+        ink: bool `[height, width]`.
 
-class Ram(RamMap):
-    heading = bits(15, count=4)  # 0: west ... 15: east
-    crashed = bits(15, first=6)
-    speed = byte(14)
-    turn = byte(16)  # the record at the end of the list, modulo 8
-    state = byte(17)  # 0: skiing, 255: the run has ended
-    x = byte(25)  # already moved
-    y = byte(26)  # 120; 124 in a jump
-    heights = byte(*range(54, 62))  # last row of the picture that shows; 255: none
-    object_x = byte(*range(62, 70))
-    kinds = byte(*range(78, 86))
-    object_y = byte(*range(86, 94))  # row above the playfield's end
-    scroll_x = byte(95)  # what the skier could not move at a border
-    event = byte(97)  # 224 on the frame of a crash or a passed gate
-    patience = byte(98)  # frames till the next turn
-    step = signed(115, 116)  # latest movement: skier or hill, right; hill, up
-    time = bcd((104, 105, 106))  # minutes, seconds, hundredths
-    gates = bcd(107)
-
-
-def decode(m: Ram) -> dict[str, Box]:
-    skiing = m.state == 0
-    # the list in the order of the records: record k is at (turn + 7 - k) modulo 8
-    turn = jnp.where(m.state == 255, m.turn + 1, m.turn)  # the run ended before the list moved
-    packed = m.heights | m.object_x << 8 | m.object_y << 16 | m.kinds << 24
-    records = packed.at[(turn + 7 - RECORD) & 7].get(mode="promise_in_bounds")
-    boxes = _tight(records, jnp.where(skiing, m.step[1], 0))
-    # colours of the eight kinds: the last gate is red; a mogul or trees in a gate's place are of kinds 5 and 7
-    ends = jnp.where(
-        (records[:4, None] >> 24 & 7) == 4, jnp.asarray(RGB[4:5]), jnp.asarray(RGB[:1])
-    )
-    rgb = ends, jnp.asarray(RGB[[1, 5, 5]]), jnp.asarray(RGB[[2, 3, 6, 7, 7, 7]])
-    flags, moguls, trees = (
-        replace(box(*(v[a:b] for v in boxes)), rgb=c)
-        for a, b, c in zip((0, 4, 7), (4, 7, 13), rgb, strict=True)
-    )
-    minutes = m.time // 10000
-    hundredths = m.time - 4000 * minutes
-    return {
-        "Player": _player(m, skiing),
-        "Flag": flags,
-        "Mogul": moguls,
-        "Tree": trees,
-        "Score": _score(m, -hundredths),
-        "Clock": box(59, 16, 38, 7, value=hundredths),
-    }
-
-
-def _cuts(picture: Picture) -> np.ndarray:
-    """What remains of a picture that is cut: x, y, w, h, five bits each, by rows cut (above < 0 < below) and columns cut."""
-    rows = [(first, last) for n, first, last in picture.rows for _ in range(n)]
-    ink = np.array([[first <= c <= last for c in range(picture.width)] for first, last in rows])
+    Returns:
+        int32 `[2 * height + 1, 2 * width + 1]`: x, y, width and height, five bits each, by the
+        rows and by the columns that are cut. Negative numbers, cut above or on the left, come
+        first.
+    """
     height, width = ink.shape
     table = np.zeros((2 * height + 1, 2 * width + 1), np.int32)
     for i, j in np.ndindex(table.shape):
         y, x = max(height - i, 0), max(width - j, 0)
         ys, xs = np.nonzero(ink[y : 2 * height - i, x : 2 * width - j])
         if len(ys):
-            table[i, j] = (
-                (x + xs.min())
-                | (y + ys.min()) << 5
-                | (np.ptp(xs) + 1) << 10
-                | (np.ptp(ys) + 1) << 15
-            )
+            corner = (x + xs.min()) | (y + ys.min()) << 5
+            table[i, j] = corner | (np.ptp(xs) + 1) << 10 | (np.ptp(ys) + 1) << 15
     return table
 
 
-def _tight(record: jax.Array, moved: jax.Array) -> tuple[jax.Array, ...]:
-    """Tight boxes of what the playfield leaves of four flags, three moguls and six trees: x, y, w, h, whether they exist."""
-    height, x, y, kind = record & 255, record >> 8 & 255, record >> 16 & 255, record >> 24 & 7
-    shows = jnp.where(kind & 2 == 2, 2, kind & 1)  # 0: gate, 1: mogul, 2: tree
-    exists = (height < 32) & (shows == SHOWS)
-    left, above, right, below = FIELD  # the same distance from both sides of the screen
-    x = x + jnp.where(
-        (SHOWS == 2) & (height > 15), -3, SHIFT
-    )  # without its thin part a tree is five to the left
-    x = jnp.where(x >= 160, x - 160, x)  # the screen is a ring of 160 columns:
-    x = jnp.where(
-        x >= right, x - 160, x
-    )  # what begins in the right border may show at the left one
-    mirrored = kind > 3
-    x = jnp.where(mirrored, 160 - WIDTH - x, x)
-    end = 180 + height - y + moved
-    y = end - HEIGHT
-    row = (
-        jnp.clip(jnp.minimum(y - above, 0) + jnp.maximum(end - below, 0), -HEIGHT, HEIGHT) + HEIGHT
+THIN_ROWS, THICK_ROWS = 14, 16  # of a tree: its top, its lower part
+THIN = np.pad(_ink(0x78F, THIN_ROWS, dot=1), ((0, 0), (4, 4)))
+FLAG = _cuts(_ink(0x770, 14, dot=1))
+MOGUL = _cuts(_ink(0x79E, 6, dot=2))
+TREE = _cuts(np.concatenate([THIN, _ink(0x77F, THICK_ROWS, dot=2)]))
+
+
+class Ram(RamMap):
+    speed = byte(14)
+    heading = bits(15, count=4)  # 0: west, ..., 15: east
+    crashed = bits(15, first=6)
+    turn = byte(16)  # number of the record at the end of the list, modulo 8
+    state = byte(17)  # of the run
+    x = byte(25)  # of the skier, x - 1; already moved
+    y = byte(26)  # 120; 124 in a jump
+    heights = byte(*range(54, 62))  # last row of the picture that shows; 255: none
+    object_x = byte(*range(62, 70))
+    kinds = bits(*range(78, 86), count=3)
+    object_y = byte(*range(86, 94))  # its picture ends above row 180 + height - y
+    scroll_x = byte(95)  # what the skier could not move at a border
+    event = byte(97)
+    patience = byte(98)  # frames till the next turn
+    step = signed(115, 116)  # latest movement in pixels: skier or hill to the right; hill up
+    time = bcd((104, 105, 106))  # minutes, seconds, hundredths
+    gates = bcd(107)  # that remain
+
+
+class Records(NamedTuple):
+    """Some of the records in RAM, or all of them."""
+
+    height: jax.Array
+    x: jax.Array
+    y: jax.Array
+    kind: jax.Array
+
+    def of(self, numbers: tuple[int, ...]) -> "Records":
+        """The records of slots."""
+        return Records(*(jnp.stack([field[i] for i in numbers]) for field in self))
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    records = shared(_records(m))  # without `shared` REM takes a fifth longer
+    hundredths = m.time - 4000 * div(m.time, 10000)  # a minute is 6,000 of them
+    return {
+        "Player": _player(m),
+        "Flag": _flags(records.of(FLAG_RECORDS)),
+        "Mogul": _moguls(records.of(MOGUL_RECORDS)),
+        "Tree": _trees(records.of(TREE_RECORDS)),
+        "Score": _score(m, -hundredths),
+        "Clock": box(CLOCK_DIGITS[0], CLOCK_TOP, 38, FONT.height, value=hundredths),
+    }
+
+
+def _records(m: Ram) -> Records:
+    """The records by number, as the frame shows them; number k is at (turn + 7 - k) modulo 8."""
+    turn = jnp.where(m.state == ENDED, m.turn + 1, m.turn)  # it ended before the list moved
+    y = m.object_y - jnp.where(m.state == RUNNING, m.step[1], 0)
+
+    def in_order(field: jax.Array) -> jax.Array:
+        field = jnp.flip(field)
+        for shift in (1, 2, 4):
+            field = jnp.where((turn & shift) > 0, jnp.roll(field, shift), field)
+        return field
+
+    return Records(in_order(m.heights), in_order(m.object_x), in_order(y), in_order(m.kinds))
+
+
+def _flags(gates: Records) -> Box:
+    color = jnp.where(
+        (gates.kind == LAST_GATE)[:, None],
+        jnp.asarray(NTSC[KIND_COLORS[LAST_GATE]]),
+        jnp.asarray(NTSC[KIND_COLORS[GATES[0]]]),
     )
-    column = (
-        jnp.clip(jnp.minimum(x - left, 0) + jnp.maximum(x + WIDTH - right, 0), -WIDTH, WIDTH)
-        + WIDTH
-    )
-    rest = (
-        jnp.asarray(CUTS).at[TABLE + row * (2 * WIDTH + 1) + column].get(mode="promise_in_bounds")
-    )
+    return _shown(FLAG, GATES, gates, gates.x + FLAG_LEFTS, color)
+
+
+def _moguls(moguls: Records) -> Box:
+    return _shown(MOGUL, MOGULS, moguls, moguls.x + 2, _colors(MOGUL_KINDS))
+
+
+def _trees(trees: Records) -> Box:
+    whole_or_top = trees.height >= THICK_ROWS
+    x = trees.x + jnp.where(whole_or_top, -3, 2)
+    return _shown(TREE, TREES, trees, x, _colors(TREE_KINDS))
+
+
+def _colors(kinds: tuple[int, ...]) -> jax.Array:
+    return jnp.asarray(NTSC[KIND_COLORS[np.array(kinds)]])
+
+
+def _shown(
+    cuts: np.ndarray, kinds: tuple[int, ...], records: Records, x: jax.Array, color: jax.Array
+) -> Box:
+    """Tight boxes of what the playfield leaves of pictures that begin at columns x.
+
+    A box is valid where its record holds an object of one of the kinds.
+    """
+    height, width = (size // 2 for size in cuts.shape)
+    x = wrap(x)
+    x = jnp.where(x >= RIGHT, x - WIDTH, x)  # the left border hides what begins in the right one
+    mirrored = records.kind >= FIRST_MIRRORED
+    x = jnp.where(mirrored, WIDTH - width - x, x)  # the borders are equally wide
+    end = 180 + records.height - records.y
+    y = end - height
+    row = jnp.minimum(y - TOP, 0) + jnp.maximum(end - BOTTOM, 0)
+    column = jnp.minimum(x - LEFT, 0) + jnp.maximum(x + width - RIGHT, 0)
+    row = jnp.clip(row, -height, height) + height
+    column = jnp.clip(column, -width, width) + width
+    rest = lookup(cuts.ravel(), row * (2 * width + 1) + column)
     w = rest >> 10 & 31
     x = x + (rest & 31)
-    return jnp.where(mirrored, 160 - w - x, x), y + (rest >> 5 & 31), w, rest >> 15, exists
+    x = jnp.where(mirrored, WIDTH - w - x, x)
+    fits = functools.reduce(jnp.logical_or, [records.kind == kind for kind in kinds])
+    there = fits & (records.height < UNUSED)
+    return replace(box(x, y + (rest >> 5 & 31), w, rest >> 15, there), rgb=color)
 
 
-def _player(m: Ram, skiing: jax.Array) -> Box:
-    slope = jnp.minimum(m.heading, 15 - m.heading)  # 7: straight down
+def _player(m: Ram) -> Box:
+    slope = jnp.minimum(m.heading, 15 - m.heading)  # 0 across the hill, ..., 7 straight down
     fell = m.crashed == 1
-    rose = (
-        ~fell & (m.speed == 1) & (slope > 0) & (m.patience != slope + 1)
-    )  # the crash shows once more
-    lying = (fell & (m.event != 224)) | rose
-    pose = jnp.where(lying, 4, slope >> 1)
-    top = jnp.where(pose == 0, 0, jnp.where(pose < 3, 1, jnp.where(pose == 3, 2, 5)))
-    height = jnp.where(pose == 0, 16, jnp.where((pose == 1) | (pose == 4), 15, 18))
-    width = jnp.where((pose == 2) | (pose == 3), 7, 8)
-    mirrored = m.heading < 8
-    start = jnp.where((pose == 3) ^ (mirrored & (width == 7)), 1, 0)
-    ahead = m.x + m.step[0]  # whoever would leave the hill with the next step stands still
-    moved = jnp.where(skiing & (m.scroll_x == 0) & (ahead >= 8) & (ahead < 144), m.step[0], 0)
-    compass = 12 - ((m.heading + 1) >> 1)
-    return box(
-        m.x - moved + 1 + start, 159 - m.y + top, width, height, value=m.gates, orientation=compass
+    # The skier has just risen, and the crash shows once more.
+    rose = ~fell & (m.speed == 1) & (slope > 0) & (m.patience != slope + 1)
+    lying = (fell & (m.event != JUST_NOW)) | rose
+    # Whoever would leave the hill with the next step stands still.
+    ahead = m.x + m.step[0]
+    moves = (m.state == RUNNING) & (m.scroll_x == 0) & (ahead >= LEFT) & (ahead < RIGHT - 8)
+    return SKIER.box(
+        jnp.where(lying, LYING, slope >> 1),
+        m.x - jnp.where(moves, m.step[0], 0) + 1,
+        159 - m.y,
+        mirrored=m.heading < 8,
+        value=m.gates,
+        orientation=12 - ((m.heading + 1) >> 1),
     )
 
 
 def _score(m: Ram, value: jax.Array) -> Box:
-    gates = jnp.where(
-        (m.event == 224) & (m.crashed == 0), m.gates + 1, m.gates
-    )  # shown one frame late
-    two = gates > 9
-    return box(jnp.where(two, 67, 75), 6, jnp.where(two, 14, 6), 7, value=value)
+    passed = (m.event == JUST_NOW) & (m.crashed == 0)  # shown one frame late
+    shown = jnp.where(passed, m.gates + 1, m.gates)
+    return score_box(FONT, shown, right=SCORE_RIGHT, top=SCORE_TOP, digits=2, value=value)
 
 
-_TABLES = [_cuts(p) for p in (FLAG, MOGUL, TREE)]
-SHOWS = np.repeat(np.arange(3, dtype=np.int32), [4, 3, 6])
-RECORD = np.array([0, 0, 4, 4, 1, 5, 0, 2, 3, 6, 7, 0, 4], np.int32)
-SHIFT = np.array([1, 33, 1, 33, *[2] * 9], np.int32)  # from the record's x
-CUTS = np.concatenate([t.ravel() for t in _TABLES])
-TABLE = np.array([0, _TABLES[0].size, _TABLES[0].size + _TABLES[1].size], np.int32)[SHOWS]
-HEIGHT, WIDTH = (np.array([t.shape[i] // 2 for t in _TABLES], np.int32)[SHOWS] for i in (0, 1))
-
+TIME = Digits(FONT, CLOCK_DIGITS, CLOCK_TOP, weights=(6000, 1000, 100, 10, 1))
 GAME = Game(
     name="Skiing",
-    rom="skiing",
-    md5="b76fbadc8ffb1f83e2ca08b6fb4d6c9f",
+    rom=ROM.name,
+    md5=ROM.md5,
     ram=Ram,
     decode=decode,
     categories=(
