@@ -55,6 +55,7 @@ TANK = (42, 12, 50, 37)
 TANK_HEIGHT = 25
 NO_SCORE = 171  # `shown_high` while the copyright line takes the score's place
 LIFE_LEFTS, LIFE_TOPS = (90, 106, 122) * 2, (27,) * 3 + (15,) * 3
+LIFE_NUMBERS = np.arange(6, dtype=np.int32)
 
 
 def _walls(city: int) -> np.ndarray:
@@ -107,7 +108,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Dynamite": _dynamite(m),
         "Points": others.where(shows & points & ~explodes),
         "Explosion": others.where(shows & explodes),
-        "Life": box(np.array(LIFE_LEFTS), np.array(LIFE_TOPS), 8, 7, np.arange(6) < m.lives),
+        "Life": box(np.array(LIFE_LEFTS), np.array(LIFE_TOPS), 8, 7, m.lives > LIFE_NUMBERS),
         "Gas_Tank": _tank(m),
         "Score": _score(m),
     }
@@ -148,7 +149,7 @@ def _streets_are_grey(m: Ram) -> jax.Array:
 def _dynamite(m: Ram) -> Box:
     """The part of it that walls leave: it covers at most three of their columns."""
     x, width = m.dynamite_x - 1, jnp.where((m.fuse + 1) & 2 > 0, 4, 8)
-    column = (x >> 2) + np.arange(3)
+    column = (x >> 2) + np.arange(3, dtype=np.int32)
     from_middle = jnp.maximum(19 - column, column - 20)
     row = jnp.minimum(m.dynamite_y >> 3, MAZE_ROWS - 1)
     walls = lookup(WALLS, MAZE_ROWS * (m.city & 3) + row)
