@@ -69,7 +69,7 @@ UNUSED = 32  # `height` of a record that shows nothing, or more
 FLAG_RECORDS = (0, 0, 4, 4)
 MOGUL_RECORDS, MOGUL_KINDS = (1, 5, 0), (1, 5, 5)
 TREE_RECORDS, TREE_KINDS = (2, 3, 6, 7, 0, 4), (2, 3, 6, 7, 7, 7)
-FLAG_LEFTS = np.array((1, 33, 1, 33))  # from the record's x
+FLAG_LEFTS = np.array((1, 33, 1, 33), np.int32)  # from the record's x
 
 
 def _ink(offset: int, rows: int, dot: int) -> np.ndarray:
