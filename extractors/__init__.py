@@ -2,5 +2,6 @@
 
 if __name__ != "ocjax.extractors":
     raise ImportError(
-        "these are the game files of ocjax: import them as ocjax.extractors, or use ocjax.load(name)"
+        "import the game files of ocjax as ocjax.extractors, or use ocjax.load(name): "
+        "a second copy would have a registry of its own"
     )

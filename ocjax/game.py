@@ -198,7 +198,7 @@ def _validate_category(game: Game, c: Category) -> None:
 
 def _validate_decode(game: Game) -> None:
     try:
-        with jax.numpy_dtype_promotion("strict"), jax.numpy_rank_promotion("raise"):
+        with jax.enable_x64(False), jax.numpy_dtype_promotion("strict"), jax.numpy_rank_promotion("raise"):
             boxes = jax.eval_shape(lambda ram: dict(game.decode(game.ram(ram))), jax.ShapeDtypeStruct((RAM_SIZE,), jnp.uint8))
     except Exception as error:
         raise GameError(f"{game.name} ({inspect.getsourcefile(game.decode)}): decode: {type(error).__name__}: {error}") from error
