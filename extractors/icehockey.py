@@ -1,0 +1,258 @@
+"""IceHockey: two teams of two players, a puck, both scores and the clock.
+
+Player is the blue team, which defends the upper goal, Enemy the yellow one. Slot 0 of a team is its
+upper player, slot 1 its lower one. A player's box has his stick in it, which only the one nearer to
+the puck holds out; what a blue player covers of a yellow one still belongs to the box. The puck's
+box leaves out the row that the blade of a stick covers. VEM joins the head of a player to one of
+the other team whom it touches, for all heads have one colour. Scenery: the ice, the two goals
+(black, so that a puck in them is not seen), the maker's name.
+
+RAM: ALE's source (scores, clock), OCAtari 2.2 (positions), and the ROM's code. The players move
+before a frame is drawn, so the screen shows them where the RAM has them. The puck, the scores and
+the clock move after it, and `decode` takes that back. A free puck's last step is undone with its
+velocity. Where a player carries it, or it has just bounced, the game's own distances from the drawn
+puck to the lower players say which of a few places it was.
+
+Covered: modes 0 and 2, all four difficulties, goals of both sides, fights, the end of the game.
+Not in the RAM: where everything was in the one frame after the pause for a goal, which is drawn
+before the next face-off and ends with its positions; where the puck was in the one frame in which
+a player takes it, and in some in which it bounces or its carrier turns round.
+"""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.boxes import Box, box
+from ocjax.digits import Digits, score_box
+from ocjax.game import Game
+from ocjax.ops import div, mod
+from ocjax.ram import RamMap, bcd, bits, byte, signed
+from ocjax.rom import Rom
+from ocjax.rules import Blobs, Bounds, Category
+
+ROM = Rom("ice_hockey", "a4c08c4994eb9d24fb78be1793e82e26")
+FONT = ROM.font(0xF5E, rows=7)
+SCORE_FONT = ROM.font(0xF5E, rows=7, pitch=9)
+
+RINK = (32, 22, 128, 188)  # the players' heads reach out of the ice
+ICE = (32, 42, 128, 187)
+GOALS = ((64, 42, 96, 46), (64, 184, 96, 187))
+BLACK, RED, HEAD, BLUE, GREEN, CREAM, YELLOW = 0, 68, 70, 132, 212, 250, 252
+BLUE_DIGITS, YELLOW_DIGITS = 136, 46
+BLUE_RGB, YELLOW_RGB = (45, 50, 184), (232, 204, 99)
+CLOCK_TOP, SCORE_TOP = 5, 14
+CLOCK_LEFTS = (64, 80, 88)  # a colon between the first two
+PLAYER_LEFTS, ENEMY_LEFTS = (36, 45), (100, 109)
+
+PAGES = {0xA6: 0x100, 0xB9: 0x100, 0x4A: 0xF00}  # of the pictures that are not at 0xE00
+PICTURES = ROM.pictures([PAGES.get(low, 0xE00) + low + 1 for low in range(256)], 19)
+
+PLAYING, PAUSED = 128, 64  # least value, first value of `pause`
+NO_PLAYER = 128  # least value of `holder`
+JUST_SHOT = 48  # of `hold_off`
+GOAL_Y = 144  # from here on the puck is in the upper goal
+SHOWN = 100  # digits that are not shown have greater values
+BLADE = 4  # columns of a stick's last row
+LONGER_STICK = 17  # rows that yellow's upper player is below `upper_end` when his stick is longer
+
+# Where the puck's carrier was before the frame, and a free puck beside where its velocity puts it:
+# likely places first. Of the carrier columns against the way he faces and whether he has turned.
+HELD_DX = np.array([0, 1, 0, 1, 0, 1, -1, -1, -1, 1, 1, 1])
+HELD_UP = np.array([0, 0, -2, -2, 2, 2, 0, -2, 2, 0, -2, 2])
+TURNED = np.arange(12) >= 9
+FREE_DX = np.array([0, 0, 0, 1, -1, 1, 1, -1, -1, 2, -2, 2])
+FREE_UP = np.array([0, 2, -2, 0, 0, 2, -2, 2, -2, 0, 0, 2])
+
+
+class Ram(RamMap):
+    frame = byte(4)
+    pause = byte(5)  # frames until play goes on, 0 the game is over, from 128 on: play
+    seconds = bcd(6)
+    minutes = bcd(7)
+    score = bcd(10, 11)  # player's, enemy's
+    distance = byte(15, 16)  # of the drawn puck from each lower player: columns plus rows
+    holder_last = bits(45, count=2)  # who shot
+    hold_off = byte(46)  # frames until he may take the puck again
+    second_part = byte(47)  # frames of the second that have passed
+    goal = byte(48)  # not 0: one was made
+    puck_y = byte(51)  # 188 - y
+    puck_x = byte(52)  # x + 10
+    puck_fixed = byte((51, 49), (52, 50))  # y, x in 1/256
+    # Of blue's upper, yellow's upper, blue's lower, yellow's lower player:
+    y = byte(53, 54, 55, 56)  # 169 (blue) or 168 - y
+    x = byte(57, 58, 59, 60)  # x + 9
+    faces_left = bits(61, 62, 63, 64, first=3)
+    picture = byte(66, 68, 70, 72)  # low byte of its address
+    stick = bits(82, 83, 84, 85, first=1)  # held out
+    holder = byte(90)  # who has the puck
+    puck_row = byte(91)  # 188 - y, even; follows `puck_y` every other frame
+    upper_end = byte(94)  # count of rows at which the drawing of blue's upper player ends
+    puck_speed = signed((96, 98), (97, 99))  # y, x in 1/256
+    dribble = byte(110)  # 63-0: the puck goes along the stick and back
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    return {
+        "Player": _team(m, 0),
+        "Enemy": _team(m, 1),
+        "Ball": _puck(m),
+        "PlayerScore": _score(m, 0, PLAYER_LEFTS),
+        "EnemyScore": _score(m, 1, ENEMY_LEFTS),
+        "Timer": _clock(m),
+    }
+
+
+def _team(m: Ram, team: int) -> Box:
+    """A team's players. The chip draws a blue one's picture a row later than his stick."""
+    x, faces_left = m.x[team::2] - 9, m.faces_left[team::2] == 1
+    first, _, width, _ = PICTURES.extent(m.picture[team::2])
+    left = jnp.where(faces_left, 8 - first - width, first)
+    right = left + width
+    stick, reach = m.stick[team::2] == 1, _reach(m)[team::2]
+    left = jnp.where(stick & faces_left, 9 - reach, left)
+    right = jnp.where(stick & ~faces_left, reach, right)
+    top, bottom = 169 - team - m.y[team::2], 189 - m.y[team::2]
+    return box(x + left, top, right - left, jnp.where(stick, bottom - top, 19))
+
+
+def _reach(m: Ram) -> jax.Array:
+    """Columns from a player's left side to the end of a stick that is held out to the right."""
+    longer = (m.upper_end - m.y[1] == LONGER_STICK) & (np.arange(4) == 1)
+    return jnp.array([16, 15, 16, 15]) + jnp.where(longer, 1, 0)
+
+
+def _just_scored(m: Ram) -> jax.Array:
+    return (m.pause == PAUSED) & (m.goal != 0)
+
+
+def _puck(m: Ram) -> Box:
+    x, y = _puck_drawn(m)
+    left = x - 10
+    reach = _reach(m)  # the blade of a stick covers the puck's lower row
+    blade = m.x - 9 + jnp.where(m.faces_left == 1, 9 - reach, reach - BLADE)
+    under = (m.stick == 1) & (y - 1 == m.y) & (blade <= left) & (left + 2 <= blade + BLADE)
+    return box(left, 188 - y, 2, jnp.where(jnp.any(under), 1, 2)).clip(*ICE)
+
+
+def _puck_drawn(m: Ram) -> tuple[jax.Array, jax.Array]:
+    """Where the puck was drawn, x + 10 and 188 - y.
+
+    Of the places that are possible, it is the first that has the distances that the game noted.
+    """
+    held = (m.holder < NO_PLAYER) | (m.hold_off == JUST_SHOT)
+    odd = (m.frame & 1) == 1  # the frames in which a free puck moves
+    x, y = _candidates(m, held, odd)
+    wrong = sum(jnp.where(_distance(m, i, x, y) == m.distance[i], 0, 1) for i in range(2))
+    may_differ = odd & (~held | ((m.frame & 3) == 1))
+    rank = np.arange(len(TURNED))
+    order = rank + 16 * wrong + jnp.where(may_differ | (rank == 0), 0, 64)
+    best = order == jnp.min(order)
+    x, y = (jnp.sum(jnp.where(best, v, 0)) for v in (x, y))
+    moved = (m.pause >= PLAYING) | _just_scored(m)
+    return jnp.where(moved, x, m.puck_x), jnp.where(moved, y, m.puck_row)
+
+
+def _candidates(m: Ram, held: jax.Array, odd: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Where the puck may have been when the frame was drawn, x + 10 and 188 - y."""
+    holder = jnp.where(m.holder < NO_PLAYER, m.holder & 3, m.holder_last)
+    chosen = np.arange(4) == holder
+    px, py, left = (jnp.sum(jnp.where(chosen, v, 0)) for v in (m.x, m.y, m.faces_left))
+    step = ((m.dribble + 1) & 63) >> 2
+    step = jnp.where(step >= 8, step ^ 15, step)
+    faces_left = (left == 1) ^ TURNED
+    x = px + jnp.where(left == 1, HELD_DX, -HELD_DX)
+    x = x + jnp.where(faces_left, -2 - step, 11 + step)
+    y = (py + HELD_UP + 2 * (holder & 1)) & 254
+    free = (m.puck_fixed - m.puck_speed) >> 8
+    x = jnp.where(held, x, jnp.where(odd, free[1], m.puck_x) + FREE_DX)
+    y = jnp.where(odd, jnp.where(held, y, (free[0] & 254) + FREE_UP), m.puck_row)
+    return x & 255, y & 255
+
+
+def _distance(m: Ram, i: int, x: jax.Array, y: jax.Array) -> jax.Array:
+    """The game's distance from a place to a lower player: it takes ~n for the amount of -n."""
+    dx, dy = x - m.x[2 + i], y - m.y[2 + i]
+    return (jnp.where(dx < 0, ~dx, dx) + jnp.where(dy < 0, ~dy, dy)) & 255
+
+
+def _score(m: Ram, side: int, lefts: tuple[int, int]) -> Box:
+    """The digits lag behind a goal by a frame."""
+    value = m.score[side]
+    mine = (m.puck_y >= GOAL_Y) == (side == 1)
+    shown = jnp.where(_just_scored(m) & mine, jnp.maximum(value - 1, 0), value)
+    right = lefts[-1] + SCORE_FONT.width
+    return score_box(
+        SCORE_FONT, shown, right=right, top=SCORE_TOP, digits=2, value=value, valid=value < SHOWN
+    )
+
+
+def _clock(m: Ram) -> Box:
+    """The clock as it is shown: it runs on after the frame is drawn."""
+    left = 60 * m.minutes + m.seconds
+    just = (m.second_part == 0) & ((m.pause >= PLAYING) | ((m.pause == 0) & (left == 0)))
+    left = left + jnp.where(just, 1, 0)
+    digits = 1000 * div(left, 60) + mod(left, 60)
+    right = CLOCK_LEFTS[-1] + FONT.width
+    return score_box(
+        FONT,
+        digits,
+        right=right,
+        top=CLOCK_TOP,
+        digits=4,
+        leading_zeros=True,
+        value=left,
+        valid=m.minutes < SHOWN,
+    )
+
+
+def _number(color: int, lefts: tuple[int, ...], top: int, weights: tuple[int, ...]) -> Bounds:
+    """How VEM finds and reads a number."""
+    region = (lefts[0], top, lefts[-1] + 8, top + FONT.height)
+    return Bounds(color, region, value=Digits(FONT, lefts, top, weights))
+
+
+GAME = Game(
+    name="IceHockey",
+    rom=ROM.name,
+    md5=ROM.md5,
+    ram=Ram,
+    decode=decode,
+    categories=(
+        Category(
+            "Player",
+            Blobs((BLUE, RED, HEAD), RINK, gap=(0, 1), min_size=(5, 12)),
+            count=2,
+            rgb=BLUE_RGB,
+            doc="blue's upper player, its lower one",
+        ),
+        Category(
+            "Enemy",
+            Blobs((YELLOW, CREAM, GREEN, HEAD), RINK, gap=(1, 2), min_size=(5, 12)),
+            count=2,
+            rgb=YELLOW_RGB,
+            doc="yellow's upper player, its lower one",
+        ),
+        Category("Ball", Bounds(BLACK, ICE, ignore=GOALS), doc="the puck"),
+        Category(
+            "PlayerScore",
+            _number(BLUE_DIGITS, PLAYER_LEFTS, SCORE_TOP, (10, 1)),
+            hud=True,
+            attributes=("value",),
+            doc="goals of blue",
+        ),
+        Category(
+            "EnemyScore",
+            _number(YELLOW_DIGITS, ENEMY_LEFTS, SCORE_TOP, (10, 1)),
+            hud=True,
+            attributes=("value",),
+            doc="goals of yellow",
+        ),
+        Category(
+            "Timer",
+            _number(BLUE_DIGITS, CLOCK_LEFTS, CLOCK_TOP, (60, 10, 1)),
+            hud=True,
+            attributes=("value",),
+            doc="seconds left",
+        ),
+    ),
+)
