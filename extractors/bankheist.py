@@ -1,23 +1,24 @@
-"""Bank Heist: a getaway car, banks, police cars and dynamite in a maze; fuel, lives and loot.
+"""Bank Heist: a getaway car, three banks, the police cars that come out of them, and dynamite.
 
-The game keeps four records: one of the getaway car, and three each of which is in turn a bank, the
-points for its robbery, a police car, or that car's explosion. The slots of Bank, Police, Points and
-Explosion are these three. An object that shares its lines with two others is drawn in turns with
-them. After an explosion the streets flash: while they are as grey as the banks, what is grey does
-not show and is not valid. Walls hide dynamite, which has their colour.
+Fuel, spare cars and the loot stand outside the maze. The game keeps four records: the getaway car,
+and three of which each is in turn a bank, the points for its robbery, a police car, and its
+explosion. The slots of Bank, Points, Police and Explosion are these three. Whoever shares lines
+with two others is drawn in turn with them. After an explosion the streets flash; when they are as
+grey as banks, points and explosions, these do not show and are not valid. Walls hide dynamite.
+Scenery: the maze, the empty part of the tank, the mark beside it (how full it will be after this
+city), the spark where dynamite was.
 
-The maze, the empty part of the tank with the mark beside it (it shows how full the tank will be
-after the city), and the spark where dynamite was are scenery.
+RAM: ALE's source (score, lives), OCAtari 2.2 (positions, kinds), and the ROM's code. It moves cars
+after they were drawn, but before that it leaves their positions as coded for the video chip (x) and
+in the pointers to their pictures (y, and which picture).
 
-RAM: ALE's source (score, lives), OCAtari 2.2 (positions, kinds), and the ROM's code. The game moves
-cars after it has drawn them, but what it has prepared for drawing stays in the RAM from before: the
-column as coded for the video chip, and the addresses of the pictures, from which the row follows.
-
-Covered: all cities, robberies, explosions, wrecks, empty tanks, the end of the game, ALE's modes
-and difficulties. Not in the RAM: the streets' brightness on the frame of an explosion. Not covered:
+Covered: all cities, robberies, explosions, wrecks, empty tanks, game over, ALE's modes and
+difficulties. Not in RAM: the brightness of the streets on the frame of an explosion. Not covered:
 the changing colours after nine minutes without input, and the copyright line that takes turns with
 the score after the game (Score is not valid then).
 """
+
+import functools
 
 import jax
 import jax.numpy as jnp
@@ -26,167 +27,166 @@ from ocjax.boxes import Box, box
 from ocjax.console import packed_position
 from ocjax.digits import Digits
 from ocjax.game import Game
-from ocjax.ops import among, lookup, reached
+from ocjax.ops import div, lookup
 from ocjax.ram import RamMap, bcd, byte
 from ocjax.rom import Rom
 from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge
 
 ROM = Rom("bank_heist", "00ce0bdd43aed84a983bef38fe7f5ee3")
-FONT = ROM.font((0xF00 + ROM.bytes(0xDB9, 10)).tolist(), rows=7)  # low bytes of the addresses
-SCORE_DIGITS, SCORE_TOP = range(57, 98, 8), 179  # left columns
+DIGIT_AT = (0xF46, 0xF20, 0xF33, 0xF3A, 0xF59, 0xF2D, 0xF52, 0xF1A, 0xF4C, 0xF40)
+FONT = ROM.font(DIGIT_AT, rows=7)
 
-GREY, BLUE, BLACK, RED, BROWN_RGB = 6, 130, 0, 66, (162, 98, 33)
-CAR = (36, 64)  # the second while there is little fuel
+BANK_PAGE, CAR_PAGE, POINTS_PAGE = 0xFD, 0xFE, 0xFF  # of pictures; banks' also has the wreck
+PICTURE = 12  # bytes
+SIDE_CARS, FRONT_CARS = 0xBC, 0xBC + PICTURE  # low bytes; the second ones are two pictures further
+EXPLOSION, POINTS = 0x83, 0x8F  # low bytes; the points' pictures are those for 10, 20, ...
+AWAY = 0x88  # `y`, or more, of who is not in the maze
+DROPPED, LIT = 84, range(63, 84)  # `fuse`: on the frame of the drop; while dynamite is shown
+COPYRIGHT = 0xAB  # `shown_high`
+
+GREY, BLUE, BLACK, RED = 6, 130, 0, 66
+CAR = (36, 64)  # the second one while there is little fuel
 WALL = (22, 42, 46, 118, 182)
-STREETS = (8, 38, 152, 176)
-MAZE_TOP = 37
-
-# Pictures have at most seven rows; they lie in three pages of the ROM.
-BANK_PAGE, CAR_PAGE, POINTS_PAGE = 0xFD, 0xFE, 0xFF  # banks and a wreck; points and explosions
-PICTURES = ROM.pictures(range(0xD00, 0x1000), 7, top_first=True)
-CARS, EXPLOSION = 0xBC, 0x83  # low bytes of the pictures' addresses
-FRONT, SECOND = 12, 24  # from a car's picture to that from the front, and to the next one
-HIDDEN = 0x88  # `y` of who is not in the maze
-
-CITIES, MAZE_ROWS = 4, 17
-OPEN_ROWS = (5, 9)  # of the maze, where the streets lead over the border
-DROPPED, BURNS = 84, range(63, 84)  # `fuse`
-TANK = (42, 12, 50, 37)
-TANK_HEIGHT = 25
-NO_SCORE = 171  # `shown_high` while the copyright line takes the score's place
-LIFE_LEFTS, LIFE_TOPS = (90, 106, 122) * 2, (27,) * 3 + (15,) * 3
-LIFE_NUMBERS = np.arange(6, dtype=np.int32)
+MAZE_TOP, STREETS = 37, (8, 38, 152, 176)
+MAZE_ROWS, GATE_ROWS = 17, (5, 9)  # of four columns by eight rows of pixels
+ICON_X, ICON_Y = 90 + 16 * (np.arange(6) % 3), np.where(np.arange(6) < 3, 27, 15)
 
 
-def _walls(city: int) -> np.ndarray:
-    """The walls in the rows of a city's maze, int32 `[17]`.
+def _walls() -> np.ndarray:
+    """The left half of each row of the four mazes, the leftmost of 20 columns in bit 19.
 
-    Bits 19 to 0 are the columns of the left half, from the border to the middle; the right half is
-    its mirror image. A column is four pixels wide.
+    The ROM has the inner 16 columns. The outer four are empty up to a wall with two gates.
     """
-    border = np.where(np.isin(np.arange(MAZE_ROWS), OPEN_ROWS), 0, 1)
-    outer = ROM.bytes(0xE00 + city, MAZE_ROWS, step=8)
-    inner = ROM.bytes(0xE04 + city, MAZE_ROWS, step=8)  # drawn from the lowest bit on
-    inner = sum((inner >> bit & 1) << 7 - bit for bit in range(8))
-    return border << 16 | outer << 8 | inner
+    table = ROM.data[0xE00 : 0xE00 + 8 * MAZE_ROWS].reshape(MAZE_ROWS, 2, 4)
+    outer = np.zeros((MAZE_ROWS, 4, 4), np.uint8)
+    outer[..., 3] = ~np.isin(np.arange(MAZE_ROWS), GATE_ROWS)[:, None]
+    middle = np.unpackbits(table[:, 0, :, None], axis=2)
+    inner = np.unpackbits(table[:, 1, :, None], axis=2, bitorder="little")
+    columns = np.concatenate([outer, middle, inner], axis=2)
+    return columns.dot(1 << np.arange(20)[::-1]).T.ravel()
 
 
-WALLS = np.concatenate([_walls(city) for city in range(CITIES)])
+WALLS = _walls()  # by 17 * maze + row
 
 
 class Ram(RamMap):
     city = byte(0)
     frame = byte(6)
-    y = byte(8, 9, 10, 11)  # screen y - 37; already moved on
-    dynamite_y = byte(12)  # screen y - 37
-    picture = byte(19, 20, 21, 22)  # low byte of its address, minus y
+    # The car's record, then the three others.
+    y = byte(8, 9, 10, 11)  # y - 37; already moved on
+    picture = byte(19, 20, 21, 22)  # low byte of its address, less y - 37
     page = byte(23, 24, 25, 26)  # high byte of its address
-    dynamite_x = byte(32)  # x + 1
     place = byte(33, 34, 35, 36)  # x + 1 in the chip's coding
-    fuse = byte(63)  # explodes below 64
+    dynamite_y = byte(12)  # y - 37
+    dynamite_x = byte(32)  # x + 1
+    fuse = byte(63)  # counts down from 84
     waits = byte(64)  # dynamite is to be dropped at the next line
     flash = byte(69)  # brightness of the streets
     lives = byte(85)
-    used = byte(86)  # fuel, in rows of the tank
-    used_low = byte(87)  # in 256ths of that
+    used = byte(86)  # fuel, rows of the tank
+    used_low = byte(87)  # fuel, 256ths
     score = bcd((88, 89, 90))
-    shown = bcd((91, 92, 93))  # the score as on the screen
+    shown = bcd((91, 92, 93))  # the score on the screen
     shown_high = byte(91)
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    pictures = _pictures(m)
-    player, others = pictures[0], pictures[1:]
-    page, low = m.page[1:], _low_bytes(m)[1:]
-    points = page == POINTS_PAGE
-    explodes = points & (low == EXPLOSION)
-    shows = ~_streets_are_grey(m)
+    records = _records(m)
+    player, others = records[0], records[1:]
+    page = m.page[1:]
+    is_points = (page == POINTS_PAGE) & (_low_byte(m)[1:] != EXPLOSION)
+    is_burst = (page != CAR_PAGE) & (page != BANK_PAGE) & ~is_points
+    visible = ~_streets_are_grey(m)
     return {
         "Player": player,
-        "Bank": others.where(shows & (page == BANK_PAGE)),
+        "Bank": others.where(visible & (page == BANK_PAGE)),
         "Police": others.where(page == CAR_PAGE),
         "Dynamite": _dynamite(m),
-        "Points": others.where(shows & points & ~explodes),
-        "Explosion": others.where(shows & explodes),
-        "Life": box(np.array(LIFE_LEFTS), np.array(LIFE_TOPS), 8, 7, m.lives > LIFE_NUMBERS),
+        "Points": others.where(visible & is_points),
+        "Explosion": others.where(visible & is_burst),
+        "Life": box(ICON_X, ICON_Y, 8, 7, np.arange(6) < m.lives),
         "Gas_Tank": _tank(m),
         "Score": _score(m),
     }
 
 
-def _pictures(m: Ram) -> Box:
-    """The four records' pictures as drawn."""
-    index = (m.page - BANK_PAGE) << 8 | _low_bytes(m)
-    x = packed_position(m.place) - 1
-    return PICTURES.box(index, x, _drawn_y(m) + MAZE_TOP, valid=m.y < HIDDEN)
+def _low_byte(m: Ram) -> jax.Array:
+    """Low bytes of the addresses of the records' pictures."""
+    return (m.picture + m.y) & 255
 
 
-def _low_bytes(m: Ram) -> jax.Array:
-    """The low bytes of the addresses of the four records' pictures."""
-    return (m.picture + _drawn_y(m)) & 255
+def _records(m: Ram) -> Box:
+    """Boxes of the four records where they were drawn."""
+    is_car = m.page == CAR_PAGE
+    second = (m.frame & 4) == 0  # of two pictures
+    front_picture = FRONT_CARS + jnp.where(second, 2 * PICTURE, 0)
+    side_y = ((front_picture - m.picture) & 255) - PICTURE
+    is_front = is_car & (m.y - side_y > 6)
+    y = jnp.where(is_car, jnp.where(is_front, side_y + PICTURE, side_y), m.y)
+    x = packed_position(m.place) - 1 + jnp.where(is_front, 1, 0)
 
-
-def _drawn_y(m: Ram) -> jax.Array:
-    """Where the four records were drawn, minus 37; only cars have moved since.
-
-    A car's pointer allows two rows: one if it is seen from the side, one if from the front. The
-    right one is near the row where the car is now.
-    """
-    second = (m.frame & 4) == 0
-    front_y = (CARS + FRONT + jnp.where(second, SECOND, 0) - m.picture) & 255
-    side_y = front_y - FRONT
-    car_y = jnp.where(m.y - side_y > FRONT // 2, front_y, side_y)
-    return jnp.where(m.page == CAR_PAGE, car_y, m.y)
+    picture = _low_byte(m)
+    amount = div(picture + 1, PICTURE) - 12  # of points, in tens less 1
+    wide = (amount == 0) | (amount == 3) | (amount == 5)  # 10, 40, 60
+    narrow = (m.page == POINTS_PAGE) & (picture != EXPLOSION) & ~wide
+    width = jnp.where(is_front, 6, jnp.where(narrow, 7, 8))
+    is_wreck = (m.page == BANK_PAGE) & (np.arange(4) == 0)
+    height = jnp.where((is_front & second) | is_wreck, 6, 7)
+    return box(x, y + MAZE_TOP, width, height, m.y < AWAY)
 
 
 def _streets_are_grey(m: Ram) -> jax.Array:
-    """Whether the streets flash in the colour of banks, points and explosions."""
-    is_set = (m.fuse >= BURNS.start) | (m.waits > 0)
-    drawn_flash = jnp.where(is_set, m.flash, (m.fuse + 1) >> 1)
-    return (drawn_flash & GREY) == GREY
+    """Whether the flash had the streets as grey as banks when the frame was drawn."""
+    counting = (m.fuse >= LIT.start) | (m.waits > 0)
+    flash = jnp.where(counting, m.flash, (m.fuse + 1) >> 1)
+    return (flash & 6) == 6
 
 
 def _dynamite(m: Ram) -> Box:
-    """The part of it that walls leave: it covers at most three of their columns."""
-    x, width = m.dynamite_x - 1, jnp.where((m.fuse + 1) & 2 > 0, 4, 8)
-    column = (x >> 2) + np.arange(3, dtype=np.int32)
-    from_middle = jnp.maximum(19 - column, column - 20)
+    """What the walls leave of it: they have the same colour."""
+    x, width = m.dynamite_x - 1, jnp.where(((m.fuse + 1) & 2) > 0, 4, 8)
     row = jnp.minimum(m.dynamite_y >> 3, MAZE_ROWS - 1)
     walls = lookup(WALLS, MAZE_ROWS * (m.city & 3) + row)
-    free = walls >> jnp.clip(from_middle, 0, 31) & 1 == 0
+    column = (x >> 2) + np.arange(3)
+    bit = jnp.maximum(19 - column, column - 20)  # the right half mirrors the left one
+    free = (walls >> jnp.clip(bit, 0, 31) & 1) == 0
     edges = 4 * column
     left = jnp.where(free[0], x, jnp.where(free[1], edges[1], edges[2]))
     second = free[1] & (edges[1] < x + width)
     third = free[2] & (edges[2] < x + width)
     end = jnp.where(third, edges[2] + 4, jnp.where(second, edges[2], edges[1]))
     right = jnp.minimum(x + width, end)
-    height = jnp.where(x < 8, 3, 2)
-    return box(left, m.dynamite_y + MAZE_TOP, right - left, height, among(m.fuse, BURNS))
+    there = (m.fuse >= LIT.start) & (m.fuse < LIT.stop)
+    return box(left, m.dynamite_y + MAZE_TOP, right - left, jnp.where(x < 8, 3, 2), there)
 
 
 def _tank(m: Ram) -> Box:
-    """The fuel that is left; the tank gets narrower at its bottom."""
-    left, top, right, _ = TANK
     # Dropping dynamite takes half a unit of fuel, which does not show yet.
-    dropped = (m.fuse == DROPPED) & (m.waits == 0)
-    used = jnp.where(dropped & (m.used_low < 128), m.used - 1, m.used)
-    inset, fuel = jnp.clip(used - 16, 0, 2), TANK_HEIGHT - used
-    return box(left + inset, top + used, right - left - inset, fuel, value=fuel)
+    just_dropped = (m.fuse == DROPPED) & (m.waits == 0) & (m.used_low < 128)
+    used = m.used - jnp.where(just_dropped, 1, 0)
+    inset = jnp.clip(used - 16, 0, 2)
+    return box(42 + inset, 12 + used, 8 - inset, 25 - used, value=25 - used)
 
 
 def _score(m: Ram) -> Box:
-    """The digits with the $ before them, of which six fit; a score of 0 is the $ alone."""
-    digits = reached(m.shown, (1, 10, 100, 1000, 10000, 100000))
-    more = FONT.pitch * jnp.minimum(digits, 5)
-    width = jnp.where(digits == 0, 5, 6 + more)
-    shows = m.shown_high != NO_SCORE
-    return box(98 - more, SCORE_TOP, width, FONT.height, shows, value=m.score)
+    """The number with its $, which alone shows at first."""
+    digits = jnp.sum(jnp.where(m.shown >= np.array((1, 10, 100, 1000, 10000, 100000)), 1, 0))
+    before_last = 8 * jnp.minimum(digits, 5)
+    width = jnp.where(digits == 0, 5, 6 + before_last)
+    return box(98 - before_last, 179, width, 7, m.shown_high != COPYRIGHT, value=m.score)
 
 
-LIVES = Cells(CAR[0], LIFE_LEFTS, LIFE_TOPS, 8, 7, whole=False)
-POINTS = Blobs(GREY, STREETS, gap=(1, 0), min_size=(7, 7), max_size=(8, 7), area=(38, 48))
-EXPLOSIONS = Blobs(GREY, STREETS, gap=(1, 0), min_size=(8, 7), max_size=(8, 7), area=(25, 36))
-LOOT = Bounds(BLACK, (50, 179, 112, 186), value=Digits(FONT, SCORE_DIGITS, SCORE_TOP))
+three = functools.partial(Category, count=3)
+display = functools.partial(Category, hud=True)
+sprites = functools.partial(Blobs, max_size=(8, 7))
+
+POLICE = sprites(BLUE, STREETS, min_size=(3, 3))
+DYNAMITE = Blobs(WALL, (0, 38, 160, 176), min_size=(2, 1), max_size=(8, 3), max_run=3)
+LOOT = sprites(GREY, STREETS, gap=(1, 0), min_size=(7, 7), area=(38, 48))
+BURST = sprites(GREY, STREETS, gap=(1, 0), min_size=(8, 7), area=(25, 36))
+ICONS = Cells(CAR[0], tuple(ICON_X.tolist()), tuple(ICON_Y.tolist()), 8, 7, whole=False)
+TANK = Bounds(RED, (42, 12, 50, 37), value=Gauge(1, vertical=True))
+SCORE = Bounds(BLACK, (50, 179, 112, 186), value=Digits(FONT, range(57, 105, 8), 179))
 
 GAME = Game(
     name="BankHeist",
@@ -195,39 +195,14 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category(
-            "Player",
-            Blobs(CAR, STREETS, max_size=(8, 7)),
-            rgb=BROWN_RGB,
-            doc="the getaway car, or its wreck",
-        ),
-        Category(
-            "Bank",
-            Blobs(GREY, STREETS, max_size=(8, 7), area=(34, 34)),
-            count=3,
-            doc="to be robbed",
-        ),
-        Category(
-            "Police",
-            Blobs(BLUE, STREETS, min_size=(3, 3), max_size=(8, 7)),
-            count=3,
-            doc="police cars",
-        ),
-        Category(
-            "Dynamite",
-            Blobs(WALL, (0, 38, 160, 176), min_size=(2, 1), max_size=(8, 3), max_run=3),
-            doc="dropped behind the car; a spark while it explodes",
-        ),
-        Category("Points", POINTS, count=3, doc="for what was robbed or blown up"),
-        Category("Explosion", EXPLOSIONS, count=3, doc="of a police car"),
-        Category("Life", LIVES, count=6, hud=True, doc="a car each"),
-        Category(
-            "Gas_Tank",
-            Bounds(RED, TANK, value=Gauge(1, vertical=True)),
-            hud=True,
-            attributes=("value",),
-            doc="fuel; value: 0-25",
-        ),
-        Category("Score", LOOT, hud=True, attributes=("value",), doc="with its $"),
+        Category("Player", sprites(CAR, STREETS), rgb=(162, 98, 33), doc="the car, or its wreck"),
+        three("Bank", sprites(GREY, STREETS, area=(34, 34)), doc="to be robbed"),
+        three("Police", POLICE, doc="police cars"),
+        Category("Dynamite", DYNAMITE, doc="dropped behind the car"),
+        three("Points", LOOT, doc="for what was robbed or blown up"),
+        three("Explosion", BURST, doc="of a police car"),
+        display("Life", ICONS, count=6, doc="a car each"),
+        display("Gas_Tank", TANK, attributes=("value",), doc="fuel; value: 0-25"),
+        display("Score", SCORE, attributes=("value",), doc="with its $"),
     ),
 )

@@ -1,93 +1,79 @@
-"""Skiing: a skier on a hill of gates, moguls and trees, the gates that remain, and the clock.
+"""Skiing: a skier, and gates of two flags, moguls and trees that scroll up.
 
-The hill scrolls up under the skier. The game keeps eight records of what is on it. They take turns:
-at every shift the list in RAM moves up by one, and byte 16 counts the shifts. Slots are records:
-two are gates (Flag: the left and the right flag of each), two are moguls, and four are trees. After
-the last gate, one gate's record holds a mogul (the third slot); in downhill games, the gates'
-records hold trees (the last two slots). The black frame and the maker's name are scenery.
+The gates to go and the clock stand above. Slots are the game's eight records: two gates (Flag: the
+left and the right flag of each), two moguls, four trees. After the last gate one gate's record is a
+mogul (the third slot); in downhill games the gates' records are trees (the last two slots). The
+`orientation` of the player is where the skis point, compass point 12 (west) over 8 (straight down)
+to 4 (east), from the game's 16 headings. The `value` of Score is the sum of the emulator's rewards,
+minus the hundredths of a second so far (the emulator ends a run with five seconds for every gate
+missed, as the game's clock does); that of Clock is the hundredths; that of Player is the gates to
+go, the number that Score's digits show. The black frame and the maker's name are scenery.
 
-Player's `orientation` is the direction of the skis, from 12 (west) over 8 (straight down) to 4
-(east), derived from the game's 16 headings; its `value` is the number of gates that remain, which
-the digits of Score show. Score's `value` is the sum of the emulator's rewards: minus the hundredths
-of a second so far. The emulator ends a run with five seconds for every missed gate, as the game's
-clock does. Clock's `value` is the hundredths.
+RAM: ALE's source, OCAtari 2.2, AtariARI, and the game's display program. The records go round: the
+list in RAM moves up by one with every shift, which byte 16 counts. The frame shows the state before
+the latest step of scroll and clock, which RAM already has; bytes 115 and 116 are that step. A crash
+shows one frame late. Boxes are tight around what the borders leave: a tree that is cut by the left
+border or the playfield's top is as narrow as the rows that remain.
 
-RAM: ALE's source, OCAtari 2.2, AtariARI, and the game's display program. Pictures, digits and
-colours are the ROM's. RAM already holds the latest step of the scroll and of the clock, which the
-frame does not show yet; bytes 115 and 116 are that step. A crash shows one frame late. Boxes are
-tight around what the borders leave: a tree that the left border or the top of the playfield cuts is
-as narrow as its remaining rows.
-
-Covered: the slalom that ALE starts (its only mode), downhill by editing RAM, crashes, both borders,
-the end of the run. Not in the RAM: to which side the latest turn went, so that the skier's picture
-is one frame early when it changes.
+Covered: the slalom that ALE starts (there is one mode), downhill by editing RAM, crashes, both
+borders, the end of the run. Not in RAM: which way the latest turn went, so the skier's picture is
+one frame early when it changes.
 """
 
 import functools
-from dataclasses import replace
-from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import WIDTH, Box, box
+from ocjax.boxes import Box, box
 from ocjax.console import wrap
 from ocjax.digits import Digits, Font, score_box
 from ocjax.game import Game
-from ocjax.ops import div, lookup, shared
+from ocjax.ops import div, lookup, pick
 from ocjax.ram import RamMap, bcd, bits, byte, signed
 from ocjax.rom import Rom
 from ocjax.rules import Blobs, Bounds, Category
 from ocjax.vision.palette import NTSC
 
 ROM = Rom("skiing", "b76fbadc8ffb1f83e2ca08b6fb4d6c9f")
+DIGIT_ROWS = ROM.bytes(0x700, 7 * 16).reshape(7, 16)[::-1, :10]  # of all digits, the top ones first
+FONT = Font(tuple(map(tuple, DIGIT_ROWS.T.tolist())), dots=6)
 
-# Digits: the bottom rows of all of them, then the rows above, 16 bytes apart.
-GLYPHS = [ROM.bytes(0x700 + digit, 7, step=16)[::-1] for digit in range(10)]
-FONT = Font(tuple(tuple(glyph.tolist()) for glyph in GLYPHS), dots=6)
-CLOCK_DIGITS, CLOCK_TOP = (59, 68, 75, 84, 91), 16  # left columns: minute, seconds, hundredths
-SCORE_RIGHT, SCORE_TOP = 81, 6
+SKIING, ENDED = 0, 255  # `state`
+EVENT = 224  # `event` on the frame of a crash or of a passed gate
+GATE, MOGUL, TREE = range(3)  # what a record shows
+LAST_GATE = 4  # kind of a record
+MIRRORED = 4  # kind, or more, of a record whose x counts from the right border
+NO_OBJECT = 32  # `last_row`, or more
+WIDE_TREE = 16  # rows at the foot of a tree that are drawn twice as wide as the rows above
+STRAIGHT = 7  # slope: straight down
+DOWN, LYING = 3, 4  # poses; before them those for lesser slopes
 
-# Pictures of the skier: heading west, ..., almost down, down; lying.
-SKIER = ROM.pictures((0x6D6, 0x6B0, 0x6C3, 0x6EA, 0x6A0), 20)
-LYING = 4
-JUST_NOW = 224  # `event` on the frame of a crash or of a passed gate
-RUNNING, ENDED = 0, 255  # states of the run
-
+FIELD = (8, 32, 152, 178)
 PINK, BLUE, RED, BLACK = 72, 134, 68, 0
 GRAYS, GREENS = (10, 12), (198, 212, 214, 218)
-FIELD = (8, 32, 152, 178)
-LEFT, TOP, RIGHT, BOTTOM = FIELD
 
-GATES, MOGULS, TREES = (0, 4), (1, 5), (2, 3, 6, 7)  # kinds of objects
-LAST_GATE = 4
-FIRST_MIRRORED = 4  # kinds from here on are drawn from right to left
-KIND_COLORS = ROM.bytes(0x7BB, 8)
-UNUSED = 32  # `height` of a record that shows nothing, or more
-
-# Slots: numbers of the records; kinds whose colours the slots have.
-FLAG_RECORDS = (0, 0, 4, 4)
-MOGUL_RECORDS, MOGUL_KINDS = (1, 5, 0), (1, 5, 5)
-TREE_RECORDS, TREE_KINDS = (2, 3, 6, 7, 0, 4), (2, 3, 6, 7, 7, 7)
-FLAG_LEFTS = np.array((1, 33, 1, 33), np.int32)  # from the record's x
+# Of the slots of Flag, Mogul and Tree: what they show, their record, the distance from its x, and
+# their colour, if it is not the last gate's.
+SHOWN = np.repeat([GATE, MOGUL, TREE], [4, 3, 6])
+RECORD = (0, 0, 4, 4, *(1, 5, 0), *(2, 3, 6, 7, 0, 4))
+SHIFT = np.array((1, 33, 1, 33, *[2] * 9))
+COLORS = (*[BLUE] * 4, *(12, 10, 10), *(214, 212, 218, 198, 198, 198))
 
 
-def _ink(offset: int, rows: int, dot: int) -> np.ndarray:
-    """Which pixels of a picture are set, bool `[rows, 8 * dot]`; `dot` is the width of a dot."""
-    dots = ROM.rows(offset, rows)[:, None] >> np.arange(7, -1, -1) & 1
-    return (dots == 1).repeat(dot, axis=1)
+def _dots(offset: int, rows: int, zoom: int) -> np.ndarray:
+    """A picture in pixels, bool `[rows, 8 * zoom]`."""
+    return np.unpackbits(ROM.rows(offset, rows).astype(np.uint8)[:, None], axis=1).repeat(zoom, 1)
 
 
 def _cuts(ink: np.ndarray) -> np.ndarray:
-    """The tight box of what remains of a picture that the playfield cuts.
+    """What remains of a picture that is cut, by rows cut (above < 0 < below) and columns cut.
 
     Args:
-        ink: bool `[height, width]`.
+        ink: its pixels, `[height, width]`.
 
     Returns:
-        int32 `[2 * height + 1, 2 * width + 1]`: x, y, width and height, five bits each, by the
-        rows and by the columns that are cut. Negative numbers, cut above or on the left, come
-        first.
+        Left, top, width and height of the rest, five bits each, `[2 * height + 1, 2 * width + 1]`.
     """
     height, width = ink.shape
     table = np.zeros((2 * height + 1, 2 * width + 1), np.int32)
@@ -95,154 +81,146 @@ def _cuts(ink: np.ndarray) -> np.ndarray:
         y, x = max(height - i, 0), max(width - j, 0)
         ys, xs = np.nonzero(ink[y : 2 * height - i, x : 2 * width - j])
         if len(ys):
-            corner = (x + xs.min()) | (y + ys.min()) << 5
-            table[i, j] = corner | (np.ptp(xs) + 1) << 10 | (np.ptp(ys) + 1) << 15
+            left, top = x + xs.min(), y + ys.min()
+            table[i, j] = left | top << 5 | (np.ptp(xs) + 1) << 10 | (np.ptp(ys) + 1) << 15
     return table
 
 
-THIN_ROWS, THICK_ROWS = 14, 16  # of a tree: its top, its lower part
-THIN = np.pad(_ink(0x78F, THIN_ROWS, dot=1), ((0, 0), (4, 4)))
-FLAG = _cuts(_ink(0x770, 14, dot=1))
-MOGUL = _cuts(_ink(0x79E, 6, dot=2))
-TREE = _cuts(np.concatenate([THIN, _ink(0x77F, THICK_ROWS, dot=2)]))
+# Pictures of a flag, a mogul and a tree, whose lower part has dots twice as wide.
+TREE_TOP = np.pad(_dots(0x78F, 14, 1), ((0, 0), (4, 4)))
+PICTURES = (
+    _dots(0x770, 14, 1),
+    _dots(0x79E, 6, 2),
+    np.concatenate([TREE_TOP, _dots(0x77F, WIDE_TREE, 2)]),
+)
+TABLES = [_cuts(picture) for picture in PICTURES]
+HEIGHT = np.array([len(picture) for picture in PICTURES])[SHOWN]
+WIDTH = np.array([picture.shape[1] for picture in PICTURES])[SHOWN]
+CUTS = np.concatenate([table.ravel() for table in TABLES])
+MIDDLES = [table.size // 2 for table in TABLES]  # of the tables: nothing is cut
+UNCUT = (np.cumsum([0, *(table.size for table in TABLES[:2])]) + MIDDLES)[SHOWN]  # in `CUTS`
 
 
 class Ram(RamMap):
     speed = byte(14)
-    heading = bits(15, count=4)  # 0: west, ..., 15: east
+    heading = bits(15, count=4)  # 0: west ... 15: east
     crashed = bits(15, first=6)
-    turn = byte(16)  # number of the record at the end of the list, modulo 8
-    state = byte(17)  # of the run
-    x = byte(25)  # of the skier, x - 1; already moved
+    turn = byte(16)  # the record at the end of the list, modulo 8
+    state = byte(17)
+    x = byte(25)  # x - 1; already moved
     y = byte(26)  # 120; 124 in a jump
-    heights = byte(*range(54, 62))  # last row of the picture that shows; 255: none
+    last_row = byte(*range(54, 62))  # of the picture that shows; 255: none
     object_x = byte(*range(62, 70))
-    kinds = bits(*range(78, 86), count=3)
-    object_y = byte(*range(86, 94))  # its picture ends above row 180 + height - y
+    kind = byte(*range(78, 86))
+    object_y = byte(*range(86, 94))  # row above the playfield's end
     scroll_x = byte(95)  # what the skier could not move at a border
     event = byte(97)
-    patience = byte(98)  # frames till the next turn
-    step = signed(115, 116)  # latest movement in pixels: skier or hill to the right; hill up
+    patience = byte(98)  # frames until the next turn
+    step = signed(115, 116)  # latest movement: skier or hill, right; hill, up
     time = bcd((104, 105, 106))  # minutes, seconds, hundredths
-    gates = bcd(107)  # that remain
-
-
-class Records(NamedTuple):
-    """Some of the records in RAM, or all of them."""
-
-    height: jax.Array
-    x: jax.Array
-    y: jax.Array
-    kind: jax.Array
-
-    def of(self, numbers: tuple[int, ...]) -> "Records":
-        """The records of slots."""
-        return Records(*(jnp.stack([field[i] for i in numbers]) for field in self))
+    gates = bcd(107)  # to go
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    records = shared(_records(m))  # without `shared` REM takes a fifth longer
-    hundredths = m.time - 4000 * div(m.time, 10000)  # a minute is 6,000 of them
+    objects = _objects(m)
+    minutes = div(m.time, 10000)
+    hundredths = m.time - 4000 * minutes
+    shown_late = (m.event == EVENT) & (m.crashed == 0)
+    gates = m.gates + jnp.where(shown_late, 1, 0)
     return {
         "Player": _player(m),
-        "Flag": _flags(records.of(FLAG_RECORDS)),
-        "Mogul": _moguls(records.of(MOGUL_RECORDS)),
-        "Tree": _trees(records.of(TREE_RECORDS)),
-        "Score": _score(m, -hundredths),
-        "Clock": box(CLOCK_DIGITS[0], CLOCK_TOP, 38, FONT.height, value=hundredths),
+        "Flag": objects[:4],
+        "Mogul": objects[4:7],
+        "Tree": objects[7:],
+        "Score": score_box(FONT, gates, right=81, top=6, digits=2, value=-hundredths),
+        "Clock": box(59, 16, 38, 7, value=hundredths),
     }
 
 
-def _records(m: Ram) -> Records:
-    """The records by number, as the frame shows them; number k is at (turn + 7 - k) modulo 8."""
-    turn = jnp.where(m.state == ENDED, m.turn + 1, m.turn)  # it ended before the list moved
-    y = m.object_y - jnp.where(m.state == RUNNING, m.step[1], 0)
-
-    def in_order(field: jax.Array) -> jax.Array:
-        field = jnp.flip(field)
-        for shift in (1, 2, 4):
-            field = jnp.where((turn & shift) > 0, jnp.roll(field, shift), field)
-        return field
-
-    return Records(in_order(m.heights), in_order(m.object_x), in_order(y), in_order(m.kinds))
-
-
-def _flags(gates: Records) -> Box:
-    color = jnp.where(
-        (gates.kind == LAST_GATE)[:, None],
-        jnp.asarray(NTSC[KIND_COLORS[LAST_GATE]]),
-        jnp.asarray(NTSC[KIND_COLORS[GATES[0]]]),
-    )
-    return _shown(FLAG, GATES, gates, gates.x + FLAG_LEFTS, color)
-
-
-def _moguls(moguls: Records) -> Box:
-    return _shown(MOGUL, MOGULS, moguls, moguls.x + 2, _colors(MOGUL_KINDS))
-
-
-def _trees(trees: Records) -> Box:
-    whole_or_top = trees.height >= THICK_ROWS
-    x = trees.x + jnp.where(whole_or_top, -3, 2)
-    return _shown(TREE, TREES, trees, x, _colors(TREE_KINDS))
-
-
-def _colors(kinds: tuple[int, ...]) -> jax.Array:
-    return jnp.asarray(NTSC[KIND_COLORS[np.array(kinds)]])
-
-
-def _shown(
-    cuts: np.ndarray, kinds: tuple[int, ...], records: Records, x: jax.Array, color: jax.Array
-) -> Box:
-    """Tight boxes of what the playfield leaves of pictures that begin at columns x.
-
-    A box is valid where its record holds an object of one of the kinds.
-    """
-    height, width = (size // 2 for size in cuts.shape)
-    x = wrap(x)
-    x = jnp.where(x >= RIGHT, x - WIDTH, x)  # the left border hides what begins in the right one
-    mirrored = records.kind >= FIRST_MIRRORED
-    x = jnp.where(mirrored, WIDTH - width - x, x)  # the borders are equally wide
-    end = 180 + records.height - records.y
-    y = end - height
-    row = jnp.minimum(y - TOP, 0) + jnp.maximum(end - BOTTOM, 0)
-    column = jnp.minimum(x - LEFT, 0) + jnp.maximum(x + width - RIGHT, 0)
-    row = jnp.clip(row, -height, height) + height
-    column = jnp.clip(column, -width, width) + width
-    rest = lookup(cuts.ravel(), row * (2 * width + 1) + column)
-    w = rest >> 10 & 31
-    x = x + (rest & 31)
-    x = jnp.where(mirrored, WIDTH - w - x, x)
-    fits = functools.reduce(jnp.logical_or, [records.kind == kind for kind in kinds])
-    there = fits & (records.height < UNUSED)
-    return replace(box(x, y + (rest >> 5 & 31), w, rest >> 15, there), rgb=color)
+def _last_step(m: Ram) -> tuple[jax.Array, jax.Array]:
+    """How far the skier moved to the right and the hill up since the frame was drawn."""
+    skiing = m.state == SKIING
+    # Whoever would leave the hill with the next step stands still.
+    ahead = m.x + m.step[0]
+    moved = skiing & (m.scroll_x == 0) & (ahead >= 8) & (ahead < 144)
+    return jnp.where(moved, m.step[0], 0), jnp.where(skiing, m.step[1], 0)
 
 
 def _player(m: Ram) -> Box:
-    slope = jnp.minimum(m.heading, 15 - m.heading)  # 0 across the hill, ..., 7 straight down
+    pose = _pose(m)
+    width = pick(pose, (8, 8, 7, 7, 8))
+    is_mirrored = m.heading <= STRAIGHT
+    start = jnp.where((pose == DOWN) ^ (is_mirrored & (width == 7)), 1, 0)
+    x = m.x - _last_step(m)[0] + 1 + start
+    y = 159 - m.y + pick(pose, (0, 1, 1, 2, 5))
+    compass = 12 - ((m.heading + 1) >> 1)
+    height = pick(pose, (16, 15, 18, 18, 15))
+    return box(x, y, width, height, value=m.gates, orientation=compass)
+
+
+def _pose(m: Ram) -> jax.Array:
+    slope = jnp.minimum(m.heading, 15 - m.heading)
     fell = m.crashed == 1
-    # The skier has just risen, and the crash shows once more.
+    # The crash shows once more after the skier has risen.
     rose = ~fell & (m.speed == 1) & (slope > 0) & (m.patience != slope + 1)
-    lying = (fell & (m.event != JUST_NOW)) | rose
-    # Whoever would leave the hill with the next step stands still.
-    ahead = m.x + m.step[0]
-    moves = (m.state == RUNNING) & (m.scroll_x == 0) & (ahead >= LEFT) & (ahead < RIGHT - 8)
-    return SKIER.box(
-        jnp.where(lying, LYING, slope >> 1),
-        m.x - jnp.where(moves, m.step[0], 0) + 1,
-        159 - m.y,
-        mirrored=m.heading < 8,
-        value=m.gates,
-        orientation=12 - ((m.heading + 1) >> 1),
-    )
+    lies = (fell & (m.event != EVENT)) | rose
+    return jnp.where(lies, LYING, slope >> 1)
 
 
-def _score(m: Ram, value: jax.Array) -> Box:
-    passed = (m.event == JUST_NOW) & (m.crashed == 0)  # shown one frame late
-    shown = jnp.where(passed, m.gates + 1, m.gates)
-    return score_box(FONT, shown, right=SCORE_RIGHT, top=SCORE_TOP, digits=2, value=value)
+def _records(m: Ram) -> jax.Array:
+    """The eight records in their own order, a byte each of last row, x, y and kind.
+
+    Record k is at (turn + 7 - k) modulo 8 of the list.
+    """
+    turn = jnp.where(m.state == ENDED, m.turn + 1, m.turn)  # the run ended before the list moved
+    records = (m.last_row | m.object_x << 8 | m.object_y << 16 | m.kind << 24)[::-1]
+    for shift in (1, 2, 4):
+        records = jnp.where((turn & shift) > 0, jnp.roll(records, shift), records)
+    return records
 
 
-TIME = Digits(FONT, CLOCK_DIGITS, CLOCK_TOP, weights=(6000, 1000, 100, 10, 1))
+def _objects(m: Ram) -> Box:
+    """Tight boxes of what the playfield leaves of four flags, three moguls and six trees."""
+    records = _records(m)
+    record = jnp.stack([records[k] for k in RECORD])
+    last_row, y, kind = record & 255, record >> 16 & 255, record >> 24 & 7
+    shows = jnp.where((kind & 2) == 2, TREE, kind & 1)
+    is_mirrored = kind >= MIRRORED
+    left, above, right, below = FIELD  # left and right are at the same distance from the middle
+    x = _object_x(record >> 8 & 255, last_row)
+    x = jnp.where(is_mirrored, 160 - WIDTH - x, x)
+    end = 180 + last_row - y + _last_step(m)[1]
+    y = end - HEIGHT
+    rows = jnp.minimum(y - above, 0) + jnp.maximum(end - below, 0)
+    columns = jnp.minimum(x - left, 0) + jnp.maximum(x + WIDTH - right, 0)
+    rows, columns = jnp.clip(rows, -HEIGHT, HEIGHT), jnp.clip(columns, -WIDTH, WIDTH)
+    rest = lookup(CUTS, rows * (2 * WIDTH + 1) + columns + UNCUT)
+    width = rest >> 10 & 31
+    x = x + (rest & 31)
+    x = jnp.where(is_mirrored, 160 - width - x, x)
+    exists = (last_row < NO_OBJECT) & (shows == SHOWN)
+    colors = jnp.asarray(NTSC[list(COLORS)])
+    rgb = jnp.where((kind == LAST_GATE)[:, None], jnp.asarray(NTSC[RED])[None], colors)
+    return box(x, y + (rest >> 5 & 31), width, rest >> 15, exists, rgb=rgb)
+
+
+def _object_x(x: jax.Array, last_row: jax.Array) -> jax.Array:
+    """Left edges of the slots' pictures, from the border from which x counts."""
+    # Without its narrow part a tree is five columns to the left.
+    x = wrap(x + jnp.where((SHOWN == TREE) & (last_row >= WIDE_TREE), -3, SHIFT))
+    # What begins in the right border may show at the left one.
+    return jnp.where(x >= FIELD[2], x - 160, x)
+
+
+display = functools.partial(Category, hud=True, attributes=("value",))
+
+FLAG = Blobs((BLUE, RED), FIELD, gap=(4, 8), max_size=(5, 14))
+BUMP = Blobs(GRAYS, FIELD, gap=(8, 4), max_size=(16, 6))
+TREES = Blobs(GREENS, FIELD, gap=(8, 4), max_size=(16, 30))
+SCORE = Bounds(BLACK, (20, 4, 140, 14))
+TIME = Digits(FONT, (59, 68, 75, 84, 91), 16, weights=(6000, 1000, 100, 10, 1))
+CLOCK = Bounds(BLACK, (20, 14, 140, 26), value=TIME)
+
 GAME = Game(
     name="Skiing",
     rom=ROM.name,
@@ -256,37 +234,10 @@ GAME = Game(
             attributes=("orientation", "value"),
             doc="12 west, 8 down, 4 east; value: gates to go",
         ),
-        Category(
-            "Flag",
-            Blobs((BLUE, RED), FIELD, gap=(4, 8), max_size=(5, 14)),
-            count=4,
-            doc="left and right one of two gates",
-        ),
-        Category(
-            "Mogul",
-            Blobs(GRAYS, FIELD, gap=(8, 4), max_size=(16, 6)),
-            count=3,
-            doc="bump in the snow",
-        ),
-        Category(
-            "Tree",
-            Blobs(GREENS, FIELD, gap=(8, 4), max_size=(16, 30)),
-            count=6,
-            doc="two more in downhill games",
-        ),
-        Category(
-            "Score",
-            Bounds(BLACK, (20, 4, 140, 14)),
-            hud=True,
-            attributes=("value",),
-            doc="gates to go; value: minus the hundredths",
-        ),
-        Category(
-            "Clock",
-            Bounds(BLACK, (20, 14, 140, 26), value=TIME),
-            hud=True,
-            attributes=("value",),
-            doc="hundredths of a second",
-        ),
+        Category("Flag", FLAG, count=4, doc="left and right one of two gates"),
+        Category("Mogul", BUMP, count=3, doc="bump in the snow"),
+        Category("Tree", TREES, count=6, doc="two more in downhill games"),
+        display("Score", SCORE, doc="gates to go; value: minus the hundredths"),
+        display("Clock", CLOCK, doc="hundredths of a second"),
     ),
 )
