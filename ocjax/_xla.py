@@ -223,9 +223,13 @@ def any_batch(f: Callable[[jax.Array], Any], rank: int) -> Callable[[jax.Array |
         return out, jax.tree.map(lambda _: True, out)
 
     def call(x: jax.Array | np.ndarray) -> Any:
-        x = jnp.asarray(x)
+        array = jnp.asarray(x)
         with jax.enable_x64(False):  # decoders and rules compute with 32 bits, whatever the caller's default is
-            return traced(x) if isinstance(x, Tracer) else folded(x)
+            if isinstance(array, Tracer):
+                return traced(array)
+            out = folded(array)
+        # JAX may read a numpy array in place while it computes: wait, so that the caller can overwrite it.
+        return out if array is x else jax.block_until_ready(out)
 
     return call
 
