@@ -199,7 +199,7 @@ class Kernels:
 
         planes = self.row("bit planes", "SpaceInvaders", bm.planes, self.frames["SpaceInvaders"])
         for n in (1, 4, 8):
-            self.row(f"colour masks, {n}", "SpaceInvaders", lambda *p, n=n: [bm.color_mask(p, colors) for colors in MASKS[:n]], *planes)
+            self.row(f"colour masks, {n}", "SpaceInvaders", lambda p, n=n: [bm.color_mask(p, colors) for colors in MASKS[:n]], planes)
 
     def rules(self) -> None:
         """The rules that read fixed places: Bounds and Cells."""

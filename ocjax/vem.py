@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import jax
@@ -32,28 +32,35 @@ def _unpair(*pairs: jax.Array) -> jax.Array:
     return numbers.reshape(*pairs[0].shape, 2 * len(pairs))
 
 
-def _color(game: Game, name: str, found: Detected, shape: tuple[int, ...]) -> jax.Array:
-    """The colours of a category's slots, uint32 `[count, B]`."""
-    if found.color is not None:
-        return jnp.asarray(palette.packed(palette.NTSC))[found.color]
-    fixed = palette.packed(game.slot_rgb[game.slices[name]])
-    return jnp.broadcast_to(jnp.asarray(fixed[:, None]), shape)
+def _colors(game: Game, found: Sequence[Detected], valid: jax.Array) -> jax.Array:
+    """The colours of all slots, uint32 `[N, B]`: read from the frame, or the slot's own."""
+    own = palette.packed(game.slot_rgb)
+    if all(f.color is None for f in found):
+        return jnp.broadcast_to(jnp.asarray(own)[:, None], valid.shape)
+    table = np.concatenate([palette.packed(palette.NTSC), own])
+    own_index = np.split(len(palette.NTSC) + np.arange(len(own), dtype=np.int32), [s.stop for s in game.slices.values()][:-1])
+    index = [
+        jnp.broadcast_to(jnp.asarray(entries)[:, None], f.x.shape) if f.color is None else f.color
+        for entries, f in zip(own_index, found, strict=True)
+    ]
+    return jnp.asarray(table)[jnp.concatenate(index)]
 
 
 def _extract(game: Game, frames: jax.Array) -> tuple[Objects, jax.Array]:
     """Objects of uint8 `[B, H, 160]`, and how many of each category had no slot, int32 `[B, categories]`."""
-    lanes = frames.shape[0]
-    fields, rgb, overflow = [], [], []
-    for category, found in zip(game.categories, detect(game.categories, frames), strict=True):
-        mask = -found.valid.astype(jnp.int32)
-        value = jnp.zeros_like(mask) if found.value is None else found.value & mask
-        fields.append((_pair(found.x, found.y) & mask, _pair(found.w, found.h) & mask, found.valid, value))
-        rgb.append(_color(game, category.name, found, mask.shape))
-        overflow.append(jnp.zeros(lanes, jnp.int32) if found.overflow is None else found.overflow)
-    xy, wh, valid, value = (jnp.concatenate(f).T for f in zip(*fields, strict=True))
+    found = detect(game.categories, frames)
+    x, y, w, h, valid = (jnp.concatenate([getattr(f, name) for f in found]) for name in ("x", "y", "w", "h", "valid"))
+    value = jnp.concatenate([jnp.zeros_like(f.x) if f.value is None else f.value for f in found])
+    mask = -valid.astype(jnp.int32)
+    color = lax.bitcast_convert_type(_colors(game, found, valid), jnp.int32)
+    by_slot = jnp.concatenate([_pair(x, y) & mask, _pair(w, h) & mask, value & mask, color & mask])
+    xy, wh, value, color = jnp.split(_xla.transpose(by_slot), 4, axis=1)
+    valid = valid.T
     none = valid.astype(jnp.int8) >> 1  # zeros that follow the sharding of the frames, which a constant does not
-    colors = lax.bitcast_convert_type(jnp.concatenate(rgb).T & -valid.astype(jnp.uint32), jnp.uint8)[..., :3]
-    return Objects(_unpair(xy, wh), valid, none, value, colors, game), jnp.stack(overflow, axis=-1)
+    colors = lax.bitcast_convert_type(color, jnp.uint8)[..., :3]
+    nothing = jnp.zeros(frames.shape[0], jnp.int32)
+    overflow = jnp.stack([nothing if f.overflow is None else f.overflow for f in found], axis=-1)
+    return Objects(_unpair(xy, wh), valid, none, value, colors, game), overflow
 
 
 def extractor_with_overflow(game: Game) -> Callable[[jax.Array], tuple[Objects, jax.Array]]:

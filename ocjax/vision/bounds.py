@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from ocjax._xla import materialize
 from ocjax.boxes import Area
 from ocjax.digits import Digits
 from ocjax.rules import Bounds, Gauge
@@ -50,13 +51,19 @@ def _with_value(rule: Bounds, masks: Sequence[Bitmap], boxes: tuple[jax.Array, .
 
 def tight_boxes(masks: Sequence[Bitmap], regions: Sequence[Area]) -> tuple[jax.Array, ...]:
     """Tight boxes of the pixels of masks inside regions: x, y, w, h, int32 `[n, B]`; w and h are not positive where there are none."""
-    inside = [bm.cut(mask, region) for mask, region in zip(masks, regions, strict=True)]
-    height = max(m.shape[1] for m in inside)
-    used = [bm.any_of(m) != 0 for m in inside]
-    rows = jnp.arange(height, dtype=jnp.int32)[:, None]
-    top = jnp.stack([jnp.min(jnp.where(u, rows[: len(u)], height), axis=0) for u in used])
-    bottom = jnp.stack([jnp.max(jnp.where(u, rows[: len(u)], -1), axis=0) for u in used])
-    first, last = bm.columns(jnp.stack([lax.reduce(m, U(0), lax.bitwise_or, (1,)) for m in inside], axis=1))
+    height = max(bottom - top for _, top, _, bottom in regions)
+
+    def marks(*masks: Bitmap) -> tuple[jax.Array, jax.Array]:
+        """Which rows hold pixels, uint32 `[n, height, B]`, and the words of all rows or-ed together, uint32 `[5, n, B]`."""
+        inside = [bm.cut(mask, region) for mask, region in zip(masks, regions, strict=True)]
+        rows = [jnp.pad(bm.any_of(m), ((0, height - m.shape[1]), (0, 0))) for m in inside]
+        return jnp.stack(rows), jnp.stack([lax.reduce(m, U(0), lax.bitwise_or, (1,)) for m in inside], axis=1)
+
+    rows, columns = materialize(marks, *masks)
+    index = jnp.arange(height, dtype=jnp.int32)[:, None]
+    top = jnp.min(jnp.where(rows != 0, index, height), axis=1)
+    bottom = jnp.max(jnp.where(rows != 0, index, -1), axis=1)
+    first, last = bm.columns(columns)
     tops = np.array([[region[1]] for region in regions], np.int32)
     return first, top + tops, last - first + 1, bottom - top + 1
 

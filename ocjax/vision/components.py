@@ -55,6 +55,7 @@ class Search:
     max_size: tuple[int, int] | None = None
     split: tuple[int, int] | None = None  # a larger component is as many objects of this size as cover it, `MAX_PARTS` at most
     area: tuple[int, int] | None = None  # least and most pixels of a component, after `gap` is bridged; needs max_size
+    top: int = 0  # row of the screen that is the mask's first one
 
 
 class Detected(NamedTuple):
@@ -112,8 +113,10 @@ def _board(layout: _Layout, masks: Sequence[Bitmap]) -> Bitmap:
     """
     board = jnp.zeros((layout.n_words, layout.n_rows, layout.lanes), U)
     for mask, search, begin in zip(masks, layout.searches, layout.begins.tolist(), strict=False):
-        room = jnp.pad(mask, ((0, layout.n_words - len(mask)), (0, search.gap[1]), (0, 0)))
-        board = lax.dynamic_update_slice(board, _bridged(room, *search.gap), (0, begin + 1, 0))
+        if search.gap != (0, 0):
+            room = jnp.pad(mask, ((0, layout.n_words - len(mask)), (0, search.gap[1]), (0, 0)))
+            mask = _bridged(room, *search.gap)
+        board = lax.dynamic_update_slice(board, mask, (0, begin + 1, 0))
     return board
 
 
@@ -180,23 +183,25 @@ def _at(array: jax.Array, index: jax.Array) -> jax.Array:
 
 
 def _last_at_most(table: Callable[[jax.Array], jax.Array], n: int, k: jax.Array) -> jax.Array:
-    """The largest i < n where `table(i) <= k`; the table is ascending and begins with nothing larger."""
+    """The largest i < n where `table(i) <= k`; the table is ascending and begins with nothing larger.
+
+    Each step looks at three entries: half the steps of a binary search, and half of what there is to compile.
+    """
     i = jnp.zeros_like(k)
-    for step in (2**e for e in reversed(range((n - 1).bit_length()))):
-        value = table(jnp.minimum(i + step, n - 1))
-        i = jnp.where((i + step < n) & (value <= k), jnp.minimum(i + step, n - 1), i)
+    for step in (4**e for e in reversed(range(-(-(n - 1).bit_length() // 2)))):
+        ahead = [i + j * step for j in (1, 2, 3)]
+        reached = [((a < n) & (table(jnp.minimum(a, n - 1)) <= k)).astype(jnp.int32) for a in ahead]
+        i = i + step * sum(reached)
     return i
 
 
 def _which(counts: jax.Array, rest: jax.Array) -> tuple[jax.Array, jax.Array]:
     """The index at which counts `[m, n]` add up to more than `rest` `[n]`, and what is left of it there."""
-    before = [jnp.zeros_like(rest)]
+    index, beyond = jnp.zeros_like(rest), jnp.ones_like(rest, bool)
     for count in counts[:-1]:
-        before.append(before[-1] + count)
-    starts, rest = jnp.stack(before), rest[None]
-    inside = (starts <= rest) & (rest < starts + counts)
-    index = jnp.where(inside, np.arange(len(counts), dtype=np.int32)[:, None], 0)
-    return jnp.sum(index, axis=0, dtype=jnp.int32), jnp.sum(jnp.where(inside, rest - starts, 0), axis=0, dtype=jnp.int32)
+        beyond = beyond & (rest >= count)
+        index, rest = index + beyond.astype(jnp.int32), rest - jnp.where(beyond, count, 0)
+    return index, rest
 
 
 def _nth_bit(word: jax.Array, n: jax.Array) -> jax.Array:
@@ -347,7 +352,7 @@ def _accept(layout: _Layout, found: _Candidates, measured: _Measured, exists: ja
         good = good & (measured.area >= least) & (measured.area <= most)
     across = jnp.clip(-(-w // part_w), 1, MAX_PARTS)
     down = jnp.clip(-(-h // part_h), 1, MAX_PARTS // across)
-    y = found.row - 1 - layout.of(mask, layout.begins[:-1])
+    y = found.row - 1 - layout.of(mask, [begin - s.top for begin, s in zip(layout.begins[:-1].tolist(), searches, strict=True)])
     return _Accepted(measured.left, y, w, h, part_w, part_h, across, jnp.where(good, across * down, 0))
 
 
@@ -398,7 +403,7 @@ def components(masks: Sequence[Bitmap], searches: Sequence[Search], *, connectiv
         connectivity: 8 or 4, for all.
 
     Returns:
-        The boxes in each mask, relative to the mask's first row, in raster order of the components' first pixels.
+        The boxes in each mask, in raster order of the components' first pixels.
     """
     layout = _Layout(masks, searches, connectivity == 8)
     board = _board(layout, masks)
@@ -421,10 +426,10 @@ def components(masks: Sequence[Bitmap], searches: Sequence[Search], *, connectiv
     start = _Progress(jnp.int32(0), jnp.zeros(n_segments, jnp.int32), jnp.zeros(n_slots * layout.lanes, U))
     _, totals, packed = lax.while_loop(lambda s: s.done < index.total, one_round, varying(start, board))
     packed, totals = packed.reshape(-1, layout.lanes), totals.reshape(-1, layout.lanes)
-    x, y, w, h = ((packed >> s & U(255)).astype(jnp.int32) for s in (0, 8, 16, 24))
+    fields = [(packed >> shift & U(255)).astype(jnp.int32) for shift in (0, 8, 16, 24)]
+    fields.append(packed > 0)
     out = []
-    for i, (a, b) in enumerate(itertools.pairwise(layout.first_slot.tolist())):
-        valid = w[a:b] > 0
-        overflow = totals[i] - jnp.sum(valid, axis=0, dtype=jnp.int32)
-        out.append(Detected(x[a:b], y[a:b], w[a:b], h[a:b], valid, overflow=overflow))
+    for total, (a, b) in zip(totals, itertools.pairwise(layout.first_slot.tolist()), strict=True):
+        x, y, w, h, valid = (v[a:b] for v in fields)
+        out.append(Detected(x, y, w, h, valid, overflow=total - jnp.sum(valid, axis=0, dtype=jnp.int32)))
     return out

@@ -37,7 +37,7 @@ class _Frames:
         if not materialize:
             return bm.color_mask(self._planes, colors)
         if colors not in self._masks:
-            self._masks[colors] = _xla.materialize(lambda *planes: bm.color_mask(planes, colors), *self._planes)
+            self._masks[colors] = _xla.materialize(lambda planes: bm.color_mask(planes, colors), self._planes)
         return self._masks[colors]
 
     def counted(self, rule: Bounds | Blobs, colors: tuple[int, ...]) -> Bitmap:
@@ -90,7 +90,7 @@ def _detect_blobs(batch: _Frames, categories: Sequence[Category]) -> dict[str, D
     if not categories:
         return {}
     height, width = batch.frames.shape[1:]
-    owners, masks, searches, tops = [], [], [], []
+    owners, masks, searches = [], [], []
     for c in categories:
         rule = c.rule
         assert isinstance(rule, Blobs)
@@ -99,12 +99,11 @@ def _detect_blobs(batch: _Frames, categories: Sequence[Category]) -> dict[str, D
             owners.append(c.name)
             masks.append(bm.cut(batch.counted(rule, colors), region))
             count = -(-c.count // 2) if rule.split_by_color else c.count
-            searches.append(Search(count, rule.gap, rule.min_size, rule.max_size, rule.split, rule.area))
-            tops.append(region[1])
+            searches.append(Search(count, rule.gap, rule.min_size, rule.max_size, rule.split, rule.area, region[1]))
     connectivity = categories[0].rule.connectivity  # pyright: ignore[reportAttributeAccessIssue]
     lists: dict[str, list[Detected]] = {c.name: [] for c in categories}
-    for name, top, found in zip(owners, tops, components(masks, searches, connectivity=connectivity), strict=True):
-        lists[name].append(found._replace(y=found.y + top))
+    for name, found in zip(owners, components(masks, searches, connectivity=connectivity), strict=True):
+        lists[name].append(found)
     return {c.name: _merge(lists[c.name], c.count) for c in categories}
 
 
@@ -145,7 +144,7 @@ def _first_pixel_colors(frames: jax.Array, masks: Sequence[Bitmap], found: Seque
     y = jnp.clip(y, 0, frames.shape[1] - 1)
     ends = np.cumsum([len(f.x) for f in found]).tolist()
     rows = [y[end - len(f.x) : end] for f, end in zip(found, ends, strict=True)]
-    words = jnp.concatenate([mask[:, row, lane] for mask, row in zip(masks, rows, strict=True)], axis=1)
+    words = jnp.concatenate([bm.rows_at(mask, row) for mask, row in zip(masks, rows, strict=True)], axis=1)
     start = jnp.clip(x[None] - 32 * jnp.arange(len(words), dtype=jnp.int32)[:, None, None], 0, 32)
     words = words & jnp.where(start < 32, U(0xFFFFFFFF) >> jnp.minimum(start, 31).astype(U), U(0))
     column = jnp.minimum(bm.columns(words)[0], WIDTH - 1)
