@@ -76,7 +76,8 @@ class Ram(RamMap):
     y = byte(8, 9, 10, 11)  # y - 37; already moved on
     picture = byte(19, 20, 21, 22)  # low byte of its address, less y - 37
     page = byte(23, 24, 25, 26)  # high byte of its address
-    place = byte(33, 34, 35, 36)  # x + 1 in the chip's coding
+    x = byte(28, 29, 30, 31)  # already moved on
+    place = byte(33, 34, 35, 36)  # x + 1 in the chip's coding; 0 on the first frame of a game
     dynamite_y = byte(12)  # y - 37
     dynamite_x = byte(32)  # x + 1
     fuse = byte(63)  # counts down from 84
@@ -117,13 +118,14 @@ def _low_byte(m: Ram) -> jax.Array:
 
 def _records(m: Ram) -> Box:
     """Boxes of the four records where they were drawn."""
-    is_car = m.page == CAR_PAGE
+    starts = m.place == 0  # nobody has moved yet, and the car shows its side
+    is_car = (m.page == CAR_PAGE) & ~starts
     second = (m.frame & 4) == 0  # of two pictures
     front_picture = FRONT_CARS + jnp.where(second, 2 * PICTURE, 0)
     side_y = ((front_picture - m.picture) & 255) - PICTURE
     is_front = is_car & (m.y - side_y > 6)
     y = jnp.where(is_car, jnp.where(is_front, side_y + PICTURE, side_y), m.y)
-    x = packed_position(m.place) - 1 + jnp.where(is_front, 1, 0)
+    x = jnp.where(starts, m.x, packed_position(m.place) - 1 + jnp.where(is_front, 1, 0))
 
     picture = _low_byte(m)
     amount = div(picture + 1, PICTURE) - 12  # of points, in tens less 1

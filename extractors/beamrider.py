@@ -10,10 +10,9 @@ screen shows where they were one step before. That step follows from what the re
 speed or the script that it follows, and from the frame counter. A table gives the screen line of a
 record's depth, a product of line and lane gives the column, state and depth give the picture.
 
-Covered: sectors 1 to 20, all kinds of enemies, deaths, game over, the sentinel. Not exact: the step
-of a record that has just changed what it does; the few lines by which one of two objects near each
-other is shifted, and which of them is left out on a frame; an enemy other than a saucer on the
-frame of the hit (it is in no category then); the torpedoes when a life begins.
+Covered: sectors 1 to 20, all enemies, deaths, game over, the sentinel. Not exact: the step of a
+record that has just changed what it does; which of two near objects is moved by a few lines or left
+out on a frame; an enemy but a saucer on the frame of the hit.
 """
 
 import functools
@@ -22,7 +21,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.boxes import Box, box, choose
-from ocjax.console import signed_nibble
+from ocjax.console import packed_position, signed_nibble
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
 from ocjax.ops import among, lookup, reached, shared
@@ -89,12 +88,12 @@ class Ram(RamMap):
     spare_ships = byte(5)  # 128 and more: none
     score = bcd((11, 10, 9))
     ship = bits(14, first=3, count=5)  # picture
+    ship_position = byte(15)  # as HMP0 and the positioning loop take it
     script_at = byte(17, 18, 19)  # the saucers' places in the script
     y = byte(*range(25, 32))  # depth: 0 horizon, 255 none
     shot_y = byte(32)  # depth
     x = byte(*range(33, 40))  # lane, 128 in the middle
     shot_x = byte(40)  # lane
-    ship_x = byte(41)  # 128 in the middle
     state = bits(*range(42, 49), count=6)
     follows = bits(*range(42, 49), first=6)  # drifts as the saucers do
     back = bits(*range(42, 49), first=7)  # on its way back
@@ -106,6 +105,7 @@ class Ram(RamMap):
     list_color = byte(*range(85, 92))
     list_line = byte(*range(93, 100))
     half = byte(101)  # 0 or 255: the list is new, and not drawn yet
+    ship_lost = byte(103)  # 255 on the frame on which the next ship is taken from the spare ones
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -121,8 +121,9 @@ def decode(m: Ram) -> dict[str, Box]:
     way = m.sentinel_x - 7
     sentinel_x = 9 + (way + (way >> 2) + (way >> 1 & 1) >> 1)
     i3, i13 = np.arange(3), np.arange(13)
+    spare = jnp.where(m.spare_ships < 128, m.spare_ships, 0) + jnp.where(m.ship_lost == 255, 1, 0)
     return {
-        "Player": box(77 + (3 * (m.ship_x - 128) >> 1), 164 + sunk, 15, 16 - sunk),
+        "Player": box(packed_position(m.ship_position) + 9, 164 + sunk, 15, 16 - sunk),
         "Saucer": _saucers(m, drawn, x, y),
         **{name: drawn[OTHERS].where(among(kind, e[0])) for name, e in ENEMIES.items()},
         "Explosion": drawn[SEVEN].where(burst & among(picture, EXPLOSION)),
@@ -134,7 +135,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Enemy_Amount": amount(m.enemies, valid=m.enemies < 128, value=m.enemies),
         "HUD": score(m.score, value=m.score),
         "Sector": box(60, 21, jnp.where(m.sector_ones == 1, 46, 47), 8, value=m.sector),
-        "Life": box(32 + 9 * i13, 183, 5, 7, (i13 < m.spare_ships) & (m.spare_ships < 128)),
+        "Life": box(32 + 9 * i13, 183, 5, 7, i13 < spare),
     }
 
 

@@ -12,7 +12,8 @@ back.
 Covered: modes 0, 2 and 4 (ALE offers none for two players), both difficulties, whole games, strikes
 (the bowler jumps, he and the score flash), the end of the game. Not in the RAM, each for a single
 frame: that a throw has just begun (the bowler moves 4 pixels), the end of a throw (drawn while all
-is already set up for the next one), where a pin was that has just left the alley.
+is already set up for the next one, the last one's fallen pins too), where a pin was that has just
+left the alley.
 """
 
 import functools
@@ -47,6 +48,7 @@ MOVING = range(1, 128)  # `pin_speed`
 # How far above the ball, in pairs of rows, a pin is that pushes it up or down.
 PUSHES_UP, PUSHES_DOWN = range(-2, 1), range(3, 6)
 LAST_ROUND = 10
+LAST_X, LAST_BALL = 32, (12, 161)  # of the bowler and the ball at the end of the last throw
 
 BROWN, BLUE, BOWLER_RGB = 38, 132, (84, 92, 214)
 ALLEY, UPPER_LINE = (8, 72, 160, 172), (0, 102, 160, 104)
@@ -84,6 +86,11 @@ def decode(m: Ram) -> dict[str, Box]:
     }
 
 
+def _is_over(m: Ram) -> jax.Array:
+    """Whether the game has ended: the frame shows the end of the last throw."""
+    return m.round > LAST_ROUND
+
+
 def _stage_began(m: Ram) -> jax.Array:
     """Whether a stage has just begun: bowler and ball are still drawn in the one before."""
     return among(m.stage, SWINGS) & (m.frame == 0)
@@ -95,8 +102,8 @@ def _bowler_x(m: Ram) -> jax.Array:
 
 
 def _bowler(m: Ram) -> Box:
-    stands = (m.picture == STANDING) & ~_stage_began(m)
-    x = _bowler_x(m) + jnp.where(stands, 10, 8)
+    stands = (m.picture == STANDING) & ~_stage_began(m) & ~_is_over(m)
+    x = jnp.where(_is_over(m), LAST_X, _bowler_x(m) + jnp.where(stands, 10, 8))
     return box(x, 141 - 2 * m.player_y, jnp.where(stands, 6, 8), 32)
 
 
@@ -106,7 +113,10 @@ def _ball(m: Ram, pin_x: jax.Array, pin_y: jax.Array) -> Box:
     x = jnp.where(began, _bowler_x(m) + jnp.where(in_front, 8, -2), m.ball_x)
     y = jnp.where(began, m.player_y + jnp.where(in_front, 7, 2), m.ball_y)
     y = y - _pushed_up(m, pin_x, pin_y)
-    return box(x + 7, 163 - 2 * y, 4, 10)
+    x, y = (
+        jnp.where(_is_over(m), a, b) for a, b in zip(LAST_BALL, (x + 7, 163 - 2 * y), strict=True)
+    )
+    return box(x, y, 4, 10)
 
 
 def _pushed_up(m: Ram, pin_x: jax.Array, pin_y: jax.Array) -> jax.Array:
@@ -154,7 +164,8 @@ def _player_number(m: Ram) -> Box:
 
 display = functools.partial(Category, hud=True, attributes=("value",))
 
-BOWLER = Bounds((BROWN, BLUE), (8, 72, 48, 172), inverse=True)
+LAST_MARK = (16, 72, 28, 75)  # of the score sheet
+BOWLER = Bounds((BROWN, BLUE), (8, 72, 48, 172), inverse=True, ignore=(LAST_MARK,))
 BALL = Bounds(BLUE, ALLEY, min_size=(4, 4), ignore=(UPPER_LINE,), exclude=("Pin",))
 PINS = Blobs(BLUE, (100, 104, 160, 172), max_size=(2, 4))
 SCORE = Bounds(

@@ -9,10 +9,10 @@ RAM: ALE's source (score, lives), OCAtari 2.2 and AtariARI (positions, bricks), 
 for what they leave open (the digits show the score of the frame before).
 
 Covered: all twelve modes (balls that are caught, steered or break through, timed ones, invisible
-bricks), both difficulties (A: smaller paddles), all lives, the end of the game. Invisible bricks
-are there but not drawn: REM reports them, VEM only while they flash. Not in RAM: one row of the
-ball while a paddle holds it (it keeps the delay of the row in which it was caught), and the width
-of the lives' digit on the frame on which a ball is lost.
+bricks), both difficulties (A: smaller paddles), all lives, the end of the game. Invisible bricks are
+valid while they flash. Not in RAM: the last of the five frames of a flash; one row of the ball while
+a paddle holds it (it keeps the delay of the row in which it was caught); and the width of the lives'
+digit on the frame on which a ball is lost.
 """
 
 import functools
@@ -45,6 +45,7 @@ LOWER_PITCHES, POINTS = (16, 22), (7, 4, 1)  # of the upper, the middle and the 
 
 class Ram(RamMap):
     wall = byte(*range(35, -1, -1))  # registers from left to right, in each the rows from the top
+    invisible = bits(51, first=6)  # mode in which bricks flash when one is hit
     timed = bits(51, first=7)  # mode in which the score is the time
     player = byte(53)  # whose turn it is
     paddle_size = bits(55, first=4, count=2)
@@ -80,10 +81,11 @@ def _ball(m: Ram) -> Box:
 
 
 def _bricks(m: Ram) -> jax.Array:
-    """Which bricks are left, by slot."""
+    """Which bricks are left and visible, by slot."""
     registers = m.wall.reshape(6, 6).T  # rows, registers
     columns = [registers[:, i : i + 1] >> np.array([bit]) & 1 for i, bit in enumerate(BRICKS)]
-    return jnp.concatenate(columns, axis=1).ravel() == 1
+    flash = (m.sound > 0) & (m.sound < BRICK_HIT)
+    return (jnp.concatenate(columns, axis=1).ravel() == 1) & ((m.invisible == 0) | flash)
 
 
 def _score(m: Ram) -> Box:

@@ -39,6 +39,7 @@ DUCK, RABBIT, OWL, BULLETS, NO_PICTURE = 0x00, 0x10, 0x20, 0x30, 0x5C
 NO_WHEEL = 0x54
 NO_SIGN, MINUS, MINUS_BULLETS, PLUS_BULLETS = 0x4F, 0xB1, 0xA6, 0x1E
 NO_DUCK = 0x4F  # `duck_y`
+LAST_BITE = 3  # `eater_x` at the left end of the bullets
 CHEWED = 10  # `chew` at which a duck that eats has moved, as at 0
 
 # Top and height of the shot at every fifth of its steps.
@@ -156,7 +157,8 @@ def _ducks(m: Ram) -> Box:
     flies = (m.duck_y != NO_DUCK) & ((m.duck_y > 0) | last_step)
     chewed = (m.chew == 0) | (m.chew == CHEWED)
     eater_x = m.eater_x - 3 + jnp.where(chewed, 2, 0)
-    there = jnp.stack([flies, m.munch != NO_PICTURE])
+    eats_last = (m.bullets == 0) & (m.eater_x == LAST_BITE) & (m.chew == 0)  # it has just gone
+    there = jnp.stack([flies, (m.munch != NO_PICTURE) | eats_last])
     xs, ys = jnp.stack([x, eater_x]), jnp.stack([y, jnp.int32(203)])
     return box(xs, ys, np.array((16, 6)), np.array((15, 6)), there)
 

@@ -30,12 +30,15 @@ FONT = hex_font(DIGITS_3X5, dots=3, dot=(4, 4), pitch=16)
 PLAYER_DIGITS, ENEMY_DIGITS = (100, 116), (20, 36)  # left columns
 SCORE_TOP = 1
 
+NEW_GAME = 60  # of `begin`: on this frame the ball is still where the console's start left it
+NEW_GAME_BALL = (2, 45)
 POINT_MADE = 63  # of the pause: on this frame the digits are still those before the point
 ENEMY, PLAYER = 0, 1  # as `scorer` names them
 
 
 class Ram(RamMap):
     paddle_read = byte(4)  # turn of the drawing loop in which the paddle's position was read
+    begin = byte(10)
     pause = byte(11)  # frames until the next serve
     enemy_score = byte(13)
     player_score = byte(14)
@@ -45,7 +48,7 @@ class Ram(RamMap):
     ball_x = byte(49)  # x + 49
     enemy_y = byte(50)  # y + 15
     player_y = byte(51)  # y + 14
-    ball_y = byte(54)  # y + 14 or 15
+    ball_y = byte(54)  # y + 14 or 15; on the first frame of a game the same as `begin`
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -67,7 +70,9 @@ def _ball(m: Ram) -> Box:
     x = wrap((m.ball_x - 49) & 255)
     top = _switched(m, m.ball_y, x + 1)
     bottom = _switched(m, m.ball_y + 4, x)
-    return box(x, top, 2, bottom - top).clip(*COURT)
+    begins = (m.begin == NEW_GAME) & (m.ball_y == NEW_GAME)
+    x, top = (jnp.where(begins, a, b) for a, b in zip(NEW_GAME_BALL, (x, top), strict=True))
+    return box(x, top, 2, jnp.where(begins, 4, bottom - top)).clip(*COURT)
 
 
 def _switched(m: Ram, count: jax.Array, x: jax.Array) -> jax.Array:
