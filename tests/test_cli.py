@@ -114,7 +114,7 @@ def test_names_of_files_are_no_markup(tmp_path, capsys):
     result = run("render", DATA / "Pong.npz", "--out", out, "--method", "rem")
     assert result.exit_code == 0, result.output
     assert f": {out}\n" in result.output
-    table = tables.Table("of [bold]a.npz[/x]", ("[red]x",), [("[/y]",)])
+    table = tables.Table("of [bold]a.npz[/x]", ("[red]x",), [("[/y] in a cell that is wider than the title",)])
     tables.show(table, cli.console)
     printed = " ".join(capsys.readouterr().out.split())
     assert all(part in printed for part in ("of [bold]a.npz[/x]", "[red]x", "[/y]"))
