@@ -304,7 +304,7 @@ def test_wrong_use_of_record(tape, tmp_path):
         (("Pung",), "did you mean Pong"),
         (("Pong", "--mode", 99), "Pong has no mode 99"),
         (("Pong", "--difficulty", 9), "Pong has no difficulty 9"),
-        (("Pong", "--out", tmp_path / "nowhere" / "x.npz", "--samples", 1, "--mode", 0), "No such file or directory"),
+        (("Pong", "--out", tmp_path / "nowhere" / "x.npz", "--samples", 1, "--mode", 0), "no folder"),
         (("Pong", "--from", tmp_path / "no.npz"), "no recording"),
         (("Breakout", "--from", tmp_path / "Pong.npz"), "a recording of Pong, not of Breakout"),
         (("Pong", "--from", tmp_path / "Pong.npz", "--samples", 65), "cannot cut 65 samples from 64"),
