@@ -24,6 +24,8 @@ from jax.core import Tracer
 from jax.extend.core import Primitive
 from jax.interpreters import batching, mlir
 
+from ocjax._sharding import by_device
+
 RETAIN_MEMORY = "OCJAX_RETAIN_MEMORY"  # environment variable: 1 asks for `retain_freed_memory` on import
 SMALL = 2**12  # elements below which materializing costs more than it saves
 MIN_CACHED_SECONDS = 0.2  # compilations that take longer are kept on disk
@@ -215,7 +217,8 @@ def any_batch(f: Callable[[jax.Array], Any], rank: int) -> Callable[[jax.Array |
         out = one_axis(x.reshape(n, *tail) if n else jnp.zeros((1, *tail), x.dtype))
         return jax.tree.map(lambda a: a[:n].reshape(*batch, *a.shape[1:]), out)
 
-    traced = jax.custom_batching.custom_vmap(folded)
+    divided = by_device(folded, rank)
+    compiled_divided, traced = jit(divided), jax.custom_batching.custom_vmap(divided)
 
     @traced.def_vmap
     def _(axis_size: int, in_batched: list[bool], x: jax.Array) -> tuple[Any, Any]:
@@ -227,7 +230,7 @@ def any_batch(f: Callable[[jax.Array], Any], rank: int) -> Callable[[jax.Array |
         with jax.enable_x64(False):  # decoders and rules compute with 32 bits, whatever the caller's default is
             if isinstance(array, Tracer):
                 return traced(array)
-            out = folded(array)
+            out = folded(array) if len(array.sharding.device_set) == 1 else compiled_divided(array)
         # JAX may read a numpy array in place while it computes: wait, so that the caller can overwrite it.
         return out if array is x else jax.block_until_ready(out)
 

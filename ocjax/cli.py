@@ -2,7 +2,6 @@
 
 import itertools
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -11,53 +10,58 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from ocjax import _xla, excerpts, ocatari_runner, recordings, registry, render, report, report_formats, tables
+import ocjax
+from ocjax import _xla, excerpts, ocatari_runner, output, recordings, registry, render, report, report_formats, rom, tables
 from ocjax import demo as demonstration
 from ocjax.game import Game
+from ocjax.messages import Interruptible, errors_in_one_line
 from ocjax.ramtools.commands import app as ram
 from ocjax.recordings import Recording
 from ocjax.rollout import rollout
 
-app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_show_locals=False)
+app = typer.Typer(cls=Interruptible, add_completion=False, no_args_is_help=True, pretty_exceptions_show_locals=False)
 app.add_typer(ram, name="ram")
 console = Console()
 
 SEED = 12345  # of `ocjax evaluate`
 
 
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        console.print(f"ocjax {ocjax.__version__}", highlight=False)
+        raise typer.Exit
+
+
 @app.callback()
-def prepare() -> None:
+def prepare(
+    version: Annotated[bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")] = False,
+) -> None:
     """Extract objects from Atari 2600 games."""
     _xla.retain_freed_memory()
     _xla.use_compilation_cache()
 
 
-@contextmanager
-def _errors_as_messages() -> Iterator[None]:
-    """Report errors that the user can correct as messages, with exit status 2."""
-    try:
-        yield
-    except (OSError, ValueError, ocatari_runner.OcatariError) as error:
-        raise typer.BadParameter(str(error)) from error
-
-
 def _load(name: str) -> Game:
-    with _errors_as_messages():
-        return registry.load(name)
+    """A game that can be played: its ROM is there."""
+    with errors_in_one_line():
+        game = registry.load(name)
+        rom.read_rom(game.rom, game.md5)
+        return game
 
 
 @app.command()
 def games() -> None:
     """List the supported games and the objects of each."""
-    table = Table(title=f"{len(registry.games())} games", title_justify="left")
+    with errors_in_one_line():
+        specs = [registry.load(name) for name in registry.games()]
+    table = Table(title=f"{len(specs)} games", title_justify="left")
     for heading in ("Game", "Slots", "Categories (slots)", "HUD categories", "With value", "With orientation"):
         table.add_column(heading, justify="right" if heading == "Slots" else "left", no_wrap=heading == "Game")
-    for name in registry.games():
-        game = registry.load(name)
+    for game in specs:
         cells = [[f"{c.name} {c.count}" if c.count > 1 else c.name for c in game.categories if c.hud is hud] for hud in (False, True)]
         cells += [[c.name for c in game.categories if attribute in c.attributes] for attribute in ("value", "orientation")]
-        table.add_row(name, str(game.num_slots), *(", ".join(cell) for cell in cells))
-    console.print(table)
+        table.add_row(game.name, str(game.num_slots), *(", ".join(cell) for cell in cells))
+    tables.print_whole(table, console)
     console.print("Every game supports REM (from RAM) and VEM (from pixels).")
 
 
@@ -72,11 +76,15 @@ def demo(
     """Step instances of a game with random actions, time both extraction methods, and draw their objects."""
     spec = _load(game)
     out = out or Path(f"ocjax-{spec.name}.png")
+    with errors_in_one_line():
+        output.check_suffix(out, (".png",))
+        output.check(out)
     result = demonstration.run(spec, num_envs, steps, seed, console)
-    console.print(demonstration.to_table(result))
+    tables.print_whole(demonstration.to_table(result), console)
     console.print("First call, compilation included: " + ", ".join(f"{name} {s:.2f} s" for name, s in result.first_call.items()))
-    demonstration.picture(result).save(out)
-    console.print(f"Objects on the last frames, REM beside VEM: [bold]{out}[/bold]")
+    with errors_in_one_line():
+        output.write_picture(out, demonstration.picture(result))
+    output.announce(console, "Objects on the last frames, REM beside VEM", out)
 
 
 @app.command("render")
@@ -92,9 +100,9 @@ def render_recording(
     """Draw objects over the frames of a recording."""
     if method not in render.METHODS:
         raise typer.BadParameter(f"method must be rem, vem or both, got {method!r}")
-    if out.suffix not in (".png", ".gif"):
-        raise typer.BadParameter(f"the output must end in .png or .gif, got {out}")
-    with _errors_as_messages():
+    with errors_in_one_line():
+        output.check_suffix(out, (".png", ".gif"))
+        output.check(out)
         tape = recordings.read(recording, game)
     if tape.screens is None:
         raise typer.BadParameter(f"{recording} has no frames (an array 'screens') to draw on")
@@ -106,8 +114,9 @@ def render_recording(
     pictures = render.pictures(tape, objects, samples, scale)
     total = samples.stop - samples.start
     images = list(track(pictures, description="drawing", total=total, console=console, transient=True))
-    render.save(images, out)
-    console.print(f"{len(images)} samples of {recording}: [bold]{out}[/bold]")
+    with errors_in_one_line():
+        render.save(images, out)
+    output.announce(console, f"{len(images)} samples of {recording}", out)
 
 
 @app.command()
@@ -136,7 +145,8 @@ def record(
     if source and (seed or mode or difficulty):
         raise typer.BadParameter("--seed, --mode and --difficulty choose what is played; with --from nothing is")
     out = out or _default_excerpt(spec)
-    with _errors_as_messages():
+    with errors_in_one_line():
+        output.check(out)
         if source:
             tape = excerpts.cut_files([str(path) for path in source], spec, samples)
         else:
@@ -144,7 +154,7 @@ def record(
         _refuse_to_lose_drawn(out, tape)
         tape.write(out)
     drawn = "with" if tape.drawn is not None else "without"
-    console.print(f"{len(tape)} samples of {spec.name}, {drawn} drawn pixels, {out.stat().st_size / 1000:,.0f} kB: [bold]{out}[/bold]")
+    output.announce(console, f"{len(tape)} samples of {spec.name}, {drawn} drawn pixels, {out.stat().st_size / 1000:,.0f} kB", out)
 
 
 def _default_excerpt(game: Game) -> Path:
@@ -188,10 +198,10 @@ def evaluate(
     html: Annotated[Path | None, typer.Option(help="Write a page with pictures of the worst frames.")] = None,
 ) -> None:
     """Measure how well REM and VEM agree, by category, and whether scores and lives are right."""
-    with _errors_as_messages():
+    with errors_in_one_line():
         tapes = _read_with_frames(w for w in what if w.endswith(".npz"))
         specs = {w: _load(w) for w in what if w not in tapes}
-        _check_folders((markdown, csv, latex, html))
+        output.check(markdown, csv, latex, html)
         with console.status("looking for OCAtari"):
             python = ocatari_runner.interpreter(ocatari_env) if ocatari else None
         done = []
@@ -206,9 +216,10 @@ def evaluate(
                 done.append(report.evaluate(tape, source, ocatari_runner.run(tape, python) if python else None))
             tables.show(report.by_category(done[-1]), console)
             for note in report.notes(done[-1]):
-                console.print(note)
+                console.print(note, markup=False, soft_wrap=True)
     tables.show(report.overview(done), console)
-    _write_reports(done, markdown, csv, latex, html)
+    with errors_in_one_line():
+        _write_reports(done, markdown, csv, latex, html)
 
 
 def _read_with_frames(paths: Iterator[str]) -> dict[str, Recording]:
@@ -217,12 +228,6 @@ def _read_with_frames(paths: Iterator[str]) -> dict[str, Recording]:
         if tape.screens is None:
             raise recordings.RecordingError(f"{path} has no frames (an array 'screens'): there is nothing to compare REM with")
     return tapes
-
-
-def _check_folders(paths: Sequence[Path | None]) -> None:
-    for path in paths:
-        if path is not None and not path.absolute().parent.is_dir():
-            raise ValueError(f"no folder {path.absolute().parent} for {path.name}")
 
 
 def _play_all(game: Game, samples: int, policy: str, num_envs: int, frame_skip: int, choices: dict[str, list]) -> Recording:
@@ -247,8 +252,8 @@ def _write_reports(
     formats = (markdown, to_markdown), (csv, report_formats.to_csv), (latex, report_formats.to_latex), (html, report_formats.to_html)
     for path, to_text in formats:
         if path is not None:
-            path.write_text(to_text(done))
-            console.print(f"Written: [bold]{path}[/bold]")
+            output.write_text(path, to_text(done))
+            output.announce(console, "Written", path)
 
 
 if __name__ == "__main__":

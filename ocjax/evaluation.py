@@ -5,7 +5,7 @@ All metrics take `Detections`, so a detector of your own is scored against REM o
     truth = evaluation.detections(game.rem(rams))
     mine = evaluation.from_records(records, game)  # [[("Ball", x, y, w, h), ...], ...], one list per frame
     evaluation.agreement(mine, truth).sum(axis=0).f1  # by category
-    evaluation.average_precision(mine, truth).mean()  # mAP
+    numpy.nanmean(evaluation.average_precision(mine, truth))  # mAP
 
 Two objects match when they are of the same category and their centres are within 5 pixels. Matches are one to one, nearest first, as in the
 OCAtari paper (Delfosse et al., 2024). Everything is NumPy on whole batches.
@@ -191,7 +191,9 @@ def intervals(
 
 
 def average_precision(detected: Detections, truth: Detections, thresholds: Sequence[float] = THRESHOLDS) -> np.ndarray:
-    """Average precision as COCO defines it, with 101 levels of recall. Its mean is the mAP.
+    """Average precision as COCO defines it, with 101 levels of recall.
+
+    Its mean over what is not nan (`numpy.nanmean`) is the mAP: as in COCO, categories that do not occur do not count.
 
     Boxes are assigned in descending order of confidence, each to the free true box of its category with the largest IoU. Boxes of equal
     confidence, or all boxes where there are no confidences, enter the precision-recall curve together.

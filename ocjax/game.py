@@ -12,12 +12,14 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import Tracer
 
 from ocjax import rem, vem
 from ocjax.boxes import WIDTH, Box
 from ocjax.objects import Objects
 from ocjax.ram import RAM_SIZE, RamMap
 from ocjax.rules import ATTRIBUTES, Blobs, Bounds, Category, Cells, Rule
+from ocjax.vision import palette
 
 Decode = Callable[[Any], Mapping[str, Box]]
 
@@ -124,7 +126,7 @@ class Game:
 
         Raises:
             TypeError: `frames` is not uint8.
-            ValueError: its shape is not that of the game's screen.
+            ValueError: its shape is not that of the game's screen, or it is RGB with the channels before the rows.
         """
         if not hasattr(frames, "dtype") or frames.dtype != jnp.uint8:
             raise TypeError(f"{self.name}: frames must be a uint8 array, got {getattr(frames, 'dtype', type(frames).__name__)}")
@@ -134,10 +136,27 @@ class Game:
                 f"{self.name}: frames must have shape [..., {height}, {width}] (palette indices) or [..., {height}, {width}, 3] (RGB), "
                 f"got {list(frames.shape)}"
             )
+        if _is_channel_first(frames, self.screen):
+            raise ValueError(
+                f"{self.name}: frames of shape {list(frames.shape)} hold RGB with the channels first, not palette indices: "
+                "move the channels last, with numpy.moveaxis(frames, -3, -1)"
+            )
         return self._vem(frames)
 
     def __repr__(self) -> str:
         return f"Game({self.name}, {self.num_slots} slots: {', '.join(f'{c.name} {c.count}' for c in self.categories)})"
+
+
+def _is_channel_first(frames: jax.Array | np.ndarray, screen: tuple[int, int]) -> bool:
+    """Whether frames are RGB `[..., 3, H, W]`, judged by the last of them.
+
+    Three frames of palette indices, read as red, green and blue, do not make colours of the palette.
+    Inside `jit` and `vmap` there are no values to judge by.
+    """
+    if frames.shape[-3:] != (3, *screen) or 0 in frames.shape or isinstance(frames, Tracer):
+        return False
+    last = np.moveaxis(np.asarray(frames[(-1,) * (frames.ndim - 3)]), 0, -1)
+    return bool(last.any() and palette.is_color(last).all())
 
 
 # ------------------------------------------------------------------------------------------------------------ validation

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import math
 import os
 import zipfile
 from collections.abc import Mapping, Sequence
@@ -10,15 +11,20 @@ from typing import Any
 
 import numpy as np
 
+from ocjax import output
 from ocjax.game import Game
 from ocjax.ram import RAM_SIZE
-from ocjax.registry import load
+from ocjax.registry import UnknownGameError, load
 
 ARRAYS = ("rams", "screens", "previous", "shown", "previous_shown", "drawn", "rewards", "lives", "resets")
 NUMBERS = {"rewards": "if", "lives": "iu"}  # kinds of dtype; all other arrays are uint8 or bool
 BOOLS = ("resets",)
 XOR = {"previous": "screens", "previous_shown": "shown"}  # stored as exclusive or with the other: nearly all zero, a tenth of the size
 FACTS = ("game", "md5", "frame_skip", "settings")
+DENSEST = 1100  # bytes that one byte of compressed data holds at most; deflate's limit is 1032
+END_RECORD = 22  # bytes of the record at the end of a zip archive
+_MEMBERS = frozenset(f"{name}.npy" for name in (*ARRAYS, *FACTS))
+_HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
 
 
 class RecordingError(ValueError):
@@ -89,14 +95,7 @@ class Recording:
             facts["frame_skip"] = self.frame_skip
         if self.settings is not None:
             facts["settings"] = json.dumps(dict(self.settings))
-        path = Path(path)
-        unfinished = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-        try:
-            with unfinished.open("xb") as file:
-                np.savez_compressed(file, **arrays, **facts)
-            unfinished.replace(path)
-        finally:
-            unfinished.unlink(missing_ok=True)
+        output.write(Path(path), lambda file: np.savez_compressed(file, **arrays, **facts))
 
 
 def join(parts: Sequence[Recording]) -> Recording:
@@ -131,7 +130,7 @@ def read(path: str | Path, game: str | None = None) -> Recording:
         FileNotFoundError: there is no such file.
         RecordingError: a ValueError; the file is unreadable, lacks an array, has one of the wrong dtype or shape, or was made with another
             ROM.
-        UnknownGameError: a ValueError; there is no such game.
+        UnknownGameError: a ValueError; there is no game of the name given, or of the file's name where nothing else tells.
     """
     path = Path(path)
     arrays, facts = _load_file(path)
@@ -147,12 +146,7 @@ def read(path: str | Path, game: str | None = None) -> Recording:
             arrays[name] = arrays[other] ^ arrays[name]
     if "drawn" in arrays:
         arrays["drawn"] = np.unpackbits(arrays["drawn"], axis=-1, count=found.screen[1]).astype(bool)
-    skip = int(facts["frame_skip"]) if "frame_skip" in facts else None
-    try:
-        settings = json.loads(str(facts["settings"])) if "settings" in facts else None
-    except json.JSONDecodeError as error:
-        raise RecordingError(f"{path}: settings must be JSON, got {facts['settings']!r}") from error
-    return Recording(found, **arrays, frame_skip=skip, settings=settings)
+    return Recording(found, **arrays, frame_skip=_frame_skip(path, facts), settings=_settings(path, facts))
 
 
 def _load_file(path: Path) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
@@ -160,15 +154,76 @@ def _load_file(path: Path) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]
     if not path.exists():
         raise FileNotFoundError(f"no recording {path}")
     try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays, facts = ({k: file[k] for k in names if k in file} for names in (ARRAYS, FACTS))
-    except (OSError, ValueError, zipfile.BadZipFile, AttributeError, EOFError) as error:
-        raise RecordingError(f"{path} is not a readable .npz recording: {error}") from error
+        with zipfile.ZipFile(path) as archive:
+            _check_count(archive)
+            stored = {info.filename: _load_array(archive, info) for info in archive.infolist()}
+    except Exception as error:  # a damaged file can fail anywhere in zipfile, zlib, numpy and the parser of its headers
+        raise RecordingError(f"{path} is not a readable .npz recording: {type(error).__name__}: {error}") from error
+    arrays, facts = ({k: array for k in names if (array := stored.get(f"{k}.npy")) is not None} for names in (ARRAYS, FACTS))
+    for name, fact in facts.items():
+        if fact.shape != ():
+            raise RecordingError(f"{path}: {name} must be a single value, got {fact.dtype} {list(fact.shape)}")
     return arrays, facts
 
 
+def _check_count(archive: zipfile.ZipFile) -> None:
+    """Check that the directory at the end of the file could be read to its last entry, which zipfile does not."""
+    assert archive.fp is not None
+    archive.fp.seek(-END_RECORD - len(archive.comment), os.SEEK_END)
+    count = int.from_bytes(archive.fp.read(END_RECORD)[10:12], "little")
+    if count != len(archive.infolist()):
+        raise ValueError(f"its directory has {len(archive.infolist())} entries instead of {count}")
+
+
+def _load_array(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray | None:
+    """One array of the file; None for what is no part of a recording, of which only the header is checked.
+
+    What the headers claim is compared with the size of the file before memory is allocated: a byte of compressed data holds at most
+    `DENSEST` bytes.
+    """
+    assert archive.fp is not None
+    with archive.open(info) as file:
+        if info.filename not in _MEMBERS:
+            return None
+        size = archive.fp.seek(0, os.SEEK_END)
+        if not (info.compress_size <= size and info.file_size <= DENSEST * info.compress_size):
+            raise ValueError(f"{info.filename} claims {info.file_size:,} bytes out of {info.compress_size:,} in a file of {size:,}")
+        version = np.lib.format.read_magic(file)
+        if version not in _HEADERS:
+            raise ValueError(f"{info.filename} is of version {version} of numpy's format, which stores plain arrays as 1.0 or 2.0")
+        shape, is_fortran, dtype = _HEADERS[version](file)
+        data = file.read()  # to the end, where the checksum is compared
+    if dtype.hasobject or len(data) != math.prod(shape) * dtype.itemsize:
+        raise ValueError(f"{info.filename} claims {dtype} {list(shape)}, but has {len(data):,} bytes")
+    return np.ndarray(shape, dtype, bytearray(data), order="F" if is_fortran else "C")
+
+
+def _frame_skip(path: Path, facts: Mapping[str, np.ndarray]) -> int | None:
+    skip = facts.get("frame_skip")
+    if skip is not None and not (skip.dtype.kind in "iu" and skip >= 1):
+        raise RecordingError(f"{path}: frame_skip must be a number of at least 1, got {skip.dtype} {skip}")
+    return None if skip is None else int(skip)
+
+
+def _settings(path: Path, facts: Mapping[str, np.ndarray]) -> dict[str, Any] | None:
+    if "settings" not in facts:
+        return None
+    try:
+        settings = json.loads(str(facts["settings"]))
+    except (ValueError, RecursionError):
+        settings = None
+    if not isinstance(settings, dict):
+        raise RecordingError(f"{path}: settings must be a JSON object, got {str(facts['settings'])[:200]!r}")
+    return settings
+
+
 def _game_of(path: Path, facts: Mapping[str, np.ndarray], name: str | None) -> Game:
-    game = load(str(facts["game"]) if "game" in facts else name or path.stem)
+    try:
+        game = load(str(facts["game"]) if "game" in facts else name or path.stem)
+    except UnknownGameError as error:
+        if "game" not in facts:
+            raise
+        raise RecordingError(f"{path} is a recording of another program: {error}") from error
     if name is not None and load(name) is not game:
         raise RecordingError(f"{path} is a recording of {game.name}, not of {load(name).name}")
     if "md5" in facts and str(facts["md5"]) != game.md5:

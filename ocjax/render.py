@@ -8,6 +8,7 @@ import jax
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from ocjax import output
 from ocjax.game import Game
 from ocjax.objects import Objects
 from ocjax.recordings import Recording
@@ -115,5 +116,8 @@ def pictures(recording: Recording, objects: Mapping[str, Objects], samples: slic
 
 def save(images: Sequence[Image.Image], path: Path) -> None:
     """Write one picture, or several as an animated .gif."""
-    options = {"save_all": True, "append_images": images[1:], "duration": FRAME_TIME, "loop": 0} if path.suffix == ".gif" else {}
-    images[0].save(path, **options)
+    if path.suffix == ".gif":
+        animation = {"save_all": True, "append_images": images[1:], "duration": FRAME_TIME, "loop": 0}
+        output.write(path, lambda file: images[0].save(file, "GIF", **animation))
+    else:
+        output.write_picture(path, images[0])

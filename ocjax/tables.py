@@ -5,8 +5,11 @@ import math
 from collections.abc import Sequence
 
 from rich.console import Console
+from rich.markup import escape
 from rich.measure import Measurement
 from rich.table import Table as RichTable
+
+WIDEST = 10_000  # columns, more than any table has
 
 Cell = str | int | float | None  # a float is a percentage; None is an empty cell
 
@@ -42,15 +45,22 @@ def text(cell: Cell) -> str:
 def show(table: Table, console: Console) -> None:
     """Print a table. It may be wider than the console, because cut-off numbers would mislead."""
     table = table.without_empty_columns()
-    out = RichTable(title=table.title, title_justify="left")
-    cells = [[text(c) for c in row] for row in table.rows]
+    out = RichTable(title=escape(table.title), title_justify="left")
+    cells = [[escape(text(c)) for c in row] for row in table.rows]
     for i, heading in enumerate(table.header):
         is_text = all(isinstance(row[i], str | None) for row in table.rows)
         longest = max(len(word) for cell in (heading, *(row[i] for row in cells)) for word in cell.split() or [""])
-        out.add_column(heading, justify="left" if is_text else "right", min_width=longest)
+        out.add_column(escape(heading), justify="left" if is_text else "right", min_width=longest)
     for row in cells:
         out.add_row(*row)
-    console.print(out, crop=False, width=max(console.width, Measurement.get(console, console.options, out).minimum))
+    print_whole(out, console)
+
+
+def print_whole(table: RichTable, console: Console) -> None:
+    """Print a table with no word cut off, and in a file or a pipe with no cell broken into lines."""
+    size = Measurement.get(console, console.options.update(max_width=WIDEST), table)
+    table.width = max(console.width, size.minimum) if console.is_terminal else size.maximum
+    console.print(table, crop=False)
 
 
 def to_markdown(tables: Sequence[Table]) -> str:

@@ -71,7 +71,7 @@ def extractor_with_overflow(game: Game) -> Callable[[jax.Array], tuple[Objects, 
 def extractor(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
     """The game's VEM: uint8 `[..., H, 160]` or `[..., H, 160, 3]` -> `Objects`."""
     by_index = _xla.any_batch(lambda frames: _xla.in_chunks(lambda chunk: _extract(game, chunk)[0], frames, CHUNK), 2)
-    to_index = jax.jit(palette.to_index)
+    to_index = _xla.any_batch(palette.to_index, 3)
 
     def extract(frames: jax.Array | np.ndarray) -> Objects:
         return by_index(to_index(frames) if frames.shape[-3:] == (*game.screen, 3) else frames)

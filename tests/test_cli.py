@@ -1,3 +1,9 @@
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 from conftest import DATA
@@ -5,6 +11,7 @@ from PIL import Image
 from typer.testing import CliRunner
 
 import ocjax
+from ocjax import cli, output, tables
 from ocjax.cli import app
 
 runner = CliRunner()
@@ -57,3 +64,110 @@ def test_wrong_use(tmp_path):
         assert result.exit_code == 2, args
         assert message in " ".join(result.output.replace("│", " ").split()), result.output
     assert not (tmp_path / "x.png").exists()
+
+
+def test_version():
+    for command in (("--version",), ()):
+        code = [sys.executable, "-m", "ocjax", *command]
+        result = subprocess.run(code, capture_output=True, text=True, check=False)
+        assert (ocjax.__version__ if command else "Usage") in result.stdout
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("demo", "Pong", "--out"),
+        ("record", "Pong", "--out"),
+        ("render", DATA / "Pong.npz", "--out"),
+        ("evaluate", "Pong", "--csv"),
+        ("ram", "correlate", "Pong", "--markdown"),
+        ("ram", "causes", "Pong", "--out"),
+        ("ram", "residual", "Pong", "Ball", "x", "--markdown"),
+    ],
+)
+def test_bad_outputs_are_refused_before_the_work(command, tmp_path, monkeypatch):
+    def work(*args, **kwargs):
+        raise AssertionError("the work has started")
+
+    for module, name in ((cli.demonstration, "run"), (cli.excerpts, "record"), (cli.recordings, "read"), (cli, "rollout")):
+        monkeypatch.setattr(module, name, work)
+    for module, name in (("causal", "causes"), ("recordings", "read")):
+        monkeypatch.setattr(f"ocjax.ramtools.commands.{module}.{name}", work)
+    monkeypatch.setattr("ocjax.ramtools.commands.rollout", work)
+    (tmp_path / "folder.png").mkdir()
+    for out, message in ((tmp_path / "nowhere" / "x.png", "no folder"), (tmp_path / "folder.png", "is a folder")):
+        result = run(*command, out)
+        assert result.exit_code == 2, result.output
+        assert message in result.output
+        assert result.output.count("\n") == 1
+
+
+def test_a_missing_rom_is_one_line(tmp_path, monkeypatch):
+    monkeypatch.setenv("ALE_ROMS_DIR", str(tmp_path))
+    result = run("demo", "Pong")
+    assert result.exit_code == 2
+    assert re.fullmatch(r"Error: expected the ROM 'pong' at .*\n", result.output)
+
+
+def test_names_of_files_are_no_markup(tmp_path, capsys):
+    out = tmp_path / "a [bold]picture with a name that is longer than the eighty columns of a pipe [x].png"
+    result = run("render", DATA / "Pong.npz", "--out", out, "--method", "rem")
+    assert result.exit_code == 0, result.output
+    assert f": {out}\n" in result.output
+    table = tables.Table("of [bold]a.npz[/x]", ("[red]x",), [("[/y] in a cell that is wider than the title",)])
+    tables.show(table, cli.console)
+    printed = " ".join(capsys.readouterr().out.split())
+    assert all(part in printed for part in ("of [bold]a.npz[/x]", "[red]x", "[/y]"))
+
+
+def test_redirected_tables_are_whole():
+    """Every game's categories are in one line, whatever the width of a terminal would be."""
+    lines = run("games").output.splitlines()
+    for name in ocjax.games():
+        words = [c.name for c in ocjax.load(name).categories]
+        assert any(all(word in line for word in (name, *words)) for line in lines), name
+
+
+def test_outputs_are_replaced_whole(tmp_path):
+    old = tmp_path / "old.txt"
+    output.write_text(old, "old")
+    link = tmp_path / "link.txt"
+    link.symlink_to(old)
+
+    def fail(file):
+        file.write(b"half")
+        raise OSError("disk full")
+
+    with pytest.raises(OSError, match="disk full"):
+        output.write(old, fail)
+    assert old.read_text() == "old"
+    output.write_text(link, "new")
+    assert link.is_symlink()
+    assert old.read_text() == "new"
+    assert {p.name for p in tmp_path.iterdir()} == {"old.txt", "link.txt"}
+    output.write_text(Path(os.devnull), "nothing")
+    assert not Path(os.devnull).is_file()
+
+
+INTERRUPTED = """
+import threading, time
+import jax, jax.numpy as jnp
+from ocjax import cli, demo
+
+def run(*args):
+    def compile():
+        x = jnp.ones((64, 64))
+        jax.jit(lambda x: [x := jnp.sin(x @ x) for _ in range(300)][-1])(x)
+    threading.Thread(target=compile, daemon=True).start()
+    time.sleep(0.5)
+    raise KeyboardInterrupt
+
+demo.run = run
+cli.app(["demo", "Pong"])
+"""
+
+
+def test_interruption(tmp_path):
+    """One line and exit status 130, while a thread of XLA still compiles."""
+    result = subprocess.run([sys.executable, "-c", INTERRUPTED], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (result.returncode, result.stderr.splitlines()) == (130, ["Interrupted."])

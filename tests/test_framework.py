@@ -85,11 +85,41 @@ def test_jit_and_scan(sample, method, whole):
     assert same(whole[:6], jax.lax.scan(lambda carry, row: (carry, f(row)), None, x[:6])[1])
 
 
+def aligned(x):
+    """A copy at an address at which JAX reads an array in place, instead of copying it."""
+    memory = np.empty(x.nbytes + 64, np.uint8)
+    start = -memory.ctypes.data % 64
+    copy = memory[start : start + x.nbytes].reshape(x.shape)
+    copy[:] = x
+    return copy
+
+
 def test_input_is_not_kept(sample, method, whole):
+    """A caller that fills its buffer anew gets the objects of what was in it, whatever the buffer's layout."""
+    f, x = getattr(sample, method), inputs(sample)[method]
+    many = np.concatenate([x] * {"rem": 100, "vem": 2}[method])  # extraction takes a while
+    for buffer in (aligned(many), np.asfortranarray(many), np.repeat(many, 2, axis=0)[::2], many[::-1].copy()[::-1]):
+        objects = f(buffer)
+        assert all(leaf.is_ready() for leaf in jax.tree.leaves(objects))  # so that nothing reads the buffer any more
+        buffer[:] = 255
+        assert same(whole, objects[:SAMPLES])
+        assert same(whole, objects[-SAMPLES:])
+
+
+def test_read_only_input(sample, method, whole):
     x = inputs(sample)[method].copy()
-    objects = getattr(sample, method)(x)
+    x.flags.writeable = False
+    assert same(whole, getattr(sample, method)(x))
+
+
+def test_closures_over_arrays(sample, method, whole):
+    """An array that a compiled function closes over is a constant of it."""
+    x = inputs(sample)[method].copy()
+    f = jax.jit(lambda: getattr(sample, method)(x))
+    objects = f()
     x[:] = 255
     assert same(whole, objects)
+    assert same(whole, f())
 
 
 def test_x64(sample, method, whole):
@@ -114,6 +144,22 @@ def test_rgb_is_index(sample):
     rgb = palette.NTSC[frames]
     palette.check_rgb(rgb)
     assert same(sample.vem(rgb), sample.vem(frames))
+
+
+@pytest.mark.parametrize("batch", [(2,), ()])
+def test_rgb_with_channels_first_is_refused(sample, batch):
+    frames = inputs(sample)["vem"][: len(batch) + 1].reshape(*batch, *sample.screen)
+    rgb = palette.NTSC[frames]
+    for wrong in (np.moveaxis(rgb, -1, -3), jnp.asarray(np.moveaxis(rgb, -1, -3))):
+        with pytest.raises(ValueError, match=r"channels first.* numpy\.moveaxis\(frames, -3, -1\)"):
+            sample.vem(wrong)
+
+
+def test_three_frames_are_not_channels(sample):
+    frames = inputs(sample)["vem"]
+    for batch in (frames[:6].reshape(2, 3, *sample.screen), frames[:3], np.zeros((2, 3, *sample.screen), np.uint8)):
+        rows = sample.vem(batch.reshape(-1, *sample.screen))
+        assert same(rows, jax.tree.map(lambda a, n=batch.ndim - 2: a.reshape(-1, *a.shape[n:]), sample.vem(batch)))
 
 
 def test_chunks(monkeypatch):
@@ -160,33 +206,107 @@ def test_wrong_input(sample):
 
 
 SHARDED = """
+import sys
+import jax, numpy as np
+from jax.sharding import AxisType, NamedSharding, PartitionSpec
+from ocjax import rem, vem
+from synthetic import GAME, drawn
+
+rem.CHUNK, vem.CHUNK = 8, 2  # a device has two chunks
+method, kind = sys.argv[1:]
+types = {} if kind == "default" else {"axis_types": (AxisType[kind],)}
+mesh = jax.make_mesh((4,), ("batch",), **types)
+spec = PartitionSpec("batch")
+along_batch = NamedSharding(mesh, spec)
+rng = np.random.default_rng(0)
+rams = rng.integers(0, 256, (64, 128), dtype=np.uint8)
+frames = np.stack([np.roll(drawn(), 3 * i, axis=1) for i in range(16)])
+f, x = {"rem": (GAME.rem, rams), "vem": (GAME.vem, frames)}[method]
+want = jax.tree.leaves(f(x))
+split = jax.device_put(x, along_batch)
+
+
+def check(got):
+    leaves = jax.tree.leaves(got)
+    assert all(np.array_equal(a, b) for a, b in zip(want, leaves, strict=True))
+    assert all(leaf.sharding.is_equivalent_to(along_batch, leaf.ndim) for leaf in leaves)
+
+
+def check_compiled(g):
+    compiled = jax.jit(g).lower(split).compile()
+    check(compiled(split))
+    found = [word for word in ("all-gather", "all-reduce", "all-to-all", "collective-permute") if word in compiled.as_text()]
+    assert not found, found
+
+
+check(f(split))
+check_compiled(f)
+if method == "rem":  # VEM's compilation takes long, and the rest is the same for both
+    check(jax.vmap(f)(split))
+    check_compiled(jax.vmap(f))
+    for check_vma in (False, True):
+        check_compiled(jax.shard_map(f, mesh=mesh, in_specs=spec, out_specs=spec, check_vma=check_vma))
+    with jax.set_mesh(mesh):
+        check(f(split))
+        check_compiled(f)
+elif kind == "Auto":
+    check_compiled(jax.shard_map(f, mesh=mesh, in_specs=spec, out_specs=spec))
+"""
+
+
+def in_a_process(code, *args, **variables):
+    variables = os.environ | {"PYTHONPATH": str(Path(__file__).parent)} | variables
+    run = subprocess.run([sys.executable, "-c", code, *args], env=variables, capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr[-2000:]
+
+
+@pytest.mark.parametrize("kind", ["Auto", "default"])
+def test_sharding(method, kind):
+    """Results follow the sharding of the input along the batch without communication, with automatic and with explicit mesh axes."""
+    in_a_process(SHARDED, method, kind, XLA_FLAGS="--xla_force_host_platform_device_count=4")
+
+
+MESHES = """
 import jax, numpy as np
 from jax.sharding import AxisType, NamedSharding, PartitionSpec
 from synthetic import GAME
 
-mesh = jax.make_mesh((4,), ("batch",), axis_types=(AxisType.Auto,))
-spec = PartitionSpec("batch")
-rng = np.random.default_rng(0)
-rams = rng.integers(0, 256, (64, 128), dtype=np.uint8)
-frames = rng.choice(np.array([0, 20, 40, 60, 80, 100], np.uint8), (64, 210, 160))
-for f, x in ((GAME.rem, rams), (GAME.vem, frames)):
-    want = jax.tree.leaves(f(x))
-    split = jax.device_put(x, NamedSharding(mesh, spec))
-    local = jax.shard_map(f, mesh=mesh, in_specs=spec, out_specs=spec)
-    for got in (f(split), local(split)):
-        leaves = jax.tree.leaves(got)
-        assert all(np.array_equal(a, b) for a, b in zip(want, leaves, strict=True))
-        assert all(leaf.sharding.is_equivalent_to(NamedSharding(mesh, spec), leaf.ndim) for leaf in leaves)
-    # VEM searches until no frame has a candidate left: without shard_map, devices have to agree on that.
-    for g in (GAME.rem, local) if f == GAME.rem else (local,):
-        text = jax.jit(g).lower(split).compile().as_text()
-        assert not [word for word in ("all-gather", "all-reduce", "all-to-all", "collective-permute") if word in text]
+rams = np.random.default_rng(0).integers(0, 256, (8, 8, 128), dtype=np.uint8)
+want = jax.tree.leaves(GAME.rem(rams))
+for types in ((AxisType.Explicit, AxisType.Explicit), (AxisType.Explicit, AxisType.Auto), (AxisType.Auto, AxisType.Auto)):
+    mesh = jax.make_mesh((2, 2), ("a", "b"), axis_types=types)
+    for spec in (("a", "b"), (None, "b"), (("a", "b"),), ("b",), (), (None, "b", "a")):
+        split = jax.device_put(rams, NamedSharding(mesh, PartitionSpec(*spec)))
+        along_batch = NamedSharding(mesh, PartitionSpec(*spec[:2]))
+        for leaf, expected in zip(jax.tree.leaves(GAME.rem(split)), want, strict=True):
+            assert np.array_equal(leaf, expected)
+            assert leaf.sharding.is_equivalent_to(along_batch, leaf.ndim), (types, spec, leaf.sharding)
 """
 
 
-def test_sharding():
-    """Results follow the sharding of the input; REM, and VEM inside `shard_map`, need no communication."""
-    flags = {"XLA_FLAGS": "--xla_force_host_platform_device_count=4", "PYTHONPATH": str(Path(__file__).parent)}
+def test_sharding_over_two_mesh_axes():
+    """Any axes of the batch may be divided; what is divided within a state is gathered."""
+    in_a_process(MESHES, XLA_FLAGS="--xla_force_host_platform_device_count=4")
 
-    run = subprocess.run([sys.executable, "-c", SHARDED], env=os.environ | flags, capture_output=True, text=True, check=False)
-    assert run.returncode == 0, run.stderr[-2000:]
+
+X64 = """
+import sys
+import jax, numpy as np
+if sys.argv[1] == "before":
+    jax.config.update("jax_enable_x64", True)
+from synthetic import GAME
+
+rams = np.random.default_rng(0).integers(0, 256, (4, 128), dtype=np.uint8)
+if sys.argv[1] == "after":
+    jax.config.update("jax_enable_x64", True)
+for objects in (GAME.rem(rams), jax.jit(GAME.rem)(rams), jax.vmap(GAME.rem)(rams)):
+    got = {name: str(getattr(objects, name).dtype) for name in ("xywh", "valid", "orientation", "value", "rgb")}
+    assert got == {"xywh": "int16", "valid": "bool", "orientation": "int8", "value": "int32", "rgb": "uint8"}, got
+    assert objects.center.dtype == np.float32
+assert jax.numpy.arange(3).dtype == np.int64  # what the caller asked for stays
+"""
+
+
+@pytest.mark.parametrize("when", ["before", "after"])
+def test_x64_for_the_whole_process(when):
+    in_a_process(X64, when)

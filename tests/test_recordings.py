@@ -1,5 +1,7 @@
 """Recordings in files, and the excerpts that the tests use."""
 
+import zipfile
+
 import numpy as np
 import pytest
 from conftest import DATA
@@ -36,7 +38,7 @@ def test_wrong_arrays_are_refused(tape, tmp_path):
     arrays = {"rams": tape.rams, "screens": tape.screens, "game": "Pong"}
     for change, message in (
         ({"lives": tape.lives[:-1]}, "lives must be numbers"),
-        ({"settings": "v5"}, "settings must be JSON, got"),
+        ({"settings": "v5"}, "settings must be a JSON object, got"),
         ({"resets": tape.lives}, "resets must be bool"),
         ({"previous": tape.previous[:, ::2]}, "previous must be uint8"),
         ({"previous_shown": tape.previous}, "previous_shown is stored as exclusive or with shown"),
@@ -98,6 +100,106 @@ def test_a_failed_write_leaves_the_file_as_it_was(tape, tmp_path, monkeypatch):
         tape.write(path)
     assert path.read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["tape.npz"]
+
+
+@pytest.fixture(scope="module")
+def damage(tmp_path_factory):
+    """A function that damages a small recording in one of four ways, chosen by a number, and returns the file."""
+    folder = tmp_path_factory.mktemp("damaged")
+    whole = recordings.read(DATA / "Pong.npz")
+    small = {name: array[:2] for name, array in whole.arrays.items()}
+    recordings.Recording(whole.game, **small, frame_skip=3, settings={"noop_max": 3}).write(folder / "whole.npz")
+    good = (folder / "whole.npz").read_bytes()
+
+    def damaged(number):
+        rng = np.random.default_rng(number)
+        data = bytearray(good)
+        at = int(rng.integers(len(data)))
+        if number % 2:  # in the headers, which are a small part of the file
+            at = int(rng.choice([i for i in range(len(data)) if data[i : i + 2] == b"PK"])) + int(rng.integers(60))
+        at = min(at, len(data) - 1)
+        match number % 8 // 2:
+            case 0:
+                data[at] ^= 1 << int(rng.integers(8))
+            case 1:
+                data[at] = int(rng.integers(256))
+            case 2:
+                data[at : at + 4] = rng.bytes(4)
+            case 3:
+                del data[at : at + int(rng.integers(1, 200))]
+        path = folder / "Pong.npz"
+        path.write_bytes(data)
+        return path
+
+    return damaged, recordings.read(folder / "whole.npz")
+
+
+def check_damaged(damage, number):
+    """Whether a damaged file loads as what it was; otherwise it is refused by name."""
+    damaged, whole = damage
+    path = damaged(number)
+    try:
+        tape = recordings.read(path)
+    except recordings.RecordingError as error:
+        assert str(path) in str(error)  # noqa: PT017
+        return False
+    assert tape.settings == whole.settings
+    assert tape.frame_skip == whole.frame_skip
+    assert {k: v.tobytes() for k, v in tape.arrays.items()} == {k: v.tobytes() for k, v in whole.arrays.items()}
+    return True
+
+
+def test_damaged_files_are_refused(damage):
+    loaded = [check_damaged(damage, number) for number in range(200)]
+    assert not all(loaded[k] for k in range(0, 200, 2))
+
+
+def stored(path, name, header, data=bytes(8), **info):
+    """Write a zip archive with one member, whose directory entry is changed."""
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr(f"{name}.npy", b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header + data)
+        for field, value in info.items():
+            setattr(archive.infolist()[0], field, value)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("header", "info", "message"),
+    [
+        (b"{'descr': '|u1', 'fortran_order': False, 'shape': (999999999999, 128)}", {}, "claims uint8"),
+        (
+            b"{'descr': '|u1', 'fortran_order': False, 'shape': (1, 8)}",
+            {"file_size": 2**40, "compress_size": 2**40},
+            "claims 1,099,511,627,776",
+        ),
+        (b"{'descr': '|u1', 'fortran_order': False, 'shape': (1, 8)}", {"file_size": 2**40}, "claims 1,099,511,627,776"),
+        (b"{'descr': '|O', 'fortran_order': False, 'shape': (1,)}", {}, "claims object"),
+        (b"(" * 9000, {}, "not a readable"),
+        (b"{'descr': '|u1', 'fortran_order': False, 'shape': (1, 8)}", {"compress_type": 99}, "NotImplementedError"),
+        (b"{'descr': '|u1', 'fortran_order': False, 'shape': (1, 8)}", {"flag_bits": 1}, "encrypted"),
+    ],
+)
+def test_false_headers_are_refused(tmp_path, header, info, message):
+    path = stored(tmp_path / "Pong.npz", "rams", header, **info)
+    with pytest.raises(recordings.RecordingError, match=message) as caught:
+        recordings.read(path)
+    assert str(path) in str(caught.value)
+
+
+def test_facts_are_checked(tape, tmp_path):
+    path = tmp_path / "Pong.npz"
+    for facts, message in (
+        ({"frame_skip": 0}, "frame_skip must be a number of at least 1"),
+        ({"frame_skip": "3"}, "frame_skip must be a number of at least 1"),
+        ({"frame_skip": [3, 4]}, "frame_skip must be a single value"),
+        ({"settings": "[" * 100_000}, "settings must be a JSON object"),
+        ({"settings": "3"}, "settings must be a JSON object"),
+        ({"game": "Pung"}, "recording of another program: no game 'Pung'"),
+        ({"game": ["Pong"]}, "game must be a single value"),
+    ):
+        np.savez_compressed(path, rams=tape.rams, **facts)
+        with pytest.raises(recordings.RecordingError, match=message):
+            recordings.read(path)
 
 
 @pytest.fixture
@@ -202,7 +304,7 @@ def test_wrong_use_of_record(tape, tmp_path):
         (("Pung",), "did you mean Pong"),
         (("Pong", "--mode", 99), "Pong has no mode 99"),
         (("Pong", "--difficulty", 9), "Pong has no difficulty 9"),
-        (("Pong", "--out", tmp_path / "nowhere" / "x.npz", "--samples", 1, "--mode", 0), "No such file or directory"),
+        (("Pong", "--out", tmp_path / "nowhere" / "x.npz", "--samples", 1, "--mode", 0), "no folder"),
         (("Pong", "--from", tmp_path / "no.npz"), "no recording"),
         (("Breakout", "--from", tmp_path / "Pong.npz"), "a recording of Pong, not of Breakout"),
         (("Pong", "--from", tmp_path / "Pong.npz", "--samples", 65), "cannot cut 65 samples from 64"),

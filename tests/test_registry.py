@@ -42,6 +42,15 @@ def test_extractors_has_one_name():
     assert "ocjax.extractors" in run.stderr or "No module named 'extractors'" in run.stderr
 
 
+def test_scripts_beside_a_folder_named_ocjax(tmp_path):
+    """A script in the folder that holds the clone imports the package, not the clone's folder."""
+    (tmp_path / "ocjax").mkdir()
+    script = tmp_path / "script.py"
+    script.write_text("import ocjax; print(ocjax.load('Pong').name)")
+    run = subprocess.run([sys.executable, script], capture_output=True, text=True, check=False)
+    assert run.stdout == "Pong\n", f"install ocjax again with pip install -e .: {run.stderr}"
+
+
 def test_import_is_light():
     """The environments' packages are imported with the environments, not before. (Gymnasium is: it is told of their names.)"""
     packages = ("ale_py", "envpool", "PIL", "typer", "ocjax.envs", "ocjax.extractors.skiing")

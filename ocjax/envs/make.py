@@ -1,6 +1,7 @@
 """Functions that make environments: `make_vec`, `make`, and `ocatari` for code written on OCAtari."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, Literal
 
 from gymnasium.envs.registration import EnvSpec
@@ -9,6 +10,7 @@ from gymnasium.vector import AutoresetMode
 from ocjax.envs._worker.interface import DISABLED, NEXT_STEP, SAME_STEP, SCREENS
 from ocjax.envs.ale import AlePool, Hook
 from ocjax.envs.observations import Mode, Request, requested_kinds, required_screens
+from ocjax.envs.protocols import preset_of
 from ocjax.envs.settings import Settings, settings
 from ocjax.envs.single import ObjectEnv
 from ocjax.envs.vector import RENDER_MODES, ObjectVectorEnv
@@ -31,7 +33,7 @@ def make_vec(
     backend: Literal["ale", "envpool"] = "ale",
     obs: Request | None = None,
     hud: bool = True,
-    preset: str = "v5",
+    preset: str | None = None,
     frame_skip: int | tuple[int, int] | None = None,
     repeat_action_probability: float | None = None,
     max_episode_frames: int | None = None,
@@ -52,7 +54,8 @@ def make_vec(
     """Make a vector environment: many instances of a game, stepped by worker processes, whose observations are objects.
 
     Args:
-        game: the game's name in any of the usual spellings, or a `Game`.
+        game: the game's name in any of the usual spellings, or a `Game`. Ids of versions 0 and 4 ("PongNoFrameskip-v4") name their preset,
+            which `preset` and the settings must not contradict.
         num_envs: number of instances.
         mode: "rem" (objects from RAM; no pixel is touched), "vem" (objects from the screen), "both", or "raw" (no objects).
         backend: "ale" (worker processes with ale-py) or "envpool" (needs the extra of that name; `ocjax.envs.envpool` lists its limits).
@@ -61,7 +64,8 @@ def make_vec(
             `ocjax.envs`, which have options; or a list of names or a dict of either, for a Dict of observations. By default the
             objects, or in mode "raw" the RAM.
         hud: False leaves out score, lives and other display objects.
-        preset: settings by name: "v5" (Gymnasium's), "v4", "deterministic-v4", "noframeskip", "dqn" or "machado".
+        preset: settings by name: "v5" (Gymnasium's, the default), "v4", "deterministic-v4", "noframeskip", "dqn", "machado", or "v0",
+            "deterministic-v0" and "noframeskip-v0", which have sticky actions.
         frame_skip: this and the next seven override the preset; see `Settings`.
         repeat_action_probability: see `Settings`.
         max_episode_frames: see `Settings`.
@@ -83,10 +87,20 @@ def make_vec(
         The vector environment.
 
     Raises:
-        ValueError: the game or an option is unknown, the ROM is the wrong one, or the backend cannot do what is asked of it.
+        ValueError: the game or an option is unknown, an option contradicts the id, the ROM is the wrong one, or the backend cannot do what
+            is asked of it.
         ModuleNotFoundError: the extra `envpool` is not installed.
         WorkerError: a worker process could not be started.
     """
+    if isinstance(game, str):
+        preset = preset_of(
+            game,
+            preset,
+            frame_skip=frame_skip,
+            repeat_action_probability=repeat_action_probability,
+            full_action_space=full_action_space,
+        )
+    preset = preset or "v5"
     game, autoreset = _resolve(game, hud), AutoresetMode(autoreset_mode)
     chosen = settings(
         preset,
@@ -167,7 +181,8 @@ def make(game: str | Game, **options: Any) -> ObjectEnv:
             raise TypeError(f"{name} is an option of make_vec: a single environment has none")
     envs = make_vec(game, 1, num_workers=0, autoreset_mode=AutoresetMode.DISABLED, **options)
     env = ObjectEnv(envs)
-    env.spec = envs.spec
+    assert envs.spec is not None
+    env.spec = replace(envs.spec, kwargs={name: value for name, value in envs.spec.kwargs.items() if name not in _VECTOR_ONLY})
     return env
 
 
@@ -186,8 +201,7 @@ def ocatari(
     """Make an environment for code written on OCAtari, with the argument names of its constructor and its `.objects`.
 
     Args:
-        env_name: the game in any spelling. IDs of version 4 ("PongNoFrameskip-v4", "PongDeterministic-v4", "Pong-v4") select the preset
-            of that name, all others "v5".
+        env_name: the game in any spelling; see `make_vec`.
         mode: "ram" (REM), "vision" (VEM) or "both" (`.objects` and `.objects_v`).
         hud: whether score, lives and other display objects are included.
         obs_mode: "ori" (the screen), "dqn" (four grey frames, 84 x 84) or "obj" (a flat vector of the objects' features).
@@ -203,6 +217,4 @@ def ocatari(
     if mode not in _OCATARI_MODES or obs_mode not in _OCATARI_OBSERVATIONS:
         modes, observations = tuple(_OCATARI_MODES), tuple(_OCATARI_OBSERVATIONS)
         raise ValueError(f"mode must be one of {modes}, obs_mode one of {observations}, got {mode!r} and {obs_mode!r}")
-    v4 = "noframeskip" if "NoFrameskip" in env_name else "deterministic-v4" if "Deterministic" in env_name else "v4"
-    preset = v4 if env_name.endswith("-v4") else "v5"
-    return make(env_name, mode=_OCATARI_MODES[mode], hud=hud, **{"preset": preset, "obs": _OCATARI_OBSERVATIONS[obs_mode], **options})
+    return make(env_name, mode=_OCATARI_MODES[mode], hud=hud, **{"obs": _OCATARI_OBSERVATIONS[obs_mode], **options})

@@ -63,8 +63,11 @@ class Settings:
 PRESETS: Mapping[str, Settings] = MappingProxyType(
     {
         "v5": Settings(),
+        "v0": Settings(frame_skip=(2, 5)),
         "v4": Settings(frame_skip=(2, 5), repeat_action_probability=0.0),
+        "deterministic-v0": Settings(),
         "deterministic-v4": Settings(repeat_action_probability=0.0),
+        "noframeskip-v0": Settings(frame_skip=1),
         "noframeskip": Settings(frame_skip=1, repeat_action_probability=0.0),
         "dqn": Settings(repeat_action_probability=0.0, noop_max=30, fire_reset=True, clip_rewards=True, episodic_life=True),
         "machado": Settings(frame_skip=5, full_action_space=True, max_episode_frames=18_000),

@@ -1,14 +1,13 @@
 """The commands `ocjax ram ...`."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
 
-from ocjax import recordings, registry, tables
+from ocjax import output, recordings, registry, tables
+from ocjax.messages import errors_in_one_line
 from ocjax.ramtools import causes as causal
 from ocjax.ramtools import correlate as correlation
 from ocjax.ramtools import ram_map, terminal, window
@@ -29,17 +28,8 @@ MODE = typer.Option("--mode", help="Game mode as ale-py numbers it. Default: the
 MARKDOWN = typer.Option(help="Write the tables as Markdown.")
 
 
-@contextmanager
-def _errors_as_messages() -> Iterator[None]:
-    """Report errors that the user can correct as messages, with exit status 2."""
-    try:
-        yield
-    except (OSError, ValueError) as error:
-        raise typer.BadParameter(str(error)) from error
-
-
 def _tape(what: str, samples: int, policy: str, seed: int, game_mode: int | None) -> Recording:
-    with _errors_as_messages():
+    with errors_in_one_line():
         if what.endswith(".npz"):
             return recordings.read(what)
         return rollout(registry.load(what), samples, policy=policy, seed=seed, game_mode=game_mode)
@@ -49,8 +39,9 @@ def _give(found: list[tables.Table], markdown: Path | None) -> None:
     for table in found:
         tables.show(table, console)
     if markdown is not None:
-        markdown.write_text(tables.to_markdown(found))
-        console.print(f"Written: [bold]{markdown}[/bold]")
+        with errors_in_one_line():
+            output.write_text(markdown, tables.to_markdown(found))
+        output.announce(console, "Written", markdown)
 
 
 @app.command()
@@ -71,6 +62,8 @@ def correlate(
     """
     if target not in ("vem", "sprites"):
         raise typer.BadParameter(f"target must be vem or sprites, got {target!r}")
+    with errors_in_one_line():
+        output.check(markdown)
     tape = _tape(what, samples, policy, seed, game_mode)
     if tape.screens is None or (target == "sprites" and tape.shown is None):
         raise typer.BadParameter(f"{what} has no array {'screens' if tape.screens is None else 'shown'}: there is nothing to explain")
@@ -92,13 +85,16 @@ def causes(
     markdown: Annotated[Path | None, MARKDOWN] = None,
 ) -> None:
     """Set each byte to each value in one state, step, and show which pixels and objects change."""
-    with _errors_as_messages():
+    with errors_in_one_line():
         game = registry.load(name)
+        out = out or Path(f"ocjax-causes-{game.name}.png")
+        output.check_suffix(out, (".png",))
+        output.check(markdown, out)
         found = causal.causes(game, steps=steps, frames=frames, seed=seed, values=values, num_envs=num_envs, game_mode=game_mode)
     _give([causal.to_table(found)], markdown)
-    out = out or Path(f"ocjax-causes-{game.name}.png")
-    causal.picture(found).save(out)
-    console.print(f"Map of all bytes, changed pixels in red: [bold]{out}[/bold]")
+    with errors_in_one_line():
+        output.write_picture(out, causal.picture(found))
+    output.announce(console, "Map of all bytes, changed pixels in red", out)
 
 
 @app.command()
@@ -113,8 +109,10 @@ def residual(
     markdown: Annotated[Path | None, MARKDOWN] = None,
 ) -> None:
     """Search all RAM for what explains the remaining errors of a decoder in one field."""
+    with errors_in_one_line():
+        output.check(markdown)
     tape = _tape(what, samples, policy, seed, game_mode)
-    with _errors_as_messages(), console.status("searching"):
+    with errors_in_one_line(), console.status("searching"):
         found = residuals.residual(tape, category, field)
     _give(residuals.to_tables(found, f"{tape.game.name} {category} {field}"), markdown)
 
@@ -122,8 +120,9 @@ def residual(
 @app.command("map")
 def show_map(name: Annotated[str, GAME], markdown: Annotated[Path | None, MARKDOWN] = None) -> None:
     """Print the RAM map of a finished game: bytes, how they are read, range, name and meaning."""
-    with _errors_as_messages():
+    with errors_in_one_line():
         game = registry.load(name)
+        output.check(markdown)
     _give([ram_map.ram_map(game)], markdown)
 
 
@@ -137,7 +136,7 @@ def watch(
     frames: Annotated[int | None, typer.Option(min=1, help="Stop after this many frames are shown (terminal only).")] = None,
 ) -> None:
     """Play with objects, boxes and changing bytes shown live; poke addresses, save and load states."""
-    with _errors_as_messages():
+    with errors_in_one_line():
         session = Session(registry.load(name), policy, seed, game_mode)
     if not in_window:
         terminal.watch(session, console, frames)

@@ -73,6 +73,12 @@ def packed(rgb: np.ndarray) -> np.ndarray:
     return r | (g << 8) | (b << 16)
 
 
+def is_color(rgb: np.ndarray) -> np.ndarray:
+    """Whether the console can draw each of the colours uint8 `[..., 3]`, bool `[...]`."""
+    r, g, b = (rgb[..., i].astype(np.uint32) for i in range(3))
+    return (NTSC[_hash_table()[_hash(r, g, b)]] == rgb).all(-1)
+
+
 def check_rgb(rgb: np.ndarray | jax.Array) -> None:
     """Check that every pixel has a colour that the console can draw.
 
@@ -89,8 +95,7 @@ def check_rgb(rgb: np.ndarray | jax.Array) -> None:
         raise TypeError(f"RGB frames must be uint8, got {host.dtype}")
     if host.ndim == 0 or host.shape[-1] != 3:
         raise ValueError(f"RGB frames must have shape [..., 3], got {host.shape}")
-    r, g, b = (host[..., i].astype(np.uint32) for i in range(3))
-    wrong = (NTSC[_hash_table()[_hash(r, g, b)]] != host).any(-1)
+    wrong = ~is_color(host)
     if wrong.any():
         examples = np.unique(host[wrong], axis=0)[:3].tolist()
         raise PaletteError(

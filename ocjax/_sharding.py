@@ -1,0 +1,55 @@
+"""Extraction from arrays that are divided among devices: each device extracts from its own part of the batch.
+
+Left to itself, the compiler finds no such division: VEM's loops end when no frame has a candidate left, on which devices would have to
+agree, and a loop over chunks of a batch would fetch each chunk from the device that has it.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import jax
+from jax.experimental.custom_partitioning import custom_partitioning
+from jax.sharding import AxisType, NamedSharding, PartitionSpec
+
+
+def by_device(f: Callable[[jax.Array], Any], rank: int) -> Callable[[jax.Array], Any]:
+    """The function on a traced array, which follows the array's sharding along the batch.
+
+    On one device and inside `shard_map` it is the function itself.
+
+    Args:
+        f: maps `[..., *tail]` to a pytree of arrays `[..., *rest]`; states are independent of each other.
+        rank: number of axes of `tail`, along which the array is gathered if it is divided there.
+    """
+    partitioned = _partitioned(f, rank)
+
+    def call(x: jax.Array) -> Any:
+        sharding = jax.typeof(x).sharding
+        axes = zip(sharding.mesh.axis_names, sharding.mesh.axis_types, strict=True)
+        explicit = tuple(name for name, kind in axes if kind == AxisType.Explicit)
+        if not explicit:
+            return partitioned(x)
+        out = NamedSharding(sharding.mesh, PartitionSpec(*sharding.spec[: x.ndim - rank]))
+        return jax.sharding.auto_axes(partitioned, axes=explicit, out_sharding=out)(x)
+
+    return call
+
+
+def _partitioned(f: Callable[[jax.Array], Any], rank: int) -> Callable[[jax.Array], Any]:
+    """The function, with a rule that tells the compiler how to divide it along axes whose sharding only the compiler knows."""
+
+    def rule(mesh: Any, operands: Any, results: Any) -> tuple[str, dict[str, Any]]:
+        batch = [f"b{i}" for i in range(operands[0].rank - rank)]
+        tail = [f"t{i}" for i in range(rank)]
+        rest = [[f"r{k}_{i}" for i in range(result.rank - len(batch))] for k, result in enumerate(results)]
+        text = f"{' '.join(batch + tail)} -> {', '.join(' '.join(batch + names) for names in rest)}"
+        return text, {"need_replication_factors": (*tail, *(name for names in rest for name in names))}
+
+    def partition(mesh: Any, operands: Any, results: Any) -> tuple[Any, Any, Any, Any]:
+        x = operands[0]
+        sharding = NamedSharding(x.sharding.mesh, PartitionSpec(*x.sharding.spec[: x.ndim - rank]))
+        return mesh, f, jax.tree.map(lambda _: sharding, results), (sharding,)
+
+    divided = custom_partitioning(f)
+    divided.def_partition(partition, sharding_rule=rule)
+    return divided

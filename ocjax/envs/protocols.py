@@ -1,0 +1,52 @@
+"""The protocols that ids of environments name, as ale-py registers them with Gymnasium."""
+
+import re
+from typing import Any
+
+from ocjax.envs.settings import PRESETS
+
+FIXED = ("frame_skip", "repeat_action_probability", "full_action_space")  # what an id of version 0 or 4 says
+_ID = re.compile(r"(?:(?:ALE|ocjax)/)?\w+?(?:-ram)?(?P<kind>Deterministic|NoFrameskip)?(?:-ram)?-v(?P<version>\d+)")
+_PRESETS = {
+    "-v0": "v0",
+    "-v4": "v4",
+    "-v5": "v5",
+    "Deterministic-v0": "deterministic-v0",
+    "Deterministic-v4": "deterministic-v4",
+    "NoFrameskip-v0": "noframeskip-v0",
+    "NoFrameskip-v4": "noframeskip",
+}
+
+
+def preset_of(name: str, preset: str | None, **explicit: Any) -> str:
+    """The preset that a game's name and the caller ask for.
+
+    A name without a version, and an id of version 5, stand for "v5" unless a preset is given. Ids of versions 0 and 4 name their protocol.
+
+    Args:
+        name: a game's name in any spelling, such as "PongNoFrameskip-v4".
+        preset: as given by the caller; None if it was not.
+        explicit: settings as given by the caller; None if they were not.
+
+    Raises:
+        ValueError: there is no id of this kind, or the preset or a setting contradicts it.
+    """
+    found = _ID.fullmatch(name)
+    if found is None:
+        return preset or "v5"
+    suffix = f"{found['kind'] or ''}-v{found['version']}"
+    if suffix not in _PRESETS:
+        raise ValueError(f"no environment {name!r}: ids of Atari games end in {', '.join(_PRESETS)}")
+    named = _PRESETS[suffix]
+    if named == "v5":
+        return preset or named
+    wanted = {field: explicit[field] for field in FIXED if explicit.get(field) is not None}
+    changed = [f"{field}={value!r}" for field, value in wanted.items() if value != getattr(PRESETS[named], field)]
+    if preset not in (None, named):
+        changed.append(f"preset={preset!r}")
+    if changed:
+        game = re.split(r"-ram|Deterministic|NoFrameskip|-v", name)[0]
+        raise ValueError(
+            f"{name!r} names the protocol {named!r}, which {' and '.join(changed)} contradicts: give the game as {game!r} instead"
+        )
+    return named

@@ -1,0 +1,44 @@
+"""What all commands say alike: errors that the user can correct, and an interruption."""
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import typer
+from rich.console import Console
+from typer.core import TyperGroup
+
+from ocjax.ocatari_runner import OcatariError
+
+WRONG_USE, INTERRUPTED = 2, 130  # exit statuses
+
+
+def say(text: str) -> None:
+    """Print one line to the standard error."""
+    Console(stderr=True).print(text, style="red", markup=False, highlight=False, soft_wrap=True)
+
+
+@contextmanager
+def errors_in_one_line() -> Iterator[None]:
+    """Report errors that the user can correct in one line, with exit status 2."""
+    try:
+        yield
+    except (OSError, ValueError, OcatariError) as error:
+        say(f"Error: {error}")
+        raise typer.Exit(WRONG_USE) from error
+
+
+class Interruptible(TyperGroup):
+    """Commands that end with one line and exit status 130 when Ctrl-C is pressed."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Invoke the command."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            say("Interrupted.")
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(INTERRUPTED)  # threads of XLA that still compile or compute crash an interpreter that shuts down in order

@@ -1,0 +1,82 @@
+"""Files that commands write: checked before the work starts, and written whole or not at all."""
+
+import os
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import BinaryIO
+
+from PIL import Image
+from rich.console import Console
+from rich.text import Text
+
+
+def check(*paths: Path | None) -> None:
+    """Check that files can be written at the paths; None stands for a file that is not asked for.
+
+    Raises:
+        OSError: a folder is missing or may not be written, or a path is a folder.
+    """
+    for path in paths:
+        if path is None:
+            continue
+        target = Path(os.path.realpath(path))
+        if not target.parent.is_dir():
+            raise NotADirectoryError(f"no folder {target.parent} for {path.name}")
+        if target.is_dir():
+            raise IsADirectoryError(f"{path} is a folder: give the name of a file")
+        if not os.access(target.parent if _is_replaced(target) else target, os.W_OK):
+            raise PermissionError(f"no permission to write {path}")
+
+
+def check_suffix(path: Path, suffixes: Iterable[str]) -> None:
+    """Check the end of a picture's name, which says what format it has.
+
+    Raises:
+        ValueError: it is none of those that are possible.
+    """
+    if path.suffix not in suffixes:
+        raise ValueError(f"the output must end in {' or '.join(suffixes)}, got {path}")
+
+
+def write(path: Path, to_file: Callable[[BinaryIO], object]) -> None:
+    """Write a file. An existing one is replaced when the new one is complete, and left as it was if writing fails.
+
+    Args:
+        path: of the file. A link stays one; what is no regular file, such as /dev/null, is written to directly.
+        to_file: writes the contents.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    target = Path(os.path.realpath(path))
+    if not _is_replaced(target):
+        with target.open("wb") as file:
+            to_file(file)
+        return
+    unfinished = target.with_name(f".{target.name}.{os.getpid()}.tmp")
+    try:
+        with unfinished.open("xb") as file:
+            to_file(file)
+        unfinished.replace(target)
+    finally:
+        unfinished.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file in UTF-8; see `write`."""
+    write(path, lambda file: file.write(text.encode()))
+
+
+def write_picture(path: Path, image: Image.Image) -> None:
+    """Write a .png picture; see `write`."""
+    write(path, lambda file: image.save(file, "PNG"))
+
+
+def announce(console: Console, text: str, path: Path) -> None:
+    """Print where a file is, in one line, with its name as it is."""
+    console.print(Text.assemble(text, ": ", (str(path), "bold")), soft_wrap=True)
+
+
+def _is_replaced(target: Path) -> bool:
+    """Whether another file takes the place of the one at the path; a device or a pipe is not replaced."""
+    return target.is_file() or not target.exists()

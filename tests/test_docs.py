@@ -1,0 +1,33 @@
+"""Python code in the README and the documentation runs as it is written."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+from conftest import excerpt
+
+import ocjax
+
+ROOT = Path(__file__).parent.parent
+BLOCK = re.compile(r"^```python\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+PAGES = [page for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))) if BLOCK.search(page.read_text())]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_code_of_pages(page):
+    data = excerpt("Pong")
+    names = {"ram": data["rams"][:2], "rams": data["rams"][:2], "frames": data["screens"][:2], "game": ocjax.load("Pong")}
+    names["records"] = [[("Player", 140, 100, 4, 16)], []]
+    for block in BLOCK.findall(page.read_text()):
+        for statement in ast.parse(block.replace("num_envs=64", "num_envs=2")).body:  # fewer of them, to save time
+            exec(ast.unparse(statement), names)
+            for name in {"env", "envs"} & names.keys():
+                names.pop(name).close()
+
+
+def test_readable_records_of_the_readme():
+    game, data = ocjax.load("Pong"), excerpt("Pong")
+    objects = game.rem(data["rams"])
+    for record in objects[0].to_list():
+        assert objects.of(game, record["category"]).x.shape[0] == len(data["rams"])
