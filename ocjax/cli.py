@@ -214,7 +214,8 @@ def evaluate(
                 source = _describe(tape, policy, choices)
             with console.status(f"evaluating {tape.game.name}"):
                 done.append(report.evaluate(tape, source, ocatari_runner.run(tape, python) if python else None))
-            tables.show(report.by_category(done[-1]), console)
+            for table in report.tables_of(done[-1]):
+                tables.show(table, console)
             for note in report.notes(done[-1]):
                 console.print(note, markup=False, soft_wrap=True)
     tables.show(report.overview(done), console)
@@ -247,7 +248,7 @@ def _write_reports(
     done: Sequence[report.Evaluation], markdown: Path | None, csv: Path | None, latex: Path | None, html: Path | None
 ) -> None:
     def to_markdown(evaluations: Sequence[report.Evaluation]) -> str:
-        return tables.to_markdown([report.overview(evaluations), *map(report.by_category, evaluations)])
+        return tables.to_markdown([report.overview(evaluations), *(table for e in evaluations for table in report.tables_of(e))])
 
     formats = (markdown, to_markdown), (csv, report_formats.to_csv), (latex, report_formats.to_latex), (html, report_formats.to_html)
     for path, to_text in formats:

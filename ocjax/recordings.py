@@ -16,9 +16,9 @@ from ocjax.game import Game
 from ocjax.ram import RAM_SIZE
 from ocjax.registry import UnknownGameError, load
 
-ARRAYS = ("rams", "screens", "previous", "shown", "previous_shown", "drawn", "rewards", "lives", "resets")
+ARRAYS = ("rams", "screens", "previous", "shown", "previous_shown", "drawn", "rewards", "lives", "resets", "ends")
 NUMBERS = {"rewards": "if", "lives": "iu"}  # kinds of dtype; all other arrays are uint8 or bool
-BOOLS = ("resets",)
+BOOLS = ("resets", "ends")
 XOR = {"previous": "screens", "previous_shown": "shown"}  # stored as exclusive or with the other: nearly all zero, a tenth of the size
 FACTS = ("game", "md5", "frame_skip", "settings")
 DENSEST = 1100  # bytes that one byte of compressed data holds at most; deflate's limit is 1032
@@ -48,6 +48,7 @@ class Recording:
         rewards: `[n]`, sum of rewards since the episode began.
         lives: int `[n]`, the emulator's lives.
         resets: bool `[n]`, first sample of an episode.
+        ends: bool `[n]`, sample with which an episode is terminated or truncated.
         frame_skip: emulated frames between successive samples of an episode; None where samples do not follow on each other.
         settings: how the environments were stepped, the fields of the environments' settings as a dict.
     """
@@ -62,6 +63,7 @@ class Recording:
     rewards: np.ndarray | None = None
     lives: np.ndarray | None = None
     resets: np.ndarray | None = None
+    ends: np.ndarray | None = None
     frame_skip: int | None = None
     settings: Mapping[str, Any] | None = None
 

@@ -31,6 +31,7 @@ class Evaluation:
         game: the game.
         source: where the samples come from, for people.
         episode: int `[frames]`, number of each sample's episode.
+        situations: bool `[frames]` by name, the samples at an episode's start or end or with a life just lost; those that can be told.
         flicker_aware: REM against VEM, `[frames, categories]`, with the frame before each where the recording has it.
         single_frame: REM against VEM on the frame alone.
         values: shares of samples with the right score and lives, by category.
@@ -46,6 +47,7 @@ class Evaluation:
     game: Game
     source: str
     episode: np.ndarray
+    situations: dict[str, np.ndarray]
     flicker_aware: Agreement
     single_frame: Agreement
     values: dict[str, float]
@@ -87,6 +89,7 @@ def evaluate(recording: Recording, source: str, ocatari: dict[str, OcatariMethod
         game=game,
         source=source,
         episode=recording.episode,
+        situations=_situations(recording),
         flicker_aware=flicker_aware,
         single_frame=single_frame,
         values=_values(recording, rem),
@@ -122,6 +125,19 @@ def _values(recording: Recording, rem: Objects) -> dict[str, float]:
     if recording.rewards is None or recording.lives is None:
         return {}
     return evaluation.value_shares(rem, recording.rewards, recording.lives)
+
+
+def _situations(recording: Recording) -> dict[str, np.ndarray]:
+    out = {}
+    if recording.resets is not None:
+        out["first states"] = recording.resets
+    if recording.ends is not None:
+        out["last states"] = recording.ends
+    if recording.lives is not None and recording.frame_skip is not None:
+        fewer = np.diff(recording.lives, prepend=recording.lives[:1]) < 0
+        same_episode = np.diff(recording.episode, prepend=recording.episode[:1]) == 0
+        out["lost lives"] = fewer & same_episode
+    return out
 
 
 def _switches(recording: Recording, rem: Objects, vem: Objects, earlier: Objects | None) -> tuple[np.ndarray, np.ndarray] | None:
@@ -189,6 +205,19 @@ def by_category(e: Evaluation) -> Table:
     )
 
 
+@functools.cache
+def by_situation(e: Evaluation) -> Table:
+    """A table of the samples at the start and the end of episodes and with a life just lost, one row for each kind that there is."""
+    header = ["Situation", "Samples", "Objects", *SCORES, "Exact boxes", "Single-frame F1"]
+    rows = [_situation_row(e, name, samples) for name, samples in e.situations.items() if samples.any()]
+    return Table(f"{e.game.name}: first and last states and lost lives, in percent", header, rows)
+
+
+def _situation_row(e: Evaluation, name: str, samples: np.ndarray) -> list[Cell]:
+    counts, single = (a.map(lambda v: v[samples]).sum() for a in (e.flicker_aware, e.single_frame))
+    return [name, int(samples.sum()), int(counts.left), *scores(counts), percent(counts.exact_rate), percent(single.f1)]
+
+
 def _category_row(e: Evaluation, category: int | None, name: str) -> list[Cell]:
     counts, single = of_category(e.flicker_aware, category), of_category(e.single_frame, category)
     precision, recall, f1, mean_iou = scores(counts)
@@ -202,6 +231,11 @@ def _category_row(e: Evaluation, category: int | None, name: str) -> list[Cell]:
 
 def _count(counts: np.ndarray, category: int | None) -> int:
     return int(counts.sum() if category is None else counts[category])
+
+
+def tables_of(e: Evaluation) -> list[Table]:
+    """The tables of one game: by category and, where the recording tells situations, by situation."""
+    return [t for t in (by_category(e), by_situation(e)) if t.rows]
 
 
 OVERVIEW = (

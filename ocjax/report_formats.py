@@ -6,7 +6,7 @@ import html
 import io
 from collections.abc import Sequence
 
-from ocjax.report import Evaluation, by_category, notes, of_category, overview, rows_of, scores
+from ocjax.report import Evaluation, by_category, by_situation, notes, of_category, overview, rows_of, scores, tables_of
 from ocjax.tables import Cell, Table, is_number, text
 
 LOW, MIDDLE, HIGH = (215, 48, 39), (255, 255, 191), (26, 152, 80)  # red, yellow, green
@@ -23,17 +23,23 @@ def shade(percent: float) -> str:
 
 
 def to_csv(evaluations: Sequence[Evaluation]) -> str:
-    """One row per game and category. Percentages have full precision; missing ones are empty."""
+    """One row per game and category, and per game and situation. Percentages have full precision; missing ones are empty."""
     file = io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
     tables = [by_category(e) for e in evaluations]
     header = max((t.header for t in tables), key=len)  # OCAtari's columns are last and may be missing
     writer.writerow(["Game", *header])
     for e, t in zip(evaluations, tables, strict=True):
-        for row in t.rows:
+        for row in (*t.rows, *map(_like_category, by_situation(e).rows)):
             cells = ["" if c is None or (isinstance(c, float) and not is_number(c)) else c for c in row]
             writer.writerow([e.game.name, *cells, *[""] * (len(header) - len(cells))])
     return file.getvalue()
+
+
+def _like_category(situation: Sequence[Cell]) -> list[Cell]:
+    """The row of a situation under the columns of categories."""
+    name, _, objects, precision, recall, f1, *rest = situation
+    return [name, objects, precision, recall, f1, None, *rest]
 
 
 def to_latex(evaluations: Sequence[Evaluation]) -> str:
@@ -77,7 +83,7 @@ def to_html(evaluations: Sequence[Evaluation]) -> str:
     parts = ["<!doctype html><meta charset=utf-8><title>ocjax evaluation</title><style>", STYLE, "</style><h1>ocjax evaluation</h1>"]
     parts.append(_html_table(overview(evaluations)))
     for e in evaluations:
-        parts.append(_html_table(by_category(e)))
+        parts += map(_html_table, tables_of(e))
         parts += [f"<p>{html.escape(note)}</p>" for note in notes(e)]
         parts.append(_html_pictures(e))
     return "".join(parts) + "\n"

@@ -138,11 +138,11 @@ def rollout(
     game_mode: int | None = None,
     game_difficulty: int | None = None,
 ) -> Recording:
-    """Step several instances of a game side by side, and record every step.
+    """Step several instances of a game side by side, and record every state.
 
     Args:
         game: the game.
-        samples: steps of all instances together, at least `num_envs`.
+        samples: states of all instances together, at least `num_envs`.
         policy: see `make_policy`.
         seed: seed of the policy and of the first instance; the following instances get the following seeds.
         num_envs: number of instances.
@@ -152,8 +152,8 @@ def rollout(
         game_difficulty: game difficulty, likewise.
 
     Returns:
-        A recording with frames, previous frames, returns, lives and resets: the samples of the first instance, then those of the second,
-        and so on.
+        A recording with frames, previous frames, returns, lives, resets and ends: the samples of the first instance, from its first state
+        on, then those of the second, and so on.
 
     Raises:
         PolicyError: a ValueError; there is no such policy, or it does not fit the game.
@@ -176,7 +176,7 @@ def rollout(
 
 
 def _record(pool: AlePool, act: Policy, steps: int) -> dict[str, np.ndarray]:
-    """Step a pool that has just been reset, and return the arrays of a recording, `[N, steps, ...]`."""
+    """Record a pool that has just been reset, from that state on, and return the arrays of a recording, `[N, steps, ...]`."""
     n, (height, width) = pool.num_envs, pool.game.screen
     arrays = {
         "rams": np.empty((n, steps, 128), np.uint8),
@@ -185,14 +185,17 @@ def _record(pool: AlePool, act: Policy, steps: int) -> dict[str, np.ndarray]:
         "rewards": np.empty((n, steps)),
         "lives": np.empty((n, steps), np.int32),
         "resets": np.zeros((n, steps), bool),
+        "ends": np.zeros((n, steps), bool),
     }
     total, resets = np.zeros(n), np.ones(n, bool)
     for t in track(range(steps), description=f"playing {pool.game.name}", transient=True):
-        pool.send(act(pool.ram))
-        pool.wait()
-        total = np.where(resets, 0, total) + pool.reward
-        step = (pool.ram, pool.screen[:, 1], pool.screen[:, 0], total, pool.lives, resets)
+        if t > 0:
+            pool.send(act(pool.ram))
+            pool.wait()
+        total = np.where(resets, 0, total + pool.reward)
+        ends = pool.terminated | pool.truncated
+        step = (pool.ram, pool.screen[:, 1], pool.screen[:, 0], total, pool.lives, resets, ends)
         for array, value in zip(arrays.values(), step, strict=True):
             array[:, t] = value
-        resets = pool.terminated | pool.truncated
+        resets = ends
     return arrays

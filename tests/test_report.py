@@ -1,4 +1,5 @@
 import csv
+import dataclasses
 import io
 import re
 import sys
@@ -22,6 +23,8 @@ def test_play(tape):
     assert tape.screens.shape == tape.previous.shape == (64, 210, 160)
     assert np.flatnonzero(tape.resets).tolist() == [0, 16, 32, 48]
     assert np.unique(tape.episode).tolist() == [1, 2, 3, 4]
+    assert not tape.rewards[tape.resets].any()
+    assert (tape.rams[tape.resets] == tape.rams[0]).all(), "the state after a reset comes first"
     again = rollout.rollout(tape.game, 64, seed=5, num_envs=4)
     assert np.array_equal(again.rams, tape.rams)
     assert not np.array_equal(rollout.rollout(tape.game, 64, seed=6, num_envs=4).rams, tape.rams)
@@ -72,6 +75,26 @@ def test_errors_show_in_all_formats():
     assert latex.count("\\cellcolor") == sum(v == v for row in report.by_category(e).rows for v in (row[2], row[3], row[4], row[6]))
     assert "| Ball |" in tables.to_markdown([report.by_category(e)])
     assert (report_formats.shade(0), report_formats.shade(50), report_formats.shade(100)) == ("D73027", "FFFFBF", "1A9850")
+
+
+def test_first_and_last_states_and_lost_lives(tape):
+    """Rows of their own, from what the recording says; errors at resets show there alone."""
+    lives, ends, rams = np.zeros(64, np.int32), np.zeros(64, bool), tape.rams.copy()
+    lives[:] = np.where(np.arange(64) % 16 < 8, 3, 2)
+    ends[[15, 31]] = True
+    rams[tape.resets] = 0
+    changed = dataclasses.replace(tape, rams=rams, lives=lives, ends=ends)
+    e = report.evaluate(changed, "changed")
+    rows = {row[0]: row for row in report.by_situation(e).rows}
+    assert {name: row[1] for name, row in rows.items()} == {"first states": 4, "last states": 2, "lost lives": 4}
+    f1 = report.by_situation(e).header.index("F1")
+    assert rows["first states"][f1] < 90 < rows["lost lives"][f1]
+    exported = list(csv.DictReader(io.StringIO(report_formats.to_csv([e]))))
+    assert [float(r["F1"]) for r in exported[-3:]] == pytest.approx([row[f1] for row in rows.values()])
+    assert [r["Category"] for r in exported[-3:]] == list(rows)
+    assert "first states" in report_formats.to_html([e])
+    without = dataclasses.replace(tape, lives=None, ends=None, resets=None)
+    assert len(report.tables_of(report.evaluate(without, "no episodes"))) == 1
 
 
 def test_coverage_of_what_the_chip_drew():
