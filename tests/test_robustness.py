@@ -141,6 +141,19 @@ def test_wrong_masks_seeds_and_actions_are_refused_and_change_nothing(envs):
     assert goes_on(envs)
 
 
+def test_a_refused_reset_of_a_single_environment_changes_nothing():
+    env = make("Pong", mode="raw")
+    env.reset(seed=3)
+    ram, state = env.get_ram(), env.np_random.bit_generator.state
+    for wrong in ({"seed": -1}, {"seed": 1.5}, {"seed": 5, "options": {"mode": 1}}):
+        with pytest.raises(ValueError, match=r"seed must be|unknown options"):
+            env.reset(**wrong)
+    assert env.np_random.bit_generator.state == state
+    assert np.array_equal(env.get_ram(), ram)
+    env.step(0)
+    env.close()
+
+
 def test_wrong_options_are_refused():
     for options, message in (
         ({"num_envs": 2.0}, "num_envs must be an integer of at least 1"),
