@@ -577,7 +577,7 @@ def test_other_interrupted_calls_leave_the_environments_usable(name, monkeypatch
         "set_ram": lambda: envs.set_ram(envs.get_ram()),
     }
     with monkeypatch.context() as patch:
-        patch.setattr(envs.pool._workers._selector, "select", Once(envs.pool._workers._selector.select, 1, False))
+        patch.setattr(envs.pool._workers, "completed", Once(envs.pool._workers.completed, 1, False))
         with pytest.raises(KeyboardInterrupt):
             calls[name]()
     if name in ("reset", "restore_state"):
