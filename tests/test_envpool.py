@@ -3,8 +3,10 @@
 import jax
 import numpy as np
 import pytest
+from gymnasium.error import AlreadyPendingCallError, NoAsyncCallError
 
 import ocjax
+from ocjax.envs import WorkerError
 
 pytest.importorskip("envpool", reason="the extra `envpool` is not installed")
 
@@ -76,6 +78,77 @@ def test_vision_without_frame_skip():
         observed, *_ = envs.step(np.full(2, 2))
     assert observed["rem"]["valid"].any()
     assert np.array_equal(observed["rem"]["xywh"], observed["vem"]["xywh"])
+    envs.close()
+
+
+def test_wrong_calls_are_refused_and_change_nothing():
+    """Envpool itself would crash, or wait for ever."""
+    envs = ocjax.make_vec("Pong", 3, backend="envpool", obs=["ram", "vector"], batch_size=2, **PLAIN)
+    with pytest.raises(ValueError, match=r"call reset\(\) before the first step"):
+        envs.send(np.zeros(1, int), np.zeros(1, int))
+    with pytest.raises(NoAsyncCallError, match="0 environments are stepping, and results come for 2 together"):
+        envs.recv()
+    with pytest.raises(ValueError, match=r"a seed below 2\*\*31 for every environment"):
+        envs.async_reset(seed=2**31)
+    envs.async_reset(seed=4)
+    with pytest.raises(AlreadyPendingCallError, match="a step or a reset is pending"):
+        envs.async_reset()
+    *_, info = envs.recv()
+    ids = info["env_id"]
+    (busy,) = set(range(3)) - set(ids.tolist())
+    for env_id in (ids + 3, -1 - ids, ids[[0, 0]], ids.astype(float), ids[:, None], ids[:0], ids.astype(int) + 10**12, "all"):
+        with pytest.raises(ValueError, match="env_id must be distinct integers from 0 to 2"):
+            envs.send(np.zeros(2, int), env_id)
+    for actions in (np.zeros(3, int), np.zeros(2), np.full(2, 6), np.full(2, -1), np.zeros((2, 1), int), 0):
+        with pytest.raises(ValueError, match="actions must be"):
+            envs.send(actions, ids)
+    with pytest.raises(AlreadyPendingCallError, match=rf"a step of environments \[{busy}\] is pending"):
+        envs.send(np.zeros(1, int), np.array([busy]))
+    with pytest.raises(NoAsyncCallError, match="1 environments are stepping"):
+        envs.recv()
+    envs.send(np.zeros(2, np.int64), ids)
+    assert len(envs.recv()[-1]["env_id"]) == 2
+    envs.close()
+    for refused in (lambda: envs.send(np.zeros(2, int), ids), envs.recv, envs.async_reset):
+        with pytest.raises(WorkerError, match="the pool is closed"):
+            refused()
+
+
+def test_the_order_of_calls_is_checked():
+    envs = ocjax.make_vec("Pong", 2, backend="envpool", obs=["ram", "vector"], **PLAIN)
+    envs.reset(seed=1)
+    with pytest.raises(NoAsyncCallError, match=r"call step_async\(\)"):
+        envs.step_wait()
+    envs.step_async(np.zeros(2, int))
+    for refused in (lambda: envs.step_async(np.zeros(2, int)), envs.reset, lambda: envs.step(np.zeros(2, int))):
+        with pytest.raises(AlreadyPendingCallError, match="a step is pending"):
+            refused()
+    assert (envs.step_wait()[-1]["episode_length"] == 1).all()
+    for wrong in (np.zeros(3, int), np.full(2, 6)):
+        with pytest.raises(ValueError, match="actions must be"):
+            envs.step(wrong)
+    assert (envs.step(np.zeros(2, int))[-1]["episode_length"] == 2).all()
+    envs.close()
+    with pytest.raises(WorkerError, match="the pool is closed"):
+        envs.step(np.zeros(2, int))
+
+
+@pytest.mark.parametrize("name", ["recv", "send"])
+def test_an_interrupted_step_asks_for_a_reset(name, monkeypatch):
+    envs = ocjax.make_vec("Pong", 2, backend="envpool", obs=["ram", "vector"], **PLAIN)
+    first, _ = envs.reset(seed=1)
+
+    def interrupt(*args):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(envs.pool.env, name, interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        envs.step(np.zeros(2, int))
+    with pytest.raises(ValueError, match=r"call reset\(\) before the first step, and after a call that was interrupted"):
+        envs.step(np.zeros(2, int))
+    again, _ = envs.reset(seed=1)
+    assert jax.tree.all(jax.tree.map(np.array_equal, first, again))
+    assert (envs.step(np.zeros(2, int))[-1]["episode_length"] == 1).all()
     envs.close()
 
 

@@ -218,10 +218,15 @@ def test_killed_worker_is_reported():
 
 
 def test_failing_worker_is_reported():
-    pool = AlePool(ocjax.load("Pong"), 2, num_workers=1)
+    def broken(ram):
+        raise IndexError("no such byte")
+
+    pool = AlePool(ocjax.load("Pong"), 2, num_workers=1, hook=broken)
     pool.reset([0, 0])
-    pool.send(np.array([0, 1_000]))  # ObjectVectorEnv would refuse this action
-    with pytest.raises(WorkerError, match=r"environments 0-1 failed:[\s\S]*IndexError"):
+    pool.send(np.zeros(2, int))
+    with pytest.raises(
+        WorkerError, match=r"environments 0-1 failed:[\s\S]*the hook test_envs\.\S*broken failed in environment 0: IndexError"
+    ):
         pool.wait()
     assert pool.closed
 

@@ -1,37 +1,40 @@
 """The `ale` backend: worker processes, each of which steps a block of emulators into shared memory.
 
 `ALEInterface.act` holds Python's global interpreter lock, so threads do not scale and processes do. The shared memory is an unnamed file,
-and each worker ends when its socket closes: however the pool or its process ends, nothing stays behind.
+and each worker ends when its socket closes or its parent has ended: however the pool or its process ends, nothing stays behind.
+A call checks everything before it writes to the shared memory, and one that Ctrl-C interrupts can be followed by others.
 """
 
 import dataclasses
 import itertools
+import math
 import mmap
 import os
-import selectors
-import sys
-import tempfile
+import time
 import weakref
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from pathlib import Path
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import ale_py
-import cloudpickle
 import numpy as np
+from gymnasium.error import AlreadyPendingCallError, NoAsyncCallError
 
 from ocjax.envs import states as saved
 from ocjax.envs._worker import interface
 from ocjax.envs._worker.interface import AUTORESET_MODES, NEXT_STEP, SCREENS, WorkerConfig
 from ocjax.envs._worker.program import EmulatorBlock
+from ocjax.envs.checks import NOT_RESET, action_array, integer, mask_array, seed_list
+from ocjax.envs.hooks import Hook, pickled_hooks
+from ocjax.envs.memory import check_memory, shared_memory
 from ocjax.envs.pool import EmulatorPool, Report, action_set, check_rom, load_emulator
-from ocjax.envs.process import WorkerError, WorkerProcess, end_workers
+from ocjax.envs.process import WorkerError, Workers
 from ocjax.envs.settings import Settings
 from ocjax.envs.states import States
 from ocjax.game import Game
 
-Hook = Callable[[np.ndarray], None]
+WORKER_TIMEOUT = 60.0  # seconds
 
+_MOST = 2**31 - 1
 _MIN_SHARD = 64  # environments; smaller shards cost more in calls than they save by overlapping extraction with emulation
 _SLOW_START = 1.0  # seconds after which the start of the emulators is reported
 _REPORT_EVERY = 0.25  # seconds
@@ -53,11 +56,16 @@ class AlePool(EmulatorPool):
         game_mode: game mode as ale-py numbers it, one for all emulators or one each; None for the game's default.
         game_difficulty: game difficulty, likewise.
         hook: called before every emulated frame with the RAM of one emulator, uint8 `[128]`. What it writes into the array is written to
-            the console. Workers receive it by value, so it may refer to modules and constants, but not to variables that change.
+            the console. Workers receive it by value, so it may refer to modules and constants, but not to variables that change. Of
+            a sequence of hooks, each sees what those before it have written.
+        worker_timeout: seconds that a worker may take for a step or for the start of one emulator before it counts as hanging, which
+            closes the pool; None for no limit.
 
     Raises:
         RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was written for.
         ValueError: an argument is out of range.
+        TypeError: a hook is not a function, or cannot be sent to a worker.
+        MemoryError: there is not enough memory for so many emulators.
         WorkerError: a worker could not be started.
     """
 
@@ -72,27 +80,32 @@ class AlePool(EmulatorPool):
         autoreset: str = NEXT_STEP,
         game_mode: int | Sequence[int | None] | None = None,
         game_difficulty: int | Sequence[int | None] | None = None,
-        hook: Hook | None = None,
+        hook: Hook | Sequence[Hook] | None = None,
+        worker_timeout: float | None = WORKER_TIMEOUT,
     ) -> None:
-        _check(num_envs, num_workers, screens, autoreset)
-        self.game, self.num_envs, self.settings = game, num_envs, settings or Settings()
+        self.num_envs, num_workers = _check(num_envs, num_workers, screens, autoreset, worker_timeout)
+        self.game, self.settings = game, settings or Settings()
         ale = load_emulator(game)
         self.actions = action_set(ale, self.settings)
         modes = self._one_each("mode", game_mode, ale.getAvailableModes())
         difficulties = self._one_each("difficulty", game_difficulty, ale.getAvailableDifficulties())
-        config = self._config(tuple(screens), autoreset, modes, difficulties, hook)
-        self._workers: list[WorkerProcess] = []
-        self._selector = selectors.DefaultSelector()
+        config = self._config(tuple(screens), autoreset, modes, difficulties, pickled_hooks(hook))
+        size = interface.memory_size(config)
+        self._workers = Workers(worker_timeout)
         self._local: EmulatorBlock | None = None  # the emulators, where they are in this process
-        self._finalizer = weakref.finalize(self, end_workers, self._workers, self._selector)
-        self._step_pending = False
-        self.shards = [slice(0, num_envs)]
-        if num_workers == 0:
-            memory = mmap.mmap(-1, interface.memory_size(config))
-            self.arrays, self._commands = interface.shared_arrays(memory, config)
-            self._local = EmulatorBlock(config, self.arrays, self._commands)
-        else:
-            self._start_workers(config, min(num_workers or _available_cores(), num_envs))
+        self._finalizer = weakref.finalize(self, self._workers.end)
+        self._local_steps = self._awaited_steps = 0  # how many steps were executed in this process, and how many `wait` has seen
+        self._ready = False  # whether all emulators have been reset, and no call was interrupted that left them halfway
+        self.shards = [slice(0, self.num_envs)]
+        try:
+            if num_workers == 0:
+                self.arrays, self._commands = interface.shared_arrays(mmap.mmap(-1, size), config)
+                self._local = EmulatorBlock(config, self.arrays, self._commands)
+            else:
+                self._start_workers(config, size, min(num_workers or _available_cores(), self.num_envs))
+        except BaseException:
+            self.close()
+            raise
 
     def _config(
         self,
@@ -100,7 +113,7 @@ class AlePool(EmulatorPool):
         autoreset: str,
         modes: tuple[int | None, ...],
         difficulties: tuple[int | None, ...],
-        hook: Hook | None,
+        hooks: tuple[tuple[str, str], ...],
     ) -> WorkerConfig:
         """The configuration of one worker that steps all emulators."""
         s = self.settings
@@ -110,6 +123,8 @@ class AlePool(EmulatorPool):
             screen_size=self.game.screen,
             screens=screens,
             autoreset=autoreset,
+            rom=self.game.rom,
+            md5=self.game.md5,
             rom_path=str(check_rom(self.game)),
             actions=tuple(int(a.value) for a in self.actions),
             frame_skip=s.skip_range,
@@ -120,7 +135,7 @@ class AlePool(EmulatorPool):
             episodic_life=s.episodic_life,
             game_modes=modes,
             game_difficulties=difficulties,
-            hook=None if hook is None else _pickle_by_value(hook).hex(),
+            hooks=hooks,
         )
 
     def _start_actions(self) -> tuple[int, ...]:
@@ -138,19 +153,15 @@ class AlePool(EmulatorPool):
                 raise ValueError(f"{self.game.name} has no {name} {v}; it has {list(known)}")
         return tuple(None if v is None else int(v) for v in values)
 
-    def _start_workers(self, config: WorkerConfig, num_workers: int) -> None:
+    def _start_workers(self, config: WorkerConfig, size: int, num_workers: int) -> None:
         """Make the shared memory, divide the emulators among workers, and start these."""
-        size = interface.memory_size(config)
-        folder = "/dev/shm" if Path("/dev/shm").is_dir() else None
-        with tempfile.TemporaryFile(dir=folder) as file:  # workers inherit the descriptor, so the file may be closed afterwards
-            file.truncate(size)
-            self.arrays, self._commands = interface.shared_arrays(mmap.mmap(file.fileno(), size), config)
+        with shared_memory(size) as (file, memory):  # workers inherit the descriptor, so the file may be closed afterwards
+            self.arrays, self._commands = interface.shared_arrays(memory, config)
             num_shards = _num_shards(self.num_envs, num_workers)
             self.shards = [slice(*pair) for pair in _even_blocks(self.num_envs, num_shards)]
-            for i, block in enumerate(_even_blocks(self.num_envs, num_workers)):
-                worker = WorkerProcess(file.fileno(), dataclasses.replace(config, block=block))
-                self._workers.append(worker)
-                self._selector.register(worker.link, selectors.EVENT_READ, (worker, i * num_shards // num_workers))
+            self._shard_of = [i * num_shards // num_workers for i in range(num_workers)]
+            for block in _even_blocks(self.num_envs, num_workers):
+                self._workers.start(file, dataclasses.replace(config, block=block), self._commands.finished)
 
     def reset(self, seeds: Sequence[int | None] | None = None, mask: np.ndarray | None = None, report: Report | None = None) -> None:
         """Start new episodes; see `EmulatorPool.reset`.
@@ -158,18 +169,19 @@ class AlePool(EmulatorPool):
         Seeds are used as in ale-py's Gymnasium environments: equal seeds give equal episodes. An emulator that gets a seed, or is reset
         for the first time, is made anew, which takes about 0.1 s of its worker's time.
         """
+        seed = [-1] * self.num_envs if seeds is None else [-1 if s is None else s for s in seed_list(seeds, self.num_envs)]
+        chosen = self._chosen(mask)
+        self._prepare()
         commands = self._commands
-        commands.seed[:] = -1 if seeds is None else [-1 if s is None else s for s in seeds]
-        chosen = np.ones(self.num_envs, bool) if mask is None else mask
+        commands.seed[:], commands.chosen[:] = seed, chosen
         commands.loaded[chosen & (commands.seed >= 0)] = False
-        commands.chosen[:] = chosen
-        self._send(interface.RESET)
-        self._receive_replies(report)
+        self._execute_all(interface.RESET, report)
 
     def clone_state(self) -> States:
         """Save the state of every emulator, its random state included. All emulators must have been reset."""
-        self._send(interface.SAVE)
-        self.wait()
+        self._prepare()
+        self._require_ready()
+        self._execute(interface.SAVE)
         return saved.collect(self.game.md5, self.arrays, self._commands)
 
     def restore_state(self, states: States, mask: np.ndarray | None = None) -> None:
@@ -180,13 +192,16 @@ class AlePool(EmulatorPool):
         with repeat_action_probability 0.25.
 
         Raises:
-            ValueError: the states are of another game or number, or were saved without frames that this pool records.
+            TypeError: these are not `States`.
+            ValueError: the states are damaged, of another game or number, or were saved without frames that this pool records.
         """
-        chosen = np.ones(self.num_envs, bool) if mask is None else mask
-        saved.distribute(states, self.game.md5, self.arrays, self._commands, chosen)
+        chosen = self._chosen(mask)
+        saved.check(states, self.game, self.arrays, self._commands, self.num_envs)
+        self._prepare()
+        self._ready = False
+        saved.distribute(states, self.arrays, self._commands, chosen)
         self._commands.chosen[:] = chosen
-        self._send(interface.RESTORE)
-        self.wait()
+        self._execute_all(interface.RESTORE)
 
     def set_ram(self, ram: np.ndarray, mask: np.ndarray | None = None) -> None:
         """Write the RAM of emulators, only the bytes that differ; see `EmulatorPool.set_ram`."""
@@ -194,10 +209,11 @@ class AlePool(EmulatorPool):
             raise TypeError(f"ram must be a uint8 array, got {getattr(ram, 'dtype', type(ram).__name__)}")
         if ram.shape not in ((128,), (self.num_envs, 128)):
             raise ValueError(f"ram must have shape [{self.num_envs}, 128] or [128], got {list(ram.shape)}")
-        self._commands.new_ram[:] = ram
-        self._commands.chosen[:] = True if mask is None else mask
-        self._send(interface.WRITE)
-        self.wait()
+        chosen = mask_array("mask", mask, self.num_envs)
+        self._prepare()
+        self._require_ready()
+        self._commands.new_ram[:], self._commands.chosen[:] = ram, chosen
+        self._execute(interface.WRITE)
 
     def emulator(self, i: int) -> ale_py.ALEInterface:
         """The emulator of one environment, once it has been reset; only with `num_workers=0`.
@@ -206,85 +222,132 @@ class AlePool(EmulatorPool):
             ValueError: the emulators are in worker processes.
         """
         if self._local is None:
-            raise ValueError("the emulators are in worker processes: make them with num_workers=0")
+            raise ValueError("the emulators are in worker processes, or the pool is closed: make it with num_workers=0")
+        if not self._ready:
+            raise ValueError(NOT_RESET)
         return self._local.emulators[i].ale
 
     def send(self, actions: np.ndarray) -> None:
         """Start a step without waiting for it; see `EmulatorPool.send`."""
+        actions = action_array(actions, self.num_envs, len(self.actions))
+        self._prepare()
+        self._require_ready()
         self._commands.action[:] = actions
-        self._send(interface.STEP)
+        self._start(interface.STEP)
 
     def wait(self) -> None:
-        """Wait for the step of all emulators.
-
-        Raises:
-            WorkerError: a worker failed or died, and the pool has been closed.
-        """
-        self._receive_replies()
+        """Wait for the step of all emulators; see `EmulatorPool.wait`."""
+        for _ in self.as_completed():
+            pass
 
     def as_completed(self) -> Iterator[int]:
-        """Wait for the step: yield the index of each shard as soon as its emulators have finished.
-
-        Raises:
-            WorkerError: a worker failed or died, and the pool has been closed.
-        """
+        """Wait for the step: yield the index of each shard as soon as its emulators have finished; see `EmulatorPool.as_completed`."""
+        self.require_open()
         if self._local:
             yield 0
+        elif not self.pending:
+            raise NoAsyncCallError("no step is pending: call send(), or step_async() of an environment, before waiting for a step", "step")
+        else:
+            missing = [len(self._workers) // len(self.shards)] * len(self.shards)
+            for worker in self._completed():
+                shard = self._shard_of[worker]
+                missing[shard] -= 1
+                if not missing[shard]:
+                    yield shard
+        self._awaited_steps = self.steps
+
+    @property
+    def steps(self) -> int:
+        """How many steps have been started."""
+        return self._local_steps + self._workers.steps
+
+    @property
+    def pending(self) -> bool:
+        """Whether a step has been started and not been waited for."""
+        return self.steps != self._awaited_steps
+
+    def _chosen(self, mask: np.ndarray | None) -> np.ndarray:
+        """The emulators that a reset or a restored state is for, bool `[N]`."""
+        chosen = mask_array("mask", mask, self.num_envs)
+        if not self._ready and not chosen.all():
+            raise ValueError("the first reset, and one after an interrupted call, must be of all environments, without a mask")
+        return chosen
+
+    def _require_ready(self) -> None:
+        if not self._ready:
+            raise ValueError(NOT_RESET)
+
+    def _prepare(self) -> None:
+        """Check that a command can be given now, before its arguments are written to the shared memory."""
+        self.require_open()
+        if self.pending and not self._local:
+            raise AlreadyPendingCallError(
+                "a step is pending: call wait(), or step_wait() of an environment, which returns its results", "step"
+            )
+        if self._workers.busy:  # what an interrupted call has begun
+            self._finish()
+
+    def _start(self, command: bytes) -> None:
+        """Give a command to the workers, or execute it here."""
+        if self._local:
+            self._execute_here(self._local, command)
             return
-        missing = [len(self._workers) // len(self.shards)] * len(self.shards)
-        with self._receiving():
-            while any(missing):
-                for shard in self._next_replies():
-                    missing[shard] -= 1
-                    if not missing[shard]:
-                        yield shard
+        try:
+            self._workers.command(command)
+        except WorkerError:
+            self.close()
+            raise
 
-    def _send(self, command: bytes) -> None:
-        """Send a command to all workers, or execute it here."""
+    def _execute_here(self, block: EmulatorBlock, command: bytes) -> None:
+        """Execute a command in this process. When it is interrupted, emulators may be anywhere, and the next command must be a reset."""
+        ready, self._ready = self._ready, False
+        try:
+            block.execute(command)
+        except Exception:
+            self.close()
+            raise
+        self._ready, self._local_steps = ready, self._local_steps + (command == interface.STEP)
+
+    def _execute(self, command: bytes, report: Report | None = None) -> None:
+        """Give a command and wait for it."""
+        self._start(command)
+        self._finish(report)
+
+    def _execute_all(self, command: bytes, report: Report | None = None) -> None:
+        """Give a command that makes the emulators ready, and wait for it."""
+        self._ready = False
+        self._execute(command, report)
+        self._ready = True
+
+    def _finish(self, report: Report | None = None) -> None:
+        """Wait for a command; while the workers are slow, report how many emulators have loaded their ROM."""
+        for _ in self._completed(report):
+            pass
+
+    def _completed(self, report: Report | None = None) -> Iterator[int]:
+        """Wait for a command: yield the index of each worker that has executed it."""
+        start = time.monotonic()
+
+        def progress() -> int:
+            loaded = int(self._commands.loaded.sum())
+            if report is not None and time.monotonic() - start >= _SLOW_START:
+                report(loaded)
+            return loaded
+
+        try:
+            yield from self._workers.completed(progress, None if report is None else _REPORT_EVERY)
+        except WorkerError:
+            self.close()
+            raise
+
+    def require_open(self) -> None:
+        """Check that the pool can be used in this process; see `EmulatorPool.require_open`."""
         if self.closed:
-            raise WorkerError("the pool is closed")
-        if self._step_pending:
-            raise RuntimeError("a step is pending: call wait() first")
-        try:
-            if self._local:
-                self._local.execute(command)
-                return
-            self._step_pending = True
-            for worker in self._workers:
-                worker.send(command)
-        except BaseException:
-            self.close()
-            raise
-
-    def _receive_replies(self, report: Report | None = None) -> None:
-        """Receive the replies of all workers; while they are slow to come, report how many emulators have loaded their ROM."""
-        missing, timeout = len(self._workers), None if report is None else _SLOW_START
-        with self._receiving():
-            while missing:
-                replies = self._next_replies(timeout)
-                missing -= len(replies)
-                if report is not None and missing and not replies:
-                    report(int(self._commands.loaded.sum()))
-                    timeout = _REPORT_EVERY
-
-    def _next_replies(self, timeout: float | None = None) -> list[int]:
-        """Wait for at least one reply, at most `timeout` seconds; return the shards of the workers that replied."""
-        shards = []
-        for key, _ in self._selector.select(timeout):
-            worker, shard = key.data
-            worker.receive_reply()
-            shards.append(shard)
-        return shards
-
-    @contextmanager
-    def _receiving(self) -> Iterator[None]:
-        """Close the pool if receiving replies is interrupted: the remaining replies would be taken for those to the next command."""
-        try:
-            yield
-        except BaseException:
-            self.close()
-            raise
-        self._step_pending = False
+            raise WorkerError("the pool is closed: make the environments anew")
+        if self._workers.forked:
+            raise WorkerError(
+                "the workers belong to the process that this one was forked from: make environments in the process that uses them"
+            )
 
     @property
     def closed(self) -> bool:
@@ -297,15 +360,19 @@ class AlePool(EmulatorPool):
         self._finalizer()
 
 
-def _check(num_envs: int, num_workers: int | None, screens: Sequence[str], autoreset: str) -> None:
-    if num_envs < 1:
-        raise ValueError(f"num_envs must be at least 1, got {num_envs}")
-    if num_workers is not None and num_workers < 0:
-        raise ValueError(f"num_workers must not be negative, got {num_workers}")
+def _check(num_envs: Any, num_workers: Any, screens: Sequence[str], autoreset: str, worker_timeout: float | None) -> tuple[int, int | None]:
+    """Check arguments; returns `num_envs` and `num_workers`."""
+    num_envs = integer("num_envs", num_envs, 1, _MOST)
+    check_memory(num_envs)
+    if num_workers is not None:
+        num_workers = integer("num_workers", num_workers, 0, _MOST)
     if autoreset not in AUTORESET_MODES:
         raise ValueError(f"autoreset must be one of {', '.join(map(repr, AUTORESET_MODES))}, got {autoreset!r}")
     if not set(screens) <= set(SCREENS):
         raise ValueError(f"screens must be of {', '.join(map(repr, SCREENS))}, got {screens}")
+    if worker_timeout is not None and not (isinstance(worker_timeout, int | float) and 0 < worker_timeout < math.inf):
+        raise ValueError(f"worker_timeout must be a number of seconds above 0, or None for no limit, got {worker_timeout!r}")
+    return num_envs, num_workers
 
 
 def _available_cores() -> int:
@@ -321,15 +388,3 @@ def _num_shards(num_envs: int, num_workers: int) -> int:
     """The largest number of shards of equal size and whole workers that keeps a shard at `_MIN_SHARD` environments or more."""
     divisors = [k for k in range(1, num_workers + 1) if num_workers % k == 0 and num_envs % k == 0]
     return max((k for k in divisors if num_envs // k >= _MIN_SHARD), default=1)
-
-
-def _pickle_by_value(hook: Hook) -> bytes:
-    """Pickle a function so that a process without its module can load it."""
-    module = sys.modules.get(hook.__module__)
-    if module is None or hook.__module__ == "__main__":
-        return cloudpickle.dumps(hook)
-    cloudpickle.register_pickle_by_value(module)
-    try:
-        return cloudpickle.dumps(hook)
-    finally:
-        cloudpickle.unregister_pickle_by_value(module)

@@ -7,6 +7,8 @@ if `fire_reset` is on; and it truncates episodes after a number of whole steps.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any, NoReturn
 
 import ale_py
@@ -14,11 +16,15 @@ import envpool
 import jax
 import jax.numpy as jnp
 import numpy as np
+from gymnasium.error import AlreadyPendingCallError, NoAsyncCallError
 from gymnasium.vector import AutoresetMode
 
 from ocjax.envs._worker.interface import EmulatorArrays
+from ocjax.envs.checks import NOT_RESET, action_array, index_array, integer, is_integer, seed_list
+from ocjax.envs.memory import check_memory
 from ocjax.envs.observations import Computed, Kind, Mode, Request, requested_kinds, required_screens
 from ocjax.envs.pool import EmulatorPool, Report, action_set, load_emulator
+from ocjax.envs.process import WorkerError
 from ocjax.envs.settings import Settings
 from ocjax.envs.shards import Observed, make_observer
 from ocjax.envs.states import States
@@ -26,6 +32,8 @@ from ocjax.envs.vector import ObjectVectorEnv
 from ocjax.game import Game
 
 ROWS = 210  # of envpool's frames
+_SEEDS = 2**31  # how many seeds there are
+_MOST = 2**31 - 1
 
 # (state, actions int32 [N]) -> (state, (observation, reward, terminated, truncated, info))
 XlaStep = Callable[[Any, jax.Array], tuple[Any, tuple[Any, jax.Array, jax.Array, jax.Array, dict[str, Any]]]]
@@ -58,6 +66,10 @@ class EnvpoolPool(EmulatorPool):
         self.actions = action_set(load_emulator(game), settings)
         self.shards = [slice(0, num_envs)]  # envpool's threads share all environments
         self.env: Any = None  # envpool's environments, from the first reset on
+        self._batch_size = options["batch_size"]
+        self._busy = np.zeros(num_envs, bool)  # whose step or reset has begun, and its result has not been received
+        self._steps = self._awaited_steps = 0
+        self._closed = False
         self.ids = np.arange(num_envs)  # the environments that the last results belong to
         assert isinstance(settings.frame_skip, int)  # pairs are refused by `_refuse_unsupported`
         self._frame_skip, self._frames, self._options = settings.frame_skip, frames, options
@@ -81,23 +93,28 @@ class EnvpoolPool(EmulatorPool):
         """Make envpool's environments, if this has not happened yet.
 
         Raises:
-            ValueError: there are seeds after the start, or for some environments only.
+            ValueError: there are seeds after the start, for some environments only, or too large ones.
+            AlreadyPendingCallError: a step or a reset is pending.
         """
+        self.require_open()
+        if self._busy.any():
+            raise AlreadyPendingCallError("a step or a reset is pending: receive its results first, by step_wait() or recv()", "step")
         if self.env is not None:
             if seeds is not None:
                 raise ValueError("envpool takes seeds when it starts, at the first reset: make new environments for new seeds")
             return
         if seeds is None:
-            seeds = [int(s) for s in np.random.default_rng().integers(2**31, size=self.num_envs)]
-        if any(s is None for s in seeds):
-            raise ValueError(f"envpool needs a seed for every environment or for none, got {list(seeds)}")
+            seeds = np.random.default_rng().integers(_SEEDS, size=self.num_envs).tolist()
+        seeds = seed_list(seeds, self.num_envs)
+        if any(s is None or s >= _SEEDS for s in seeds):
+            raise ValueError(f"envpool needs a seed below 2**31 for every environment, or for none, got {seeds}")
         s = self.settings
         height, width = (ROWS, 160) if self._frames else (1, 1)
         self.env = envpool.make(
             _task_name(self.game.rom),
             env_type="gymnasium",
             num_envs=self.num_envs,
-            seed=list(seeds),
+            seed=seeds,
             frame_skip=self._frame_skip,
             stack_num=1,
             img_height=height,
@@ -118,27 +135,53 @@ class EnvpoolPool(EmulatorPool):
         if mask is not None and not mask.all():
             raise ValueError("envpool restarts all environments or none: use backend='ale' for reset_mask")
         self._start(seeds)
-        frames, info = self.env.reset()
-        self._expect_new_games()
-        nothing = np.zeros(self.num_envs, bool)
-        self._store(frames, nothing, nothing, info)
+        with self._discarding():
+            frames, info = self.env.reset()
+            self._expect_new_games()
+            nothing = np.zeros(self.num_envs, bool)
+            self._store(frames, nothing, nothing, info)
 
     def async_reset(self, seeds: Sequence[int | None] | None = None) -> None:
         """Start new episodes in all environments without waiting for them."""
         self._start(seeds)
-        self.env.async_reset()
-        self._expect_new_games()
+        with self._discarding():
+            self.env.async_reset()
+            self._busy[:] = True
+            self._expect_new_games()
 
     def _expect_new_games(self) -> None:
         """Make the next result of each environment count as the beginning of a game."""
         self.terminated[:] = self._game_over[:] = True
 
+    @contextmanager
+    def _discarding(self) -> Iterator[None]:
+        """Discard envpool's environments if a call is interrupted, as what they owe is unknown then. The next reset makes new ones."""
+        try:
+            yield
+        except BaseException:
+            self.env, self._steps = None, self._awaited_steps
+            self._busy[:] = False
+            raise
+
     def send(self, actions: np.ndarray, ids: np.ndarray | None = None) -> None:
-        """Start a step of all environments, or of those with the given indices."""
+        """Start a step of all environments, or of those with the given indices, whose results have been received.
+
+        Raises:
+            ValueError: an index or an action is wrong, or the environments have not been reset.
+            AlreadyPendingCallError: a step or reset of one of these environments is pending.
+        """
+        ids = np.arange(self.num_envs) if ids is None else index_array(ids, self.num_envs)
+        actions = action_array(actions, len(ids), len(self.actions))
+        self.require_open()
         if self.env is None:
-            raise ValueError("the environments have not been reset")
-        ids = np.arange(self.num_envs) if ids is None else np.asarray(ids)
-        self.env.send(np.asarray(actions, np.int32), ids.astype(np.int32))
+            raise ValueError(NOT_RESET)
+        if self._busy[ids].any():
+            pending = ids[self._busy[ids]].tolist()
+            raise AlreadyPendingCallError(f"a step of environments {pending} is pending: receive its results first", "step")
+        with self._discarding():
+            self._busy[ids] = True
+            self._steps += 1
+            self.env.send(actions.astype(np.int32), ids.astype(np.int32))
 
     def as_completed(self) -> Iterator[int]:
         """Wait for the step; there is one shard."""
@@ -146,14 +189,41 @@ class EnvpoolPool(EmulatorPool):
         yield 0
 
     def wait(self) -> None:
-        """Wait for the step, or for the environments that are ready first if there is a batch size."""
-        frames, _, terminated, truncated, info = self.env.recv()
-        self._store(frames, terminated, truncated, info)
+        """Wait for the step, or for the environments that are ready first if there is a batch size.
+
+        Raises:
+            NoAsyncCallError: fewer steps are pending than results are returned.
+        """
+        self.require_open()
+        if self._busy.sum() < self._batch_size:
+            raise NoAsyncCallError(
+                f"{self._busy.sum()} environments are stepping, and results come for {self._batch_size} together: start more steps", "step"
+            )
+        with self._discarding():
+            frames, _, terminated, truncated, info = self.env.recv()
+            self._store(frames, terminated, truncated, info)
+            self._awaited_steps = self._steps
+
+    @property
+    def steps(self) -> int:
+        """How many steps have been started."""
+        return self._steps
+
+    @property
+    def pending(self) -> bool:
+        """Whether a step has been started that has not been waited for."""
+        return self._steps != self._awaited_steps
+
+    def require_open(self) -> None:
+        """Check that the pool can be used; see `EmulatorPool.require_open`."""
+        if self._closed:
+            raise WorkerError("the pool is closed: make the environments anew")
 
     def _store(self, frames: np.ndarray, terminated: np.ndarray, truncated: np.ndarray, info: dict[str, Any]) -> None:
         """Write results to the rows of their environments."""
         arrays = self.arrays
         self.ids = i = np.asarray(info["env_id"])
+        self._busy[i] = False
         arrays.started[i] = begins = arrays.terminated[i] | arrays.truncated[i]
         new_game = begins & self._game_over[i]
         arrays.reward[i] = info["reward"]
@@ -170,6 +240,7 @@ class EnvpoolPool(EmulatorPool):
         """Release the emulators."""
         if self.env is not None:
             self.env.close()
+        self.env, self._closed = None, True
 
     def clone_state(self) -> States:
         """Refused: envpool cannot save states."""
@@ -222,12 +293,14 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
     ) -> None:
         kinds, _ = requested_kinds(mode, obs)
         _refuse_unsupported(game, mode, kinds, settings, autoreset_mode, hook, render_mode)
+        num_envs = integer("num_envs", num_envs, 1, _MOST)
         self.batch_size = num_envs if batch_size is None else batch_size
-        if not 1 <= self.batch_size <= num_envs:
+        if not is_integer(self.batch_size) or not 1 <= self.batch_size <= num_envs:
             raise ValueError(f"batch_size must be 1 to num_envs {num_envs}, got {batch_size}")
+        check_memory(num_envs)
         options = {
             "batch_size": self.batch_size,
-            "num_threads": num_workers or 0,
+            "num_threads": integer("num_workers", num_workers or 0, 0, _MOST),
             "mode": _one_for_all("game_mode", game_mode),
             "difficulty": _one_for_all("game_difficulty", game_difficulty),
         }
@@ -257,18 +330,28 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         self.pool.async_reset(self._seeds(seed))
 
     def send(self, actions: np.ndarray, env_id: np.ndarray) -> None:
-        """Start a step of some environments: actions, integers `[n]`, and their indices, integers `[n]`."""
+        """Start a step of some environments: actions, integers `[n]`, and their indices, integers `[n]`.
+
+        Raises:
+            ValueError: an action or an index does not exist, or their shapes or dtypes are wrong.
+            AlreadyPendingCallError: the results of one of these environments have not been received.
+        """
         self.pool.send(actions, env_id)
 
     def recv(self) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """The results of the `batch_size` environments that are ready first, as `step` returns them; `info["env_id"]` has their indices."""
+        """The results of the `batch_size` environments that are ready first, as `step` returns them; `info["env_id"]` has their indices.
+
+        Raises:
+            NoAsyncCallError: fewer environments are stepping.
+        """
         self.pool.wait()
         pool, ids, shard = self.pool, self.pool.ids, self._shards[0]
         arrays = {name: array[ids] for name, array in shard.arrays.items()}
         observed = self._observe(arrays, _rows(shard.memory, ids))
-        shard.memory = self._scatter(ids, observed.memory, shard.memory)
-        shard.previous = self._scatter(ids, _rows(shard.objects, ids), shard.previous) if shard.objects else {}
-        shard.objects = self._scatter(ids, observed.objects, shard.objects)
+        memory = self._scatter(ids, observed.memory, shard.memory)
+        previous = self._scatter(ids, _rows(shard.objects, ids), shard.previous) if shard.objects else {}
+        objects = self._scatter(ids, observed.objects, shard.objects)
+        self._shards, self._steps = [replace(shard, memory=memory, previous=previous, objects=objects)], pool.steps
         reward = pool.reward[ids]
         info = {name: array[ids] for name, array in self._info().items()} | {"env_id": ids}
         observation = self._assemble([(observed, arrays)])
@@ -296,7 +379,7 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         """
         self._require_synchronous()
         if self.pool.env is None:
-            raise ValueError("the environments have not been reset")
+            raise ValueError(NOT_RESET)
         if required_screens(self.mode, self.kinds):
             raise ValueError("xla() provides RAM and what is computed from it, but no frames")
         handle, _, _, env_step = self.pool.env.xla()

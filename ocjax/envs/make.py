@@ -8,7 +8,8 @@ from gymnasium.envs.registration import EnvSpec
 from gymnasium.vector import AutoresetMode
 
 from ocjax.envs._worker.interface import DISABLED, NEXT_STEP, SAME_STEP, SCREENS
-from ocjax.envs.ale import AlePool, Hook
+from ocjax.envs.ale import WORKER_TIMEOUT, AlePool
+from ocjax.envs.hooks import Hook
 from ocjax.envs.observations import Mode, Request, requested_kinds, required_screens
 from ocjax.envs.protocols import preset_of
 from ocjax.envs.settings import Settings, settings
@@ -22,7 +23,7 @@ AUTORESET = {
     AutoresetMode.SAME_STEP: SAME_STEP,
     AutoresetMode.DISABLED: DISABLED,
 }
-_VECTOR_ONLY = ("num_envs", "num_workers", "autoreset_mode", "backend", "batch_size")  # options that `make` lacks
+_VECTOR_ONLY = ("num_envs", "num_workers", "worker_timeout", "autoreset_mode", "backend", "batch_size")  # options that `make` lacks
 
 
 def make_vec(
@@ -47,7 +48,8 @@ def make_vec(
     autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
     num_workers: int | None = None,
     batch_size: int | None = None,
-    hook: Hook | None = None,
+    hook: Hook | Sequence[Hook] | None = None,
+    worker_timeout: float | None = WORKER_TIMEOUT,
     render_mode: str | None = None,
     ram_info: bool = False,
 ) -> ObjectVectorEnv:
@@ -79,7 +81,9 @@ def make_vec(
         autoreset_mode: Gymnasium's NEXT_STEP, SAME_STEP or DISABLED.
         num_workers: number of processes (envpool: threads); by default one per core. With 0, instances are stepped in this process.
         batch_size: envpool only: the number of environments whose results `recv` returns.
-        hook: edits the RAM of each instance before every emulated frame; see `AlePool` and `ocjax.envs.variations`.
+        hook: a function, or several in turn, that edit the RAM of each instance before every emulated frame; see `AlePool` and
+            `ocjax.envs.variations`.
+        worker_timeout: seconds after which a worker process of backend "ale" that does not reply counts as hanging; None for no limit.
         render_mode: "rgb_array", or "objects" for frames with the objects drawn over them.
         ram_info: whether `info` contains the RAM.
 
@@ -89,6 +93,8 @@ def make_vec(
     Raises:
         ValueError: the game or an option is unknown, an option contradicts the id, the ROM is the wrong one, or the backend cannot do what
             is asked of it.
+        TypeError: a hook is not a function, or cannot be sent to worker processes.
+        MemoryError: there is not enough memory for so many instances.
         ModuleNotFoundError: the extra `envpool` is not installed.
         WorkerError: a worker process could not be started.
     """
@@ -121,7 +127,8 @@ def make_vec(
         if batch_size is not None:
             raise ValueError("batch_size is envpool's: backend 'ale' steps all environments together (step_async and step_wait)")
         screens = _recorded_screens(mode, obs, render_mode)
-        pool = AlePool(game, num_envs, chosen, screens=screens, autoreset=AUTORESET[autoreset], **common)
+        options = {"screens": screens, "autoreset": AUTORESET[autoreset], "worker_timeout": worker_timeout}
+        pool = AlePool(game, num_envs, chosen, **options, **common)
         envs = ObjectVectorEnv(pool, mode, obs, **shown)
     else:
         raise ValueError(f"backend must be 'ale' or 'envpool', got {backend!r}")

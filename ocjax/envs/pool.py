@@ -47,7 +47,9 @@ class EmulatorPool(ABC):
             report: called from time to time with the number of emulators that have started, if starting them takes long.
 
         Raises:
-            ValueError: the backend cannot use these seeds or this mask.
+            ValueError: the number of seeds or a seed is wrong, the mask is wrong or the first one, or the backend cannot use them.
+            AlreadyPendingCallError: a step is pending.
+            WorkerError: the pool is closed, or a worker failed, died or did not reply in time. Likewise below.
         """
 
     @abstractmethod
@@ -56,15 +58,47 @@ class EmulatorPool(ABC):
 
         Args:
             actions: integers `[N]`, indices into `self.actions`. Emulators whose episode has ended ignore theirs and start the next one.
+
+        Raises:
+            ValueError: the actions have another shape or dtype, there is no such action, or the emulators have not been reset.
+            AlreadyPendingCallError: a step is pending.
         """
 
     @abstractmethod
     def as_completed(self) -> Iterator[int]:
-        """Wait for the step: yield the index of each shard as soon as its emulators have finished. The iterator must be exhausted."""
+        """Wait for the step: yield the index of each shard as soon as its emulators have finished.
+
+        The step is pending until the iterator is exhausted. If it is interrupted, another one can be made.
+
+        Raises:
+            NoAsyncCallError: no step is pending.
+        """
 
     @abstractmethod
     def wait(self) -> None:
-        """Wait for the step of all emulators."""
+        """Wait for the step of all emulators. If this is interrupted, it can be called again.
+
+        Raises:
+            NoAsyncCallError: no step is pending.
+        """
+
+    @property
+    @abstractmethod
+    def steps(self) -> int:
+        """How many steps have been started."""
+
+    @property
+    @abstractmethod
+    def pending(self) -> bool:
+        """Whether a step has been started that has not been waited for."""
+
+    @abstractmethod
+    def require_open(self) -> None:
+        """Check that the pool can be used in this process.
+
+        Raises:
+            WorkerError: it has been closed, or belongs to another process.
+        """
 
     @abstractmethod
     def close(self) -> None:

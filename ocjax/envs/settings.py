@@ -5,6 +5,13 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
+from ocjax.envs.checks import integer
+
+_MOST_FRAMES = 108_000  # of a step and of the no-ops at the beginning: half an hour
+_MOST_EPISODE_FRAMES = 2**31 - 1  # ALE's counter
+
 
 @dataclasses.dataclass(frozen=True)
 class Settings:
@@ -34,18 +41,22 @@ class Settings:
     episodic_life: bool = False
 
     def __post_init__(self) -> None:
-        if not isinstance(self.frame_skip, int):  # JSON turns the pair into a list
-            object.__setattr__(self, "frame_skip", tuple(self.frame_skip))
-        low, high = self.skip_range
-        if not (1 <= low < high and self.max_episode_frames >= 1):
-            raise ValueError(
-                "frame_skip and max_episode_frames must be at least 1, and a pair of frame skips must increase, "
-                f"got {self.frame_skip} and {self.max_episode_frames}"
-            )
-        if not 0 <= self.repeat_action_probability < 1:
-            raise ValueError(f"repeat_action_probability must be in [0, 1), got {self.repeat_action_probability}")
-        if self.noop_max < 0:
-            raise ValueError(f"noop_max must not be negative, got {self.noop_max}")
+        p = self.repeat_action_probability
+        if not isinstance(p, int | float | np.number) or not 0 <= p < 1:
+            raise ValueError(f"repeat_action_probability must be in [0, 1), got {p!r}")
+        checked = {
+            "frame_skip": _frame_skip(self.frame_skip),
+            "repeat_action_probability": float(p),
+            "max_episode_frames": integer("max_episode_frames", self.max_episode_frames, 1, _MOST_EPISODE_FRAMES),
+            "noop_max": integer("noop_max", self.noop_max, 0, _MOST_FRAMES),
+        }
+        for name in ("full_action_space", "fire_reset", "clip_rewards", "episodic_life"):
+            value = getattr(self, name)
+            if not isinstance(value, bool | np.bool):
+                raise ValueError(f"{name} must be True or False, got {value!r}")
+            checked[name] = bool(value)
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
 
     @property
     def skip_range(self) -> tuple[int, int]:
@@ -55,6 +66,20 @@ class Settings:
     def to_dict(self) -> dict[str, Any]:
         """The fields, ready for JSON. `Settings(**fields)` is the inverse."""
         return dataclasses.asdict(self)
+
+
+def _frame_skip(value: Any) -> int | tuple[int, int]:
+    """A frame skip in the types that `Settings` has; JSON turns the pair into a list.
+
+    Raises:
+        ValueError: it is not a number of frames or a pair of them, or out of range.
+    """
+    if not isinstance(value, tuple | list):
+        return integer("frame_skip", value, 1, _MOST_FRAMES)
+    if len(value) != 2:
+        raise ValueError(f"frame_skip must be a number of frames or a pair (low, high), got {value!r}")
+    low = integer("the lower end of frame_skip", value[0], 1, _MOST_FRAMES)
+    return low, integer("the upper end of frame_skip", value[1], low + 1, _MOST_FRAMES + 1)
 
 
 # "v5", "v4", "deterministic-v4" and "noframeskip" are Gymnasium's IDs of these names. "dqn" is Mnih et al. (2015) as the usual wrappers

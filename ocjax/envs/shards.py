@@ -1,8 +1,8 @@
 """Blocks of environments, and the compiled function that turns their arrays into objects and observations."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple, Self
 
 import jax
 import numpy as np
@@ -53,9 +53,12 @@ def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
     return observe if mode == "raw" and not computed_kinds else jax.jit(observe)
 
 
-@dataclass
+@dataclass(frozen=True)
 class Shard:
-    """The state of one block of environments, which is extracted as soon as their workers have finished the step."""
+    """The state of one block of environments, which is extracted as soon as their workers have finished the step.
+
+    A step makes new shards, which take the place of the old ones together at its end: one that is interrupted can be repeated.
+    """
 
     rows: slice  # of all environments
     arrays: dict[str, np.ndarray]  # the emulators' arrays that observations are made of, as views of these rows
@@ -68,17 +71,18 @@ class Shard:
         """Everything that later results depend on."""
         return self.memory, self.objects, self.previous or self.objects, self.computed
 
-    def set_carry(self, carry: tuple[Any, ...]) -> None:
-        """The inverse of `carry`."""
-        self.memory, self.objects, self.previous, self.computed = carry
+    def with_carry(self, carry: tuple[Any, ...]) -> Self:
+        """The shard with what `carry` returned."""
+        memory, objects, previous, computed = carry
+        return replace(self, memory=memory, objects=objects, previous=previous, computed=computed)
 
-    def update(self, new: Observed, mask: np.ndarray | None = None) -> None:
-        """Take over new results, only in the rows of the mask if there is one, bool `[B]`."""
+    def updated(self, new: Observed, mask: np.ndarray | None = None) -> Self:
+        """The shard with new results, only in the rows of the mask if there is one, bool `[B]`."""
         previous = self.objects
         if mask is not None and not mask.all():
             previous = select_rows(mask, new.objects, self.previous or self.objects)
             new = select_rows(mask, new, Observed(self.computed or {}, self.memory, self.objects))
-        self.previous, (self.computed, self.memory, self.objects) = previous, new
+        return replace(self, computed=new.computed, memory=new.memory, objects=new.objects, previous=previous)
 
 
 def concatenate_rows(trees: Sequence[Any]) -> Any:

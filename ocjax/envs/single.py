@@ -47,10 +47,10 @@ class ObjectEnv(gym.Env):
         Raises:
             ValueError: the seed is negative, or there is an option.
         """
-        super().reset(seed=seed)
         if options:
             raise ValueError(f"unknown options {sorted(options)}: there are none")
         observation, info = self.envs.reset(seed=None if seed is None else [seed])
+        super().reset(seed=seed)  # seeds `np_random`
         return self._first(observation), self._first_info(info)
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:

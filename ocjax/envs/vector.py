@@ -1,6 +1,7 @@
 """Vector environments whose observations are objects."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -8,15 +9,17 @@ import gymnasium as gym
 import jax
 import jax.numpy as jnp
 import numpy as np
+from gymnasium.error import AlreadyPendingCallError, NoAsyncCallError
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from ocjax.envs.checks import NOT_RESET, is_integer, seed_list
 from ocjax.envs.observations import Computed, Mode, Request, Vector, requested_kinds, required_screens
 from ocjax.envs.pool import EmulatorPool
 from ocjax.envs.progress import start_bar
 from ocjax.envs.settings import Settings
 from ocjax.envs.shards import Observed, Shard, concatenate_rows, make_observer, row, select_rows
-from ocjax.envs.states import States
+from ocjax.envs.states import States, check_carries
 from ocjax.objects import Objects
 from ocjax.render import overlay
 from ocjax.views import GameObject, views
@@ -24,6 +27,7 @@ from ocjax.views import GameObject, views
 RENDER_MODES = ("rgb_array", "objects")
 _INFO = ("lives", "frame_number", "episode_return", "episode_length")
 _FRAMES_PER_SECOND = 60  # of the console
+_OVER = "over"  # the name in `States` of whose episode ended
 
 
 class ObjectVectorEnv(VectorEnv):
@@ -74,6 +78,8 @@ class ObjectVectorEnv(VectorEnv):
         self._observer = make_observer(self.game, mode, self.kinds)
         self._shards = [self._make_shard(rows) for rows in pool.shards]
         self._ended = np.zeros(self.num_envs, bool)  # whose episode ended in the last step
+        self._current = False  # whether the shards show what the emulators do, or did before a pending step
+        self._steps = pool.steps  # how many steps of the pool the shards have seen
 
     def _make_shard(self, rows: slice) -> Shard:
         sources = {"ram", "started", *required_screens(self.mode, self.kinds)}
@@ -144,14 +150,19 @@ class ObjectVectorEnv(VectorEnv):
                 )
         return out[""] if self._single else out
 
-    def _update(self, shard: Shard, mask: np.ndarray | None = None) -> None:
-        """Extract the present state of a shard; with a mask, bool `[N]`, only that of the environments in it."""
-        shard.update(self._observe(shard.arrays, shard.memory), None if mask is None else mask[shard.rows])
+    def _updated(self, shard: Shard, mask: np.ndarray | None = None) -> Shard:
+        """A shard with its present state extracted; with a mask, bool `[N]`, only that of the environments in it."""
+        return shard.updated(self._observe(shard.arrays, shard.memory), None if mask is None else mask[shard.rows])
 
-    def _observation(self) -> Any:
-        """The present observation. Shards are computed while others are waited for; nothing is left to compute after the step."""
-        jax.block_until_ready([shard.carry() for shard in self._shards])
-        return self._assemble([(Observed(s.computed or {}, s.memory, s.objects), s.arrays) for s in self._shards])
+    def _observation(self, shards: Sequence[Shard]) -> Any:
+        """The observation of shards. They are computed while others are waited for; nothing is left to compute after the step."""
+        jax.block_until_ready([shard.carry() for shard in shards])
+        return self._assemble([(Observed(s.computed or {}, s.memory, s.objects), s.arrays) for s in shards])
+
+    def _replace(self, shards: list[Shard], ended: np.ndarray) -> None:
+        """End a call with a new state, at once: nothing can interrupt the assignment of attributes in one statement."""
+        steps = self.pool.steps
+        self._shards, self._ended, self._steps, self._current = shards, ended, steps, True
 
     def _info(self) -> dict[str, Any]:
         names = (*_INFO, *["reward"] * self.pool.settings.clip_rewards, *["ram"] * self.ram_info)
@@ -170,14 +181,16 @@ class ObjectVectorEnv(VectorEnv):
 
         Raises:
             ValueError: a seed is negative, the number of seeds or the mask is wrong, or an option is unknown.
+            AlreadyPendingCallError: a step is pending.
         """
         mask, seeds = self._reset_mask(options), self._seeds(seed)
-        with start_bar(self.num_envs) as report:
+        self._require_no_step()
+        with start_bar(self.num_envs) as report, self._changing():
             self.pool.reset(seeds, mask, report)
-        self._ended[slice(None) if mask is None else mask] = False
-        for shard in self._shards:
-            self._update(shard, mask)
-        return self._observation(), self._info()
+        shards = [self._updated(shard, mask) for shard in self._shards]
+        result = self._observation(shards), self._info()
+        self._replace(shards, self._ended & ~mask if mask is not None else np.zeros(self.num_envs, bool))
+        return result
 
     def _reset_mask(self, options: dict[str, Any] | None) -> np.ndarray | None:
         options = dict(options or {})
@@ -188,17 +201,32 @@ class ObjectVectorEnv(VectorEnv):
             return None
         if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (self.num_envs,) or not mask.any():
             raise ValueError(f"reset_mask must be a bool array of shape ({self.num_envs},), not all False, got {mask!r}")
-        if self._shards[0].computed is None and not mask.all():
-            raise ValueError("the first reset must be of all environments, without reset_mask")
+        if not self._current and not mask.all():
+            raise ValueError("the first reset must be of all environments, without reset_mask, and so must one after an interrupted call")
         return mask
 
     def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None] | None:
         if seed is None:
             return None
-        seeds = list[int | None](range(seed, seed + self.num_envs) if isinstance(seed, int | np.integer) else seed)
-        if len(seeds) != self.num_envs or any(s is not None and s < 0 for s in seeds):
-            raise ValueError(f"seed must be a number >= 0 or {self.num_envs} of them, got {seed!r}")
-        return seeds
+        return seed_list(range(seed, seed + self.num_envs) if is_integer(seed) else seed, self.num_envs)
+
+    @contextmanager
+    def _changing(self) -> Iterator[None]:
+        """A call that changes emulators: from its beginning until `_replace`, the shards do not show what the emulators do.
+
+        A call that is refused changes nothing.
+        """
+        current, self._current = self._current, False
+        try:
+            yield
+        except Exception:
+            self._current = current
+            raise
+
+    def _require_no_step(self) -> None:
+        self.pool.require_open()
+        if self._steps != self.pool.steps:
+            raise AlreadyPendingCallError("a step is pending: call step_wait(), which returns its results", "step")
 
     def step_async(self, actions: Any) -> None:
         """Start a step without waiting for it, so that the emulators run while the caller computes.
@@ -207,15 +235,14 @@ class ObjectVectorEnv(VectorEnv):
             actions: integers `[N]`.
 
         Raises:
-            ValueError: an action does not exist, the shape or dtype is wrong, or autoreset is disabled and an episode has ended.
+            ValueError: an action does not exist, the shape or dtype is wrong, the environments have not been reset, or autoreset is
+                disabled and an episode has ended.
+            AlreadyPendingCallError: a step is pending.
+            WorkerError: a worker died.
         """
-        actions = np.asarray(actions)
-        if actions.shape != (self.num_envs,) or not np.issubdtype(actions.dtype, np.integer):
-            raise ValueError(f"actions must be {self.num_envs} integers, got {actions.dtype} of shape {actions.shape}")
-        if actions.min() < 0 or actions.max() >= len(self.pool.actions):
-            raise ValueError(f"actions must be from 0 to {len(self.pool.actions) - 1}, got {actions.min()} to {actions.max()}")
-        if self._shards[0].computed is None:
-            raise ValueError("the environments have not been reset: call reset() before the first step")
+        self._require_no_step()
+        if not self._current:
+            raise ValueError(NOT_RESET)
         if self.autoreset_mode == AutoresetMode.DISABLED and self._ended.any():
             raise ValueError(
                 f"the episodes of environments {np.flatnonzero(self._ended).tolist()} have ended and autoreset is disabled: "
@@ -224,27 +251,34 @@ class ObjectVectorEnv(VectorEnv):
         self.pool.send(actions)
 
     def step_wait(self) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """Wait for the step that `step_async` started.
+        """Wait for the step that `step_async` started. If this is interrupted, as by Ctrl-C, it can be called again.
 
         Returns:
             The observation, rewards float64 `[N]`, terminated bool `[N]`, truncated bool `[N]`, and `info`.
 
         Raises:
-            WorkerError: a worker failed or died.
+            NoAsyncCallError: no step is pending.
+            WorkerError: a worker failed, died or did not reply in time.
         """
-        pool, completed, final = self.pool, self.pool.as_completed(), {}
+        pool, final = self.pool, {}
+        pool.require_open()
+        if self._steps == pool.steps:
+            raise NoAsyncCallError("no step is pending: call step_async() before step_wait()", "step")
+        # A call that was interrupted may have waited for all emulators.
+        completed = pool.as_completed() if pool.pending else range(len(self._shards))
         if self.autoreset_mode == AutoresetMode.SAME_STEP:
             completed = list(completed)  # the final states come first: they need the memory from before the update
             ended = pool.terminated | pool.truncated
             if ended.any():
                 final = self._final(ended)
-        for k in completed:
-            self._update(self._shards[k])
+        new = {k: self._updated(self._shards[k]) for k in completed}
+        shards = [new[k] for k in range(len(new))]
         reward, terminated, truncated = np.array(pool.reward), np.array(pool.terminated), np.array(pool.truncated)
-        self._ended = terminated | truncated
         if pool.settings.clip_rewards:
             reward = np.sign(reward)
-        return self._observation(), reward, terminated, truncated, self._info() | final
+        result = self._observation(shards), reward, terminated, truncated, self._info() | final
+        self._replace(shards, terminated | truncated)
+        return result
 
     def _final(self, ended: np.ndarray) -> dict[str, Any]:
         """Observations and info of the terminal states, in the environments whose episode has just ended, bool `[N]`."""
@@ -287,9 +321,14 @@ class ObjectVectorEnv(VectorEnv):
         return {"objects": out, "_objects": ended.copy()}
 
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """Step all environments: `step_async`, then `step_wait`."""
-        self.step_async(actions)
-        return self.step_wait()
+        """Step all environments: `step_async`, then `step_wait`. Ctrl-C waits until the step has ended."""
+        try:
+            self.step_async(actions)
+            return self.step_wait()
+        except KeyboardInterrupt:
+            if self._steps != self.pool.steps:
+                self.step_wait()
+            raise
 
     def get_ram(self) -> np.ndarray:
         """The RAM of all environments, uint8 `[N, 128]`."""
@@ -303,21 +342,28 @@ class ObjectVectorEnv(VectorEnv):
             ValueError: `ram` has the wrong shape, or the backend cannot write RAM.
         """
         self.pool.set_ram(ram, mask)
-        for shard in self._shards:
-            if "rem" in shard.objects:
-                # JAX may read the RAM in place, after this returns, so extraction must finish before a step changes the RAM.
-                shard.objects = shard.objects | {"rem": jax.block_until_ready(self.game.rem(self.pool.ram[shard.rows]))}
+        self._shards = [self._with_new_ram(shard) for shard in self._shards]
+
+    def _with_new_ram(self, shard: Shard) -> Shard:
+        """A shard with REM's objects from the present RAM."""
+        if "rem" not in shard.objects:
+            return shard
+        # JAX may read the RAM in place, after this returns, so extraction must finish before a step changes the RAM.
+        return replace(shard, objects=shard.objects | {"rem": jax.block_until_ready(self.game.rem(self.pool.ram[shard.rows]))})
 
     def clone_state(self) -> States:
         """Save the state of every environment, including what its observations carry from earlier steps.
 
         Raises:
             ValueError: the environments have not been reset, or the backend cannot save states.
+            AlreadyPendingCallError: a step is pending.
         """
+        self._require_no_step()
+        carries = self._carries()
         states = self.pool.clone_state()
-        carry = jax.tree.leaves(concatenate_rows(self._carries()))
+        carry = jax.tree.leaves(concatenate_rows(carries))
         named = {_carry_name(k): leaf for k, leaf in enumerate(carry)}
-        return replace(states, rows={**states.rows, **named, "over": self._ended.copy()})
+        return replace(states, rows={**states.rows, **named, _OVER: self._ended.copy()})
 
     def restore_state(self, states: States, mask: np.ndarray | None = None) -> tuple[Any, dict[str, Any]]:
         """Restore saved states.
@@ -330,26 +376,34 @@ class ObjectVectorEnv(VectorEnv):
             The observation and `info`, as they were when the states were saved.
 
         Raises:
-            ValueError: the states are of another game, number or kind of observation, the environments have not been reset, or the backend
-                cannot restore states.
+            TypeError: these are not `States`.
+            ValueError: the states are damaged, or of another game, number or kind of observation, the environments have not been reset, or
+                the backend cannot restore states.
+            AlreadyPendingCallError: a step is pending.
         """
-        leaves, tree = jax.tree.flatten(self._carries()[0])
-        names = [_carry_name(k) for k in range(len(leaves))]
-        if not set(names) <= set(states.rows) or any(states.rows[n].shape[1:] != a.shape[1:] for n, a in zip(names, leaves, strict=True)):
-            raise ValueError("the states are of environments with other observations")
-        self.pool.restore_state(states, mask)
+        self._require_no_step()
+        carries = self._carries()
+        leaves, tree = jax.tree.flatten(carries[0])
+        targets = {_carry_name(k): leaf for k, leaf in enumerate(leaves)} | {_OVER: self._ended}
+        check_carries(states, targets)
+        with self._changing():
+            self.pool.restore_state(states, mask)
         chosen = np.ones(self.num_envs, bool) if mask is None else mask
-        carry = [np.broadcast_to(states.rows[n], (self.num_envs, *a.shape[1:])) for n, a in zip(names, leaves, strict=True)]
-        for shard in self._shards:
-            restored = jax.tree.unflatten(tree, [a[shard.rows] for a in carry])
-            shard.set_carry(select_rows(chosen[shard.rows], restored, shard.carry()))
-        self._ended = np.where(chosen, states.rows["over"], self._ended)
-        return self._observation(), self._info()
+        rows = {name: np.broadcast_to(states.rows[name], (self.num_envs, *target.shape[1:])) for name, target in targets.items()}
+        ended, carry = rows.pop(_OVER), list(rows.values())
+        restored = [jax.tree.unflatten(tree, [a[shard.rows] for a in carry]) for shard in self._shards]
+        shards = [
+            shard.with_carry(select_rows(chosen[shard.rows], new, old))
+            for shard, new, old in zip(self._shards, restored, carries, strict=True)
+        ]
+        result = self._observation(shards), self._info()
+        self._replace(shards, np.where(chosen, ended, self._ended))
+        return result
 
     def _carries(self) -> list[tuple[Any, ...]]:
         """What each shard carries from step to step."""
-        if self._shards[0].computed is None:
-            raise ValueError("the environments have not been reset")
+        if not self._current:
+            raise ValueError(NOT_RESET)
         return [shard.carry() for shard in self._shards]
 
     def render(self) -> tuple[np.ndarray, ...] | None:

@@ -2,14 +2,15 @@
 
 import enum
 import math
-import pickle
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 
 import ale_py
 import numpy as np
 
+from . import snapshot
 from .interface import OBSERVED, SAME_STEP, SCREENS, STATE_BYTES, CommandArrays, EmulatorArrays, WorkerConfig
+from .snapshot import Snapshot
 
 UNTAKEN = 1e-9  # the acceptable probability that a sticky emulator has not yet taken over a repeated action
 NOOP = 0  # its index in every action set
@@ -58,11 +59,13 @@ class Emulator:
         config: the worker's configuration.
         shown: arrays that the environment writes its results to.
         commands: arguments of the commands.
-        hook: called with the RAM before every emulated frame.
+        hooks: names, and functions that are called in turn with the RAM before every emulated frame.
     """
 
-    def __init__(self, i: int, config: WorkerConfig, shown: EmulatorArrays, commands: CommandArrays, hook: Hook | None) -> None:
-        self.i, self.config, self.shown, self.commands, self.hook = i, config, shown, commands, hook
+    def __init__(
+        self, i: int, config: WorkerConfig, shown: EmulatorArrays, commands: CommandArrays, hooks: Sequence[tuple[str, Hook]]
+    ) -> None:
+        self.i, self.config, self.shown, self.commands, self.hooks = i, config, shown, commands, hooks
         self.phase = Phase.UNLOADED
         self.ram = shown.ram[i]
         self.screens: dict[str, np.ndarray] = {name: getattr(shown, name)[i] for name in config.screens}
@@ -70,8 +73,8 @@ class Emulator:
         self.actions = [ale_py.Action(a) for a in config.actions]
         self.least_skip, self.most_skip = config.frame_skip[0], config.frame_skip[1] - 1
         # One call of `act` emulates all frames of a step, unless single frames are needed.
-        self.whole_steps = self.least_skip == self.most_skip and hook is None and not self.two_frames and not config.noop_max
-        self.last_action = NOOP
+        self.whole_steps = self.least_skip == self.most_skip and not hooks and not self.two_frames and not config.noop_max
+        self.last_action = NOOP  # as ale-py numbers it, in which no-op is 0, too
         self.start_totals = (0.0, 0)  # return and length with which the next episode starts
         self.shown_state = b""  # NEXT_READY: the state of the game that is shown
 
@@ -105,7 +108,7 @@ class Emulator:
 
     def play(self, action: int, *, visible: bool = True) -> float:
         """Emulate the frames of one step with an action held, and return their reward. Screens are copied only if `visible`."""
-        self.last_action = action
+        self.last_action = self.config.actions[action]
         if self.whole_steps:
             return self.ale.act(self.actions[action])
         low, high = self.least_skip, self.most_skip
@@ -118,16 +121,20 @@ class Emulator:
         return reward
 
     def frame(self, action: int) -> float:
-        """Emulate one frame, after the hook has edited the RAM, and return its reward."""
-        if self.hook is not None:
-            self.apply_hook(self.hook)
+        """Emulate one frame, after the hooks have edited the RAM, and return its reward."""
+        if self.hooks:
+            self.apply_hooks()
         return self.ale.act(self.actions[action])
 
-    def apply_hook(self, hook: Hook) -> None:
-        """Write to the console what the hook changes in a copy of its RAM."""
+    def apply_hooks(self) -> None:
+        """Write to the console what the hooks change in a copy of its RAM."""
         before = self.ale.getRAM()
         edited = before.copy()
-        hook(edited)
+        for name, hook in self.hooks:
+            try:
+                hook(edited)
+            except Exception as error:
+                raise RuntimeError(f"the hook {name} failed in environment {self.i}: {type(error).__name__}: {error}") from error
         for address in np.flatnonzero(edited != before).tolist():
             self.ale.setRAM(address, int(edited[address]))
 
@@ -221,7 +228,8 @@ class Emulator:
         """The state that is shown, with everything that the next steps depend on."""
         if self.phase is Phase.NEXT_READY:
             return self.shown_state
-        return pickle.dumps((self.ale.cloneState(include_rng=True), self.rng.bit_generator.state, self.phase.value, self.last_action))
+        c, state = self.config, self.ale.cloneState(include_rng=True).serialize()
+        return snapshot.pack(c.rom, c.md5, Snapshot(self.phase.value, self.last_action, dict(self.rng.bit_generator.state), state))
 
     def save(self) -> None:
         """Leave the state in the shared memory."""
@@ -233,15 +241,14 @@ class Emulator:
 
     def restore(self) -> None:
         """Continue from the state in the shared memory; its observed arrays are the pool's to restore."""
-        data = self.commands.state[self.i, : self.commands.state_bytes[self.i]].tobytes()
-        state, self.rng.bit_generator.state, phase, self.last_action = pickle.loads(data)
+        saved = snapshot.unpack(self.commands.state[self.i, : self.commands.state_bytes[self.i]].tobytes())
         # ALE's state lacks the action that a sticky frame repeats, so the last action is repeated until it has been taken over.
         p = self.config.repeat_action_probability
         for _ in range(1 + math.ceil(math.log(UNTAKEN) / math.log(p)) if p else 1):
-            self.ale.act(self.actions[self.last_action])
-        self.ale.restoreState(state)
-        self.phase = Phase(phase)
-        self.shown_state = b""
+            self.ale.act(ale_py.Action(saved.action))
+        self.ale.restoreState(ale_py.ALEState(saved.ale))
+        self.rng.bit_generator.state = saved.generator
+        self.phase, self.last_action, self.shown_state = Phase(saved.phase), saved.action, b""
 
     def write_ram(self) -> None:
         """Write the desired RAM; where the game is over, only what is shown changes, as the game has no further step."""

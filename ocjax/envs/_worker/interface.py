@@ -1,23 +1,26 @@
 """What a pool and its workers share: commands, configuration and the arrays in shared memory.
 
-The pool sends one byte over the socket, a command, and the worker replies with one byte, OK or ERROR. After ERROR follow the length of a
-message, 4 bytes big-endian, and the message.
+The pool sends commands with numbers over the socket. The worker notes in `CommandArrays.finished` that it has executed one, or has failed,
+and replies with one byte to wake the pool up. What went wrong it writes to stderr. A command that comes again has its old number and is
+not executed again.
 """
 
 import dataclasses
 import json
+import struct
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Self, TypeVar
 
 import numpy as np
 
 RESET, STEP, SAVE, RESTORE, WRITE = b"R", b"S", b"C", b"L", b"W"  # commands
-OK, ERROR = b"K", b"E"  # replies
+MESSAGE = struct.Struct("<cq")  # a command and its number, which is positive and rises
+REPLY = b"."
 
 NEXT_STEP, SAME_STEP, DISABLED = "next step", "same step", "disabled"
 AUTORESET_MODES = (NEXT_STEP, SAME_STEP, DISABLED)
 
-STATE_BYTES = 2**15  # capacity for one saved emulator; ale-py 0.12 needs 14,500 bytes
+STATE_BYTES = 2**14  # capacity for one saved emulator; ale-py 0.12 needs up to 14,560 bytes
 ALIGNMENT = 64  # bytes, a cache line
 
 
@@ -30,6 +33,8 @@ class WorkerConfig:
     screen_size: tuple[int, int]  # height, width
     screens: tuple[str, ...]  # the pixel arrays to fill, names in SCREENS
     autoreset: str  # one of AUTORESET_MODES
+    rom: str  # ale-py's name of the ROM
+    md5: str  # of the ROM
     rom_path: str
     actions: tuple[int, ...]  # ale-py's numbers of the game's actions
     frame_skip: tuple[int, int]  # fewest emulated frames per step, and one more than the most
@@ -40,7 +45,7 @@ class WorkerConfig:
     episodic_life: bool
     game_modes: tuple[int | None, ...]  # one per emulator of the pool, None for the game's default
     game_difficulties: tuple[int | None, ...]  # likewise
-    hook: str | None  # the hook, pickled by value, in hexadecimal
+    hooks: tuple[tuple[str, str], ...]  # name of each hook, and the hook pickled by value, in hexadecimal
 
     def to_json(self) -> str:
         """The configuration as one line of JSON."""
@@ -52,7 +57,7 @@ class WorkerConfig:
         values: dict[str, Any] = json.loads(line)
         for name, value in values.items():
             if isinstance(value, list):
-                values[name] = tuple(value)
+                values[name] = tuple(tuple(v) if isinstance(v, list) else v for v in value)
         return cls(**values)
 
 
@@ -103,8 +108,10 @@ class CommandArrays:
     chosen: np.ndarray = field(metadata=_array("bool"))  # RESET, RESTORE and WRITE: which emulators they apply to
     loaded: np.ndarray = field(metadata=_array("bool"))  # which emulators have loaded their ROM
     new_ram: np.ndarray = field(metadata=_array("uint8", 128))  # WRITE: the desired RAM
-    state: np.ndarray = field(metadata=_array("uint8", STATE_BYTES))  # SAVE and RESTORE; takes no memory until states are saved
+    state: np.ndarray = field(metadata=_array("uint8", STATE_BYTES))  # SAVE and RESTORE, as `snapshot` packs it
     state_bytes: np.ndarray = field(metadata=_array("int64"))  # SAVE and RESTORE: how many of these bytes are used
+    # The number of the last command that the worker executed, in the row of its first emulator; negative if that failed.
+    finished: np.ndarray = field(metadata=_array("int64"))
 
 
 SCREENS: dict[str, int] = {f.name: f.metadata["frames"] for f in dataclasses.fields(ObservedArrays) if "frames" in f.metadata}

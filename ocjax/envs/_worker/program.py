@@ -7,15 +7,20 @@ import pickle
 import select
 import signal
 import socket
+import threading
+import time
 import traceback
 from collections.abc import Callable
+from typing import IO, Any
 
 import ale_py
 import numpy as np
 
 from . import interface
-from .emulator import Emulator, Phase
+from .emulator import Emulator, Hook, Phase
 from .interface import CommandArrays, EmulatorArrays, WorkerConfig
+
+_PARENT_CHECK = 1.0  # seconds between two looks whether the parent still runs
 
 
 class EmulatorBlock:
@@ -23,9 +28,9 @@ class EmulatorBlock:
 
     def __init__(self, config: WorkerConfig, shown: EmulatorArrays, commands: CommandArrays) -> None:
         self.shown, self.commands, self.autoreset, self.episodic_life = shown, commands, config.autoreset, config.episodic_life
-        hook = None if config.hook is None else pickle.loads(bytes.fromhex(config.hook))
+        hooks = [(name, _load_hook(name, pickled)) for name, pickled in config.hooks]
         self.rows = slice(*config.block)
-        self.emulators = [Emulator(i, config, shown, commands, hook) for i in range(*config.block)]
+        self.emulators = [Emulator(i, config, shown, commands, hooks) for i in range(*config.block)]
         self._methods = {
             interface.RESET: self.reset,
             interface.STEP: self.step,
@@ -115,9 +120,18 @@ class EmulatorBlock:
             e.write_ram()
 
 
-def main(socket_fd: int, memory_fd: int) -> None:
-    """Run the worker until its socket closes, so that it cannot outlive the process that started it."""
+def _load_hook(name: str, pickled: str) -> Hook:
+    """A hook from its pickle in hexadecimal."""
+    try:
+        return pickle.loads(bytes.fromhex(pickled))
+    except Exception as error:
+        raise RuntimeError(f"the hook {name} cannot be loaded in a worker process: {type(error).__name__}: {error}") from error
+
+
+def main(socket_fd: int, memory_fd: int, parent: int) -> None:
+    """Run the worker until its socket closes or its parent, of which this is the process ID, has ended."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent to handle
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
     if hasattr(os, "SCHED_BATCH"):  # a worker that wakes up must not preempt the parent before that has woken the other workers
         with contextlib.suppress(OSError):  # a sandbox may forbid it, which costs a few percent of speed
             os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
@@ -126,12 +140,42 @@ def main(socket_fd: int, memory_fd: int) -> None:
     with link.makefile("rb") as incoming:
         config = WorkerConfig.from_json(incoming.readline())
         memory = mmap.mmap(memory_fd, interface.memory_size(config))
-        block = EmulatorBlock(config, *interface.shared_arrays(memory, config))
-        while command := incoming.read(1):
-            try:
-                block.execute(command)
-                link.sendall(interface.OK)
-                block.prepare_next_games(lambda: bool(select.select([link], [], [], 0)[0]))
-            except Exception:
-                text = traceback.format_exc().encode()
-                link.sendall(interface.ERROR + len(text).to_bytes(4, "big") + text)
+        shown, commands = interface.shared_arrays(memory, config)
+        _serve(EmulatorBlock(config, shown, commands), link, incoming, commands.finished[config.block[0] :])
+
+
+def _serve(block: EmulatorBlock, link: socket.socket, incoming: IO[bytes], finished: np.ndarray) -> None:
+    """Execute commands until the socket closes. After a failure all commands fail, as the state is unknown."""
+    last, healthy = 0, True
+
+    def interrupted() -> bool:
+        return bool(select.select([link], [], [], 0)[0])
+
+    while len(message := incoming.read(interface.MESSAGE.size)) == interface.MESSAGE.size:
+        command, number = interface.MESSAGE.unpack(message)
+        if number != last:
+            healthy = healthy and _attempt(block.execute, command)
+            last, finished[0] = number, number if healthy else -number
+        link.sendall(interface.REPLY)
+        healthy = healthy and _attempt(block.prepare_next_games, interrupted)
+
+
+def _attempt(action: Callable[..., None], *args: Any) -> bool:
+    """Whether an action succeeds; if not, the reason is on stderr."""
+    try:
+        action(*args)
+    except Exception:
+        traceback.print_exc()
+        return False
+    return True
+
+
+def _end_with(parent: int) -> None:
+    """End this process when the parent has ended.
+
+    The socket does not tell while a hook hangs or while a forked child of the parent holds it, too. A signal on the parent's death would
+    come too early, when the thread ends that made the pool.
+    """
+    while os.getppid() == parent:
+        time.sleep(_PARENT_CHECK)
+    os._exit(1)

@@ -1,0 +1,59 @@
+"""The format of a saved emulator: a header that says what it is, a checksum, and numbers. Unlike a pickle, it cannot contain code."""
+
+import struct
+import zlib
+from typing import Any, NamedTuple
+
+MAGIC = b"ocjaxALE"
+VERSION = 1
+_HEADER = struct.Struct("<8sH32s16sI")  # magic, version, name and MD5 hash of the ROM, CRC-32 of everything after the header
+_NUMBERS = struct.Struct(
+    "<BB16s16sBI"
+)  # phase, action, and the random generator's state, increment, whether it has 32 bits left, and these
+_PHASES = range(1, 5)  # those of an emulator that has loaded its ROM
+_ACTIONS = range(18)
+
+
+class Snapshot(NamedTuple):
+    """What the future of an emulator depends on."""
+
+    phase: int
+    action: int  # the last one, as ale-py numbers them
+    generator: dict[str, Any]  # state of NumPy's PCG64
+    ale: bytes  # ALE's state
+
+
+def pack(rom: str, md5: str, snapshot: Snapshot) -> bytes:
+    """The bytes of a saved emulator."""
+    state, increment = (snapshot.generator["state"][name].to_bytes(16, "little") for name in ("state", "inc"))
+    left = snapshot.generator["has_uint32"], snapshot.generator["uinteger"]
+    body = _NUMBERS.pack(snapshot.phase, snapshot.action, state, increment, *left) + snapshot.ale
+    return _HEADER.pack(MAGIC, VERSION, rom.encode(), bytes.fromhex(md5), zlib.crc32(body)) + body
+
+
+def unpack(data: bytes) -> Snapshot:
+    """The inverse of `pack`, for bytes that have passed `check`."""
+    phase, action, state, increment, has_left, left = _NUMBERS.unpack_from(data, _HEADER.size)
+    numbers = {"state": int.from_bytes(state, "little"), "inc": int.from_bytes(increment, "little")}
+    generator = {"bit_generator": "PCG64", "state": numbers, "has_uint32": has_left, "uinteger": left}
+    return Snapshot(phase, action, generator, data[_HEADER.size + _NUMBERS.size :])
+
+
+def check(data: bytes, rom: str, md5: str) -> None:
+    """Check that bytes are an undamaged state of an emulator with this ROM.
+
+    Raises:
+        ValueError: they are not.
+    """
+    if len(data) < _HEADER.size + _NUMBERS.size or not data.startswith(MAGIC):
+        raise ValueError(f"expected a state that clone_state saved, which begins with {MAGIC!r}, got {len(data)} bytes: {data[:8]!r}...")
+    _, version, saved_rom, saved_md5, checksum = _HEADER.unpack_from(data)
+    if version != VERSION:
+        raise ValueError(f"expected a state in version {VERSION} of the format, got version {version}: save it with this version of ocjax")
+    if saved_md5.hex() != md5:
+        name = saved_rom.rstrip(b"\0").decode(errors="replace")
+        raise ValueError(f"expected a state of the ROM {rom!r} with md5 {md5}, got one of the ROM {name!r} with md5 {saved_md5.hex()}")
+    found = zlib.crc32(data[_HEADER.size :])
+    phase, action, *_ = _NUMBERS.unpack_from(data, _HEADER.size)
+    if found != checksum or phase not in _PHASES or action not in _ACTIONS:
+        raise ValueError(f"the state is damaged: expected the checksum {checksum:08x}, got {found:08x}; save it again")

@@ -1,0 +1,78 @@
+"""Checks of what callers give to environments and pools. They come before anything is changed."""
+
+from collections.abc import Sequence
+from typing import Any, TypeGuard
+
+import numpy as np
+
+NOT_RESET = "the environments have not been reset: call reset() before the first step, and after a call that was interrupted"
+_LARGEST_SEED = 2**63 - 1  # seeds travel as int64
+
+
+def is_integer(value: Any) -> TypeGuard[int]:
+    """Whether a value is an integer of Python or NumPy; a bool is none."""
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)
+
+
+def integer(name: str, value: Any, least: int, most: int) -> int:
+    """A numeric argument as an int.
+
+    Raises:
+        ValueError: it is not an integer, or is out of range.
+    """
+    if not is_integer(value) or not least <= value <= most:
+        raise ValueError(f"{name} must be an integer of at least {least:,} and at most {most:,}, got {value!r}")
+    return int(value)
+
+
+def action_array(actions: Any, count: int, num_actions: int) -> np.ndarray:
+    """Actions as an array, integers `[count]`.
+
+    Raises:
+        ValueError: the dtype or shape is another one, or there is no such action.
+    """
+    actions = np.asarray(actions)
+    if actions.shape != (count,) or not np.issubdtype(actions.dtype, np.integer):
+        raise ValueError(f"actions must be {count} integers, got {actions.dtype} of shape {actions.shape}")
+    if actions.min() < 0 or actions.max() >= num_actions:
+        raise ValueError(f"actions must be from 0 to {num_actions - 1}, got {actions.min()} to {actions.max()}")
+    return actions
+
+
+def index_array(ids: Any, num_envs: int) -> np.ndarray:
+    """Indices of environments as an array, integers `[n]`.
+
+    Raises:
+        ValueError: they are not distinct indices.
+    """
+    ids = np.asarray(ids)
+    integers = ids.ndim == 1 and len(ids) and np.issubdtype(ids.dtype, np.integer)
+    if not integers or ids.min() < 0 or ids.max() >= num_envs or len(np.unique(ids)) < len(ids):
+        raise ValueError(f"env_id must be distinct integers from 0 to {num_envs - 1}, got {ids!r}")
+    return ids
+
+
+def mask_array(name: str, mask: Any, num_envs: int) -> np.ndarray:
+    """A mask as an array, bool `[num_envs]`; all environments where it is None.
+
+    Raises:
+        ValueError: it is not a bool array of this shape.
+    """
+    if mask is None:
+        return np.ones(num_envs, bool)
+    if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (num_envs,):
+        raise ValueError(f"{name} must be a bool array of shape ({num_envs},), got {mask!r}")
+    return mask
+
+
+def seed_list(seeds: Any, num_envs: int) -> list[int | None]:
+    """Seeds as a list of `num_envs` numbers, each of which may be None.
+
+    Raises:
+        ValueError: there are more or fewer, or one is not an integer from 0 to 2**63 - 1.
+    """
+    values = list(seeds) if isinstance(seeds, Sequence | np.ndarray) else []
+    wrong = [s for s in values if s is not None and not (is_integer(s) and 0 <= s <= _LARGEST_SEED)]
+    if len(values) != num_envs or wrong:
+        raise ValueError(f"seed must be an integer from 0 to 2**63 - 1, or {num_envs} of them with one for each environment, got {seeds!r}")
+    return [None if s is None else int(s) for s in values]

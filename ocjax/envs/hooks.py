@@ -1,0 +1,63 @@
+"""Hooks on their way to worker processes."""
+
+import contextlib
+import functools
+import sys
+import types
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import cloudpickle
+import numpy as np
+
+Hook = Callable[[np.ndarray], None]
+
+
+def pickled_hooks(hook: Hook | Sequence[Hook] | None) -> tuple[tuple[str, str], ...]:
+    """The name of each hook, and the hook pickled in hexadecimal.
+
+    Raises:
+        TypeError: a hook is not a function, or cannot be pickled.
+    """
+    hooks = () if hook is None else tuple(hook) if isinstance(hook, Sequence) else (hook,)
+    for h in hooks:
+        if not callable(h):
+            raise TypeError(f"hook must be a function of the RAM or a sequence of such functions, got {h!r}")
+    return tuple((_name(h), _pickle_by_value(h).hex()) for h in hooks)
+
+
+def _core(hook: Any) -> Any:
+    """The function or class in a partial, a bound method or another object that can be called."""
+    while isinstance(hook, functools.partial | types.MethodType):
+        hook = hook.func if isinstance(hook, functools.partial) else hook.__func__
+    return hook if hasattr(hook, "__qualname__") else type(hook)
+
+
+def _name(hook: Hook) -> str:
+    core = _core(hook)
+    return f"{core.__module__}.{core.__qualname__}"
+
+
+def _pickle_by_value(hook: Hook) -> bytes:
+    """Pickle a hook so that a process can load it without importing its module, as one in ocjax would import JAX."""
+    try:
+        with _by_value(sys.modules.get(_core(hook).__module__)):
+            return cloudpickle.dumps(hook)
+    except Exception as error:
+        raise TypeError(
+            f"the hook {_name(hook)} cannot be sent to worker processes: {type(error).__name__}: {error}. It may refer to modules and to "
+            "data that can be pickled"
+        ) from error
+
+
+@contextlib.contextmanager
+def _by_value(module: types.ModuleType | None) -> Iterator[None]:
+    """Pickle functions and classes of a module by value. Built-in ones exist everywhere, and those of `__main__` are by value anyway."""
+    if module is None or module.__name__ == "__main__" or getattr(module, "__file__", None) is None:
+        yield
+        return
+    cloudpickle.register_pickle_by_value(module)
+    try:
+        yield
+    finally:
+        cloudpickle.unregister_pickle_by_value(module)
