@@ -10,14 +10,18 @@ while the flame-thrower fires. The prize of the bonus screen is a Rocket. The wa
 RAM: ALE's source (score, lives), OCAtari 2.2 (positions, eggs), and the ROM's code. A frame moves
 the aliens, works out the chip's positions, draws, and then moves the crewman and chooses the
 pictures. So his column is read from the chip's position, his row from the copy that the collision
-test keeps, and pictures follow the frame counter's previous value.
+test keeps, his picture from both, and other pictures from the frame counter's previous value.
 
 Covered: all four modes and difficulties, deaths, weak aliens, tunnels, flame, rocket, bonus
-screens, the game's end. Not in RAM: the row of an alien that is removed on this very frame; in the
-bonus screen whether the crewman stood still, and its first and last frame. Half of the aliens there
-have the crewman's colours: VEM, which tells figures by colour, takes one of those for the crewman,
-and bits of them for eggs.
+screens, resets, the game's end. The frame on which a life ends takes so long that the emulator cuts
+it off: RAM is that of the next life, the picture that of the old one. The next frame shows what
+RAM has, but rolled up by 39 lines. Not in RAM: the row of an alien that is removed on this very
+frame; in the bonus screen whether the crewman stood still, and its first and last frame. Half of
+the aliens there have the crewman's colours: VEM, which tells figures by colour, takes one of those
+for the crewman, and bits of them for eggs. It does not see the smallest figures in the tunnel.
 """
+
+import functools
 
 import jax
 import jax.numpy as jnp
@@ -48,37 +52,36 @@ EGG_BITS = (2, 4, 6, 3, 5, 7)  # by column
 DIGIT_VALUES = (100000, 10000, 1000, 100, 10, 1)
 BLANK = 0x80  # digit that is not shown
 
-IN_MAZE, BONUS, BONUS_MOVES = 0, 32, 48  # `scene`
+IN_MAZE, BONUS, BONUS_MOVES = 0, 2, 3  # `scene`
 PAIRS_MOVED = 64  # `state`
 WAY_UP, WAY_DOWN = 1, 3
-FLAME_BURNS = (0x4F, 0x9F)  # `flame` on the frames on which it is drawn
+# `pulsar_x` and `pulsar_y` of the places of pulsars, by `pulsars`; the first one is nowhere.
+PULSAR_X, PULSAR_Y = ROM.bytes(0xEE3, 4).tolist(), ROM.bytes(0xFF6, 4).tolist()
 # Pictures by the low bytes of their addresses: those of walking figures, which have poses,
-ALIEN_WALKS, PLAYER_WALKS = (79, 87, 151), (95, 103, 139)
+ALIEN_WALKS = (79, 87, 151)
 # and the others with their (empty columns on either side, height).
 ALIEN_SIZES = {30: (1, 9), 8: (1, 9), 37: (2, 7), 14: (2, 7), 19: (2, 5)}  # others: (0, 11)
-PLAYER_SIZES = {
-    51: (0, 11),
-    1: (0, 11),
-    58: (1, 11),
-    72: (3, 11),
-    8: (1, 9),
-    14: (2, 7),
-    19: (2, 5),
-}  # others: (2, 11)
+# Those of the player: by step, by the distance from a tunnel's end, by what is left of his death.
+WALK_INSETS = (0, 2, 3, 2)
+TUNNEL_INSETS, TUNNEL_HEIGHTS = (2, 2, 2, 1, 0), (5, 5, 7, 9, 11)
+DEATH_INSETS = (3, 2, 1, 0)
+TUNNEL, TUNNEL_ENDS = 55, (17, 136)  # its row, and columns of the player's sprite
+PLAYER_RECORD = 3  # `dying`
+OVERWRITTEN = 240  # `old_y` on frames without collision test
 
 
 class Ram(RamMap):
-    scene = byte(0)  # from 128 on the game is over
+    scene = bits(0, first=4, count=2)
     digits = byte(3, 5, 7, 9, 11, 13)  # 8 * digit
     old_y = byte(10)  # of the player, 2 more, in most frames
     ways = bits(33, 34, count=2)  # of the pink alien and the player
     speeds = bits(33, 34, first=2, count=6)
     pictures = byte(35, 36, 37)  # of the aliens
-    picture = byte(38)  # of the player
     alien_y = byte(42, 43, 44)  # y = 196 - 2 * these; 0: none
     y = byte(45)  # of the player, y = 197 - 2 * this
     pulsar_y = byte(46)  # of pulsar or flame, y = 197 - 2 * this; 0: none
     rocket_y = byte(47)  # y = 197 - 2 * this; 0: none
+    pulsar_x = byte(53)  # of pulsar or flame
     # The chip's columns of the three aliens, the player, pulsar or flame, and the rocket.
     coarse = bits(55, 56, 57, 58, 59, 60, first=0, count=3)
     turned = bits(55, 56, 57, 58, 59, first=3)  # drawn mirrored
@@ -90,8 +93,9 @@ class Ram(RamMap):
     prize = byte(73)  # bonus screen: its picture, 0 where it was taken
     state = byte(96)
     carried = byte(100, 101)  # sums of the speeds
+    dying = byte(102)  # record of who dies during a pause
+    pulsars = byte(103)  # left
     pause = byte(106)
-    flame = byte(108)  # set to 159 while it burns, halved every frame
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -103,7 +107,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Player": _player(m, x[3]).where(maze | bonus),
         "Alien": _aliens(m, x[:3]),
         "Pulsar": _pulsar(m, x[4]).where(~flame & maze),
-        "Flame": box(x[4], 197 - 2 * m.pulsar_y, 8, 5, flame),
+        "Flame": box(x[4], 197 - 2 * _pulsar_y(m), 8, 5, flame),
         "Rocket": _rocket(m, x[5]),
         "Egg": box(np.array(EGG_X), np.array(EGG_Y), 1, 2, eggs & maze),
         "Score": _score(m),
@@ -130,9 +134,18 @@ def _y(m: Ram) -> jax.Array:
     return jnp.where((m.old_y > m.y) & (m.old_y < m.y + 4), m.old_y - 2, m.y)
 
 
+def _pulsar_y(m: Ram) -> jax.Array:
+    """The row of pulsar or flame, also on the frame on which a pause ends and clears it."""
+    at_home = m.pulsar_x == pick(m.pulsars, PULSAR_X)
+    cleared = jnp.where(at_home, pick(m.pulsars, PULSAR_Y), m.y - 2)
+    return jnp.where(m.pulsar_y == 0, cleared, m.pulsar_y)
+
+
 def _flame(m: Ram) -> jax.Array:
-    burns = (m.flame == FLAME_BURNS[0]) | (m.flame == FLAME_BURNS[1])
-    return burns & (m.pulsar_y == _y(m) - 2)
+    """Whether the pulsar's record is where no pulsar ever is."""
+    y, homes = _pulsar_y(m), zip(PULSAR_X, PULSAR_Y, strict=True)
+    at_home = ((m.pulsar_x == home_x) & (y == home_y) for home_x, home_y in homes)
+    return ~functools.reduce(jnp.logical_or, at_home)
 
 
 def _player(m: Ram, x: jax.Array) -> Box:
@@ -140,25 +153,18 @@ def _player(m: Ram, x: jax.Array) -> Box:
     step = jnp.where(m.ways[1] == WAY_UP, 1, step)
     bonus_y = m.y - jnp.where(_moved(m)[1], step, 0)
     top = jnp.where(_bonus(m), 196 - 2 * bonus_y, 197 - 2 * _y(m))
-    inset, height = _size(m.picture, PLAYER_SIZES, (2, 11))
-    walks, stride = _one_of(m.picture, PLAYER_WALKS), _last_frame(m) >> 2 & 3
-    inset = jnp.where(walks, pick(stride, (0, 2, 3, 2)), inset)
-    return box(x + inset, top, 8 - 2 * inset, jnp.where(walks, 13, height))
+    dies = (m.dying == PLAYER_RECORD) & (m.pause > 0) & (m.old_y == OVERWRITTEN)
+    depth = jnp.minimum(x - TUNNEL_ENDS[0], TUNNEL_ENDS[1] - x)
+    in_tunnel = (_y(m) == TUNNEL) & (depth < len(TUNNEL_INSETS))
+    inset = pick(_last_frame(m) >> 2 & 3, WALK_INSETS)
+    inset = jnp.where(in_tunnel, pick(depth, TUNNEL_INSETS), inset)
+    inset = jnp.where(dies, pick(m.pause + 1 >> 3, DEATH_INSETS), inset)
+    height = jnp.where(dies, 11, jnp.where(in_tunnel, pick(depth, TUNNEL_HEIGHTS), 13))
+    return box(x + inset, top, 8 - 2 * inset, height)
 
 
 def _one_of(picture: jax.Array, pictures: tuple[int, ...]) -> jax.Array:
     return sum((picture == p for p in pictures), jnp.zeros_like(picture, bool))
-
-
-def _size(
-    picture: jax.Array, sizes: dict[int, tuple[int, int]], usual: tuple[int, int]
-) -> tuple[jax.Array, jax.Array]:
-    """Empty columns on either side of pictures, and their height."""
-    inset, height = jnp.full_like(picture, usual[0]), jnp.full_like(picture, usual[1])
-    for number, (columns, rows) in sizes.items():
-        inset = jnp.where(picture == number, columns, inset)
-        height = jnp.where(picture == number, rows, height)
-    return inset, height
 
 
 def _aliens(m: Ram, x: jax.Array) -> Box:
@@ -171,7 +177,10 @@ def _aliens(m: Ram, x: jax.Array) -> Box:
 
 def _three(m: Ram, x: jax.Array) -> tuple[jax.Array, ...]:
     """The aliens in the maze: left, top, width, height, whether they are there."""
-    inset, height = _size(m.pictures, ALIEN_SIZES, (0, 11))
+    inset, height = jnp.zeros_like(m.pictures), jnp.full_like(m.pictures, 11)
+    for picture, (columns, rows) in ALIEN_SIZES.items():
+        inset = jnp.where(m.pictures == picture, columns, inset)
+        height = jnp.where(m.pictures == picture, rows, height)
     walks = _one_of(m.pictures, ALIEN_WALKS)
     narrow = walks & _narrow(m)
     left = jnp.where(narrow, 1 - m.turned[:3], inset)
@@ -209,7 +218,8 @@ def _pulsar(m: Ram, x: jax.Array) -> Box:
     large = (m.frame - 1 & 8) == 0
     turned = m.turned[4] == 1
     inset = jnp.where(turned, jnp.where(large, 0, 1), jnp.where(large, 1, 2))
-    return box(x + inset, 197 - 2 * m.pulsar_y, jnp.where(large, 7, 5), 5, m.pulsar_y > 0)
+    y = _pulsar_y(m)
+    return box(x + inset, 197 - 2 * y, jnp.where(large, 7, 5), 5, y > 0)
 
 
 def _rocket(m: Ram, x: jax.Array) -> Box:
