@@ -10,9 +10,11 @@ Debro (names), and the ROM's code. The human, his shot and Otto move after the f
 the screen lags behind the RAM by their last step.
 
 Covered: rooms of all colours, scrolling, deaths, bonus, lives, game over, ALE's modes (Otto, robots
-that do not shoot, extra lives). Not in RAM: a shot on the frame on which it hits, the pose on the
-frame before a shot or of a death, anything on the frame on which a room is left. VEM takes a shot
-that leaves the gun for a part of whoever fires it.
+that do not shoot, extra lives). Not in RAM: a shot on the frame on which it hits, the pose before a
+shot or a death, to which side the human looked before he turned. On the frame on which a room is
+left, or a life lost, the room is still on the screen, but RAM keeps no more than all robots but the
+first: the rows of that one and of the human are cleared, and so is the way of a shot. The next
+frame shows nobody. VEM takes a shot that touches whoever fires it for a part of him.
 """
 
 import functools
@@ -35,7 +37,9 @@ GLYPH_PAGE = 0xC00
 FONT = ROM.font(GLYPH_PAGE + ZERO, rows=7)
 CELLS, LINE_TOP = tuple(range(55, 103, 8)), 183
 
-IN_ROOM, APPEARED = 2, 255  # `state`; `appearing` once the room is there
+IN_ROOM, LEAVES = 2, 255  # `state`
+APPEARED = 255  # `appearing` once the room is there
+LAST_FRAME = 1  # `frame` when the room has been left, but is still on the screen
 ROOM_BEGINS = 53  # `frame` on the first frame of a room, which does not show anybody yet
 NO_ROBOT = 127  # `robot_y`, of this and all later slots
 NO_MISSILE, NO_MISSILE_YET = 0, 15  # `missile_way`
@@ -43,10 +47,10 @@ OTTO_COMES = 3  # `otto`, or more
 UP, DOWN, LEFT, RIGHT = 1, 2, 4, 8  # bits of ways
 VERTICAL = UP | DOWN
 
+FIRES = 254  # `shot_sound` on the frame after which the shot leaves the gun
 STEP_PACE = 112  # added to `pace` on each frame
 HIT, SHOCK = 3, 6  # least poses of the human; 0 to 2 walk
 AIMS = range(0x31, 0x50)  # pictures of the human, as distances from the first one
-AIMS_UP = 0x3D
 FIRST_PICTURE = 0xA9
 TALL_POSES, SPARK = (15, 17, 20, 22), 23  # of robots; a spark is the end of an explosion
 
@@ -86,15 +90,17 @@ class Ram(RamMap):
     appearing = byte(101)  # how much of the room is there
     glyph = byte(106, 108, 110, 112, 114, 116)  # in the line below, low bytes of addresses
     otto = byte(118)
+    shot_sound = byte(119)
     otto_way = byte(121)  # 128 and more: falls
 
 
 def decode(m: Ram) -> dict[str, Box]:
     present = _present(m)
-    rgb = palette_rgb(m.level >> 1 & 7, ROBOTS)
+    left = (m.state == LEAVES) & (m.frame == LAST_FRAME) & (m.appearing == APPEARED)
+    rgb = palette_rgb(m.level - jnp.where(left, 1, 0) >> 1 & 7, ROBOTS)
     return {
         "Player": _human(m).where(present),
-        "Enemy": _robots(m, rgb).where(present),
+        "Enemy": _robots(m, left, rgb).where(present | left),
         "PlayerMissile": _shot(m).where(present),
         "EnemyMissile": _missile(m, rgb).where(present),
         "EvilOtto": _otto(m).where(present),
@@ -135,42 +141,42 @@ def _human(m: Ram) -> Box:
 def _human_columns(m: Ram, moved: jax.Array, shocked: jax.Array) -> tuple[jax.Array, jax.Array]:
     """First and last column of the human's picture."""
     picture = (m.figure + m.figure_row - FIRST_PICTURE) & 255  # of the next frame
-    aims = among(picture, AIMS)
-    aims_up = picture == AIMS_UP
+    # The pace begins anew while the trigger is pressed: this is its second frame.
+    just_aimed = (m.pace == 2 * STEP_PACE) & (m.shot > 0)
+    aims = among(picture, AIMS) | just_aimed
+    aims_down = (m.way & VERTICAL) == DOWN
     steps_next = ((m.pace - STEP_PACE) & 255) < STEP_PACE
     steps_next = steps_next & ((m.pace != STEP_PACE) | (m.pose > 0))
     turn = m.pose + jnp.where(moved, 1, 0) + jnp.where(steps_next, 1, 0)
     turn = jnp.where(turn >= 3, turn - 3, turn)
     first, last = pick(turn, (1, 1, 0)), pick(turn, (6, 5, 7))
-    first = jnp.where(aims, jnp.where(aims_up, 2, 3), first)
+    first = jnp.where(aims, jnp.where(aims_down, 2, 3), first)
     last = jnp.where(aims, 6, last)
     hit = m.pose >= HIT
     first, last = jnp.where(hit, 1, first), jnp.where(hit, 6, last)
     return jnp.where(shocked, 0, first), jnp.where(shocked, 7, last)
 
 
-def _robots(m: Ram, rgb: jax.Array) -> Box:
+def _robots(m: Ram, left: jax.Array, rgb: jax.Array) -> Box:
+    """All robots, without the first one where the room has been left: its row is cleared."""
     number = np.arange(8)
-    count = jnp.min(jnp.where(m.robot_y == NO_ROBOT, number, 8))
+    first = jnp.where(left, 1, 0)
+    count = jnp.min(jnp.where((m.robot_y == NO_ROBOT) & (number >= first), number, 8))
     is_spark = m.robot_pose == SPARK
     is_tall = functools.reduce(jnp.logical_or, (m.robot_pose == pose for pose in TALL_POSES))
     x = m.robot_x + jnp.where(is_spark, 8, 6)
     y = 2 * m.robot_y + jnp.where(is_spark, 10, 4)
     height = jnp.where(is_spark, 4, jnp.where(is_tall, 18, 16))
-    return box(x, y, jnp.where(is_spark, 4, 8), height, number < count, rgb=rgb)
+    there = (number >= first) & (number < count)
+    return box(x, y, jnp.where(is_spark, 4, 8), height, there, rgb=rgb)
 
 
 def _shot(m: Ram) -> Box:
     """The human's shot before its last step."""
     dx, dy = _step(m.shot_way)
     x, y = m.shot_x - 2 * dx, m.shot_y - dy
-    is_down = (m.shot_way & VERTICAL) == DOWN
-    # The step is not its last one but its first if it leads away from where a shot starts.
-    start_x = m.x + jnp.where(dx > 0, 6, jnp.where(dx < 0, 0, jnp.where(is_down, 8, 7)))
-    start_y = (m.y >> 1) + jnp.where(is_down, 7, jnp.where(dx == 0, 2, 5))
-    just_fired = (x == start_x) & (y == start_y)
     width, height = jnp.where(dx != 0, 4, 1), jnp.where(dx != 0, 2, 6)
-    return box(x + 2, 2 * y + 1, width, height, (m.shot > 0) & ~just_fired)
+    return box(x + 2, 2 * y + 1, width, height, (m.shot > 0) & (m.shot_sound != FIRES))
 
 
 def _missile(m: Ram, rgb: jax.Array) -> Box:
@@ -221,7 +227,7 @@ MISSILE = Bounds(ROBOTS, FIELD, exclude=("Enemy",))
 OTTO = Blobs(HUMAN, FIELD, min_size=(8, 10), max_size=(8, 16), area=(60, 90))
 NOTICE = Bounds(TEXT, LINE, min_size=(40, 7))
 POINTS = Bounds(TEXT, LINE, value=number(lefts=CELLS))
-BONUS = Bounds(TEXT, (55, 183, 71, 190), value=number(lefts=CELLS[:2]))
+BONUS = Bounds(TEXT, (55, 183, 71, 190), min_size=(13, 7), value=number(lefts=CELLS[:2]))
 
 GAME = Game(
     name="Berzerk",
