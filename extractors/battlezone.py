@@ -3,17 +3,17 @@
 A radar stands above, score and spare tanks below. An enemy is a blue or yellow tank, a red flyer, a
 boss, or an explosion; the slots of each of these categories are the game's two records. The
 player's shot is drawn on odd frames, the enemy's on even ones. Radar_Content is the radar's hand
-and two blips. Mountains and the lines of a crash are scenery. When the player is hit, only score
-and tanks stay valid; at first the rest shows on every other frame.
+and two blips. Mountains and the lines of a crash are scenery. When the player is hit, the rest is
+drawn on every other frame, and then only score and tanks stay valid.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 and AtariARI (what the records are), a public
 disassembly by Manuel Polik, and the ROM's drawing loop, which keeps columns, sizes, edge masks and
-pointers to pictures as drawn. A shot is projected before that: the enemy's has moved on by then and
-is taken back, but not the player's own turn in that frame (a pixel or two). What the loop draws
-left of the beam shows a row lower.
+pointers to pictures as drawn. A shot is projected before that; its step and the player's own turn
+since then are taken back. What the loop draws left of the beam shows a row lower, shots apart.
 
-Covered: modes 1-3, all enemies, explosions, crashes, game over, attract mode. VEM cannot see an
-enemy that stands behind another one.
+Covered: modes 1-3, all enemies, explosions, crashes, game over, attract mode. Not in RAM: where
+blips were before an odd frame, a pixel off. VEM cannot see an enemy that stands behind another one,
+and sees one at the right edge twice if it goes on at the left.
 """
 
 import functools
@@ -37,8 +37,7 @@ FONT = ROM.font(0xD00, rows=8, dots=5)
 BLUE, YELLOW, EXPLODES, FLYER, BOSS = range(1, 6)  # kinds of enemies; 0: none
 
 # Pictures: 50 of tanks by angle and size, 3 of explosions, 10 of flyers and 10 of bosses by size.
-EXPLOSIONS, FLYERS, BOSSES = 50, 53, 63
-SIZES = 10
+EXPLOSIONS, FLYERS, BOSSES, SIZES = 50, 53, 63, 10
 LAST_LINES = ROM.bytes(0x81B, SIZES).tolist()  # counted upwards
 HEIGHTS = (ROM.bytes(0x811, SIZES) - LAST_LINES).tolist()
 
@@ -56,8 +55,7 @@ def _zooms() -> np.ndarray:
     """Of all pictures in all sizes, log2 of the pixels of a dot: `[picture, size]`."""
     nusiz = ROM.bytes(0xE8D, EXPLOSIONS)  # of tanks; 5 and 7 make dots wider
     tanks = np.where(nusiz == 7, 2, np.where(nusiz == 5, 1, 0))
-    others = np.array((0, 0, 0, 0, 1, 1, 2, 2, 2, 2))
-    return np.vstack([tanks[:, None].repeat(SIZES, 1), np.tile(others, (23, 1))])
+    return np.vstack([tanks[:, None].repeat(SIZES, 1), [(0, 0, 0, 0, 1, 1, 2, 2, 2, 2)] * 23])
 
 
 ROWS = _picture_rows()
@@ -79,22 +77,20 @@ STEP_AHEAD = np.concatenate((SINES[:0:-1], -SINES[1:], -SINES[63::-1], SINES[:64
 DEPTHS = 128  # of shots in view
 
 
-def _lines(limits: np.ndarray, middle: int, step: int) -> list[int]:
-    """The line of each depth as the game's search finds it, as several lines share a limit."""
-    out = []
-    for depth in range(DEPTHS):
-        line, jump = middle, step
-        while jump and limits[line] != depth:
-            line += jump if limits[line] < depth else -jump
-            jump >>= 1
-        out.append(line if limits[line] == depth else int(np.searchsorted(limits, depth)))
-    return out
+def _line(depth: int, limits: np.ndarray, line: int, step: int) -> int:
+    """The line of a depth as the game's search finds it, as several lines share a limit."""
+    while step and limits[line] != depth:
+        line, step = line + (step if limits[line] < depth else -step), step >> 1
+    return line if limits[line] == depth else int(np.searchsorted(limits, depth))
 
 
-# Of the enemy's shot by depth, then of the player's.
-SHOT_LINES = _lines(ROM.bytes(0x1F52, 51), 25, 13) + _lines(ROM.bytes(0x1F85, 47), 23, 12)
+# Of the player's shot by depth, then of the enemy's.
+SEARCHES = ((ROM.bytes(0x1F85, 47), 23, 12), (ROM.bytes(0x1F52, 51), 25, 13))
+SHOT_LINES = [_line(depth, *search) for search in SEARCHES for depth in range(DEPTHS)]
 
-CRASH_FLICKERS = 0x58  # from this count on the picture still shows on odd counts
+SHOT_TIMES = np.array((0x35, 0x75))  # of new shots of the player and the enemy
+CRASH_BEGINS, CRASH_FLICKERS = 0x80, 0x58  # until then the picture shows on every other frame
+RIGHT, LEFT, DOWN, UP = 8, 4, 2, 1  # of `stick`
 NO_DIGIT = 10  # a blank instead of a leading zero
 GREEN, WHITE, TEXT = 202, 14, 180
 PLAIN = (0, 86, 160, 140)
@@ -102,17 +98,14 @@ PLAIN = (0, 86, 160, 140)
 
 class Ram(RamMap):
     frame = byte(0)
-    thousands = high(29)
-    ten_thousands = low(30)
-    hundred_thousands = high(30)
+    digits = bits((30, 29), first=4, count=12)  # of the thousands, a nibble each
     # What was drawn of the nearer and of the farther enemy.
     picture = byte(46, 52)
     size = byte(47, 53)
     x = byte(48, 54)
     mask = byte(49, 55)  # dots that show
     mirrored = bits(51, 57, first=3)
-    near_kind = low(62)
-    far_kind = high(62)
+    drawn_kinds = byte(62)  # a nibble each
     lives = low(58)
     crash = byte(65)  # counts down
     distance = byte(69, 77)  # of the two records
@@ -120,19 +113,18 @@ class Ram(RamMap):
     blip_y = byte(82, 83)  # 34 - y; 255: none
     blip_x = byte(98, 99)  # x - 84
     hand = byte(84)  # 32 a turn
-    direction = byte(85)  # of the enemy's shot, 256 a turn
-    shot_side = byte((86, 87))  # 256 a step
-    shot_ahead = byte((88, 89))  # 256 a step
-    own_side = byte((92, 93))  # 256 a step
-    own_ahead = byte((94, 95))  # 256 a step
-    own_fires = bits(97, first=6)
-    enemy_fires = bits(97, first=7)
-    shot_size = bits(102, first=4, count=2)  # log2 of its width
+    # Of the player's shot and the enemy's; directions are 256 a turn, places 256 a step.
+    shot_direction = byte(91, 85)
+    shot_time = byte(96, 90)  # counts down
+    shot_side = byte((92, 93), (86, 87))
+    shot_ahead = byte((94, 95), (88, 89))
+    stick = high(104)  # a bit is 0 where it is pressed
+    shots = bits(97, first=6, count=2)  # whether they fly, a bit each
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    crash = m.crash + 1  # as the frame was drawn
-    normal = (m.crash == 0) | ((crash >= CRASH_FLICKERS) & ((crash & 1) == 1))
+    normal = (m.crash == 0) | (m.crash >= CRASH_FLICKERS)
+    lives = m.lives + jnp.where(m.crash == CRASH_BEGINS, 1, 0)  # as drawn
     enemies, kind = _by_record(m, *_enemies(m))
     enemies = enemies.where(normal)
     return {
@@ -143,17 +135,17 @@ def decode(m: Ram) -> dict[str, Box]:
         "Red_Thing": enemies.where(kind == FLYER),
         "Boss": enemies.where(kind >= BOSS),
         "Explosion": enemies.where(kind == EXPLODES),
-        "Shot": _shot(m).where(normal),
+        "Shot": _shots(m).where(normal),
         "Radar": box(74, 3, 22, 33, normal),
         "Radar_Content": _radar(m).where(normal),
         "Score": _score(m),
-        "Life": box(65 + 8 * np.arange(5), 190, 6, 5, np.arange(5) < m.lives),
+        "Life": box(65 + 8 * np.arange(5), 190, 6, 5, np.arange(5) < lives),
     }
 
 
 def _score(m: Ram) -> Box:
     """The last three digits are always 0."""
-    digits = jnp.stack([m.thousands, m.ten_thousands, m.hundred_thousands])
+    digits = m.digits >> np.array((0, 4, 8)) & 15
     shown = jnp.sum(jnp.where(digits < NO_DIGIT, 1, 0))
     value = jnp.sum(jnp.where(digits < NO_DIGIT, digits, 0) * np.array((1000, 10000, 100000)))
     return box(90 - 8 * shown, 180, 21 + 8 * shown, 8, value=value)
@@ -161,9 +153,11 @@ def _score(m: Ram) -> Box:
 
 def _enemies(m: Ram) -> tuple[Box, jax.Array]:
     """Tight boxes of what shows of the nearer and the farther enemy, and their kinds."""
-    kind = jnp.stack([m.near_kind, m.far_kind])
+    kind = m.drawn_kinds >> np.array((0, 4)) & 15
     size = jnp.minimum(m.size, SIZES - 1)
-    picture = _pictures(m, kind, size)
+    sized = jnp.where(kind >= BOSS, BOSSES, FLYERS) + size
+    other = jnp.where(kind == EXPLODES, EXPLOSIONS + jnp.minimum(m.picture, 2), sized)
+    picture = jnp.where(kind <= YELLOW, jnp.minimum(m.picture, EXPLOSIONS - 1), other)
     dots, lowest, x, zoom = shared(_dots(m, SIZES * picture + size))
     left = x + (31 - lax.clz(dots & -dots) << zoom)
     right = x + (32 - lax.clz(dots) << zoom)
@@ -178,14 +172,6 @@ def _enemies(m: Ram) -> tuple[Box, jax.Array]:
     return box(left, 139 - below - last, right - left, height, rows > 0), kind
 
 
-def _pictures(m: Ram, kind: jax.Array, size: jax.Array) -> jax.Array:
-    tank = jnp.minimum(m.picture, EXPLOSIONS - 1)
-    explosion = EXPLOSIONS + jnp.minimum(m.picture, 2)
-    sized = jnp.where(kind >= BOSS, BOSSES, FLYERS) + size
-    other = jnp.where(kind == EXPLODES, explosion, sized)
-    return jnp.where(kind <= YELLOW, tank, other)
-
-
 def _dots(m: Ram, index: jax.Array) -> tuple[jax.Array, ...]:
     """Dots that show, dots in the lowest row (bit 0 is the leftmost one), its column, the zoom."""
     entry = lookup(DOTS_USED, index)
@@ -193,13 +179,17 @@ def _dots(m: Ram, index: jax.Array) -> tuple[jax.Array, ...]:
     drawn = entry & (m.mask << 8 | m.mask)
     drawn = jnp.where(m.mirrored > 0, drawn, mirrored(drawn))
     shows, lowest = drawn & 255, drawn >> 8
-    column = jnp.where(m.x >= 17, m.x, jnp.where(m.x >= 5, m.x - 5, m.x + 160))
-    x = wrap(column + jnp.where(zoom > 0, 1, 0))  # the chip draws wide dots a pixel later
+    x = wrap(_column(m.x) + jnp.where(zoom > 0, 1, 0))  # the chip draws wide dots a pixel later
     # A picture may show at both edges: the larger part counts.
     beyond = -1 << _dots_within(160 - x, zoom)
     wraps = lax.population_count(shows & beyond) > lax.population_count(shows & ~beyond)
     part = jnp.where(wraps, beyond, ~beyond)
     return shows & part, lowest, jnp.where(wraps, x - 160, x), zoom
+
+
+def _column(x: jax.Array) -> jax.Array:
+    """Where the game's positioning loop puts a sprite: it is late for the leftmost columns."""
+    return jnp.where(x >= 17, x, jnp.where(x >= 5, x - 5, x + 160))
 
 
 def _dots_within(pixels: jax.Array, zoom: jax.Array) -> jax.Array:
@@ -209,47 +199,57 @@ def _dots_within(pixels: jax.Array, zoom: jax.Array) -> jax.Array:
 
 def _by_record(m: Ram, enemies: Box, kind: jax.Array) -> tuple[Box, jax.Array]:
     """The nearer and the farther enemy in the order of their records."""
-    closer = (m.near_kind != m.kind[1]) | (m.distance[0] < m.distance[1])
-    none = (m.kind[0] == 0) & (m.kind[1] == 0)
-    first_is_near = jnp.where(m.near_kind == m.kind[0], closer, none)
+    closer = (kind[0] != m.kind[1]) | (m.distance[0] < m.distance[1])
+    first_is_near = jnp.where(kind[0] == m.kind[0], closer, jnp.max(m.kind) == 0)
     is_near = first_is_near == (np.arange(2) == 0)
     fields = (enemies.x, enemies.y, enemies.w, enemies.h, enemies.valid, kind)
     x, y, w, h, valid, kind = shared([jnp.where(is_near, v[0], v[1]) for v in fields])
     return box(x, y, w, h, valid), kind
 
 
-def _shot(m: Ram) -> Box:
-    """The player's shot on odd frames, the enemy's on even ones, projected as the game does it."""
-    own = (m.frame & 1) == 1
-    side = jnp.where(own, m.own_side, m.shot_side + lookup(STEP_SIDE, m.direction)) & 0xFFFF
-    ahead = jnp.where(own, m.own_ahead, m.shot_ahead + lookup(STEP_AHEAD, m.direction)) & 0xFFFF
+def _shots(m: Ram) -> Box:
+    """The player's shot where it was on the last odd frame, the enemy's of the last even one."""
+    is_odd = m.frame & 1
+    side = m.shot_side + lookup(STEP_SIDE, m.shot_direction)
+    ahead = m.shot_ahead + lookup(STEP_AHEAD, m.shot_direction)
+    side, ahead = _before_move(m, side, ahead)
+    moved = jnp.stack([is_odd == 0, jnp.bool_(True)])  # since
+    side = jnp.where(moved, side, m.shot_side) & 0xFFFF
+    ahead = jnp.where(moved, ahead, m.shot_ahead) & 0xFFFF
     away, depth = side >> 8, ahead >> 8
     is_right = away < 128
-    fires = jnp.where(own, m.own_fires > 0, (m.enemy_fires > 0) & (depth >= 8))
-    in_view = depth + 2 >= jnp.where(is_right, away, 256 - away)
+    in_view = (depth < DEPTHS) & (depth + 2 >= jnp.where(is_right, away, 256 - away))
+    seen = (m.shot_time < SHOT_TIMES + jnp.stack([is_odd, 0])) & (depth >= np.array((0, 8)))
     distance = _projected(jnp.where(is_right, side, 0xFFFF - side), ahead)
     x = jnp.where(is_right, 79 + distance, 79 - distance)
-    x = jnp.where((x <= 0) | (x >= 0x9F), 1, x) - 1
-    late = jnp.where(x < 32, 1, 0)
-    line = lookup(SHOT_LINES, jnp.where(own, DEPTHS, 0) + (depth & 127))
-    there = (depth < DEPTHS) & in_view & fires
-    return box(x, 140 - line + late, 1 << m.shot_size, 3 - late, there).clip(*PLAIN)
+    x = wrap(_column(jnp.where((x <= 0) | (x >= 0x9F), 1, x)) - 1)
+    line = lookup(SHOT_LINES, np.array((0, DEPTHS)) + (depth & 127))
+    width = jnp.where(line < 10, 4, jnp.where(line < 35, 2, 1))
+    there = in_view & seen & (m.shots >> np.arange(2) & 1 > 0)
+    return box(x, 140 - line, width, 3, there).clip(*PLAIN)
+
+
+def _before_move(m: Ram, side: jax.Array, ahead: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Places before the player's last move: a turn to the other side, as the game computes it."""
+    side, ahead = ((place & 0xFFFF ^ 0x8000) - 0x8000 for place in (side, ahead))
+    turn = jnp.where(m.stick & RIGHT == 0, 1, jnp.where(m.stick & LEFT == 0, -1, 0))
+    back = jnp.where(m.stick & DOWN == 0, 1, jnp.where(m.stick & UP == 0, -1, 0))
+    ahead = ahead - back * jnp.where(turn == 0, 0x7F, 0x1F)
+    turned_side = side + turn * 6 * (ahead >> 8) - abs(turn) * (side >> 12)
+    return turned_side, ahead - turn * 6 * (side >> 8) - abs(turn) * (ahead >> 12)
 
 
 def _projected(side: jax.Array, ahead: jax.Array) -> jax.Array:
     """Pixels from the middle of the screen: the game's division of two numbers of 16 bits."""
     shift = jnp.maximum(jnp.minimum(lax.clz(side), lax.clz(ahead)) - 16, 1)
     shift = jnp.where(ahead >> 8 == 0, 0, shift)
-    rest = (side << shift) >> 8 & 255
-    divisor = (ahead << shift) >> 8 & 255
-    share = jnp.int32(0)
+    rest, divisor = ((place << shift) >> 8 & 255 for place in (side, ahead))
+    share = jnp.zeros_like(side)
     for bit in range(7, -1, -1):
         fits = rest >= divisor
-        rest = jnp.where(fits, rest - divisor, rest)
-        share = jnp.where(fits, share | 1 << bit, share)
-        is_large = rest >= 128
-        rest = jnp.where(is_large, rest, rest << 1)
-        divisor = jnp.where(is_large, divisor >> 1, divisor)
+        rest, share = rest - jnp.where(fits, divisor, 0), share | jnp.where(fits, 1 << bit, 0)
+        large = jnp.where(rest >= 128, 1, 0)
+        rest, divisor = rest << 1 - large, divisor >> large
     return ((share >> 2) + share + 1 & 255) >> 1
 
 
@@ -270,9 +270,9 @@ enemies = functools.partial(Category, count=2)
 enemy = functools.partial(Blobs, region=PLAIN, min_size=(2, 2), max_size=(32, 18))
 tank, flyer = functools.partial(enemy, gap=(1, 1)), functools.partial(enemy, gap=(2, 4))
 RED = (2, 64, 66, 70, 72, 74)
-EXPLOSION = enemy((24, 82, 68), gap=(5, 4), first=(24, 82))
+EXPLOSION = enemy((24, 82, 68), gap=(5, 4))
 CROSSHAIR = Blobs((0, 46), (70, 74, 88, 90), min_size=(1, 6), max_size=(1, 6))
-CONTENT = Blobs(WHITE, (75, 4, 95, 35), gap=(1, 1), max_size=(12, 18))
+CONTENT = Blobs(WHITE, (75, 4, 95, 36), gap=(0, 1), max_size=(12, 18))
 PLAYER = Bounds((194, 2, 4), (19, 140, 141, 177), min_size=(122, 37))
 SCORE = Bounds(TEXT, (66, 180, 112, 188), value=Digits(FONT, range(66, 114, 8), 180))
 LIVES = Cells(TEXT, tuple(range(65, 105, 8)), (190,) * 5, 6, 5, whole=False)
@@ -291,7 +291,7 @@ GAME = Game(
         enemies("Red_Thing", flyer(RED, first=(70, 72, 74)), doc="flyer, with its shadow"),
         enemies("Boss", flyer((44, 0, 2), first=44), doc="with its shadow"),
         enemies("Explosion", EXPLOSION, doc="of an enemy"),
-        Category("Shot", Blobs(WHITE, PLAIN, max_size=(8, 4)), doc="of the player or an enemy"),
+        Category("Shot", Blobs(WHITE, PLAIN, max_size=(8, 4)), count=2, doc="player's, enemy's"),
         Category("Radar", Bounds(GREEN, (74, 3, 96, 36), min_size=(22, 33)), doc="its rim"),
         Category("Radar_Content", CONTENT, count=3, doc="hand and blips"),
         Category("Score", SCORE, attributes=("value",), hud=True, doc="points"),
