@@ -223,7 +223,7 @@ def _shots(m: Ram) -> Box:
     distance = _projected(jnp.where(is_right, side, 0xFFFF - side), ahead)
     x = jnp.where(is_right, 79 + distance, 79 - distance)
     x = wrap(_column(jnp.where((x <= 0) | (x >= 0x9F), 1, x)) - 1)
-    line = lookup(SHOT_LINES, np.array((0, DEPTHS)) + (depth & 127))
+    line = lookup(SHOT_LINES, (depth & 127) + np.array((0, DEPTHS)))
     width = jnp.where(line < 10, 4, jnp.where(line < 35, 2, 1))
     there = in_view & seen & (m.shots >> np.arange(2) & 1 > 0)
     return box(x, 140 - line, width, 3, there).clip(*PLAIN)
