@@ -1,11 +1,12 @@
 """Amidar: the player paints a maze of lines and ladders; up to six warriors or pigs walk in it.
 
-Slots are the game's records of its seven figures, which it keeps sorted from top to bottom: a
-figure changes its slot when it passes another. In odd levels the player is a gorilla among
-warriors, in even ones a roller among pigs. A jump turns the others into shadows, the last corner
-turns them into chickens, and whoever is caught becomes a shadow. Shadows are black: their boxes are
-what is missing of the maze, and nothing shows of one on the last line, below which it walks. The
-maze, painted or not, is scenery.
+The game keeps its records of seven figures sorted from top to bottom. Slots follow what a figure
+takes along when it passes another: its rank. Two figures of rank 2 have nothing else, and so change
+their slots when they pass each other. In odd levels the player is a gorilla among warriors, in even
+ones a roller among pigs. A jump turns the others into shadows, the last corner turns them into
+chickens, and whoever is caught becomes a shadow. Shadows are black: their boxes are what is missing
+of the maze, and nothing shows of one on the last line, below which it walks. The maze, painted or
+not, is scenery.
 
 Two sprites draw all figures. Where more than two are within 18 rows, the player goes before the
 others, and each of them goes first on one of four frames. So 2 % of the figures that exist (4 to
@@ -17,8 +18,9 @@ RAM: ALE's source (score, lives), OCAtari 2.2 (records, kinds), and the ROM's co
 after the frame is drawn, the player and the others in turn as byte 92 counts, so `decode` takes
 that step back, and the turn at a crossing. Which sprite draws a shadow, and so its height, follows
 from how the ROM shares them out. Not in RAM: whether a player that did not go on turned round or
-rested (every other step), and the frame drawn before a new life or level, when all records are set
-anew.
+rested (every other step), and where the figures were on the frame on which a life or level ends:
+all records have been set anew, as the next frame shows. After a reset two frames are blank, and the
+next one shows only those figures whose turn it is.
 
 Covered: eight levels at both difficulties (ended by editing what is painted), jumps, chickens,
 deaths, the game's end. The `value` of Life is what the emulator says, the low half of byte 86: 11
@@ -35,7 +37,7 @@ import numpy as np
 from ocjax.boxes import Box, box
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
-from ocjax.ops import div, mod, pick
+from ocjax.ops import div, mod, pick, shared
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Rom
 from ocjax.rules import Blobs, Bounds, Category, Gauge
@@ -47,6 +49,9 @@ SPEEDS = ROM.bytes(0xA0B, 8).tolist()  # by level, how often of 256 the others t
 WARRIOR, PIG, SHADOW, CHICKEN = 2, 3, 6, 7  # kinds of figures
 SHADOW_DRAWN = 16 * SHADOW + 7  # `drawn` of it, on both lines and ladders
 NO_FIGURE = 255  # `y`
+UNSORTED = 2  # `player` on the frame on which all records have been set anew
+LONGEST_WAIT = 255
+TWINS = 2  # `rank` of two figures neither of which is the player or the tracer
 OTHERS_FIRST = 5  # `turn` on which the others perhaps take a third step; even ones are theirs too
 WALKED_ON, WALKED_BETWEEN, WALKED_BY_STICK = 0x29, 0x21, 0x09  # `called`
 STICK_AT_REST = 0x90
@@ -117,21 +122,47 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
+    begins = (m.playing == 0) & (m.over == 0) & (m.player == UNSORTED)
+    blank = begins & (m.wait == LONGEST_WAIT) | (m.y[0] == 0)
     own = (np.arange(7) == m.player) & (m.y != NO_FIGURE)
     x, y = _drawn_places(m, own)
-    kind = jnp.where(own | (m.y == NO_FIGURE), -1, _drawn_kinds(m))
-    shadows = _shadows(x + 3, y, _by_first_sprite(m, y, own))
+    others, kind = _by_figure(m, own, shared(_others(m, x, y, own)))
+    icons = m.icons + jnp.where(begins, 1, 0)  # as drawn
     shown = m.score - m.gained
-    there = (m.icons > 0) & (m.over == 0)
-    return {
+    there = (icons > 0) & (m.over == 0)
+    boxes = {
         "Player": _player(m, x, y, own),
-        "Warrior": box(x, y, 7, 7, kind == WARRIOR),
-        "Pig": box(x, y, 7, 7, kind == PIG),
-        "Shadow": shadows.where(kind == SHADOW),
-        "Chicken": box(x + 1, y, 5, 7, kind == CHICKEN),
+        "Warrior": others.where(kind == WARRIOR),
+        "Pig": others.where(kind == PIG),
+        "Shadow": others.where(kind == SHADOW),
+        "Chicken": others.where(kind == CHICKEN),
         "Score": score_box(FONT, shown, right=104, top=176, digits=6, value=m.score),
-        "Life": box(164 - 16 * m.icons, 175, 16 * m.icons - 15, 8, there, value=m.lives),
+        "Life": box(164 - 16 * icons, 175, 16 * icons - 15, 8, there, value=m.lives),
     }
+    return {name: each.where(~blank) for name, each in boxes.items()}
+
+
+def _others(m: Ram, x: jax.Array, y: jax.Array, own: jax.Array) -> jax.Array:
+    """Kinds and boxes of the figures, a nibble or two each."""
+    kind = jnp.where(own | (m.y == NO_FIGURE), 0, _drawn_kinds(m))
+    shadow = _shadows(x + 3, y, _by_first_sprite(m, y, own))
+    is_shadow, inset = kind == SHADOW, jnp.where(kind == CHICKEN, 1, 0)
+    left, top = jnp.where(is_shadow, shadow.x, x + inset), jnp.where(is_shadow, shadow.y, y)
+    width = jnp.where(is_shadow, jnp.maximum(shadow.w, 0), 7 - 2 * inset)
+    height = jnp.where(is_shadow, shadow.h, 7)
+    return kind | width << 4 | height << 8 | (left & 255) << 12 | (top & 255) << 20
+
+
+def _by_figure(m: Ram, own: jax.Array, packed: jax.Array) -> tuple[Box, jax.Array]:
+    """The figures in an order that they keep when they pass each other, and their kinds."""
+    twin = jnp.where(m.rank == TWINS, 1, 0)
+    slot = pick(m.rank, (0, 1, 2, 4)) + jnp.where(jnp.cumsum(twin) > 1, twin, 0)
+    slot = jnp.where(np.arange(7) == m.tracer, 5, slot)
+    slot = shared(jnp.where(own | (m.y == NO_FIGURE), 6, slot))
+    here = [jnp.where(slot == i, packed, 0) for i in range(6)]
+    packed = shared(jnp.stack([jnp.max(records) for records in (*here, jnp.zeros_like(slot))]))
+    x, y = packed >> 12 & 255, packed >> 20 & 255
+    return box(x, y, packed >> 4 & 15, packed >> 8 & 15), packed & 15
 
 
 def _player(m: Ram, x: jax.Array, y: jax.Array, own: jax.Array) -> Box:
