@@ -11,9 +11,11 @@ Debro (names), and the ROM's code. Columns are in the chip's coding: the low nib
 15 pixels (odd and even steps start at different columns), the high nibble is what to take back.
 
 Covered: modes with slow and fast asteroids and with each of the stick's features (hyperspace,
-shields, turning about), both difficulties (the saucer flies at A), explosions, later waves. Not in
-the RAM: the digits of the frame on which a point is made; on odd frames, whether a ship that is
-there again has already been drawn. In a frame, asteroids of one colour that touch are one object.
+shields, turning about), both difficulties (the saucer flies at A), explosions, later waves, resets.
+The first frame after a reset still shows the asteroids of before, the second one those that RAM
+has, the third one the ship. Not in the RAM: the digits of the frame on which a point is made; on
+odd frames, whether a ship that is there again has already been drawn. In a frame, asteroids of one
+colour that touch are one object, and VEM does not see parts that are a column wide.
 """
 
 import functools
@@ -42,6 +44,7 @@ SHIP, SAUCER, TEXT = (76, 220), (156, 236), 68
 FIELD = (0, 18, 160, 195)
 ROCKS = 18  # entries of both lists
 GOES_UP = np.arange(ROCKS) < 9
+TOP, BOTTOM = np.where(GOES_UP, 18, 19), 195  # where asteroids show
 
 NONE, NO_SAUCER = -32, 0xE0  # `y` of what is not there
 LARGE, MEDIUM = (0, 1), 2  # kinds of asteroids; 3 is small
@@ -53,27 +56,30 @@ LAST_PUFF = 6  # `bang_step` of the saucer's explosion with a narrow picture
 ALWAYS, ON_LOW_NIBBLE = (11, 15), (7, 10, 14)
 
 ROCK_PICTURES = ((0xF01, 14), (0xF11, 14), (0xF20, 7), (0xF30, 4))  # offset and rows, by kind
+ROCK_ROWS = [rows for _, rows in ROCK_PICTURES]
 LEANING = ((1, 2, 3, 4, 5, 7, 9), (8, 9, 10), (), ())  # rows that are drawn a column to the left
-CUT = 10  # columns that show all of an asteroid's rows
+CUT = 10  # columns or rows that show an asteroid's whole extent across
 
 
 def _cuts(kind: int, side: int) -> list[int]:
-    """Which rows show of an asteroid of which 1 to 10 columns are left, of its left or right side.
+    """What shows across of an asteroid of which 1 to 10 columns or rows are left at a side.
 
-    Four such cuts are packed into a word, each as first row << 4 | last row + 1.
+    Four such cuts are packed into a word, each as first << 4 | last.
     """
-    width = ROCK_WIDTHS[kind]
     rows = ROM.rows(*ROCK_PICTURES[kind], top_first=True)
     ink = (rows[:, None] >> np.arange(7, -1, -1) & 1).repeat(2 if kind in LARGE else 1, axis=1)
     for row in LEANING[kind]:
         ink[row] = np.roll(ink[row], -1)
-    columns = ink[:, :width] if side == 0 else ink[:, :width][:, ::-1]
-    shown = [np.flatnonzero(columns[:, : n + 1].any(axis=1)) for n in range(CUT)]
-    cuts = [int(rows[0] << 4 | rows[-1] + 1) for rows in shown] + [0, 0]
+    ink = ink[:, : ROCK_WIDTHS[kind]]
+    across = (ink, ink[:, ::-1], ink.T, ink[::-1].T)[side]
+    shown = [np.flatnonzero(across[:, : n + 1].any(axis=1)) for n in range(CUT)]
+    cuts = [int(places[0] << 4 | places[-1]) for places in shown] + [0, 0]
     return np.array(cuts, np.uint8).view("<i4").tolist()
 
 
-LEFT_CUTS, RIGHT_CUTS = ([_cuts(kind, side) for kind in range(4)] for side in (0, 1))
+LEFT_CUTS, RIGHT_CUTS, TOP_CUTS, BOTTOM_CUTS = (
+    [_cuts(kind, side) for kind in range(4)] for side in range(4)
+)
 
 
 class Ram(RamMap):
@@ -110,11 +116,16 @@ def decode(m: Ram) -> dict[str, Box]:
     return {
         "Player": _ship(m).clip(*FIELD),
         "Asteroid": _rocks(m),
-        "PlayerMissile": box(shot_x, 17 + 2 * m.shot_y, 1, 2, m.shot_y < 128).clip(*FIELD),
+        "PlayerMissile": box(shot_x, 17 + 2 * m.shot_y, 1, 2, _flies(m)).clip(*FIELD),
         "Saucer": _saucer(m).clip(*FIELD),
         "PlayerScore": score_box(FONT, points, right=80, top=5, digits=5, value=points),
         "Lives": box(132, 5, 12, 10, value=m.lives),
     }
+
+
+def _flies(m: Ram) -> jax.Array:
+    """Which shots there are; after a reset, their records are zero until the game begins."""
+    return (m.shot_y < 128) & ((m.shot_x != 0) | (m.shot_y != 0))
 
 
 def _column(code: jax.Array) -> jax.Array:
@@ -172,19 +183,23 @@ def _rocks(m: Ram) -> Box:
     beyond = x + width - WIDTH  # columns
     parts = [_cut(LEFT_CUTS, kind, width - beyond), _cut(RIGHT_CUTS, kind, beyond)]
     cut = jnp.concatenate(parts)
-    first_row, end_row = cut >> 4, cut & 15
+    first_row, last_row = cut >> 4, cut & 15
+    below_top = pick(kind, ROCK_ROWS) - (TOP - y >> 1)
+    cut = _cut(TOP_CUTS, kind, BOTTOM - y + 1 >> 1)
+    cut = jnp.where(y < TOP, _cut(BOTTOM_CUTS, kind, below_top), cut)
+    left, last_column = x + (cut >> 4), x + (cut & 15)
     rocks = box(
-        jnp.concatenate([x, x - WIDTH]),
+        jnp.concatenate([left, left - WIDTH]),
         jnp.tile(y, 2) + 2 * first_row,
-        jnp.tile(width, 2),
-        2 * (end_row - first_row),
+        jnp.tile(last_column - left + 1, 2),
+        2 * (last_row - first_row + 1),
         jnp.tile(there, 2),
     )
-    return rocks.clip(0, np.tile(np.where(GOES_UP, 18, 19), 2), WIDTH, 195)
+    return rocks.clip(0, np.tile(TOP, 2), WIDTH, BOTTOM)
 
 
 def _cut(table: list[list[int]], kind: jax.Array, columns: jax.Array) -> jax.Array:
-    """First row << 4 | last row + 1 of asteroids of which some columns are left.
+    """First << 4 | last row or column of asteroids of which some columns or rows are left.
 
     The table is looked up by selects, because a gather takes five times as long here.
     """
@@ -211,7 +226,13 @@ number = functools.partial(Category, attributes=("value",), hud=True)
 
 WHOLE_SHIP = Bounds(SHIP, FIELD, min_size=(3, 2), exclude=("PlayerMissile",))
 ROCK_RULE = Blobs(
-    COLORS, FIELD, area=(3, 900), max_size=(24, 56), split=(20, 34), split_by_color=True
+    COLORS,
+    FIELD,
+    min_size=(2, 1),
+    area=(2, 900),
+    max_size=(24, 56),
+    split=(20, 34),
+    split_by_color=True,
 )
 SHOTS = Blobs((*SHIP, *SAUCER), FIELD, gap=(3, 4), max_size=(1, 2))
 SAUCERS = Blobs(SAUCER, FIELD, min_size=(5, 6), max_size=(7, 10))
