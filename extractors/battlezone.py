@@ -1,4 +1,4 @@
-"""Battlezone: a plain seen from inside a tank, with up to two enemies and one shot on it.
+"""Battlezone: a plain seen from inside a tank, with up to two enemies and two shots on it.
 
 A radar stands above, score and spare tanks below. An enemy is a blue or yellow tank, a red flyer, a
 boss, or an explosion; the slots of each of these categories are the game's two records. The
