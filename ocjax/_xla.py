@@ -159,10 +159,16 @@ def in_chunks(f: Callable[[jax.Array], Any], x: jax.Array, size: int) -> Any:
     n = x.shape[0]
     if not on_cpu() or n <= size:
         return f(x)
-    whole = n - n % size
-    mapped = lax.map(f, x[:whole].reshape(-1, size, *x.shape[1:]))
-    done = jax.tree.map(lambda a: a.reshape(whole, *a.shape[2:]), mapped)
-    return done if n == whole else jax.tree.map(lambda *a: jnp.concatenate(a), done, f(x[whole:]))
+    # Where the batch is no multiple, the last chunk overlaps the one before: a smaller one would be compiled as a second program.
+    starts = np.minimum(np.arange(0, n, size, dtype=np.int32), n - size)
+    mapped = lax.map(lambda start: f(lax.dynamic_slice_in_dim(x, start, size)), jnp.asarray(starts))
+    rest = n % size
+
+    def joined(a: jax.Array) -> jax.Array:
+        whole = a.reshape(-1, *a.shape[2:])
+        return whole if rest == 0 else jnp.concatenate([whole[: n - rest], a[-1, size - rest :]])
+
+    return jax.tree.map(joined, mapped)
 
 
 # ------------------------------------------------------------------------------------------------------------ batches

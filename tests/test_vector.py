@@ -413,7 +413,7 @@ def test_render():
 
 def test_wrong_options_are_refused():
     for kwargs, message in (
-        ({"preset": "v6"}, "no preset 'v6': there are v5, v4"),
+        ({"preset": "v6"}, "no preset 'v6': there are v5, v0, v4"),
         ({"obs": "pixel"}, "no observation 'pixel': there are objects"),
         ({"mode": "raw", "obs": "vector"}, "mode 'raw' does not extract"),
         ({"backend": "gym"}, "backend must be"),
