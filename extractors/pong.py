@@ -4,10 +4,10 @@ Player is the right paddle (green), Enemy the left one (orange). The white walls
 the court are scenery: paddles and the ball are drawn under them and end at the court's first and
 last row.
 
-RAM: ALE's source (scores), OCAtari 2.2 and AtariARI (positions), and the ROM's drawing loop for
-what they leave open. The loop draws two rows a turn with one wait for the beam: a paddle starts at
-an even count, and the ball is switched on and off in the middle of a row, so that left of the beam
-it is a row lower. Every box of 31,000 on unseen play is exact.
+RAM: ALE's source (scores), OCAtari 2.2 and AtariARI (positions), and the ROM's drawing loop for the
+rest. Each iteration of the loop draws two rows and waits for the beam once. Therefore a paddle
+starts at an even count, and the ball is switched on and off in the middle of a row: left of the
+beam it is one row lower. All of 31,000 boxes on unseen play are exact.
 
 Covered: both modes, all four difficulties (A halves a side's paddle), points of both sides, the end
 of the game, and the first two frames after a reset, which have the screen saver's colours.

@@ -1,4 +1,4 @@
-"""Objects on the screen of Atari 2600 games, for thousands of states at once.
+"""Extract the objects on the screen of Atari 2600 games, for thousands of states at once.
 
 import ocjax
 
@@ -44,7 +44,7 @@ registration.register()
 
 
 def __getattr__(name: str) -> Any:
-    """Import the environments, which need ale-py, when they are first used."""
+    """Import the environments, which need ale-py, on first use."""
     if name in ("make_vec", "ocatari"):
         from ocjax import envs
 

@@ -1,7 +1,7 @@
-"""Extraction from arrays that are divided among devices: each device extracts from its own part of the batch.
+"""Extraction from sharded arrays: each device extracts from its own part of the batch.
 
-Left to itself, the compiler finds no such division: VEM's loops end when no frame has a candidate left, on which devices would have to
-agree, and a loop over chunks of a batch would fetch each chunk from the device that has it.
+The compiler does not find this division by itself. VEM's loops end when no frame has a candidate left, so devices would have to communicate
+to agree on the end, and a loop over the chunks of a batch would fetch each chunk from the device that holds it.
 """
 
 from collections.abc import Callable

@@ -29,14 +29,14 @@ class Box:
     rgb: jax.Array | None  # uint8 [..., 3]; None: the category's colour
 
     def clip(self, left: Number, top: Number, right: Number, bottom: Number) -> Box:
-        """Restrict the boxes to an area; `right` and `bottom` are exclusive. A box that lies outside becomes invalid."""
+        """Clip the boxes to an area; `right` and `bottom` are exclusive. A box that lies outside becomes invalid."""
         x0, y0 = jnp.maximum(self.x, left), jnp.maximum(self.y, top)
         w = jnp.minimum(self.x + self.w, right) - x0
         h = jnp.minimum(self.y + self.h, bottom) - y0
         return replace(self, x=x0, y=y0, w=w, h=h, valid=self.valid & (w > 0) & (h > 0))
 
     def __getitem__(self, slots: int | slice) -> Box:
-        """Some of the slots; what all slots have in common stays as it is."""
+        """The boxes at an index of the slots; scalar fields, which all slots share, stay as they are."""
 
         def part(values: jax.Array | None, common_rank: int) -> jax.Array | None:
             return values if values is None or values.ndim == common_rank else values[slots]

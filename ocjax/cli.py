@@ -42,7 +42,7 @@ def prepare(
 
 
 def _load(name: str) -> Game:
-    """A game that can be played: its ROM is there."""
+    """Load a game whose ROM is installed, so that it can be played."""
     with errors_in_one_line():
         game = registry.load(name)
         rom.read_rom(game.rom, game.md5)
@@ -51,7 +51,7 @@ def _load(name: str) -> Game:
 
 @app.command()
 def games() -> None:
-    """List the supported games and the objects of each."""
+    """List the supported games and their objects."""
     with errors_in_one_line():
         specs = [registry.load(name) for name in registry.games()]
     table = Table(title=f"{len(specs)} games", title_justify="left")
@@ -73,7 +73,7 @@ def demo(
     seed: Annotated[int, typer.Option(min=0, help="Seed of actions and emulators.")] = 0,
     out: Annotated[Path | None, typer.Option(help="Picture to write. Default: ocjax-<Game>.png.")] = None,
 ) -> None:
-    """Step instances of a game with random actions, time both extraction methods, and draw their objects."""
+    """Play a game with random actions, time both extraction methods, and draw the objects that they find."""
     spec = _load(game)
     out = out or Path(f"ocjax-{spec.name}.png")
     with errors_in_one_line():
@@ -91,7 +91,7 @@ def demo(
 def render_recording(
     recording: Annotated[Path, typer.Argument(help="Recording (.npz) with rams and screens.")],
     out: Annotated[Path, typer.Option(help="A .png of one sample, or a .gif of several.")],
-    game: Annotated[str | None, typer.Option(help="Name of the game, if neither the file's name nor its contents tell.")] = None,
+    game: Annotated[str | None, typer.Option(help="Name of the game, if neither the file's name nor its contents give it.")] = None,
     method: Annotated[str, typer.Option(help="rem, vem, or both side by side.")] = "both",
     first: Annotated[int, typer.Option(min=0, help="First sample to draw.")] = 0,
     count: Annotated[int, typer.Option(min=1, help="Number of samples in a .gif.")] = 50,
@@ -130,14 +130,14 @@ def record(
     mode: Annotated[list[int] | None, typer.Option(help="Game mode as ale-py numbers it; may be repeated. Default: all.")] = None,
     difficulty: Annotated[list[int] | None, typer.Option(help="Difficulty as ale-py numbers it; may be repeated. Default: 0.")] = None,
     source: Annotated[
-        list[Path] | None, typer.Option("--from", metavar="RECORDING", help="Cut samples from this recording instead; may be repeated.")
+        list[Path] | None, typer.Option("--from", metavar="RECORDING", help="Take samples from this recording instead; may be repeated.")
     ] = None,
 ) -> None:
-    """Make the small recording that the tests of a game use.
+    """Create the small recording that the tests of a game use.
 
     Plays the game with random actions, each held for 1 to 8 steps, and keeps samples from all modes, seeds and phases of play.
 
-    With --from, picks evenly spaced samples of existing recordings. Where those say what the video chip drew, the excerpt does too.
+    With --from, takes evenly spaced samples of existing recordings. If these all contain what the video chip drew, so does the result.
 
     A mode that never draws some objects, such as Breakout's invisible bricks, cannot be checked against pixels: name the other modes.
     """
@@ -164,11 +164,11 @@ def _default_excerpt(game: Game) -> Path:
 
 
 def _refuse_to_lose_drawn(out: Path, tape: Recording) -> None:
-    """Raise a ValueError if the file to be replaced says what the video chip drew and the new recording does not."""
+    """Raise a ValueError if the file to be replaced contains what the video chip drew and the new recording does not."""
     if tape.drawn is None and out.exists() and recordings.read(out, tape.game.name).drawn is not None:
         raise ValueError(
-            f"{out} says what the video chip drew, which a new recording cannot: give another --out, cut with --from from recordings "
-            "that have `shown`, or delete the file first"
+            f"{out} says what the video chip drew, which a new recording cannot: give another --out, use --from with recordings "
+            "that contain `shown` and `previous_shown`, or delete the file first"
         )
 
 
@@ -186,7 +186,7 @@ def evaluate(
     game_difficulty: Annotated[
         list[int] | None, typer.Option("--difficulty", help="Difficulty as ale-py numbers it; may be repeated. Default: the game's.")
     ] = None,
-    frame_skip: Annotated[int, typer.Option(min=1, help="Emulated frames per step. An odd number sees both phases of flicker.")] = 3,
+    frame_skip: Annotated[int, typer.Option(min=1, help="Emulated frames per step. An odd number covers both phases of flicker.")] = 3,
     num_envs: Annotated[int, typer.Option("--envs", min=1, help="Number of instances.")] = 8,
     ocatari: Annotated[bool, typer.Option("--ocatari", help="Run OCAtari 2.2.1 on the same frames.")] = False,
     ocatari_env: Annotated[
@@ -197,7 +197,7 @@ def evaluate(
     latex: Annotated[Path | None, typer.Option(help="Write LaTeX tables in the OCAtari paper's layout.")] = None,
     html: Annotated[Path | None, typer.Option(help="Write a page with pictures of the worst frames.")] = None,
 ) -> None:
-    """Measure how well REM and VEM agree, by category, and whether scores and lives are right."""
+    """Measure how well REM and VEM agree in each category, and how often scores and lives are right."""
     with errors_in_one_line():
         tapes = _read_with_frames(w for w in what if w.endswith(".npz"))
         specs = {w: _load(w) for w in what if w not in tapes}

@@ -1,8 +1,8 @@
-"""What the console does in the same way in every game.
+"""Features of the console that are the same in every game.
 
-Positions, copies and widths are set in registers of the video chip (TIA); games keep what they wrote there in RAM, which is often
-closer to the picture than the positions that the game computes with. Source of the registers' meanings: S. Wright, "Stella
-Programmer's Guide" (1979), sections on HMP0, RESP0 and NUSIZ0.
+Registers of the video chip (TIA) set positions, copies and widths. Games often keep the values of these registers in RAM. They tell the
+position on the screen more exactly than the variables that the game computes with. The meanings of the registers are from S. Wright,
+"Stella Programmer's Guide" (1979), sections on HMP0, RESP0 and NUSIZ0.
 """
 
 from collections.abc import Sequence
@@ -37,17 +37,17 @@ def packed_position(code: jax.Array) -> jax.Array:
 
 
 def wrap(x: jax.Array, width: int = WIDTH) -> jax.Array:
-    """A column on the ring of the screen's columns, 0 to `width - 1`, for columns at most one turn away."""
+    """The column wrapped around to 0 to `width - 1`, for columns at most one screen width away."""
     return jnp.where(x >= width, x - width, jnp.where(x < 0, x + width, x))
 
 
 def modulo_screen(x: jax.Array) -> jax.Array:
-    """A column on the ring of the screen's columns, for any `x >= 0`."""
+    """The column wrapped around at the screen's width, for any `x >= 0`."""
     return mod(x, WIDTH)
 
 
 def larger_part(x: jax.Array, width: jax.Array | int) -> jax.Array:
-    """Left edge of the larger part of what an edge of the screen cuts in two, for columns at most one turn away."""
+    """Left edge of the larger part of an object that the screen's edge cuts in two, for columns at most one screen width away."""
     return jnp.where(2 * (x - WIDTH) > -width, x - WIDTH, jnp.where(2 * x < -width, x + WIDTH, x))
 
 

@@ -23,7 +23,7 @@ ROWS = 3  # instances in the picture
 
 @dataclasses.dataclass(frozen=True)
 class Demo:
-    """What a demonstration measured, and what it extracted last.
+    """The measurements of a demonstration, and the last objects that it extracted.
 
     Args:
         game: the game.

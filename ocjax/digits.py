@@ -1,4 +1,4 @@
-"""Numbers on the screen: fonts, the boxes around the digits that a value shows, and how VEM reads the digits back."""
+"""Numbers on the screen: fonts, the boxes around displayed numbers, and how VEM reads the digits."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ DIGITS_3X5 = ("75557", "22222", "71747", "71317", "55711", "74717", "44757", "71
 class Digits:
     """How VEM reads a number: digits in fixed cells, each compared with the font's ten pictures.
 
-    An empty cell counts as 0, because leading zeros are often not shown; so does a cell that matches none of the pictures.
+    An empty cell counts as 0, because many games do not show leading zeros. A cell that matches none of the pictures counts as 0, too.
 
     Args:
         font: the pictures.
@@ -85,8 +85,8 @@ class Digits:
         top: first row of the cells.
         weights: what a 1 in each cell is worth; powers of ten by default.
         base: value of a display of zeros.
-        required: the object is valid only where the last cell matches a picture, which tells a number from other things
-            that the game shows in its place.
+        required: whether the object is valid only if the last cell matches a picture. Use this if the game shows other things in the
+            number's place.
     """
 
     font: Font

@@ -1,14 +1,14 @@
-"""How well two methods agree: precision, recall, F1, IoU, average precision, identity switches, values and pixel coverage.
+"""Metrics of how well two methods agree: precision, recall, F1, IoU, average precision, identity switches, values and pixel coverage.
 
-All metrics take `Detections`, so a detector of your own is scored against REM or VEM with the same functions:
+Most metrics take `Detections`, so the same functions score your own detector against REM or VEM:
 
     truth = evaluation.detections(game.rem(rams))
     mine = evaluation.from_records(records, game)  # [[("Ball", x, y, w, h), ...], ...], one list per frame
     evaluation.agreement(mine, truth).sum(axis=0).f1  # by category
     numpy.nanmean(evaluation.average_precision(mine, truth))  # mAP
 
-Two objects match when they are of the same category and their centres are within 5 pixels. Matches are one to one, nearest first, as in the
-OCAtari paper (Delfosse et al., 2024). Everything is NumPy on whole batches.
+Two objects match if they have the same category and their centres are within 5 pixels. Matches are one to one, nearest first, as in the
+OCAtari paper (Delfosse et al., 2024). The functions use NumPy and work on whole batches.
 """
 
 import dataclasses
@@ -56,10 +56,10 @@ def _ratio(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
 
 @dataclasses.dataclass(frozen=True)
 class Agreement:
-    """Counts of one shape, from which the scores of a comparison follow.
+    """Counts of objects and matches, from which the scores are computed. All counts have the same shape.
 
-    `agreement` gives counts of shape `[frames, categories]`; `sum` adds them up. Scores have the shape of the counts and are nan where
-    there is nothing to score.
+    `agreement` returns counts of shape `[frames, categories]`, and `sum` adds them up. Scores have the shape of the counts; they are nan
+    where there is nothing to score.
 
     Args:
         left: objects of the first method (REM).
@@ -120,13 +120,13 @@ def agreement(
     Args:
         left: detections of the method that reports what exists (REM).
         right: detections of the method that reports what is drawn (VEM), on the same frames.
-        before: what the second method detects on the emulated frame just before each. It makes the scores flicker-aware: a box of `left`
-            without a match on the frame may be matched there. Every box of `right` must still be found.
+        before: detections of the second method on the emulated frame just before each frame. They make the scores flicker-aware: a box of
+            `left` without a match on the frame may have one on the frame before. Every box of `right` must still be found.
         radius: largest distance between matched centres in pixels.
         pairs: the result of `match(left, right, radius)`, if it is already known.
 
     Returns:
-        Counts of shape `[B, categories]`: the categories of `left`, then those that only the others have.
+        Counts of shape `[B, categories]`: first the categories of `left`, then those that only the other arguments have.
 
     Raises:
         ValueError: the numbers of frames differ.
@@ -193,18 +193,18 @@ def intervals(
 def average_precision(detected: Detections, truth: Detections, thresholds: Sequence[float] = THRESHOLDS) -> np.ndarray:
     """Average precision as COCO defines it, with 101 levels of recall.
 
-    Its mean over what is not nan (`numpy.nanmean`) is the mAP: as in COCO, categories that do not occur do not count.
+    The mAP is the mean of the result without its nan entries (`numpy.nanmean`): as in COCO, categories that do not occur do not count.
 
-    Boxes are assigned in descending order of confidence, each to the free true box of its category with the largest IoU. Boxes of equal
-    confidence, or all boxes where there are no confidences, enter the precision-recall curve together.
+    Boxes are assigned in descending order of confidence, each to the unassigned true box of its category with the largest IoU. Boxes of
+    equal confidence enter the precision-recall curve together; without confidences, all boxes do.
 
     Args:
         detected: detections to score.
-        truth: what there is, on the same frames.
-        thresholds: least IoU of a hit.
+        truth: the ground truth, on the same frames.
+        thresholds: minimum IoU of a hit.
 
     Returns:
-        float `[categories, thresholds]` in the order of `truth.categories`, nan for categories that `truth` has no box of.
+        float `[categories, thresholds]` in the order of `truth.categories`; nan for categories without a box in `truth`.
 
     Raises:
         ValueError: the numbers of frames differ.
@@ -231,7 +231,7 @@ def _hits(ranked: Detections, truth: Detections, i: Columns, j: Columns, limits:
 
     Args:
         ranked: detections whose boxes are sorted by confidence in each frame.
-        truth: what there is.
+        truth: the ground truth.
         i, j: columns of the category in `ranked` and `truth`.
         limits: thresholds of the IoU.
     """
@@ -320,8 +320,8 @@ def identity_switches(rem: Objects, vem: Objects, resets: np.ndarray) -> tuple[n
 def value_shares(rem: Objects, rewards: np.ndarray, lives: np.ndarray) -> dict[str, float]:
     """Shares of samples in which REM's score and lives are right.
 
-    The score is right where it equals the sum of rewards. In games in which the enemy has a score too, the reward is the difference of
-    both. Lives are right where they equal the emulator's; samples in which the game does not show them do not count.
+    The score is right if it equals the sum of rewards. In games in which the enemy has a score, too, the difference of the two scores must
+    equal it. Lives are right if they equal the emulator's; samples in which the game does not show them do not count.
 
     Args:
         rem: REM's objects, batch shape `[B]`.

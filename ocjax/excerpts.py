@@ -1,6 +1,6 @@
 """Excerpts: the small recordings of each game that the tests use.
 
-`record` plays a game and keeps a few samples; `cut` picks samples from longer recordings. Both spread them over play.
+`record` plays a game and keeps a few samples. `cut` picks samples from longer recordings. Both spread the samples over the time of play.
 """
 
 import dataclasses
@@ -59,8 +59,8 @@ def record(
 ) -> Recording:
     """Play a game with random actions, each held for 1 to 8 steps, and keep a few samples.
 
-    The samples take turns over modes, difficulties, seeds and frame skips (3 and 4), while the time since the start of play grows from the
-    first sample to the last. Equal arguments give equal recordings.
+    The samples cycle through the modes, difficulties, seeds and frame skips (3 and 4), and later samples are from later in play. Equal
+    arguments give equal recordings.
 
     Args:
         game: the game.
@@ -96,7 +96,7 @@ def record(
 
 
 def _schedule(n: int, settings: Sequence[tuple[int, int]], seeds: Sequence[int]) -> list[Run]:
-    """Distribute samples over runs: modes and difficulties take turns, in each of them seeds and frame skips, and time goes on."""
+    """Distribute samples over runs. They cycle through modes and difficulties, then through seeds and frame skips, and advance in time."""
     plays = [(seed, skip) for seed in seeds for skip in FRAME_SKIPS]
     runs: dict[tuple[int, ...], Run] = {}
     for i in range(n):

@@ -1,4 +1,4 @@
-"""`Game`: a game's declaration, validated when it is made, with the two extraction methods on top."""
+"""`Game`: the declaration of a game, validated on construction, and its two extraction methods."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ Decode = Callable[[Any], Mapping[str, Box]]
 
 
 class GameError(ValueError):
-    """A game file declares something that is not possible; the message names the game and the field."""
+    """A game file contains an invalid declaration; the message names the game and the field."""
 
 
 @dataclass(frozen=True, eq=False)
 class Game:
-    """A game: its ROM, its address map, its decoder and its categories. Get one from `ocjax.load`.
+    """A game with its ROM, address map, decoder and categories. `ocjax.load` returns one.
 
     Args:
-        name: as in gymnasium's "ALE/<name>-v5".
+        name: as in Gymnasium's "ALE/<name>-v5".
         rom: ALE's name of the ROM.
-        md5: of the ROM that the decoder was written for.
+        md5: MD5 checksum of the ROM that the decoder was written for.
         ram: the address map.
-        decode: from the address map of one state to a `Box` for every category.
-        categories: display (`hud`) categories last.
+        decode: function that maps the RAM of one state, wrapped in the address map, to a `Box` for every category.
+        categories: the categories, display (`hud`) categories last.
         screen: (height, width) in pixels.
     """
 
@@ -75,7 +75,7 @@ class Game:
 
     @functools.cached_property
     def slot_rgb(self) -> np.ndarray:
-        """The colour of each slot, uint8 `[N, 3]`, where it does not change."""
+        """The default colour of each slot, uint8 `[N, 3]`."""
         return np.concatenate([c.slot_rgb() for c in self.categories])
 
     @property
@@ -126,7 +126,7 @@ class Game:
 
         Raises:
             TypeError: `frames` is not uint8.
-            ValueError: its shape is not that of the game's screen, or it is RGB with the channels before the rows.
+            ValueError: the shape is not that of the game's screen, or the channels of RGB frames come first.
         """
         if not hasattr(frames, "dtype") or frames.dtype != jnp.uint8:
             raise TypeError(f"{self.name}: frames must be a uint8 array, got {getattr(frames, 'dtype', type(frames).__name__)}")

@@ -16,7 +16,7 @@ DIRECT = 8  # rows of a resizing pattern up to which sums of slices are faster t
 
 
 def num_planes(game: Game, kind: Kind, pixels: bool = False) -> int:
-    """Number of planes of a game's masks: one, or one per category for "planes", and one more with `pixels`."""
+    """Number of planes of a game's masks: one, or one per category for "planes", plus one with `pixels`."""
     return (len(game.categories) if kind == "planes" else 1) + pixels
 
 
@@ -34,7 +34,7 @@ def masks(
     Args:
         objects: of batch shape `[B]`, with all slots of their game.
         kind: "object" (the grey screen inside boxes, black outside), "binary" (white inside boxes), "class" (one shade of grey per
-            category, the last one brightest, and the brighter shade where boxes overlap) or "planes" (one binary mask per category).
+            category, from dark to bright; the brighter one where boxes overlap) or "planes" (one binary mask per category).
         gray: the grey screen, uint8 `[B, H, 160]`; required for "object" and for `pixels`.
         size: (height, width) of the masks; None for the screen's size.
         draw: "output" scales boxes to the output, rounds them outwards to whole pixels and fills those; "screen" fills them at the screen's

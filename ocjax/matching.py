@@ -1,6 +1,6 @@
-"""Detections of any method as padded arrays, and the one-to-one matching of two sets of them.
+"""Detections of any method as padded arrays, and the one-to-one matching of two sets of detections.
 
-Everything is NumPy on whole batches. `ocjax.evaluation` offers these names too, beside the metrics that build on them.
+The functions use NumPy and work on whole batches. `ocjax.evaluation` re-exports the public names next to the metrics.
 """
 
 import dataclasses
@@ -18,10 +18,10 @@ PAIRS_AT_ONCE = 1 << 23  # bounds the memory of a comparison of all pairs
 
 @dataclasses.dataclass(frozen=True)
 class Detections:
-    """Labelled boxes of a batch of frames, from any detector: the input of every metric in `ocjax.evaluation`.
+    """Labelled boxes of a batch of frames, from any detector: the input of the metrics in `ocjax.evaluation`.
 
-    Unlike `Objects`, detections belong to no game, their position in a row means nothing, and they may carry confidences. `B` is the number
-    of frames and `N` the largest number of boxes in a frame.
+    Unlike `Objects`, detections do not belong to a game, the order of boxes within a frame has no meaning, and boxes may have confidences.
+    `B` is the number of frames and `N` the largest number of boxes in a frame.
 
     Args:
         xywh: `[B, N, 4]`, left, top, width and height in pixels.
@@ -85,8 +85,8 @@ def from_records(records: Iterable[Iterable[Sequence[Any]]], game: Game) -> Dete
 
     Args:
         records: for each frame an iterable of `(category, x, y, w, h)` or `(category, x, y, w, h, confidence)`.
-        game: its categories come first among the labels. Categories that it lacks follow: they count as detections and match none of the
-            game's own.
+        game: the game, whose categories come first among the labels. Other categories in `records` follow; their boxes count as detections
+            that match nothing in the game.
     """
     frames = [[tuple(r) for r in frame] for frame in records]
     names = list(dict.fromkeys([c.name for c in game.categories] + [str(r[0]) for frame in frames for r in frame]))

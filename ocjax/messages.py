@@ -1,4 +1,4 @@
-"""What all commands say alike: errors that the user can correct, and an interruption."""
+"""Messages that all commands have in common: errors that the user can correct, and interruptions."""
 
 import os
 import sys

@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass(frozen=True)
 class Objects:
-    """The objects of one state or of a batch of states; `N` is the number of slots of the game, `...` any batch shape.
+    """The objects of one state or of a batch of states. `N` is the number of slots of the game, and `...` is any batch shape.
 
-    A slot that is not valid is zero in every field. `game.slices` says which slots belong to which category.
+    A slot that is not valid is zero in every field. `game.slices` maps each category to its slots.
     """
 
     xywh: jax.Array  # int16 [..., N, 4]: left, top, width, height in pixels of the ALE screen
@@ -53,7 +53,7 @@ class Objects:
         return box[..., :2] + box[..., 2:] * 0.5
 
     def __getitem__(self, index: Any) -> "Objects":
-        """The objects at an index of the batch dimensions."""
+        """Index the batch dimensions."""
         return jax.tree.map(lambda a: a[index], self)
 
     def of(self, game: "Game", category: str) -> "Objects":
@@ -68,16 +68,17 @@ class Objects:
         return Objects(self.xywh[..., s, :], self.valid[..., s], self.orientation[..., s], self.value[..., s], self.rgb[..., s, :])
 
     def to_list(self) -> list[Any]:
-        """Records of the valid objects: plain dicts of one state's objects, for printing, JSON or a data frame.
+        """Convert the valid objects to plain dicts, for printing, JSON or a data frame.
 
-        A record has `category`, `slot` (within its category), `x`, `y`, `w`, `h`, `rgb`, `hud`, and `value` and `orientation` where the
-        category has them.
+        A dict has the keys `category`, `slot` (within its category), `x`, `y`, `w`, `h`, `rgb` and `hud`, and also `value` and
+        `orientation` if the category has them.
 
         Returns:
-            A list of records for one state; nested lists for a batch.
+            A list of dicts for one state; nested lists for a batch.
 
         Raises:
-            ValueError: the objects do not know their game, because they are not all that `game.rem` or `game.vem` returned.
+            ValueError: the objects have no reference to their game, because they are only some of the slots that `game.rem` or `game.vem`
+                returned.
         """
         game = whose(self)
         host = jax.tree.map(np.asarray, self)
@@ -98,7 +99,7 @@ def whose(objects: Objects) -> "Game":
     """The game that objects belong to.
 
     Raises:
-        ValueError: they carry no reference to it, because `of` or the caller made them.
+        ValueError: the objects have no reference to their game, because `of` or the caller made them.
     """
     if objects.game is None:
         raise ValueError("these objects carry no reference to their game: pass what game.rem or game.vem returned, with all slots")
@@ -108,7 +109,8 @@ def whose(objects: Objects) -> "Game":
 def velocity(previous: Objects, current: Objects) -> jax.Array:
     """Movement of each slot's centre from one state to the next, float32 `[..., N, 2]` in pixels.
 
-    Zero where the slot is not valid in both states. Meaningful where slots are identities: REM's, or VEM's after `track`.
+    The velocity is zero unless the slot is valid in both states. It is meaningful only if objects keep their slots, as they do in REM, and
+    in VEM after `track`.
     """
     both = jnp.asarray(previous.valid & current.valid)
     return jnp.where(both[..., None], current.center - previous.center, jnp.float32(0))

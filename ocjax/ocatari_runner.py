@@ -26,12 +26,12 @@ class OcatariError(RuntimeError):
 
 @dataclasses.dataclass(frozen=True)
 class OcatariMethod:
-    """What one of OCAtari's two methods did on a recording.
+    """The result of one of OCAtari's two methods on a recording.
 
     Args:
-        objects: what it detected; None where it does not run.
+        objects: the objects that it detected; None if it does not run.
         us: float `[frames]`, microseconds of each detection.
-        error: the exception that stopped it, "" where it runs.
+        error: the exception that stopped it; "" if it runs.
     """
 
     objects: Detections | None

@@ -36,12 +36,12 @@ def among(x: jax.Array, values: range) -> jax.Array:
 
 
 def reached(x: jax.Array, limits: Sequence[int]) -> jax.Array:
-    """How many of the limits `x` has reached, such as the depths at which an object has its next larger picture."""
+    """The number of limits that `x` has reached. For example, the limits are the depths at which an object has its next larger picture."""
     return sum((jnp.where(x >= limit, 1, 0) for limit in limits), jnp.zeros_like(x))
 
 
 def div(x: jax.Array, by: int) -> jax.Array:
-    """`x // by` for `x >= 0` and `by > 0`, without the correction of signs that `//` compiles to."""
+    """`x // by` for `x >= 0` and `by > 0`, without the code for negative numbers that `//` compiles to."""
     return lax.div(x, jnp.full_like(x, by))
 
 

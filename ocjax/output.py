@@ -1,4 +1,4 @@
-"""Files that commands write: checked before the work starts, and written whole or not at all."""
+"""Output files of commands: paths are checked before the work starts, and files are written completely or not at all."""
 
 import os
 from collections.abc import Callable, Iterable
@@ -11,7 +11,7 @@ from rich.text import Text
 
 
 def check(*paths: Path | None) -> None:
-    """Check that files can be written at the paths; None stands for a file that is not asked for.
+    """Check that files can be written at the paths; None stands for a file that was not requested.
 
     Raises:
         OSError: a folder is missing or may not be written, or a path is a folder.
@@ -29,10 +29,10 @@ def check(*paths: Path | None) -> None:
 
 
 def check_suffix(path: Path, suffixes: Iterable[str]) -> None:
-    """Check the end of a picture's name, which says what format it has.
+    """Check the suffix of a picture's name, which selects its format.
 
     Raises:
-        ValueError: it is none of those that are possible.
+        ValueError: the suffix is not supported.
     """
     if path.suffix not in suffixes:
         raise ValueError(f"the output must end in {' or '.join(suffixes)}, got {path}")
@@ -42,7 +42,7 @@ def write(path: Path, to_file: Callable[[BinaryIO], object]) -> None:
     """Write a file. An existing one is replaced when the new one is complete, and left as it was if writing fails.
 
     Args:
-        path: of the file. A link stays one; what is no regular file, such as /dev/null, is written to directly.
+        path: of the file. A link is followed, not replaced. A file that is not a regular file, such as /dev/null, is written to directly.
         to_file: writes the contents.
 
     Raises:
@@ -73,7 +73,7 @@ def write_picture(path: Path, image: Image.Image) -> None:
 
 
 def announce(console: Console, text: str, path: Path) -> None:
-    """Print where a file is, in one line, with its name as it is."""
+    """Print the path of a file in one line, without markup or line breaks."""
     console.print(Text.assemble(text, ": ", (str(path), "bold")), soft_wrap=True)
 
 

@@ -7,9 +7,9 @@ A game declares its address map once, as a class:
         score = bcd((103, 104))              # one number of four digits, most significant byte first
         paddle_low = bits(51, count=1)       # the lowest bit of byte 51
 
-and its decoder reads `m.chicken_y`. Every field is int32: uint8 arithmetic wraps (`uint8(30) - 49` is 237), so the cast happens here,
-once. A place is an address 0-127, or a tuple of addresses, most significant first, that together hold one number. A field of one place
-is a scalar; a field of several places is a vector in the given order.
+The game's decoder then reads `m.chicken_y`. Fields are cast to int32 because uint8 arithmetic wraps around (`uint8(30) - 49` is 237). A
+place is an address from 0 to 127, or a tuple of addresses, most significant first, that together hold one number. A field with one place is
+a scalar. A field with several places is a vector in the given order.
 """
 
 from collections.abc import Callable, Sequence
@@ -64,7 +64,7 @@ class Field:
 
 
 class RamMap:
-    """Base class of a game's address map; its instance wraps the RAM of one state, uint8 `[128]`.
+    """Base class of a game's address map. An instance wraps the RAM of one state, uint8 `[128]`.
 
     Args:
         ram: its bytes.
@@ -116,12 +116,12 @@ def _join(parts: tuple[jax.Array, ...], base: int) -> jax.Array:
 
 
 def byte(*places: Place) -> Field:
-    """Unsigned bytes 0-255; a tuple of addresses is one unsigned number, most significant byte first."""
+    """Unsigned bytes 0-255. A tuple of addresses is one unsigned number, most significant byte first."""
     return Field(places, "unsigned", lambda parts: _join(parts, 256))
 
 
 def signed(*places: Place) -> Field:
-    """Two's complement numbers of as many bytes as a place has."""
+    """Signed numbers in two's complement, with as many bytes as each place has."""
 
     def read(parts: tuple[jax.Array, ...]) -> jax.Array:
         half = 1 << (8 * len(parts) - 1)
@@ -149,7 +149,7 @@ def high(*places: Place) -> Field:
 
 
 def bcd(*places: Place) -> Field:
-    """Binary-coded decimal, two digits a byte; a nibble above 9 counts as its own number, so that every state has a value."""
+    """Binary-coded decimal, two digits per byte. Nibbles above 9 count as 10 to 15, so that every state has a value."""
 
     def read(parts: tuple[jax.Array, ...]) -> jax.Array:
         return _join(tuple((p >> 4) * 10 + (p & 15) for p in parts), 100)

@@ -28,29 +28,29 @@ _HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.r
 
 
 class RecordingError(ValueError):
-    """A file is no recording, or a recording of another game; the message says what is wrong with it."""
+    """A file is not a recording, or is one of another game; the message says what is wrong with it."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Recording:
-    """RAM of `n` samples of one game, and what else was recorded with it. Parts that were not recorded are None.
+    """The RAM of `n` samples of one game, and optional arrays that were recorded with it. Arrays that were not recorded are None.
 
     Args:
         game: the game.
         rams: uint8 `[n, 128]`.
         screens: uint8 `[n, H, 160]` of palette indices or `[n, H, 160, 3]` of RGB, the last emulated frame.
         previous: the emulated frame before, like `screens`.
-        shown: uint8 `[n, H, 160]`, the graphics object whose colour shows at each pixel (1 and 4 players, 2 and 8 missiles, 16 ball,
-            32 playfield, 0 none).
+        shown: uint8 `[n, H, 160]`, the graphics object of the video chip that is visible at each pixel (1 and 4 players, 2 and 8 missiles,
+            16 ball, 32 playfield, 0 none).
         previous_shown: the same on the frame before.
-        drawn: bool `[n, H, 160]`, whether any graphics object shows at a pixel on the frame or the one before; excerpts keep it instead of
-            `shown`.
+        drawn: bool `[n, H, 160]`, whether any graphics object is visible at each pixel on the frame or the one before; excerpts have it
+            instead of `shown`.
         rewards: `[n]`, sum of rewards since the episode began.
         lives: int `[n]`, the emulator's lives.
         resets: bool `[n]`, first sample of an episode.
-        ends: bool `[n]`, sample with which an episode is terminated or truncated.
-        frame_skip: emulated frames between successive samples of an episode; None where samples do not follow on each other.
-        settings: how the environments were stepped, the fields of the environments' settings as a dict.
+        ends: bool `[n]`, last sample of an episode that was terminated or truncated.
+        frame_skip: emulated frames between successive samples of an episode; None if the samples are not successive.
+        settings: the settings of the environments, the fields of `ocjax.envs.Settings` as a dict.
     """
 
     game: Game
@@ -123,16 +123,16 @@ def read(path: str | Path, game: str | None = None) -> Recording:
     """Read a recording.
 
     Args:
-        path: an .npz file with `rams` and any of the other arrays of `Recording`. `previous` and `previous_shown` are stored as exclusive
-            or with `screens` and `shown`, `drawn` as bits packed along rows, `settings` as JSON. The file may name its `game` and the
-            `md5` of the ROM.
-        game: the game's name, for files whose contents and name (`Pong.npz`) do not tell.
+        path: an .npz file with `rams` and any of the other arrays of `Recording`. `previous` and `previous_shown` are stored as their
+            exclusive or with `screens` and `shown`, `drawn` as bits packed along rows, and `settings` as JSON. The file may also contain
+            the name of the `game` and the `md5` of the ROM.
+        game: the game's name; needed if neither the file's contents nor its name (`Pong.npz`) give it.
 
     Raises:
         FileNotFoundError: there is no such file.
         RecordingError: a ValueError; the file is unreadable, lacks an array, has one of the wrong dtype or shape, or was made with another
             ROM.
-        UnknownGameError: a ValueError; there is no game of the name given, or of the file's name where nothing else tells.
+        UnknownGameError: a ValueError; there is no game of that name.
     """
     path = Path(path)
     arrays, facts = _load_file(path)
@@ -169,7 +169,7 @@ def _load_file(path: Path) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]
 
 
 def _check_count(archive: zipfile.ZipFile) -> None:
-    """Check that the directory at the end of the file could be read to its last entry, which zipfile does not."""
+    """Check that the directory at the end of the file was read to its last entry; zipfile does not check this."""
     assert archive.fp is not None
     archive.fp.seek(-END_RECORD - len(archive.comment), os.SEEK_END)
     count = int.from_bytes(archive.fp.read(END_RECORD)[10:12], "little")
@@ -178,10 +178,10 @@ def _check_count(archive: zipfile.ZipFile) -> None:
 
 
 def _load_array(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray | None:
-    """One array of the file; None for what is no part of a recording, of which only the header is checked.
+    """One array of the file; None if it is not part of a recording, in which case only its header is checked.
 
-    What the headers claim is compared with the size of the file before memory is allocated: a byte of compressed data holds at most
-    `DENSEST` bytes.
+    The size that the header gives is compared with the size of the file before memory is allocated: one byte of compressed data holds at
+    most `DENSEST` bytes.
     """
     assert archive.fp is not None
     with archive.open(info) as file:

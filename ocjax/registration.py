@@ -1,13 +1,13 @@
 """Registration of the environments with Gymnasium, under "ocjax/Pong-v5" and so on.
 
-Gymnasium 1.0 removed plugins, so importing ocjax registers these IDs; `gymnasium.make("ocjax:ocjax/Pong-v5")` imports it.
+Gymnasium 1.0 removed plugins, so importing ocjax registers these ids. `gymnasium.make("ocjax:ocjax/Pong-v5")` imports ocjax first.
 """
 
 from ocjax import registry
 
 
 def register() -> None:
-    """Register every game. This imports Gymnasium, but neither the emulator nor any game."""
+    """Register every game. This imports Gymnasium, but neither ale-py nor the game files."""
     import gymnasium
 
     for name in registry.names():

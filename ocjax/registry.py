@@ -1,4 +1,4 @@
-"""The games, found as the files of `ocjax/extractors`: there is no other list."""
+"""The registry of games. Every file in `ocjax/extractors` is a game; there is no other list."""
 
 import copyreg
 import difflib
@@ -12,7 +12,7 @@ from ocjax.game import Game, GameError
 
 
 class UnknownGameError(ValueError):
-    """No such game; the message names the closest ones."""
+    """There is no game of that name; the message suggests similar names."""
 
 
 @functools.cache
@@ -33,7 +33,7 @@ def _modules() -> tuple[str, ...]:
 
 @functools.cache
 def games() -> tuple[str, ...]:
-    """Names of all games, sorted, as in gymnasium's "ALE/<Name>-v5"."""
+    """The sorted names of all games, as in Gymnasium's "ALE/<Name>-v5"."""
     return tuple(_load_module(m).name for m in _modules())
 
 
@@ -46,7 +46,7 @@ def names() -> tuple[str, ...]:
 
 
 def env_id(name: str) -> str:
-    """Gymnasium's id of a game's environments."""
+    """The Gymnasium id of a game's environments."""
     return f"ocjax/{name}-v5"
 
 
@@ -56,14 +56,14 @@ def _without_hud(name: str) -> Game:
 
 
 def load(name: str, *, hud: bool = True) -> Game:
-    """The game of a name: "Pong", "pong", "ALE/Pong-v5", "PongNoFrameskip-v4", "space_invaders" or "ocjax/Pong-v5".
+    """Load a game by name, such as "Pong", "pong", "ALE/Pong-v5", "PongNoFrameskip-v4", "space_invaders" or "ocjax/Pong-v5".
 
     Args:
-        name: any of the field's spellings.
-        hud: False leaves out the display categories (score, lives, ...); the other slots stay the same.
+        name: the name in any of these spellings.
+        hud: whether the display categories (score, lives, ...) are included; without them, the other slots stay the same.
 
     Raises:
-        UnknownGameError: a ValueError; no such game.
+        UnknownGameError: a ValueError; there is no such game.
         TypeError: `name` is not a string.
     """
     if not isinstance(name, str):

@@ -1,4 +1,4 @@
-"""The RAM extraction method: from a game's decoder for one state to a compiled function of a batch.
+"""The RAM Extraction Method: compiles a game's decoder, which handles one state, to a function of a batch.
 
 A batch goes through four stages, each a function of its own:
 
@@ -7,7 +7,8 @@ A batch goes through four stages, each a function of its own:
 3. `pack` writes the boxes of every category into rows of slots.
 4. `unpack` puts the batch first again and makes `Objects`.
 
-`B` is the batch size, `N` the number of slots. With the batch last, an operation on a few numbers per state runs along thousands of states.
+`B` is the batch size and `N` the number of slots. With the batch last, an operation on a few numbers per state vectorises over thousands of
+states.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ class Rows(NamedTuple):
 
 
 def stretches(addresses: Sequence[int]) -> list[range]:
-    """Ranges of RAM that hold the addresses: close ones together; or, for many of them, one range of whole blocks of 16."""
+    """Ranges of RAM that contain the addresses. Close addresses share a range; many addresses share one range of whole blocks of 16."""
     out: list[range] = []
     for a in sorted(addresses):
         if out and a - out[-1].stop < NEAR:

@@ -25,13 +25,13 @@ SCORES = ("Precision", "Recall", "F1", "Mean IoU")
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Evaluation:
-    """What was measured on a recording of one game. The last axis of every array follows the columns of `flicker_aware`.
+    """The results of evaluating a recording of one game. The last axis of every array follows the columns of `flicker_aware`.
 
     Args:
         game: the game.
         source: where the samples come from, for people.
         episode: int `[frames]`, number of each sample's episode.
-        situations: bool `[frames]` by name, the samples at an episode's start or end or with a life just lost; those that can be told.
+        situations: bool `[frames]` by name: the samples at an episode's start or end, or with a life just lost, as far as they are known.
         flicker_aware: REM against VEM, `[frames, categories]`, with the frame before each where the recording has it.
         single_frame: REM against VEM on the frame alone.
         values: shares of samples with the right score and lives, by category.
@@ -272,7 +272,7 @@ def _mean(cells: Sequence[Cell]) -> Cell:
 
 
 def notes(e: Evaluation) -> list[str]:
-    """What the tables cannot say: whether OCAtari's methods run, and how long they take."""
+    """Notes beside the tables: whether OCAtari's methods run, and how long they take."""
     out = []
     for method, m in e.ocatari.items():
         name = f"{e.game.name}: OCAtari's {method.upper()}"

@@ -20,7 +20,7 @@ Policy = Callable[[np.ndarray], np.ndarray]  # RAM of N instances, uint8 [N, 128
 
 
 class PolicyError(ValueError):
-    """A policy does not exist, cannot be read, or is for another game; the message says which."""
+    """A policy does not exist, cannot be read, or was made for another game; the message says which."""
 
 
 @dataclasses.dataclass

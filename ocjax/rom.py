@@ -1,7 +1,7 @@
-"""What a game's ROM holds, read from the ROM that ale-py installs: tables, fonts, and the tight extents of pictures.
+"""Tables, fonts and the tight extents of pictures, read from the ROM that ale-py installs.
 
-Offsets count bytes from the beginning of the ROM file. A ROM of 2 or 4 KiB has the byte of console address `a` at offset
-`a & (size - 1)`; one of 8 KiB holds two banks of 4 KiB, and the byte is at `4096 * bank + (a & 0xFFF)`.
+Offsets count bytes from the beginning of the ROM file. In a ROM of 2 or 4 KiB, console address `a` is at offset `a & (size - 1)`. A ROM of
+8 KiB has two banks of 4 KiB, and the address is at offset `4096 * bank + (a & 0xFFF)`.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class RomError(ValueError):
 
 
 def rom_path(rom: str) -> Path:
-    """The file of a ROM, found without importing ale-py.
+    """The path of a ROM file, found without importing ale-py.
 
     Args:
         rom: ale-py's name of the ROM, such as "space_invaders".
@@ -159,7 +159,7 @@ class Rom:
 
 
 def _extent(rows: np.ndarray) -> int:
-    """First column, width, first row and height of what is set in a picture, packed as `Pictures` has them; 0 where it is empty."""
+    """First column, width, first row and height of the dots that are set in a picture, packed as in `Pictures`; 0 if there are none."""
     ink = int(np.bitwise_or.reduce(rows))
     if not ink:
         return 0
@@ -180,7 +180,7 @@ class Pictures:
 
     @classmethod
     def of(cls, pictures: Iterable[np.ndarray]) -> Pictures:
-        """The extents of pictures that are given by their rows from the top, as `Rom.rows` returns them."""
+        """The extents of pictures given as rows from the top, as `Rom.rows` returns them."""
         return cls(np.array([_extent(rows) for rows in pictures], np.int32))
 
     def extent(self, index: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:

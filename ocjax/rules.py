@@ -1,4 +1,4 @@
-"""What a game file declares about its categories: names, slots, and the rules by which VEM finds their objects.
+"""Declarations of a game's categories: names, slots, and the rules by which VEM finds their objects.
 
 Colours are ALE palette indices (0-255), one or several. Where a rule has several regions, colours may be given for each region.
 """
@@ -34,7 +34,7 @@ def _check_area(area: Area) -> None:
 
 @dataclass(frozen=True)
 class Gauge:
-    """How VEM reads a length: `base + (width - start) // unit`, of a bar or a row of icons.
+    """How VEM reads a value from the length of a bar or a row of icons: `base + (width - start) // unit`.
 
     Args:
         unit: pixels that stand for 1.
@@ -55,12 +55,12 @@ class Gauge:
 
 @dataclass(frozen=True)
 class Bounds:
-    """One object per region: the tight box of all pixels there that have the colours. Slot i is region i, so regions name the slots.
+    """One object per region: the tight box of all pixels there that have the colours. Slot i belongs to region i.
 
     Args:
         colors: for all regions, or a tuple with one entry per region.
         regions: one region, or several.
-        min_size: least (width, height) of an object; smaller boxes are not valid.
+        min_size: minimum (width, height) of an object; smaller boxes are not valid.
         value: how the value is read: a `Gauge`, or `Digits` (one for each region where there are several). The value is 0 without it.
         inverse: the colours are the background's; pixels of all other colours count.
         ignore: areas of the screen whose pixels do not count.
@@ -117,14 +117,14 @@ class Blobs:
         connectivity: 8 (corners touch) or 4.
         gap: parts that are at most (dx, dy) blank pixels apart are one object; needs connectivity 8.
         min_size, max_size: (width, height) limits; components outside them are not objects.
-        split: (width, height) of one object, for objects that touch: a larger component counts as the number of objects that covers it
-            (4 at most), evenly spaced from edge to edge. `max_size` is that of the whole component.
-        area: least and most pixels of a component, including those between its parts that `gap` bridges from the left and from above;
+        split: (width, height) of one object, for objects that touch. A larger component is split into as many objects as cover it (4 at
+            most), evenly spaced from edge to edge. `max_size` then limits the whole component.
+        area: minimum and maximum number of pixels of a component, including those that `gap` bridges from the left and from above. This
             tells pictures of the same size apart. Needs `max_size`.
-        first: colours that the object's first pixel (in raster order) must have; tells objects apart that share some of their colours.
+        first: colours that the object's first pixel (in raster order) must have. This tells apart objects that share some of their colours.
         split_by_color: components of different colours are different objects even where they touch; each colour fills at most half the
             slots.
-        max_run: where it is not 0, pixels of vertical runs longer than this do not count; finds low objects in the colour of walls.
+        max_run: if not 0, pixels of vertical runs longer than this do not count. This finds low objects in the colour of walls.
         ignore: areas of the screen whose pixels do not count.
         exclude: categories of whole `Cells`; pixels of their objects do not count.
     """
@@ -186,8 +186,9 @@ class Cells:
         colors: palette indices.
         x, y: left and top of each cell, one entry per slot.
         w, h: size of every cell.
-        whole: all pixels of the cell must be set. Otherwise any pixel will do, and the box is the tight box of those set in the cell.
-        margin: (columns, rows) beside, and above and below, the cell that must be free of the colours; tells a pellet from a wall.
+        whole: whether all pixels of the cell must have the colours. Otherwise any pixel is enough, and the box fits tightly around those
+            that have them.
+        margin: (columns, rows) beside, and above and below, the cell that must be free of the colours. This tells a pellet from a wall.
     """
 
     colors: Colors
@@ -231,7 +232,8 @@ class Category:
         attributes: which of "value" and "orientation" are meaningful.
         rgb: colour, (r, g, b) or one entry per slot; the rule's first colour by default.
         doc: one line that says what the objects are.
-        blinks: drawn only part of the time, with gaps longer than the one frame of ordinary flicker. REM reports it all the time.
+        blinks: whether the objects are drawn only part of the time, with gaps longer than the single frame of ordinary flicker. REM reports
+            them all the time.
     """
 
     name: str

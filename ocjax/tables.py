@@ -1,4 +1,4 @@
-"""Tables, and how they look in the terminal and as Markdown."""
+"""Tables, and their output in the terminal and as Markdown."""
 
 import dataclasses
 import math
@@ -57,7 +57,7 @@ def show(table: Table, console: Console) -> None:
 
 
 def print_whole(table: RichTable, console: Console) -> None:
-    """Print a table with no word cut off, and in a file or a pipe with no cell broken into lines."""
+    """Print a table without cutting off words. In a file or a pipe, cells are not broken into lines, either."""
     size = Measurement.get(console, console.options.update(max_width=WIDEST), table)
     table.width = max(console.width, size.minimum) if console.is_terminal else size.maximum
     console.print(table, crop=False)

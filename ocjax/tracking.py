@@ -260,7 +260,7 @@ def track(
 
     Objects are matched one to one within a category, nearest centres first. An object that continues none gets the first slot that was
     empty before, or else the first slot whose object is gone. In categories whose slots are places (`Bounds` and `Cells`, in which slot i
-    is region or cell i), objects stay where they are. No object is added, lost or changed.
+    is region or cell i), objects stay in their slots. No object is added, lost or changed.
 
     This is a pure function that works under `jit`, `vmap` and `scan`. Its result is the next call's `previous`:
 
@@ -272,7 +272,7 @@ def track(
     Args:
         previous, current: objects of two successive states, of any batch shape.
         radius: largest distance that an object's centre may have moved, in pixels; a Python number.
-        is_first: bool `[...]`, of the batch shape: the state begins an episode, nothing continues, and `current` is returned as it is.
+        is_first: bool `[...]`, of the batch shape: whether the state begins an episode, so that `current` is returned unchanged.
 
     Returns:
         Objects of the same batch shape.

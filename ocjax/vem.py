@@ -1,4 +1,4 @@
-"""The vision extraction method: from a game's vision rules to a compiled function of a batch of frames."""
+"""The Vision Extraction Method: compiles a game's vision rules to a function of a batch of frames."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Objects of one state as Python objects, under the names that OCAtari's users know."""
+"""The objects of one state as Python objects with OCAtari's attribute names."""
 
 import dataclasses
 
@@ -10,9 +10,9 @@ from ocjax.objects import Objects, whose
 
 @dataclasses.dataclass(frozen=True)
 class GameObject:
-    """One object of one state with its position one step before, for code that was written for OCAtari.
+    """One object of one state, with its position one step before, for code written for OCAtari.
 
-    It has the fields of a record of `Objects.to_list`, as attributes, and what OCAtari's objects offer besides.
+    Its attributes are the keys of the dicts of `Objects.to_list`, and further attributes of OCAtari's objects.
 
     Args:
         category: name of the category.
@@ -20,7 +20,7 @@ class GameObject:
         x, y, w, h: left, top, width and height in pixels.
         rgb: colour.
         hud: whether it belongs to the HUD (score, lives, ...).
-        prev_xy: top left corner one step before; the present one where the slot held no object then.
+        prev_xy: top left corner one step before; the current one if the slot was empty then.
         value: score, lives, time, ...; None where the category has no value.
         orientation: compass point 0-15, clockwise from north; None where the category has no orientation.
         visible: always True, because only valid objects are listed.

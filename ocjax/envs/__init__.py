@@ -1,4 +1,4 @@
-"""Environments whose observations are objects."""
+"""Gymnasium environments whose observations are objects."""
 
 from ocjax.envs.ale import AlePool
 from ocjax.envs.make import ObjectEnv, make, make_vec, ocatari

@@ -1,8 +1,8 @@
 """The `ale` backend: worker processes, each of which steps a block of emulators into shared memory.
 
-`ALEInterface.act` holds Python's global interpreter lock, so threads do not scale and processes do. The shared memory is an unnamed file,
-and each worker ends when its socket closes or its parent has ended: however the pool or its process ends, nothing stays behind.
-A call checks everything before it writes to the shared memory, and one that Ctrl-C interrupts can be followed by others.
+`ALEInterface.act` holds Python's global interpreter lock, so processes scale and threads do not. The shared memory is an unnamed file, and
+a worker exits when its socket closes or its parent exits, so nothing is left behind however the pool ends. A call validates its arguments
+before it writes to the shared memory. After Ctrl-C interrupts a call, further calls are possible.
 """
 
 import dataclasses
@@ -55,11 +55,11 @@ class AlePool(EmulatorPool):
             (the environment must be reset; the next step is an error).
         game_mode: game mode as ale-py numbers it, one for all emulators or one each; None for the game's default.
         game_difficulty: game difficulty, likewise.
-        hook: called before every emulated frame with the RAM of one emulator, uint8 `[128]`. What it writes into the array is written to
-            the console. Workers receive it by value, so it may refer to modules and constants, but not to variables that change. Of
-            a sequence of hooks, each sees what those before it have written.
-        worker_timeout: seconds that a worker may take for a step or for the start of one emulator before it counts as hanging, which
-            closes the pool; None for no limit.
+        hook: a function that is called before every emulated frame with the RAM of one emulator, uint8 `[128]`. Its changes to the array
+            are written to the console. Workers receive the function by value, so it may refer to modules and constants, but not to
+            variables that change. In a sequence of hooks, each one sees the changes of those before it.
+        worker_timeout: how many seconds a worker may take for a step, or for the start of one emulator, before the pool raises an error and
+            closes; None for no limit.
 
     Raises:
         RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was written for.
@@ -187,9 +187,9 @@ class AlePool(EmulatorPool):
     def restore_state(self, states: States, mask: np.ndarray | None = None) -> None:
         """Restore saved states; see `EmulatorPool.restore_state`.
 
-        From then on the same actions give the same frames. ALE's states lack the action that a sticky frame repeats; it is assumed to be
-        the last action sent, which is wrong where that action was not taken over in any frame of its step: in 0.4 % of steps of 4 frames
-        with repeat_action_probability 0.25.
+        From then on, the same actions give the same frames, with one exception. ALE's states do not include the action that a sticky frame
+        repeats. It is assumed to be the last action sent, which is wrong if every frame of the last step repeated an earlier action. With
+        steps of 4 frames and repeat_action_probability 0.25, this happens in 0.4 % of steps.
 
         Raises:
             TypeError: these are not `States`.
@@ -320,7 +320,7 @@ class AlePool(EmulatorPool):
         self._ready = True
 
     def _finish(self, report: Report | None = None) -> None:
-        """Wait for a command; while the workers are slow, report how many emulators have loaded their ROM."""
+        """Wait for a command. If it takes long, report how many emulators have loaded their ROM."""
         for _ in self._completed(report):
             pass
 
@@ -385,6 +385,6 @@ def _even_blocks(n: int, num_blocks: int) -> Iterator[tuple[int, int]]:
 
 
 def _num_shards(num_envs: int, num_workers: int) -> int:
-    """The largest number of shards of equal size and whole workers that keeps a shard at `_MIN_SHARD` environments or more."""
+    """The largest number of shards with equal numbers of workers and at least `_MIN_SHARD` environments each."""
     divisors = [k for k in range(1, num_workers + 1) if num_workers % k == 0 and num_envs % k == 0]
     return max((k for k in divisors if num_envs // k >= _MIN_SHARD), default=1)

@@ -1,4 +1,4 @@
-"""Checks of what callers give to environments and pools. They come before anything is changed."""
+"""Validation of the arguments of environments and pools, before anything is changed."""
 
 from collections.abc import Sequence
 from typing import Any, TypeGuard
@@ -10,7 +10,7 @@ _LARGEST_SEED = 2**63 - 1  # seeds travel as int64
 
 
 def is_integer(value: Any) -> TypeGuard[int]:
-    """Whether a value is an integer of Python or NumPy; a bool is none."""
+    """Whether a value is a Python or NumPy integer, and not a bool."""
     return isinstance(value, int | np.integer) and not isinstance(value, bool)
 
 

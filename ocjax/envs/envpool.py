@@ -1,9 +1,10 @@
 """The `envpool` backend: envpool's threads step the emulators, and REM reads the RAM that envpool returns.
 
-Whatever envpool cannot do is refused with the reason: frames with a frame skip (envpool shows the brighter of the last two), screens that
-are not 210 rows high (it crops them), saved states, writing RAM, hooks, new seeds after the start, resets of single environments, and
-autoreset modes other than next-step. Envpool plays at least one no-op when a game begins, so `noop_max` 0 means 1; it presses FIRE once
-if `fire_reset` is on; and it truncates episodes after a number of whole steps.
+Options and calls that envpool does not support raise an error that gives the reason: frames with a frame skip (envpool returns the maximum
+of the last two), screens that are not 210 rows high (envpool crops them), saved states, writing RAM, hooks, new seeds after the first
+reset, resets of single environments, and autoreset modes other than next-step. Three settings differ slightly: envpool plays at least one
+no-op when a game begins, so `noop_max` 0 means 1; it presses FIRE once if `fire_reset` is on; and it truncates episodes only after whole
+steps.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -155,7 +156,7 @@ class EnvpoolPool(EmulatorPool):
 
     @contextmanager
     def _discarding(self) -> Iterator[None]:
-        """Discard envpool's environments if a call is interrupted, as what they owe is unknown then. The next reset makes new ones."""
+        """Discard envpool's environments if a call is interrupted, as pending results are unknown then. The next reset makes new ones."""
         try:
             yield
         except BaseException:

@@ -1,4 +1,4 @@
-"""Hooks on their way to worker processes."""
+"""Serialization of hooks for worker processes."""
 
 import contextlib
 import functools

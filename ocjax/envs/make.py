@@ -1,4 +1,4 @@
-"""Functions that make environments: `make_vec`, `make`, and `ocatari` for code written on OCAtari."""
+"""Functions that make environments: `make_vec`, `make`, and `ocatari` for code written for OCAtari."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -56,19 +56,19 @@ def make_vec(
     """Make a vector environment: many instances of a game, stepped by worker processes, whose observations are objects.
 
     Args:
-        game: the game's name in any of the usual spellings, or a `Game`. Ids of versions 0 and 4 ("PongNoFrameskip-v4") name their preset,
+        game: the game's name in any of the usual spellings, or a `Game`. An id of version 0 or 4 ("PongNoFrameskip-v4") implies a preset,
             which `preset` and the settings must not contradict.
         num_envs: number of instances.
         mode: "rem" (objects from RAM; no pixel is touched), "vem" (objects from the screen), "both", or "raw" (no objects).
         backend: "ale" (worker processes with ale-py) or "envpool" (needs the extra of that name; `ocjax.envs.envpool` lists its limits).
         obs: the observation: "objects" (a Dict of the fields of `Objects`), "vector", "dqn", "pixels", "ram", "object_masks",
-            "binary_masks", "class_masks" or "planes"; or an instance of `ObjectFields`, `Vector`, `Dqn`, `Pixels`, `Ram` or `Masks` of
-            `ocjax.envs`, which have options; or a list of names or a dict of either, for a Dict of observations. By default the
-            objects, or in mode "raw" the RAM.
-        hud: False leaves out score, lives and other display objects.
-        preset: settings by name: "v5" (Gymnasium's, the default), "v4", "deterministic-v4", "noframeskip", "dqn", "machado", or "v0",
-            "deterministic-v0" and "noframeskip-v0", which have sticky actions.
-        frame_skip: this and the next seven override the preset; see `Settings`.
+            "binary_masks", "class_masks" or "planes". An instance of `ObjectFields`, `Vector`, `Dqn`, `Pixels`, `Ram` or `Masks` from
+            `ocjax.envs` sets options. A list of names, or a dict of names or instances, gives a Dict of observations. The default is
+            "objects", or "ram" in mode "raw".
+        hud: whether score, lives and other display objects are included.
+        preset: a named set of settings: "v5" (Gymnasium's, the default), "v4", "deterministic-v4", "noframeskip", "dqn", "machado", or
+            "v0", "deterministic-v0" and "noframeskip-v0", which have sticky actions.
+        frame_skip: overrides the preset, as do the next seven options; see `Settings`.
         repeat_action_probability: see `Settings`.
         max_episode_frames: see `Settings`.
         full_action_space: see `Settings`.
@@ -76,14 +76,14 @@ def make_vec(
         fire_reset: see `Settings`.
         clip_rewards: see `Settings`.
         episodic_life: see `Settings`.
-        game_mode: game mode as ale-py numbers it, one for all instances or one each.
+        game_mode: game mode as ale-py numbers it: one for all instances, or a sequence with one for each.
         game_difficulty: game difficulty, likewise.
         autoreset_mode: Gymnasium's NEXT_STEP, SAME_STEP or DISABLED.
         num_workers: number of processes (envpool: threads); by default one per core. With 0, instances are stepped in this process.
         batch_size: envpool only: the number of environments whose results `recv` returns.
-        hook: a function, or several in turn, that edit the RAM of each instance before every emulated frame; see `AlePool` and
+        hook: a function, or a sequence of functions, that edits the RAM of each instance before every emulated frame; see `AlePool` and
             `ocjax.envs.variations`.
-        worker_timeout: seconds after which a worker process of backend "ale" that does not reply counts as hanging; None for no limit.
+        worker_timeout: how many seconds a worker process of backend "ale" may take to reply before an error is raised; None for no limit.
         render_mode: "rgb_array", or "objects" for frames with the objects drawn over them.
         ram_info: whether `info` contains the RAM.
 
@@ -91,8 +91,8 @@ def make_vec(
         The vector environment.
 
     Raises:
-        ValueError: the game or an option is unknown, an option contradicts the id, the ROM is the wrong one, or the backend cannot do what
-            is asked of it.
+        ValueError: the game or an option is unknown, an option contradicts the id, the ROM is the wrong one, or the backend does not
+            support an option.
         TypeError: a hook is not a function, or cannot be sent to worker processes.
         MemoryError: there is not enough memory for so many instances.
         ModuleNotFoundError: the extra `envpool` is not installed.
@@ -174,7 +174,7 @@ def make(game: str | Game, **options: Any) -> ObjectEnv:
 
     Args:
         game: the game's name in any of the usual spellings, or a `Game`.
-        options: those of `make_vec` that concern single instances.
+        options: options of `make_vec`, except for those that only vector environments have.
 
     Returns:
         The environment.
@@ -193,7 +193,7 @@ def make(game: str | Game, **options: Any) -> ObjectEnv:
     return env
 
 
-# OCAtari's names of observations and modes, and ours.
+# OCAtari's names of observations and modes, and the corresponding names here.
 _OCATARI_OBSERVATIONS: dict[str, Request] = {"ori": "pixels", "dqn": "dqn", "obj": "vector"}
 _OCATARI_MODES: dict[str, Mode] = {"ram": "rem", "vision": "vem", "both": "both"}
 
@@ -205,7 +205,7 @@ def ocatari(
     obs_mode: Literal["ori", "dqn", "obj"] = "ori",
     **options: Any,
 ) -> ObjectEnv:
-    """Make an environment for code written on OCAtari, with the argument names of its constructor and its `.objects`.
+    """Make an environment for code written for OCAtari. It takes the arguments of OCAtari's constructor and has its attribute `.objects`.
 
     Args:
         env_name: the game in any spelling; see `make_vec`.

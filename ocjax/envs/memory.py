@@ -1,4 +1,4 @@
-"""The memory that pools need."""
+"""Memory of pools: checks and allocation."""
 
 import errno
 import mmap
@@ -33,7 +33,7 @@ def shared_memory(size: int) -> Iterator[tuple[int, mmap.mmap]]:
     """Shared memory in an unnamed file: the file descriptor, which is closed afterwards, and the memory, which stays.
 
     Raises:
-        MemoryError: there is not enough. Without this check, the first access to a page that cannot be had would kill a process.
+        MemoryError: there is not enough. Without this check, the first access to a page that cannot be allocated would kill a process.
     """
     folder = _SHARED if _SHARED.is_dir() else Path(tempfile.gettempdir())
     with tempfile.TemporaryFile(dir=folder, buffering=0) as file:

@@ -1,7 +1,8 @@
-"""The kinds of observations, and how each is made from emulators and objects.
+"""The kinds of observations, and how each is computed.
 
-A kind of observation is a small class of options. Observations that need computation are pure JAX functions of a snapshot and of a memory,
-which carries what they need from one step to the next. The same code therefore serves worker processes and `jax.lax.scan`.
+Each kind is a small class whose fields are its options. An observation that needs computation is a pure JAX function of a snapshot of the
+environments and of a memory, which carries state from one step to the next. The same code therefore works with worker processes and inside
+`jax.lax.scan`.
 Below, B is the number of environments in a batch, and H x 160 is the size of the game's screen.
 """
 
@@ -76,7 +77,7 @@ class Computed(Observation):
 
 
 class Copied(Observation):
-    """An observation that is a copy of an array which exists anyway."""
+    """An observation that is a copy of an existing array."""
 
     @abstractmethod
     def source(self, arrays: Mapping[str, Any], objects: Mapping[str, Objects]) -> Any:
@@ -125,16 +126,16 @@ class ObjectFields(Copied):
 class Vector(Computed):
     """Features of all slots as one flat vector, float32 `[history * slots * features]`.
 
-    The order is by time from the oldest state to the latest, then by slot in the game's order, then by feature in the order given;
-    `features_of` names each number. Slots that are not valid are zero. dx and dy are the movement of the centre since the previous step,
-    and zero where the object was not valid or an episode has just begun. In mode "vem", `ocjax.track` carries the identities of objects
-    from step to step.
+    Entries are ordered by time from the oldest state to the latest, then by slot in the game's order, then by feature in the order given;
+    `features_of` names each entry. Slots that are not valid are zero. dx and dy are the movement of the centre since the previous step.
+    They are zero if the object was not valid before, or if an episode has just begun. In mode "vem", `ocjax.track` keeps objects in the
+    same slots from step to step.
 
     Args:
         features: distinct names of x, y, w, h, dx, dy, orientation, value and valid.
         history: number of states.
-        normalize: whether lengths are in units of the screen's width or height, orientations in turns, and values v are
-            sign(v) log(1 + |v|) / log(1 + 10^6); otherwise lengths are in pixels and orientations are compass points 0 to 15.
+        normalize: whether features are scaled: lengths to units of the screen's width or height, orientations to turns, and values v to
+            sign(v) log(1 + |v|) / log(1 + 10^6). Without it, lengths are in pixels and orientations are compass points 0 to 15.
 
     Raises:
         ValueError: a feature is unknown or repeated, there is none, or the history is below 1.
@@ -204,7 +205,7 @@ class Vector(Computed):
 
 @dataclass(frozen=True)
 class Dqn(Computed):
-    """The frames of Mnih et al. (2015): grey, the brighter of the last two emulated frames, resized by area, uint8 `[stack, *size]`.
+    """The frames of Mnih et al. (2015): grey, the maximum of the last two emulated frames, resized by area, uint8 `[stack, *size]`.
 
     Args:
         stack: number of steps, the latest last; all are the same at the start of an episode.
@@ -249,7 +250,7 @@ class Masks(Computed):
     """Masks of objects, uint8 `[stack * planes, height, width]`.
 
     Args:
-        kind: the kind of mask, see `ocjax.masks.masks`, which also explains `size`, `draw` and `pixels`.
+        kind: the kind of mask; see `ocjax.masks.masks`, which also explains `size`, `draw` and `pixels`.
         size: (height, width); None for the size of the screen.
         draw: "output" or "screen".
         pixels: whether the grey frame is appended as a plane.

@@ -26,8 +26,8 @@ class EmulatorPool(ABC):
         num_envs: N.
         settings: what a step and an episode are.
         actions: the action set; actions are indices into it.
-        arrays: what the emulators show. The properties below give its arrays one by one.
-        shards: consecutive blocks of emulators, which together are all of them. Each finishes a step at its own time.
+        arrays: the state of the emulators after the last call. The properties below return its arrays one by one.
+        shards: consecutive blocks that together contain all emulators. Each block finishes a step at its own time.
     """
 
     game: Game
@@ -49,7 +49,7 @@ class EmulatorPool(ABC):
         Raises:
             ValueError: the number of seeds or a seed is wrong, the mask is wrong or the first one, or the backend cannot use them.
             AlreadyPendingCallError: a step is pending.
-            WorkerError: the pool is closed, or a worker failed, died or did not reply in time. Likewise below.
+            WorkerError: the pool is closed, or a worker failed, died or did not reply in time. The methods below raise it, too.
         """
 
     @abstractmethod

@@ -1,4 +1,4 @@
-"""Worker processes, as their pool sees them."""
+"""Worker processes: how the pool starts them, talks to them and ends them."""
 
 import contextlib
 import json
@@ -61,10 +61,10 @@ class WorkerProcess:
             stack.pop_all()
 
     def configure(self, config: WorkerConfig, time_limit: float | None) -> None:
-        """Send the configuration, which the process must take in time.
+        """Send the configuration, which the process must read in time.
 
         Raises:
-            WorkerError: the process died or did not take it.
+            WorkerError: the process died or did not read it.
         """
         self.link.settimeout(time_limit)
         self.send(config.to_json().encode() + b"\n")
@@ -140,8 +140,8 @@ class WorkerProcess:
 class Workers:
     """The worker processes of a pool. All of them execute the same command, one command at a time.
 
-    Any call may be interrupted at any point, as by Ctrl-C, and `completed` then goes on with the command: commands are numbered, workers
-    note in the shared memory which of them they have executed, and ignore one that they are sent again.
+    Any call may be interrupted at any point, for example by Ctrl-C; `completed` then continues with the command. This works because
+    commands are numbered: workers record in the shared memory which commands they have executed, and ignore one that is sent again.
 
     Args:
         time_limit: seconds in which there must be a reply or other progress; None for no limit.
@@ -202,8 +202,8 @@ class Workers:
         """Wait for the command: yield the index of each worker as soon as it has executed it.
 
         Args:
-            progress: called when there has been no reply for a while; a new number is progress that starts the time limit anew.
-            interval: how many seconds are a while; by default the time limit.
+            progress: called when there has been no reply for `interval` seconds; if it returns a new number, the time limit starts anew.
+            interval: by default the time limit.
 
         Raises:
             WorkerError: a worker failed, died, or did not reply in time.
@@ -232,7 +232,7 @@ class Workers:
         self.busy = False
 
     def end(self) -> None:
-        """End all workers: each one ends when its socket closes, at the latest after its present step, and is killed if it does not."""
+        """End all workers. A worker exits when its socket closes, at the latest after its present step; if it does not, it is killed."""
         if not self.forked:  # in a forked child the workers are the parent's
             for worker in self._processes:
                 with contextlib.suppress(OSError):  # the worker has ended

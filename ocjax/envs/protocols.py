@@ -1,4 +1,4 @@
-"""The protocols that ids of environments name, as ale-py registers them with Gymnasium."""
+"""The evaluation protocols that environment ids imply, as ale-py registers them with Gymnasium."""
 
 import re
 from typing import Any
@@ -19,9 +19,10 @@ _PRESETS = {
 
 
 def preset_of(name: str, preset: str | None, **explicit: Any) -> str:
-    """The preset that a game's name and the caller ask for.
+    """The preset that a game's name and the caller's arguments select.
 
-    A name without a version, and an id of version 5, stand for "v5" unless a preset is given. Ids of versions 0 and 4 name their protocol.
+    The preset is "v5" for a name without a version and for an id of version 5, unless the caller gives one. An id of version 0 or 4 implies
+    its preset.
 
     Args:
         name: a game's name in any spelling, such as "PongNoFrameskip-v4".

@@ -15,17 +15,17 @@ _MOST_EPISODE_FRAMES = 2**31 - 1  # ALE's counter
 
 @dataclasses.dataclass(frozen=True)
 class Settings:
-    """What a step and an episode are. The defaults are those of Gymnasium's "v5" environments.
+    """Emulation settings, which define what a step and an episode are. The defaults are those of Gymnasium's "v5" environments.
 
     Args:
-        frame_skip: emulated frames per step; a pair (low, high) draws the number from low to high - 1 in each step, as in Gymnasium.
+        frame_skip: emulated frames per step. With a pair (low, high), each step draws a number from low to high - 1, as in Gymnasium.
         repeat_action_probability: the probability that an emulated frame repeats the previous action ("sticky actions").
         max_episode_frames: emulated frames after which an episode is truncated.
         full_action_space: whether all 18 actions are available, rather than the game's minimal set.
         noop_max: a game begins with 1 to `noop_max` no-op frames, drawn at random; 0 for none.
         fire_reset: whether an episode begins with one step of FIRE and one of the next action, in games that need FIRE to begin.
-        clip_rewards: whether rewards are reduced to their sign.
-        episodic_life: whether the loss of a life ends the episode. The next episode continues the game.
+        clip_rewards: whether rewards are clipped to their sign.
+        episodic_life: whether the loss of a life ends the episode. The next episode then continues the game.
 
     Raises:
         ValueError: a number is out of range.

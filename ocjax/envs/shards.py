@@ -57,7 +57,7 @@ def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
 class Shard:
     """The state of one block of environments, which is extracted as soon as their workers have finished the step.
 
-    A step makes new shards, which take the place of the old ones together at its end: one that is interrupted can be repeated.
+    A step makes new shards, which replace all the old ones at once at its end, so an interrupted step can be repeated.
     """
 
     rows: slice  # of all environments

@@ -39,7 +39,7 @@ class ObjectEnv(gym.Env):
 
         Args:
             seed: a number >= 0; None continues with the present random state.
-            options: there are none.
+            options: None; a single environment has no options.
 
         Returns:
             The observation and `info`.
@@ -76,7 +76,7 @@ class ObjectEnv(gym.Env):
 
     @property
     def objects(self) -> list[GameObject]:
-        """The objects, as users of OCAtari know them: from RAM, or in mode "vem" from pixels."""
+        """The objects in OCAtari's style, from RAM or, in mode "vem", from pixels."""
         return self.envs.objects(0)
 
     @property

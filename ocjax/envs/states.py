@@ -24,7 +24,7 @@ _HEADER = struct.Struct("<8sHI32s")  # magic, version, bytes of the description,
 
 @dataclasses.dataclass(frozen=True)
 class States:
-    """Saved states of n emulators, from `clone_state`. They can be indexed, written to files, and restored into any pool of the game.
+    """Saved states of n emulators, from `clone_state`. They can be indexed, written to files, and restored in any pool of the game.
 
     Attributes:
         md5: MD5 hash of the game's ROM.
@@ -55,7 +55,7 @@ class States:
         """The inverse of `to_bytes`.
 
         Raises:
-            ValueError: the bytes are not states, are damaged, or come from a version that is not understood.
+            ValueError: the bytes are not saved states, are damaged, or have a version that is not supported.
         """
         if len(data) < _HEADER.size or not data.startswith(_MAGIC):
             raise ValueError(

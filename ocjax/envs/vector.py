@@ -33,10 +33,10 @@ _OVER = "over"  # the name in `States` of whose episode ended
 class ObjectVectorEnv(VectorEnv):
     """N instances of a game whose observations are objects. `make_vec` makes them and explains the options.
 
-    Everything that a step returns belongs to the same instant, the step's last emulated frame. The returned arrays are the caller's to
-    keep. `info` describes the running game: `lives`, `frame_number` (emulated frames), `episode_return` (unclipped) and `episode_length`
-    (agent steps), `reward` (unclipped) if rewards are clipped, and `ram` on request. With same-step autoreset, `final_obs` and
-    `final_info` are those of Gymnasium's vector environments, and `final_info["objects"]` holds the objects of the terminal states.
+    Everything that a step returns describes the step's last emulated frame. The returned arrays are not overwritten by later steps. `info`
+    describes the current game: `lives`, `frame_number` (emulated frames), `episode_return` (unclipped), `episode_length` (agent steps),
+    `reward` (unclipped) if rewards are clipped, and `ram` if `ram_info` is set. With same-step autoreset, `final_obs` and `final_info` are
+    those of Gymnasium's vector environments, and `final_info["objects"]` contains the objects of the terminal states.
 
     Args:
         pool: the emulators.
@@ -102,7 +102,7 @@ class ObjectVectorEnv(VectorEnv):
         return dict(objects) if self.mode == "both" else objects[self.mode]
 
     def objects(self, i: int, method: str | None = None) -> list[GameObject]:
-        """The objects of one environment, as users of OCAtari know them.
+        """The objects of one environment, in OCAtari's style.
 
         Args:
             i: the index of the environment.
@@ -155,7 +155,7 @@ class ObjectVectorEnv(VectorEnv):
         return shard.updated(self._observe(shard.arrays, shard.memory), None if mask is None else mask[shard.rows])
 
     def _observation(self, shards: Sequence[Shard]) -> Any:
-        """The observation of shards. They are computed while others are waited for; nothing is left to compute after the step."""
+        """The observation of shards, after all of them have been computed, so that nothing is left to compute after the step."""
         jax.block_until_ready([shard.carry() for shard in shards])
         return self._assemble([(Observed(s.computed or {}, s.memory, s.objects), s.arrays) for s in shards])
 
@@ -212,10 +212,7 @@ class ObjectVectorEnv(VectorEnv):
 
     @contextmanager
     def _changing(self) -> Iterator[None]:
-        """A call that changes emulators: from its beginning until `_replace`, the shards do not show what the emulators do.
-
-        A call that is refused changes nothing.
-        """
+        """Mark the shards as outdated while a call changes the emulators, until `_replace`. A call that is refused changes nothing."""
         current, self._current = self._current, False
         try:
             yield

@@ -1,4 +1,4 @@
-"""`ocjax ram causes`: set every byte to every value in one state, step, and see which pixels and objects change."""
+"""`ocjax ram causes`: set every byte to every value in one state, step the emulator, and find which pixels and objects change."""
 
 import dataclasses
 from collections.abc import Iterator

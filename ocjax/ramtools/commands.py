@@ -54,11 +54,11 @@ def correlate(
     game_mode: Annotated[int | None, MODE] = None,
     markdown: Annotated[Path | None, MARKDOWN] = None,
 ) -> None:
-    """Find the bytes, nibbles or bits that explain each number of each visible object.
+    """Find the bytes, nibbles or bits that explain the position, size, value and look of each visible object.
 
     Formulas are fitted on half of the episodes and scored on the others.
 
-    For a game without a decoder its vision rules are enough: let decode return empty boxes.
+    The game needs vision rules, but no decoder: its decode function may return empty boxes.
     """
     if target not in ("vem", "sprites"):
         raise typer.BadParameter(f"target must be vem or sprites, got {target!r}")
@@ -84,7 +84,7 @@ def causes(
     out: Annotated[Path | None, typer.Option(help="Picture to write. Default: ocjax-causes-<Game>.png.")] = None,
     markdown: Annotated[Path | None, MARKDOWN] = None,
 ) -> None:
-    """Set each byte to each value in one state, step, and show which pixels and objects change."""
+    """Set each byte to each value in one state, step the emulator, and show which pixels and objects change."""
     with errors_in_one_line():
         game = registry.load(name)
         out = out or Path(f"ocjax-causes-{game.name}.png")
@@ -108,7 +108,7 @@ def residual(
     game_mode: Annotated[int | None, MODE] = None,
     markdown: Annotated[Path | None, MARKDOWN] = None,
 ) -> None:
-    """Search all RAM for what explains the remaining errors of a decoder in one field."""
+    """Search the whole RAM for bits that explain the remaining errors of a decoder in one field."""
     with errors_in_one_line():
         output.check(markdown)
     tape = _tape(what, samples, policy, seed, game_mode)
@@ -135,7 +135,7 @@ def watch(
     in_window: Annotated[bool, typer.Option("--window", help="Use a window instead of the terminal.")] = False,
     frames: Annotated[int | None, typer.Option(min=1, help="Stop after this many frames are shown (terminal only).")] = None,
 ) -> None:
-    """Play with objects, boxes and changing bytes shown live; poke addresses, save and load states."""
+    """Play a game while objects, boxes and changing bytes are shown live; write bytes, save and load the state."""
     with errors_in_one_line():
         session = Session(registry.load(name), policy, seed, game_mode)
     if not in_window:

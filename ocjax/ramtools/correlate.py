@@ -1,4 +1,4 @@
-"""`ocjax ram correlate`: which RAM explains the objects that are seen."""
+"""`ocjax ram correlate`: find the RAM that explains the visible objects."""
 
 import dataclasses
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ TABLE_ROWS = 8  # the longest table reported for a coordinate
 
 @dataclasses.dataclass(frozen=True)
 class Finding:
-    """What explains one field of one object.
+    """The formulas that explain one field of one object.
 
     Args:
         object: name of the object: its category, with its slot where there are several.
@@ -42,7 +42,7 @@ class Finding:
 
 
 def correlate(recording: Recording, target: str = "vem") -> Iterator[Finding]:
-    """Explain everything that is seen on a recording.
+    """Explain the visible objects of a recording by its RAM.
 
     Formulas are fitted on half of the episodes and scored on the others.
 
@@ -51,8 +51,8 @@ def correlate(recording: Recording, target: str = "vem") -> Iterator[Finding]:
         target: "vem" (what the game's vision rules detect) or "sprites" (what the video chip drew).
 
     Yields:
-        What explains each field of each object whose slot is an identity. For other categories, bytes that always are the coordinate of one
-        of their objects.
+        The formulas for each field of each object whose slot is an identity. For other categories, bytes that always equal the coordinate
+        of one of their objects.
 
     Raises:
         ValueError: the target is "sprites" and the recording does not say what the video chip drew.

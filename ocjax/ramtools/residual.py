@@ -1,4 +1,4 @@
-"""`ocjax ram residual`: which RAM explains the remaining errors of a decoder."""
+"""`ocjax ram residual`: find the RAM that explains the remaining errors of a decoder."""
 
 import dataclasses
 
@@ -27,7 +27,7 @@ class Bit:
 
 @dataclasses.dataclass(frozen=True)
 class Residual:
-    """What is left of a decoder's errors in one field, and what explains it.
+    """The remaining errors of a decoder in one field, and the RAM that explains them.
 
     Args:
         samples: number of matched objects.

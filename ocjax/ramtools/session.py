@@ -1,4 +1,4 @@
-"""`ocjax ram watch`: a game that is watched, with its objects and changing bytes, and what keys do to it."""
+"""`ocjax ram watch`: the state of a watched game, its objects and changed bytes, and the effects of keys."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -26,7 +26,7 @@ FRAMES_PER_SHOWN = 2  # the console draws 60 frames a second
 
 
 class Session:
-    """One emulator that is watched: its screen, objects and RAM, which bytes changed lately, and a message.
+    """A watched emulator: its screen, objects and RAM, the bytes that changed recently, and a message.
 
     Keys are single characters, or a terminal's sequences for arrows.
 

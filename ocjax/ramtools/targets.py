@@ -1,4 +1,4 @@
-"""What the searches explain: the numbers of objects that are seen, by VEM or by the video chip."""
+"""The targets of the searches: the numbers of objects that VEM detects or that the video chip draws."""
 
 import dataclasses
 from collections import Counter

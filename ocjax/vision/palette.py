@@ -38,7 +38,7 @@ _MULTIPLIER, _SHIFT = 0x67ABF389, 22
 
 
 class PaletteError(ValueError):
-    """An RGB frame holds colours that the console cannot draw (it was max-pooled, resized or lossily compressed)."""
+    """An RGB frame contains colours that the console cannot draw, because it was max-pooled, resized or lossily compressed."""
 
 
 def _hash(red, green, blue):  # noqa: ANN001, ANN202  # uint32 scalars or arrays of numpy or jax
@@ -47,7 +47,7 @@ def _hash(red, green, blue):  # noqa: ANN001, ANN202  # uint32 scalars or arrays
 
 @functools.cache
 def _hash_table() -> np.ndarray:
-    """The palette index at each hash; where no colour hashes to, index 0."""
+    """The palette index at each hash; 0 for hashes that no colour has."""
     r, g, b = NTSC[::2].astype(np.uint32).T
     slots = _hash(r, g, b)
     assert len(np.unique(slots)) == len(slots), "the hash of the palette has collisions"

@@ -1,9 +1,9 @@
 """Entry point of a worker process: `python -P __main__.py SOCKET_FD MEMORY_FD PARENT_PID MODULE_PATH`; it inherits both file descriptors.
 
-MODULE_PATH is the parent's `sys.path` as JSON, so that hooks find their modules. Importing this package as `ocjax.envs._worker` would
-import JAX, whose start-up time and memory a worker does not need. The file therefore imports the package by its location, as top-level
-`_worker`, and all modules of the package import each other relatively. The folder around it never gets onto the path, where its
-`envpool.py` would be found in place of envpool.
+MODULE_PATH is the parent's `sys.path` as JSON, so that hooks can import their modules. Importing this package as `ocjax.envs._worker`
+would also import JAX, which takes start-up time and memory, and a worker does not need it. This file therefore imports the package by its
+location, as the top-level package `_worker`, and the modules of the package import each other relatively. The parent folder is never on
+the path, because its `envpool.py` would shadow the package envpool.
 """
 
 import importlib.util
