@@ -6,12 +6,14 @@ An enemy stays valid while it explodes and is not valid while its level hides it
 ship opens its bay to set off an enemy, the bay is part of its box. The ground's line is scenery.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (positions, flags), and the ROM's code. Positions are
-in the chip's coding. What moves in the overscan (shots, cannon) lags behind the RAM on the screen.
-A row without enemies takes a line less, an explosion one more.
+in the chip's coding. What moves in the overscan (shots, cannon) lags behind the RAM on the screen;
+the last return address on the stack tells which of them the program has just moved or fired. A row
+without enemies takes a line less, an explosion one more.
 
 Covered: levels 1 to 24 (four kinds of enemies and of their shots), splits, explosions, deaths,
-overheating, game over. Not in RAM: which way the cannon has just moved (two pixels), a shot on the
-frame on which it ends, the heat on the frame on which it changes.
+overheating, game over. The gauge is not valid before a new game gives it a colour. Not in
+RAM: a shot on the frame on which it hits, the heat on the frame on which it changes, the mother
+ship's row on the frame on which its bay opens.
 """
 
 import functools
@@ -24,7 +26,7 @@ from ocjax.boxes import Box, box
 from ocjax.console import COARSE, packed_position
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
-from ocjax.ops import pick
+from ocjax.ops import mod, pick
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Rom
 from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge
@@ -36,7 +38,11 @@ NO_CANNON, SMALL_CANNON = 0xFD, 0xFFE2  # page of the empty picture; pointer to 
 SHORT_BEAMS, TALL_BEAMS, FIREBALLS, LOW_FIREBALLS = range(4)  # levels, by the enemies' shots
 SIDE_SHOT = 88  # `side_shot` while it is drawn
 LEFTWARDS, RIGHTWARDS = 1, 2
+# `last_call`: what the program did last of all after it had drawn the frame
+CANNON_LEFT, CANNON_RIGHT, FIRED_LEFT, FIRED_RIGHT = 0xF7BC, 0xF7A8, 0xF786, 0xF771
+LEFT_END, RIGHT_END, SIDE_STEP = 0x20, 0xB5, 3  # of a shot to the side, in steps
 HIT_SOUND = 29  # on the frame of a hit, which still shows the enemy whole
+BAY_SOUND_END = 23  # on the frame on which the bay closes, which still shows it
 
 ROW, RIGHT_HALF = np.arange(6) >> 1, (np.arange(6) & 1) == 1  # of the enemies' slots
 HALF_BIT = np.where(RIGHT_HALF, 1, 2)
@@ -60,6 +66,7 @@ class Ram(RamMap):
     roll_x = byte(17)  # x + 22 of fireballs, in the chip's coding
     side_x = byte(18)  # x + 23 of the shot to the side, in the chip's coding; already moved on
     beam_x = byte(19)  # x + 23 of beams, in the chip's coding
+    heat_color = byte(21)
     rolls = bits(22, first=7)  # a fireball rolls along the ground
     side_shot = byte(24)
     side_way = bits(26, first=6, count=2)
@@ -88,6 +95,7 @@ class Ram(RamMap):
     blast_halves = bits(106, first=6, count=2)  # 2 left, 1 right
     open_time = byte(107)
     beam_y = byte(110)  # lines
+    last_call = byte((127, 126))  # return address, below the end of the stack
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -104,18 +112,20 @@ def decode(m: Ram) -> dict[str, Box]:
             FONT, m.score, right=103, top=2, digits=6, leading_zeros=True, value=m.score
         ),
         "Lives": box(15 + 16 * i3, 192, 8, 8, i3 < m.lives - 1),
-        "Health": box(96, 192, 4 * heat, 8, value=heat),
+        "Health": box(96, 192, 4 * heat, 8, m.heat_color > 0, value=heat),
     }
 
 
 def _cannon(m: Ram) -> Box:
     small = m.picture == SMALL_CANNON
-    x = packed_position(m.x) - 22 + jnp.where(small, 2, 0)
+    back = jnp.where(m.last_call == CANNON_RIGHT, -2, jnp.where(m.last_call == CANNON_LEFT, 2, 0))
+    x = packed_position(m.x) - 22 + back + jnp.where(small, 2, 0)
     return box(x, 178, jnp.where(small, 4, 8), 8, m.picture >> 8 != NO_CANNON)
 
 
 def _mother_ship(m: Ram) -> Box:
-    has_bay = (m.opens == 1) & (m.open_time > 0)
+    has_closed = (m.opens == 0) & (m.open_time == 0) & (m.sound == BAY_SOUND_END)
+    has_bay = ((m.opens == 1) & (m.open_time > 0)) | has_closed
     has_opened = (m.opens == 1) & (m.open_time == 0)
     y = 15 + jnp.where(has_opened, 3, m.ship_y)
     return box(packed_position(m.ship_x) - 21, y, 32, jnp.where(has_bay, 21, 16))
@@ -196,9 +206,17 @@ def _missile(m: Ram) -> Box:
 
 
 def _side_shot(m: Ram) -> Box:
-    """The cannon's shot to the side, before its last step; steps are 16 for 15 pixels."""
-    back = jnp.where(m.side_way == RIGHTWARDS, -3, jnp.where(m.side_way == LEFTWARDS, 3, 0))
-    steps = 16 * (m.side_x & 15) + (m.side_x >> 4 ^ 7) + back
+    """The cannon's shot to the side, before its last step; steps are 16 for 15 pixels.
+
+    A shot that is drawn while another was just fired has reached its end, the new one's way.
+    """
+    steps = 16 * (m.side_x & 15) + (m.side_x >> 4 ^ 7)
+    right_end = RIGHT_END - mod(RIGHT_END - steps, SIDE_STEP)
+    left_end = LEFT_END + mod(steps - LEFT_END, SIDE_STEP)
+    before_right = jnp.where(m.last_call == FIRED_RIGHT, right_end, steps - SIDE_STEP)
+    before_left = jnp.where(m.last_call == FIRED_LEFT, left_end, steps + SIDE_STEP)
+    steps = jnp.where(m.side_way == RIGHTWARDS, before_right, steps)
+    steps = jnp.where(m.side_way == LEFTWARDS, before_left, steps)
     x = COARSE * (steps >> 4 & 15) + (steps & 15)
     return box(x - 23, 181, 4, 2, m.side_shot == SIDE_SHOT)
 
