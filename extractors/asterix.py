@@ -10,10 +10,10 @@ each lane it counts a pointer down through the picture, one a row, so that after
 pointers tell which pictures were drawn. The sizes of the pictures are read from the ROM.
 
 Covered: all stages and things, both heroes, deaths (the hero is twice as wide), up to eight lives
-(three icons at most), the picture of Obelix, the end of the game and the first frame, which is
-empty. There is one mode and one difficulty. The last life has no icon, so Lives is not shown then.
-VEM has Reward and Consumable in raster order. It finds helmets and lamps a column or a row too
-small, because one of their rows has another object's colour.
+(three icons at most), the picture of Obelix, the end of the game and its first two frames: one is
+empty, one shows neither hero nor icons. There is one mode and one difficulty. The last life has no
+icon, so Lives is not shown then. VEM has Reward and Consumable in raster order. It finds helmets
+and lamps a column or a row too small, because one of their rows has another object's colour.
 """
 
 import functools
@@ -38,6 +38,8 @@ PITCH = 12  # bytes from one picture to the next; a zero byte ends each of them
 REWARDS, FOODS, LYRES = range(1, 7), range(9, 17), range(17, 19)
 OBELIX = 36  # `hero`, or more
 STAGE = 0  # `screen`
+FIRST_FRAME = 1  # `frame`
+ENTRANCES = np.array((4, 145) * 4)  # `lane_x` of the things with which a game begins
 WIDE = range(79, 126)  # `death` while the hero is drawn twice as wide
 
 YELLOW, PINK, REWARD = 24, 74, 8
@@ -61,7 +63,9 @@ def _pictures(kinds: range) -> Pictures:
 
 class Ram(RamMap):
     screen = byte(6)  # what fills it: the stage, or the picture of Obelix
+    frame = byte(7)  # 1 to 128
     # Pointers into pictures, multiples of 12 where a picture was drawn, 11 more where none was.
+    icon = byte(9)  # of a life; the same pictures as the hero's
     hero = byte(10)  # 0 and 12: Asterix; 36 and 48: Obelix
     picture = byte(*range(18, 10, -1))  # of the lanes, top lane first; 11: nothing
     y = byte(40)  # of the hero, 151 - y
@@ -74,13 +78,14 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     drawn = _drawn(m)
+    hero_drawn = drawn & ~_begins(m)
     return {
-        "Player": _hero(m).where(drawn),
+        "Player": _hero(m).where(hero_drawn),
         "Enemy": _things(m, LYRES).where(drawn),
         "Consumable": _things(m, FOODS).where(drawn),
         "Reward": _things(m, REWARDS).where(drawn),
         "Score": _score(m).where(drawn),
-        "Lives": _lives(m).where(drawn),
+        "Lives": _lives(m).where(hero_drawn),
     }
 
 
@@ -96,13 +101,18 @@ def _drawn(m: Ram) -> jax.Array:
     return (m.screen == STAGE) & (m.picture[0] != 0) & (m.hero & 3 == 0)
 
 
-def _margin(m: Ram) -> jax.Array:
-    """Empty columns on both sides of the hero's picture."""
-    return jnp.where(m.hero >= OBELIX, 1, 0)
+def _begins(m: Ram) -> jax.Array:
+    """Whether this is the first frame that shows the stage, still without hero and icons."""
+    return (m.frame == FIRST_FRAME) & jnp.all(m.lane_x == ENTRANCES)
+
+
+def _margin(picture: jax.Array) -> jax.Array:
+    """Empty columns on both sides of a hero's picture."""
+    return jnp.where(picture >= OBELIX, 1, 0)
 
 
 def _hero(m: Ram) -> Box:
-    wide, margin = among(m.death, WIDE), _margin(m)
+    wide, margin = among(m.death, WIDE), _margin(m.hero)
     left = jnp.where(wide, 2 * margin + 1, margin)  # the chip draws wide players a pixel later
     width = 8 - 2 * margin
     return box(m.x + left, 151 - m.y, jnp.where(wide, 2 * width, width), ROWS)
@@ -114,7 +124,7 @@ def _score(m: Ram) -> Box:
 
 def _lives(m: Ram) -> Box:
     """The hero's icons; the life in play has none."""
-    icons, margin = jnp.clip(m.lives - 1, 0, ICONS), _margin(m)
+    icons, margin = jnp.clip(m.lives - 1, 0, ICONS), _margin(m.icon)
     width = ICON_PITCH * (icons - 1) + ICON - 2 * margin
     return box(60 + margin, 169, width, ROWS, icons > 0, value=m.lives)
 
