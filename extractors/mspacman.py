@@ -3,17 +3,17 @@
 Score, lives and the level's fruit stand below. The walls, all other pixels in the pills' colour,
 are scenery. A slot of Pill is a place that has a pill in any of the four mazes. Ghosts on the same
 rows share a sprite and are drawn in turn, as are fruit and player; of the power pills the left and
-the right ones are drawn for eight frames each.
+the right ones are drawn for eight frames each. The `value` of Score is the emulator's: the extra
+life at 10,000 points is a 1 in the last digit, which the screen shows as 0.
 
 RAM: OCAtari, AtariARI and ALE; the rest was read from the ROM. The screen shows the positions from
 before the frame's last move, so `decode` takes that move back. The RAM has a bit for every place of
 every row, the same in all mazes; where the maze has a wall, the bit says nothing.
 
-Covered: four mazes, seven fruits, modes 0 to 3 (four, one, two, three ghosts; in modes 1 to 3 the
-icons below say so), start, deaths, pen, tunnels (the larger part of whoever is cut in two there),
-game over. Not in RAM: which way somebody came around a corner or to a wall, and when a slower
-stretch after a pill ends. One frame in twenty is a pixel or two off for the player, one or two in a
-hundred for a ghost.
+Covered: four mazes, seven fruits, modes 0 to 3 (four, one, two, three ghosts), start, deaths, pen,
+tunnels (the larger part of whoever is cut in two), game over. Not in RAM: which way somebody came
+around a corner or to a wall, when a slower stretch after a pill ends, where a life ended on the one
+frame on which the next begins. The player is 1-2 pixels off in 5 % of frames, a ghost in 1-2 %.
 """
 
 import functools
@@ -39,6 +39,7 @@ FIRST_FRUIT = 12
 UP, RIGHT, DOWN, LEFT = range(4)  # ways
 EYES, EYES_ENTER_PEN, IN_PEN = 4, 6, 7  # modes of a ghost
 MOVES = 255  # `event` while everything moves
+NEW_LIFE = 35  # `event` from the start of another life or level on
 DYING = range(0x4E, 0x80)  # `event` while the player turns around
 SLOWED = 2  # `chews` of the player after a pill; 3 on the frame on which it was eaten
 
@@ -73,7 +74,7 @@ PEN_LEFT, PEN_MIDDLE, PEN_RIGHT, PEN_TOP, PEN_BOTTOM = 0x52, 0x58, 0x5E, 0x42, 0
 
 MAZES, GHOSTS, SCARED, ENDING = (74, 138, 8, 214), (38, 184, 88, 70), 150, 12  # colours
 FRUITS = (68, 68, 54, 22, 68, 214, 40)
-PLAYER, LIFE, SCORE, FIELD = 42, 24, 40, (0, 2, 160, 171)
+PLAYER, LIFE, SCORE, FIELD, ICON_FIELD = 42, 24, 40, (0, 2, 160, 171), (100, 172, 160, 184)
 COLUMNS = (*range(8, 80, 8), *range(84, 156, 8))
 PILL_X = tuple(COLUMNS[column] for _, column in np.argwhere(USED).tolist())
 PILL_Y = tuple(7 + 12 * row for row, _ in np.argwhere(USED).tolist())
@@ -107,6 +108,7 @@ class Ram(RamMap):
     scare = byte(116)  # time left
     power = bits(117, first=2, count=4)
     fruit_phase = bits(118, first=3, count=3)
+    eaten = byte(119)  # pills, in this maze
     score = bcd((122, 121, 120))  # its last digit, shown as 0: the extra life was given
     lives = bits(123, count=3)  # without the last one
     icons = bits(123, count=2)
@@ -114,17 +116,17 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    playing = m.demo == 0
-    i3, i4 = np.arange(3), np.arange(4)
-    maze_rgb = palette_rgb(m.maze, MAZES)
+    playing, i3 = m.demo == 0, np.arange(3)
+    fruits, maze_rgb = _fruits(m), palette_rgb(m.maze, MAZES)
     icons = (m.ghosts >= i3) & (m.ghosts < 3)
-    power = playing & ((m.power >> i4 & 1) == 1)
+    power = playing & ((m.power >> np.arange(4) & 1) == 1)
     return {
         "Player": _player(m),
         "Ghost": _ghosts(m),
         "PowerPill": box(np.array(POWER_X), np.array(POWER_Y), 4, 7, power, rgb=maze_rgb),
         "Pill": box(np.array(PILL_X), np.array(PILL_Y), 4, 2, _pills(m) & playing, rgb=maze_rgb),
-        "Fruit": _fruits(m),
+        "Fruit": fruits[:1],
+        "FruitIcon": fruits[1:],
         "GhostIcon": box(138 - 15 * m.ghosts + 16 * i3, 173, 8, 10, icons),
         "Score": score_box(FONT, m.score, right=103, top=187, digits=6, value=m.score),
         "Life": box(12, 173, 16 * m.icons - 9, 10, m.icons > 0, value=m.lives + 1),
@@ -132,17 +134,15 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _player(m: Ram) -> Box:
-    last = m.frame - 1
+    last, dying = m.frame - 1, _dying(m)
     chew = pick(last >> 2 & 3, (0, 1, 2, 1))
-    dying = _dying(m)
     picture = 3 * jnp.where(dying, last >> 3 & 3, m.way) + jnp.where(dying, 1, chew)
     x, y = _player_before(m)
     return _picture(picture, larger_part(x - 12, 8), y + 1, orientation=4 * m.way)
 
 
 def _ghosts(m: Ram) -> Box:
-    number = np.arange(4)
-    x, y = _ghosts_before(m)
+    number, (x, y) = np.arange(4), _ghosts_before(m)
     eyes = (m.ghost_scared == 0) & ((m.ghost_mode == EYES) | (m.ghost_mode == EYES_ENTER_PEN))
     # The first row of the eyes is empty; that of a ghost is not drawn on the places' own lines.
     late = jnp.where(eyes | (mod(y, 12) == 0), 1, 0)
@@ -179,8 +179,10 @@ def _picture(index: jax.Array, x: jax.Array, y: jax.Array, **fields: Any) -> Box
 
 
 def _dying(m: Ram) -> jax.Array:
-    event = m.event - jnp.where((m.frame & 7) == 0, 1, 0)
-    return among(event, DYING)
+    """Whether the player turns around; as the next life begins, the frame still shows that."""
+    phase = m.frame & 7
+    reborn = (m.event == NEW_LIFE) & (phase == 1) & (m.eaten > 0)
+    return among(m.event - jnp.where(phase == 0, 1, 0), DYING) | reborn
 
 
 def _moving(m: Ram) -> jax.Array:
@@ -195,8 +197,8 @@ def _step(way: jax.Array) -> tuple[jax.Array, jax.Array]:
 
 def _player_before(m: Ram) -> tuple[jax.Array, jax.Array]:
     """The player moves on even frames unless a wall is ahead."""
-    dx, dy = _step(m.way)
-    sideways, moves = m.way & 1, _moving(m) & ((m.frame & 1) == 0) & ~_stands(m)
+    (dx, dy), sideways = _step(m.way), m.way & 1
+    moves = _moving(m) & ((m.frame & 1) == 0) & ~_stands(m)
     steps = jnp.where((m.frame & 2) > 0, 2 - sideways, jnp.where(m.chews == SLOWED, 1, 2))
     steps = jnp.where(moves, steps, 0)
     return m.x - steps * dx, m.y - steps * dy
@@ -218,9 +220,8 @@ def _stands(m: Ram) -> jax.Array:
 def _ghosts_before(m: Ram) -> tuple[jax.Array, jax.Array]:
     """Ghosts move on odd frames, one or two pixels."""
     steps = _ghost_steps(m)
-    way_x, way_y = _step(m.ghost_way)
+    (way_x, way_y), x, y = _step(m.ghost_way), m.ghost_x, m.ghost_y
     in_pen, enters = m.ghost_mode == IN_PEN, m.ghost_mode == EYES_ENTER_PEN
-    x, y = m.ghost_x, m.ghost_y
     for n in (1, 2):
         pen_x, pen_y = _pen_step(x, y, m.ghost_leaves == 1)
         dx = jnp.where(in_pen, pen_x, jnp.where(enters, 0, way_x))
@@ -231,8 +232,7 @@ def _ghosts_before(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 
 def _ghost_steps(m: Ram) -> jax.Array:
-    number = np.arange(4)
-    sideways, scared = (m.ghost_way & 1) == 1, m.ghost_scared == 1
+    number, sideways, scared = np.arange(4), (m.ghost_way & 1) == 1, m.ghost_scared == 1
     second = (SECOND_STEPS >> (m.frame & 14) & 1) > 0
     second = second | (~sideways & (((m.frame + number) & 2) > 0)) | (m.ghost_mode == EYES)
     steps = jnp.where(second & ~scared, 2, 1)
@@ -246,8 +246,7 @@ def _ghost_steps(m: Ram) -> jax.Array:
 
 def _pen_step(x: jax.Array, y: jax.Array, leaves: jax.Array) -> tuple[jax.Array, jax.Array]:
     """The last step of a ghost in the pen: round against the clock, or out by the middle."""
-    left = (x == PEN_LEFT) & (y > PEN_TOP)
-    bottom = (y == PEN_BOTTOM) & (x > PEN_LEFT)
+    left, bottom = (x == PEN_LEFT) & (y > PEN_TOP), (y == PEN_BOTTOM) & (x > PEN_LEFT)
     right = (x == PEN_RIGHT) & (y < PEN_BOTTOM)
     up = jnp.where(leaves, y < PEN_TOP, right)
     around_x = jnp.where(left, 0, jnp.where(bottom, 1, -1))
@@ -276,8 +275,8 @@ sprites = functools.partial(Blobs, min_size=(4, 5), max_size=(8, 10))
 GHOST_RULE = sprites((*GHOSTS, SCARED, ENDING), FIELD, gap=(2, 0))
 POWER_RULE = Cells(MAZES, POWER_X, POWER_Y, 4, 7, margin=(2, 0))
 PILL_RULE = Cells(MAZES, PILL_X, PILL_Y, 4, 2, whole=False, margin=(2, 1))
-FRUIT_RULE = Blobs((68, 54, 22, 214, 40), (0, 2, 160, 184), min_size=(5, 8), max_size=(8, 10))
-ICONS = sprites(GHOSTS[0], (100, 172, 160, 184))
+fruit_in = functools.partial(Blobs, (68, 54, 22, 214, 40), min_size=(5, 8), max_size=(8, 10))
+ICONS = sprites(GHOSTS[0], ICON_FIELD)
 POINTS = Bounds(SCORE, (48, 186, 104, 195), value=Digits(FONT, range(55, 103, 8), 187))
 LIVES = Bounds(LIFE, (0, 172, 100, 184), value=Gauge(16, 7, 2))
 
@@ -292,7 +291,8 @@ GAME = Game(
         Category("Ghost", GHOST_RULE, count=4, doc="orange, cyan, pink, red"),
         Category("PowerPill", POWER_RULE, count=4, blinks=True, doc="two right, two left"),
         Category("Pill", PILL_RULE, count=len(PILL_X), doc="places of all mazes"),
-        Category("Fruit", FRUIT_RULE, count=2, doc="in the maze; the level's, below"),
+        Category("Fruit", fruit_in(FIELD), doc="in the maze"),
+        Category("FruitIcon", fruit_in(ICON_FIELD), hud=True, doc="the level's, below"),
         Category("GhostIcon", ICONS, count=3, hud=True, doc="as many as ghosts, in modes 1 to 3"),
         Category("Score", POINTS, hud=True, attributes=("value",), doc="points"),
         Category("Life", LIVES, hud=True, attributes=("value",), doc="all icons; value: lives"),
