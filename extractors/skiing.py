@@ -4,10 +4,11 @@ The gates to go and the clock stand above. Slots are the game's eight records: t
 left and the right flag of each), two moguls, four trees. After the last gate one gate's record is a
 mogul (the third slot); in downhill games the gates' records are trees (the last two slots). The
 `orientation` of the player is where the skis point, compass point 12 (west) over 8 (straight down)
-to 4 (east), from the game's 16 headings. The `value` of Score is the sum of the emulator's rewards,
-minus the hundredths of a second so far (the emulator ends a run with five seconds for every gate
-missed, as the game's clock does); that of Clock is the hundredths; that of Player is the gates to
-go, the number that Score's digits show. The black frame and the maker's name are scenery.
+to 4 (east), from the game's 16 headings. The upper number is two objects: Gates, whose `value` is
+what it shows, and Score, the name that OCAtari gives it, whose `value` is the sum of the emulator's
+rewards: minus the hundredths of a second so far (the emulator ends a run with five seconds for
+every gate missed, as the game's clock does). That of Clock is the hundredths that it shows; Score
+is a step ahead, as the reward is. The black frame and the maker's name are scenery.
 
 RAM: ALE's source, OCAtari 2.2, AtariARI, and the game's display program. The records go round: the
 list in RAM moves up by one with every shift, which byte 16 counts. The frame shows the state before
@@ -43,6 +44,7 @@ SKIING, ENDED = 0, 255  # `state`
 EVENT = 224  # `event` on the frame of a crash or of a passed gate
 GATE, MOGUL, TREE = range(3)  # what a record shows
 LAST_GATE = 4  # kind of a record
+FRAME_TIME = 0xAA  # of a frame's 1 2/3 hundredths, the part behind the point, of 256
 MIRRORED = 4  # kind, or more, of a record whose x counts from the right border
 NO_OBJECT = 32  # `last_row`, or more
 WIDE_TREE = 16  # rows at the foot of a tree that are drawn twice as wide as the rows above
@@ -109,6 +111,7 @@ class Ram(RamMap):
     state = byte(17)
     x = byte(25)  # x - 1; already moved
     y = byte(26)  # 120; 124 in a jump
+    fraction = byte(29)  # of the clock's hundredths, of 256
     last_row = byte(*range(54, 62))  # of the picture that shows; 255: none
     object_x = byte(*range(62, 70))
     kind = byte(*range(78, 86))
@@ -123,17 +126,20 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     objects = _objects(m)
-    minutes = div(m.time, 10000)
-    hundredths = m.time - 4000 * minutes
+    hundredths = m.time - 4000 * div(m.time, 10000)
+    latest = jnp.where(m.fraction < FRAME_TIME, 2, 1)  # hundredths since the frame was drawn
+    shown = jnp.where(m.state == SKIING, jnp.maximum(hundredths - latest, 0), hundredths)
     shown_late = (m.event == EVENT) & (m.crashed == 0)
     gates = m.gates + jnp.where(shown_late, 1, 0)
+    number = functools.partial(score_box, FONT, gates, right=81, top=6, digits=2)
     return {
         "Player": _player(m),
         "Flag": objects[:4],
         "Mogul": objects[4:7],
         "Tree": objects[7:],
-        "Score": score_box(FONT, gates, right=81, top=6, digits=2, value=-hundredths),
-        "Clock": box(59, 16, 38, 7, value=hundredths),
+        "Score": number(value=-hundredths),
+        "Gates": number(value=gates),
+        "Clock": box(59, 16, 38, 7, value=shown),
     }
 
 
@@ -155,7 +161,7 @@ def _player(m: Ram) -> Box:
     y = 159 - m.y + pick(pose, (0, 1, 1, 2, 5))
     compass = 12 - ((m.heading + 1) >> 1)
     height = pick(pose, (16, 15, 18, 18, 15))
-    return box(x, y, width, height, value=m.gates, orientation=compass)
+    return box(x, y, width, height, orientation=compass)
 
 
 def _pose(m: Ram) -> jax.Array:
@@ -217,9 +223,12 @@ display = functools.partial(Category, hud=True, attributes=("value",))
 FLAG = Blobs((BLUE, RED), FIELD, gap=(4, 8), max_size=(5, 14))
 BUMP = Blobs(GRAYS, FIELD, gap=(8, 4), max_size=(16, 6))
 TREES = Blobs(GREENS, FIELD, gap=(8, 4), max_size=(16, 30))
-SCORE = Bounds(BLACK, (20, 4, 140, 14))
-TIME = Digits(FONT, (59, 68, 75, 84, 91), 16, weights=(6000, 1000, 100, 10, 1))
-CLOCK = Bounds(BLACK, (20, 14, 140, 26), value=TIME)
+UNITS = (6000, 1000, 100, 10, 1)  # hundredths of a 1 in each of the clock's digits
+read_clock = functools.partial(Digits, FONT, (59, 68, 75, 84, 91), 16)
+gates_number = functools.partial(Bounds, BLACK, (20, 4, 140, 14))
+SCORE = gates_number(value=read_clock(weights=tuple(-unit for unit in UNITS)))
+GATES = gates_number(value=Digits(FONT, (67, 75), 6))
+CLOCK = Bounds(BLACK, (20, 14, 140, 26), value=read_clock(weights=UNITS))
 
 GAME = Game(
     name="Skiing",
@@ -231,13 +240,14 @@ GAME = Game(
         Category(
             "Player",
             Bounds(PINK, FIELD),
-            attributes=("orientation", "value"),
-            doc="12 west, 8 down, 4 east; value: gates to go",
+            attributes=("orientation",),
+            doc="12 west, 8 down, 4 east",
         ),
         Category("Flag", FLAG, count=4, doc="left and right one of two gates"),
         Category("Mogul", BUMP, count=3, doc="bump in the snow"),
         Category("Tree", TREES, count=6, doc="two more in downhill games"),
-        display("Score", SCORE, doc="gates to go; value: minus the hundredths"),
+        display("Score", SCORE, doc="gates to go; value: the rewards, minus the hundredths"),
+        display("Gates", GATES, doc="gates to go"),
         display("Clock", CLOCK, doc="hundredths of a second"),
     ),
 )
