@@ -30,10 +30,10 @@ from ocjax.boxes import Box, box, choose
 from ocjax.console import packed_position, position
 from ocjax.digits import Digits
 from ocjax.game import Game
-from ocjax.ops import pick, shared
+from ocjax.ops import among, pick, shared
 from ocjax.ram import RamMap, bits, byte
 from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge
+from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, display
 
 ROM = Rom("alien", "f1a0a23e6464d954e3a9579c4ccd01c8")
 FONT = ROM.font(0x1, rows=7, stride=8, dots=7)
@@ -163,10 +163,6 @@ def _player(m: Ram, x: jax.Array) -> Box:
     return box(x + inset, top, 8 - 2 * inset, height)
 
 
-def _one_of(picture: jax.Array, pictures: tuple[int, ...]) -> jax.Array:
-    return sum((picture == p for p in pictures), jnp.zeros_like(picture, bool))
-
-
 def _aliens(m: Ram, x: jax.Array) -> Box:
     # Without `shared`, here and in `_pairs`, REM takes 0.31 instead of 0.23 us a state.
     three, pairs = shared(_three(m, x)), _pairs(m)
@@ -181,7 +177,7 @@ def _three(m: Ram, x: jax.Array) -> tuple[jax.Array, ...]:
     for picture, (columns, rows) in ALIEN_SIZES.items():
         inset = jnp.where(m.pictures == picture, columns, inset)
         height = jnp.where(m.pictures == picture, rows, height)
-    walks = _one_of(m.pictures, ALIEN_WALKS)
+    walks = among(m.pictures, ALIEN_WALKS)
     narrow = walks & _narrow(m)
     left = jnp.where(narrow, 1 - m.turned[:3], inset)
     width = jnp.where(narrow, 7, 8 - 2 * inset)
@@ -269,7 +265,7 @@ GAME = Game(
         Category("Flame", FLAME, doc="of the flame-thrower"),
         Category("Rocket", ROCKET, doc="bonus"),
         Category("Egg", EGGS, count=len(EGG_X), doc="what is left of them"),
-        Category("Score", SCORE, attributes=("value",), hud=True, doc="points"),
-        Category("Life", LIVES, attributes=("value",), hud=True, doc="lives"),
+        display("Score", SCORE, doc="points"),
+        display("Life", LIVES, doc="lives"),
     ),
 )

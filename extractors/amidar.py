@@ -40,7 +40,7 @@ from ocjax.game import Game
 from ocjax.ops import div, mod, pick, shared
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, Gauge
+from ocjax.rules import Blobs, Bounds, Category, Gauge, display
 
 ROM = Rom("amidar", "acb7750b4d0c4bd34969802a7deb2990")
 FONT = ROM.font(0xA13, rows=7, stride=8, dots=7)
@@ -287,7 +287,7 @@ GAME = Game(
         others("Pig", walkers(RED), doc="even levels"),
         others("Shadow", SHADOWS, doc="black on the maze"),
         others("Chicken", CHICKENS, doc="to be caught"),
-        Category("Score", SCORE, attributes=("value",), hud=True, doc="points"),
-        Category("Life", LIVES, attributes=("value",), hud=True, doc="lives left"),
+        display("Score", SCORE, doc="points"),
+        display("Life", LIVES, doc="lives left"),
     ),
 )

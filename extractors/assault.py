@@ -16,8 +16,6 @@ RAM: a shot on the frame on which it hits, the heat on the frame on which it cha
 ship's row on the frame on which its bay opens.
 """
 
-import functools
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -29,7 +27,7 @@ from ocjax.game import Game
 from ocjax.ops import mod, pick
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge
+from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, display
 
 ROM = Rom("assault", "de78b3a064d374390ac0710f95edde92")
 FONT = ROM.font(0xE00, rows=8)
@@ -235,8 +233,6 @@ def _enemy_shot(m: Ram) -> Box:
     return box(x, y, jnp.where(is_beam, 1, 8), height, there).clip(0, 125, 160, 186)
 
 
-display = functools.partial(Category, hud=True)
-
 PLAYER = Blobs(CANNON, GROUND, min_size=(4, 7), max_size=(8, 8))
 ENEMY = Blobs(ENEMIES, ROWS, gap=(4, 0), min_size=(4, 6), max_size=(16, 8))
 MISSILE = Bounds(WHITE, (0, 45, 160, 186))
@@ -263,8 +259,8 @@ GAME = Game(
         Category("PlayerMissileVertical", MISSILE, doc="the cannon's shot up"),
         Category("PlayerMissileHorizontal", SIDE, doc="the cannon's shot to the side"),
         Category("EnemyMissile", Bounds(ENEMY_SHOTS, BELOW), doc="beams, fireballs, rolling ones"),
-        display("PlayerScore", POINTS, attributes=("value",), doc="six digits"),
-        display("Lives", LIVES, count=3, doc="spare cannons"),
-        display("Health", HEALTH, attributes=("value",), doc="heat; value: of 16"),
+        display("PlayerScore", POINTS, doc="six digits"),
+        display("Lives", LIVES, count=3, attributes=(), doc="spare cannons"),
+        display("Health", HEALTH, doc="heat; value: of 16"),
     ),
 )

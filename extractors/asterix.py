@@ -27,7 +27,7 @@ from ocjax.game import Game
 from ocjax.ops import among, div
 from ocjax.ram import RamMap, bcd, byte
 from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, Category, Gauge
+from ocjax.rules import Blobs, Bounds, Category, Gauge, display
 
 ROM = Rom("asterix", "89a68746eff7f266bbf08de2483abe55")
 FONT = ROM.font(0xB01, rows=7, stride=8)
@@ -130,7 +130,6 @@ def _lives(m: Ram) -> Box:
 
 
 thing = functools.partial(Category, count=8)
-display = functools.partial(Category, hud=True, attributes=("value",))
 
 HERO = Blobs(YELLOW, STAGE_AREA, min_size=(5, 9), max_size=(16, ROWS))
 LYRE = Bounds(PINK, tuple((0, y, 160, y + ROWS) for y in TOPS), min_size=(3, 9))

@@ -24,8 +24,6 @@ odd frames, whether a ship that is there again has already been drawn. In a fram
 colour that touch are one object, and VEM does not see parts that are a column wide.
 """
 
-import functools
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -33,10 +31,10 @@ from ocjax.boxes import WIDTH, Box, box
 from ocjax.console import larger_part, wrap
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
-from ocjax.ops import mod, pick, reached
+from ocjax.ops import among, mod, pick, reached
 from ocjax.ram import RamMap, bcd, bits, byte, high, low, signed
 from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category
+from ocjax.rules import Blobs, Bounds, Category, display
 
 ROM = Rom("asteroids", "ccbd36746ed4525821a8083b0d6d2c2c")
 FONT = ROM.font(0xD96, rows=5, dots=3, dot=(4, 2), pitch=16)  # all digits are equally wide
@@ -258,16 +256,10 @@ def _late(m: Ram) -> jax.Array:
     """The step to the right that the first asteroid has made too late to be drawn."""
     speed = jnp.where((m.mode & 1) == 1, m.first_speed, m.first_speed & 7)
     on_low, on_high = (m.clock & 15) == 3, (m.clock >> 4) == 7
-    timed = jnp.where(_one_of(speed, ON_LOW_NIBBLE), on_low, on_high)
-    steps = (m.frame == 1) & (_one_of(speed, ALWAYS) | timed)
+    timed = jnp.where(among(speed, ON_LOW_NIBBLE), on_low, on_high)
+    steps = (m.frame == 1) & (among(speed, ALWAYS) | timed)
     return jnp.where(steps & (np.arange(2 * LIST) == 0), 1 - 2 * m.first_left, 0)
 
-
-def _one_of(speed: jax.Array, speeds: tuple[int, ...]) -> jax.Array:
-    return functools.reduce(jnp.logical_or, [speed == s for s in speeds])
-
-
-number = functools.partial(Category, attributes=("value",), hud=True)
 
 WHOLE_SHIP = Bounds(SHIP, FIELD, min_size=(3, 2), exclude=("PlayerMissile",))
 ROCK_RULE = Blobs(
@@ -300,7 +292,7 @@ GAME = Game(
         ),
         Category("PlayerMissile", SHOTS, count=3, doc="the ship's shots, the saucer's"),
         Category("Saucer", SAUCERS, doc="at difficulty A"),
-        number("PlayerScore", SCORE, doc="points"),
-        number("Lives", LIVES, doc="ships left"),
+        display("PlayerScore", SCORE, doc="points"),
+        display("Lives", LIVES, doc="ships left"),
     ),
 )

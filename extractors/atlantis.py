@@ -29,7 +29,7 @@ from ocjax.game import Game
 from ocjax.ops import lookup, pick
 from ocjax.ram import RamMap, bcd, bits, byte, high, signed
 from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category
+from ocjax.rules import Blobs, Bounds, Category, display
 
 ROM = Rom("atlantis", "9ad36e699ef6f45d9eb6c4cf90475c9f")
 FONT = ROM.font(0xF00, rows=10, dots=7)
@@ -295,6 +295,6 @@ GAME = Game(
         Category("Explosion", Bounds(FIRE, SKY, min_size=(7, 10)), doc="of a bandit bomber"),
         Category("Projectile", SHOTS, count=2, doc="the city's shots"),
         Category("Deathray", RAY, blinks=True, doc="of a ship in the lowest lane"),
-        Category("Score", SCORE, attributes=("value",), hud=True, doc="points"),
+        display("Score", SCORE, doc="points"),
     ),
 )

@@ -30,7 +30,7 @@ from ocjax.game import Game
 from ocjax.ops import div, lookup
 from ocjax.ram import RamMap, bcd, byte
 from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge
+from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, display
 
 ROM = Rom("bank_heist", "00ce0bdd43aed84a983bef38fe7f5ee3")
 DIGIT_AT = (0xF46, 0xF20, 0xF33, 0xF3A, 0xF59, 0xF2D, 0xF52, 0xF1A, 0xF4C, 0xF40)
@@ -179,7 +179,6 @@ def _score(m: Ram) -> Box:
 
 
 three = functools.partial(Category, count=3)
-display = functools.partial(Category, hud=True)
 sprites = functools.partial(Blobs, max_size=(8, 7))
 
 POLICE = sprites(BLUE, STREETS, min_size=(3, 3))
@@ -203,8 +202,8 @@ GAME = Game(
         Category("Dynamite", DYNAMITE, doc="dropped behind the car"),
         three("Points", LOOT, doc="for what was robbed or blown up"),
         three("Explosion", BURST, doc="of a police car"),
-        display("Life", ICONS, count=6, doc="a car each"),
-        display("Gas_Tank", TANK, attributes=("value",), doc="fuel; value: 0-25"),
-        display("Score", SCORE, attributes=("value",), doc="with its $"),
+        display("Life", ICONS, count=6, attributes=(), doc="a car each"),
+        display("Gas_Tank", TANK, doc="fuel; value: 0-25"),
+        display("Score", SCORE, doc="with its $"),
     ),
 )

@@ -29,7 +29,7 @@ from ocjax.game import Game
 from ocjax.ops import lookup, pick, shared
 from ocjax.ram import RamMap, bits, byte, high, low
 from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, Cells
+from ocjax.rules import Blobs, Bounds, Category, Cells, display
 
 ROM = Rom("battle_zone", "41f252a66c6301f1e8ab3612c19bc5d4")
 FONT = ROM.font(0xD00, rows=8, dots=5)
@@ -294,7 +294,7 @@ GAME = Game(
         Category("Shot", Blobs(WHITE, PLAIN, max_size=(8, 4)), count=2, doc="player's, enemy's"),
         Category("Radar", Bounds(GREEN, (74, 3, 96, 36), min_size=(22, 33)), doc="its rim"),
         Category("Radar_Content", CONTENT, count=3, doc="hand and blips"),
-        Category("Score", SCORE, attributes=("value",), hud=True, doc="points"),
-        Category("Life", LIVES, count=5, hud=True, doc="tanks left"),
+        display("Score", SCORE, doc="points"),
+        display("Life", LIVES, count=5, attributes=(), doc="tanks left"),
     ),
 )

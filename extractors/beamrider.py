@@ -27,7 +27,7 @@ from ocjax.game import Game
 from ocjax.ops import among, lookup, reached, shared
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, Cells
+from ocjax.rules import Blobs, Bounds, Category, Cells, display
 
 ROM = Rom("beam_rider", "79ab4123a83dc11d468fb2108ea09e2e")
 FONT = ROM.font(0x3, rows=8)
@@ -264,7 +264,6 @@ def _saucers(m: Ram, drawn: Box, x: jax.Array, y: jax.Array) -> Box:
 
 score = functools.partial(score_box, FONT, right=108, top=10, digits=6, leading_zeros=True)
 amount = functools.partial(score_box, NARROW_FONT, right=31, top=32, digits=2)
-number = functools.partial(Category, hud=True, attributes=("value",))
 SHIP_COLORS = (*range(64, 112, 2), 86, YELLOW)
 SHIP = Blobs(SHIP_COLORS, (0, 164, 160, 180), gap=(4, 2), min_size=(9, 9), max_size=(15, 16))
 DISKS = Blobs((8, 14), (0, 43, 160, 164), max_size=(8, 6))
@@ -292,10 +291,10 @@ GAME = Game(
         Category("Player_Projectile", Blobs(LASER_COLOR, FIELD, max_size=(8, 5)), doc="the laser"),
         Category("Torpedos", Blobs(104, FIELD, min_size=(3, 3), max_size=(5, 5)), doc="flying"),
         Category("Sentinel", PASSING, doc="passes above when no enemies are left"),
-        Category("Torpedos_Available", SPARE_TORPEDOES, count=3, hud=True, doc="left"),
-        number("Enemy_Amount", AMOUNT, doc="enemies left in this sector"),
-        number("HUD", SCORE, doc="the score"),
-        number("Sector", SECTOR, doc="the sector's number"),
-        Category("Life", SPARE_SHIPS, count=13, hud=True, doc="spare ships"),
+        display("Torpedos_Available", SPARE_TORPEDOES, count=3, attributes=(), doc="left"),
+        display("Enemy_Amount", AMOUNT, doc="enemies left in this sector"),
+        display("HUD", SCORE, doc="the score"),
+        display("Sector", SECTOR, doc="the sector's number"),
+        display("Life", SPARE_SHIPS, count=13, attributes=(), doc="spare ships"),
     ),
 )

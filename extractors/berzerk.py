@@ -29,7 +29,7 @@ from ocjax.game import Game
 from ocjax.ops import among, pick
 from ocjax.ram import RamMap, bcd, byte
 from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category
+from ocjax.rules import Blobs, Bounds, Category, display
 
 ROM = Rom("berzerk", "136f75c4dd02c29283752b7e5799f978")
 ZERO, ONE, BLANK, MAN, COPYRIGHT = 0x16, 0x1D, 0x5C, 0x63, 0x6A  # low bytes of glyphs' addresses
@@ -218,7 +218,6 @@ def _men() -> Digits:
 
 
 number = functools.partial(Digits, FONT, top=LINE_TOP, required=True)
-display = functools.partial(Category, hud=True, attributes=("value",))
 
 PLAYER = Blobs(HUMAN, FIELD, gap=(0, 2), min_size=(3, 17), max_size=(9, 26))
 ENEMY = Blobs(ROBOTS, FIELD, min_size=(4, 4), max_size=(12, 20))
@@ -241,7 +240,7 @@ GAME = Game(
         Category("PlayerMissile", SHOT, doc="the human's shot"),
         Category("EnemyMissile", MISSILE, doc="a robot's shot"),
         Category("EvilOtto", OTTO, doc="comes when the human is slow"),
-        Category("Copyright", NOTICE, hud=True, doc="before the first points"),
+        display("Copyright", NOTICE, attributes=(), doc="before the first points"),
         display("PlayerScore", POINTS, blinks=True, doc="hidden between rooms"),
         display("BonusPoints", BONUS, doc="for all robots"),
         display("Lives", Bounds(TEXT, LINE, value=_men()), doc="between rooms"),

@@ -16,8 +16,6 @@ is already set up for the next one, the last one's fallen pins too), where a pin
 left the alley.
 """
 
-import functools
-
 import jax
 import jax.numpy as jnp
 from ocjax.boxes import Box, box
@@ -27,7 +25,7 @@ from ocjax.game import Game
 from ocjax.ops import among, pick
 from ocjax.ram import RamMap, bcd, bits, byte, high, low
 from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category
+from ocjax.rules import Blobs, Bounds, Category, display
 
 ROM = Rom("bowling", "c9b7afad3bfd922e006a6bfc1d4f3fe7")
 
@@ -161,8 +159,6 @@ def _player_number(m: Ram) -> Box:
     number = m.player_number + 1
     return score_box(ROUND_FONT, number, right=124, top=ROUND_TOP, digits=1, value=number)
 
-
-display = functools.partial(Category, hud=True, attributes=("value",))
 
 LAST_MARK = (16, 72, 28, 75)  # of the score sheet
 BOWLER = Bounds((BROWN, BLUE), (8, 72, 48, 172), inverse=True, ignore=(LAST_MARK,))

@@ -13,8 +13,6 @@ Covered: all four difficulties, both sides of each other, hits, the end of the t
 knock-out (100 points, shown as KO, which VEM reads as 0). There is one mode.
 """
 
-import functools
-
 import jax
 import jax.numpy as jnp
 from ocjax.boxes import Box, box
@@ -22,7 +20,7 @@ from ocjax.digits import Digits, score_box
 from ocjax.game import Game
 from ocjax.ram import RamMap, bcd, byte, high
 from ocjax.rom import Rom
-from ocjax.rules import Bounds, Category
+from ocjax.rules import Bounds, Category, display
 
 ROM = Rom("boxing", "c3ef5c4653212088eda54dc91d787870")
 FONT = ROM.font(0x400, rows=7, stride=1, step=17)  # all digits are equally wide
@@ -105,8 +103,6 @@ def _clock(m: Ram) -> Box:
     shown = 60 * m.minutes + m.seconds + jnp.where(m.frames == TICK, 1, 0)
     return box(63, CLOCK_TOP, 30, FONT.height, value=shown)
 
-
-display = functools.partial(Category, hud=True, attributes=("value",))
 
 WHITE_SCORE = Bounds(WHITE, (38, 5, 54, 12), value=Digits(FONT, WHITE_DIGITS, SCORE_TOP))
 BLACK_SCORE = Bounds(BLACK, (102, 5, 118, 12), value=Digits(FONT, BLACK_DIGITS, SCORE_TOP))

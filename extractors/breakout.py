@@ -15,8 +15,6 @@ while a paddle holds it (it keeps the delay of the row in which it was caught); 
 lives' digit on the frame on which a ball is lost.
 """
 
-import functools
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -25,7 +23,7 @@ from ocjax.digits import DIGITS_3X5, Digits, hex_font, score_box
 from ocjax.game import Game
 from ocjax.ops import pick, reached
 from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.rules import Blobs, Bounds, Category, Cells
+from ocjax.rules import Blobs, Bounds, Category, Cells, display
 from ocjax.vision.palette import NTSC
 
 FONT = hex_font(DIGITS_3X5, dots=3, dot=(4, 2), pitch=16)
@@ -111,8 +109,6 @@ def _number(*lefts: int) -> Bounds:
     region = (lefts[0], DIGITS_TOP, lefts[-1] + FONT.width, DIGITS_TOP + FONT.height)
     return Bounds(GREY, region, value=Digits(FONT, lefts, DIGITS_TOP))
 
-
-display = functools.partial(Category, attributes=("value",), hud=True)
 
 PADDLE = Blobs(RED, (8, 189, 160, 193), min_size=(8, 4), max_size=(26, 4))
 BALL = Bounds((GREY, *ROWS), FIELD, exclude=("Block", "Player"))

@@ -29,7 +29,7 @@ from ocjax.game import Game
 from ocjax.ops import div, lookup, shared
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, Gauge
+from ocjax.rules import Blobs, Bounds, Category, Gauge, display
 
 ROM = Rom("carnival", "028024fb8e5e5f18ea586652f9799c96")
 FONT = ROM.font(0xD00, rows=7, stride=8)
@@ -182,7 +182,6 @@ def _sign(m: Ram) -> tuple[Box, Box]:
     return box(12, y, 6, height, there), value
 
 
-display = functools.partial(Category, hud=True)
 targets = functools.partial(Category, count=18)
 target = functools.partial(Blobs, region=ROWS, gap=(1, 5))
 
@@ -191,6 +190,7 @@ RABBITS = target(GREY, min_size=(1, 10), max_size=(8, 15))
 CLIPS = target(GREY, min_size=(1, 9), max_size=(8, 9))
 FLYING = Bounds((YELLOW, WHITE), ((8, 105, 160, 180), (0, 203, 160, 210)))
 POINTS = Bounds(WHITE, (64, 2, 104, 9), value=Digits(FONT, range(64, 104, 8), 2))
+PLUS_MINUS, AMOUNT = Bounds(SIGN, (12, 29, 18, 38)), Bounds(SIGN, (20, 29, 44, 38))
 BAR = Bounds(BARS, (0, 203, 160, 208), value=Gauge(4))
 
 GAME = Game(
@@ -209,9 +209,9 @@ GAME = Game(
         targets("Owl", target(RED, max_size=(8, 15)), doc="in a row"),
         targets("ExtraBullets", CLIPS, doc="a box with an 8 in a row"),
         Category("FlyingDuck", FLYING, count=2, doc="coming down; eating bullets"),
-        display("PlayerScore", POINTS, attributes=("value",), doc="points without the last digit"),
-        display("AmmoBar", BAR, attributes=("value",), blinks=True, doc="bullets left"),
-        display("BonusSign", Bounds(SIGN, (12, 29, 18, 38)), blinks=True, doc="plus or minus"),
-        display("BonusValue", Bounds(SIGN, (20, 29, 44, 38)), blinks=True, doc="points or bullets"),
+        display("PlayerScore", POINTS, doc="points without the last digit"),
+        display("AmmoBar", BAR, blinks=True, doc="bullets left"),
+        display("BonusSign", PLUS_MINUS, blinks=True, attributes=(), doc="plus or minus"),
+        display("BonusValue", AMOUNT, blinks=True, attributes=(), doc="points or bullets"),
     ),
 )

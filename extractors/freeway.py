@@ -28,7 +28,7 @@ from ocjax.game import Game
 from ocjax.ops import shared
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category
+from ocjax.rules import Blobs, Bounds, Category, display
 from ocjax.vision.palette import NTSC
 
 ROM = Rom("freeway", "8e0ab801b1705a740b476b7f588c6d16")
@@ -138,7 +138,7 @@ GAME = Game(
             rgb=tuple(NTSC[c] for c in CARS * 3),
             doc="cars and trucks, up to three a lane",
         ),
-        Category(
+        display(
             "Score",
             Bounds(
                 GREY,
@@ -147,8 +147,6 @@ GAME = Game(
                 value=tuple(_number(right) for right in SCORE_RIGHTS),
             ),
             count=2,
-            attributes=("value",),
-            hud=True,
             doc="roads crossed by each player",
         ),
     ),

@@ -28,7 +28,7 @@ from ocjax.game import Game
 from ocjax.ops import div, mod
 from ocjax.ram import RamMap, bcd, bits, byte, signed
 from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category
+from ocjax.rules import Blobs, Bounds, Category, display
 
 ROM = Rom("ice_hockey", "a4c08c4994eb9d24fb78be1793e82e26")
 FONT = ROM.font(0xF5E, rows=7)
@@ -233,25 +233,19 @@ GAME = Game(
             doc="yellow's upper player, its lower one",
         ),
         Category("Ball", Bounds(BLACK, ICE, ignore=GOALS), doc="the puck"),
-        Category(
+        display(
             "PlayerScore",
             _number(BLUE_DIGITS, PLAYER_LEFTS, SCORE_TOP, (10, 1)),
-            hud=True,
-            attributes=("value",),
             doc="goals of blue",
         ),
-        Category(
+        display(
             "EnemyScore",
             _number(YELLOW_DIGITS, ENEMY_LEFTS, SCORE_TOP, (10, 1)),
-            hud=True,
-            attributes=("value",),
             doc="goals of yellow",
         ),
-        Category(
+        display(
             "Timer",
             _number(BLUE_DIGITS, CLOCK_LEFTS, CLOCK_TOP, (60, 10, 1)),
-            hud=True,
-            attributes=("value",),
             doc="seconds left",
         ),
     ),

@@ -29,7 +29,7 @@ from ocjax.game import Game
 from ocjax.ops import among, div, lookup, mod, pick
 from ocjax.ram import RamMap, bcd, bits, byte, high
 from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge
+from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, display
 
 ROM = Rom("ms_pacman", "87e79cd41ce136fd4f72cc6e2c161bee")
 FONT = ROM.font(0x92B, rows=7, stride=8)
@@ -292,9 +292,9 @@ GAME = Game(
         Category("PowerPill", POWER_RULE, count=4, blinks=True, doc="two right, two left"),
         Category("Pill", PILL_RULE, count=len(PILL_X), doc="places of all mazes"),
         Category("Fruit", fruit_in(FIELD), doc="in the maze"),
-        Category("FruitIcon", fruit_in(ICON_FIELD), hud=True, doc="the level's, below"),
-        Category("GhostIcon", ICONS, count=3, hud=True, doc="as many as ghosts, in modes 1 to 3"),
-        Category("Score", POINTS, hud=True, attributes=("value",), doc="points"),
-        Category("Life", LIVES, hud=True, attributes=("value",), doc="all icons; value: lives"),
+        display("FruitIcon", fruit_in(ICON_FIELD), attributes=(), doc="the level's, below"),
+        display("GhostIcon", ICONS, count=3, attributes=(), doc="as many as ghosts in modes 1-3"),
+        display("Score", POINTS, doc="points"),
+        display("Life", LIVES, doc="all icons; value: lives"),
     ),
 )

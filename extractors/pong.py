@@ -20,7 +20,7 @@ from ocjax.console import wrap
 from ocjax.digits import DIGITS_3X5, Digits, hex_font, score_box
 from ocjax.game import Game
 from ocjax.ram import RamMap, byte
-from ocjax.rules import Bounds, Category
+from ocjax.rules import Bounds, Category, display
 
 COURT = (0, 34, 160, 194)
 WHITE, GREEN, ORANGE = (14, 210), (200, 138), (56, 250)  # in play, in the screen saver
@@ -113,19 +113,15 @@ GAME = Game(
         Category("Player", Bounds(GREEN, (140, 34, 144, 194)), rgb=GREEN_RGB, doc="right paddle"),
         Category("Enemy", Bounds(ORANGE, (16, 34, 20, 194)), rgb=ORANGE_RGB, doc="left paddle"),
         Category("Ball", Bounds(WHITE, COURT), rgb=WHITE_RGB, doc="the ball, while it is in play"),
-        Category(
+        display(
             "PlayerScore",
             _number(PLAYER_DIGITS, GREEN),
-            hud=True,
-            attributes=("value",),
             rgb=GREEN_RGB,
             doc="points of the right paddle",
         ),
-        Category(
+        display(
             "EnemyScore",
             _number(ENEMY_DIGITS, ORANGE),
-            hud=True,
-            attributes=("value",),
             rgb=ORANGE_RGB,
             doc="points of the left paddle",
         ),

@@ -33,7 +33,7 @@ from ocjax.game import Game
 from ocjax.ops import div, lookup, pick
 from ocjax.ram import RamMap, bcd, bits, byte, signed
 from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category
+from ocjax.rules import Blobs, Bounds, Category, display
 from ocjax.vision.palette import NTSC
 
 ROM = Rom("skiing", "b76fbadc8ffb1f83e2ca08b6fb4d6c9f")
@@ -217,8 +217,6 @@ def _object_x(x: jax.Array, last_row: jax.Array) -> jax.Array:
     # What begins in the right border may show at the left one.
     return jnp.where(x >= FIELD[2], x - 160, x)
 
-
-display = functools.partial(Category, hud=True, attributes=("value",))
 
 FLAG = Blobs((BLUE, RED), FIELD, gap=(4, 8), max_size=(5, 14))
 BUMP = Blobs(GRAYS, FIELD, gap=(8, 4), max_size=(16, 6))

@@ -30,7 +30,7 @@ from ocjax.digits import Digits
 from ocjax.game import Game
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category
+from ocjax.rules import Blobs, Bounds, Category, display
 
 ROM = Rom("space_invaders", "72ffbef6504b75e69ee1045af9075f66")
 FONT = ROM.font(0xF54, rows=5, dots=3, dot=(4, 2), pitch=16)  # all digits are equally wide
@@ -245,7 +245,6 @@ def _line(m: Ram, k: jax.Array, x: jax.Array, saucer: jax.Array, *, ending: bool
 
 
 player = functools.partial(Category, attributes=("value",))
-display = functools.partial(Category, hud=True, attributes=("value",))
 
 CANNON_2 = Blobs(BROWN, CANNONS, gap=(0, 1), max_size=(8, 10))
 INVADERS = Blobs(YELLOW, FIELD, gap=(0, 1), max_size=(8, 10))

@@ -30,9 +30,11 @@ def lookup(table: np.ndarray | Sequence[int], index: jax.Array) -> jax.Array:
     return _xla.take(jnp.asarray(values), jnp.clip(index, 0, len(values) - 1))
 
 
-def among(x: jax.Array, values: range) -> jax.Array:
-    """Whether `x` is one of consecutive values, such as the states that one kind of object has: bool."""
-    return (x >= values.start) & (x < values.stop)
+def among(x: jax.Array, values: range | Sequence[int]) -> jax.Array:
+    """Whether `x` is one of some values, such as the states that one kind of object has: bool. A range has consecutive values."""
+    if isinstance(values, range):
+        return (x >= values.start) & (x < values.stop)
+    return sum((x == value for value in values), jnp.zeros_like(x, bool))
 
 
 def reached(x: jax.Array, limits: Sequence[int]) -> jax.Array:

@@ -261,3 +261,14 @@ class Category:
         else:
             colors = palette.NTSC[self.rule.palette[0]]
         return np.broadcast_to(colors, (self.count, 3)).astype(np.uint8)
+
+
+def display(name: str, rule: Rule, **options: Any) -> Category:
+    """A category of the HUD that shows a value, such as the score, the lives or the time; `attributes=()` for one that shows none.
+
+    Args:
+        name: see `Category`.
+        rule: likewise.
+        options: further arguments of `Category`.
+    """
+    return Category(name, rule, **{"hud": True, "attributes": ("value",), **options})

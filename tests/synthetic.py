@@ -9,7 +9,7 @@ from ocjax.digits import DIGITS_3X5, Digits, hex_font, score_box
 from ocjax.game import Game
 from ocjax.ops import div, lookup, pick, shared
 from ocjax.ram import RamMap, bcd, bits, byte, high, low, signed
-from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge
+from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, display
 
 H, W = 210, 160
 GRID_X, GRID_Y = (20, 30, 40, 62), (150, 150, 150, 151)
@@ -71,19 +71,15 @@ GAME = Game(
             blinks=True,
             doc="parts of cells",
         ),
-        Category(
+        display(
             "Score",
             Bounds(120, (24, 4, 80, 14), value=Digits(FONT, (20, 36, 52, 68), 4, required=True)),
-            hud=True,
-            attributes=("value",),
             doc="digits",
         ),
-        Category("Fuel", Bounds((120, 122), (100, 2, 118, 12), value=Gauge(1)), hud=True, attributes=("value",), doc="a bar"),
-        Category(
+        display("Fuel", Bounds((120, 122), (100, 2, 118, 12), value=Gauge(1)), doc="a bar"),
+        display(
             "Tank",
             Bounds(122, (120, 2, 126, 22), value=Gauge(2, 1, 3, vertical=True)),
-            hud=True,
-            attributes=("value",),
             doc="an upright bar",
         ),
     ),

@@ -11,7 +11,7 @@ from ocjax.boxes import box
 from ocjax.digits import Digits, hex_font
 from ocjax.game import Game, GameError
 from ocjax.ram import RamMap, byte
-from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge
+from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, display
 
 
 class Ram(RamMap):
@@ -26,7 +26,7 @@ def decode(m):
 CATEGORIES = (
     Category("A", Blobs(14)),
     Category("B", Blobs((20, 22)), count=2, attributes=("value", "orientation")),
-    Category("H", Bounds(14, (0, 0, 20, 20)), hud=True),
+    display("H", Bounds(14, (0, 0, 20, 20)), attributes=()),
 )
 GAME = Game(name="Test", rom="pong", md5="0" * 32, ram=Ram, decode=decode, categories=CATEGORIES)
 
@@ -129,7 +129,7 @@ def test_objects_views():
 def test_digits_that_are_required():
     glyphs = ("7", "5", *("2",) * 8)
     men = Digits(hex_font(glyphs, 3), (40, 44), 10, weights=(1, 1), base=1, required=True)
-    h = Category("H", Bounds(14, (40, 10, 48, 11), value=men), hud=True, attributes=("value",))
+    h = display("H", Bounds(14, (40, 10, 48, 11), value=men))
     game = dataclasses.replace(GAME, categories=(*CATEGORIES[:2], h))
     frames = np.zeros((3, 210, 160), np.uint8)
     frames[:2, 10, [44, 46]] = 14  # a 1 in the last cell
@@ -234,3 +234,9 @@ def test_digits_and_gauges_are_read():
 def test_wrong_readings(rule, message):
     with pytest.raises(ValueError, match=message):
         rule()
+
+
+def test_display():
+    rule = Bounds(14, (0, 0, 20, 20))
+    assert display("H", rule, doc="d") == Category("H", rule, hud=True, attributes=("value",), doc="d")
+    assert display("H", rule, attributes=()) == Category("H", rule, hud=True)

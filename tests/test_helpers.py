@@ -15,6 +15,7 @@ BATCH = 40_000  # enough for values to be materialized
 def test_operations_on_integers():
     x = np.arange(-3, 400, dtype=np.int32)
     assert np.array_equal(ops.among(jnp.asarray(x), range(5, 9)), [v in range(5, 9) for v in x.tolist()])
+    assert np.array_equal(ops.among(jnp.asarray(x), (300, 0, 7)), [v in (300, 0, 7) for v in x.tolist()])
     assert np.array_equal(ops.reached(jnp.asarray(x), (0, 7, 300)), [sum(v >= limit for limit in (0, 7, 300)) for v in x.tolist()])
     positive = x[x >= 0]
     assert np.array_equal(ops.mod(jnp.asarray(positive), 30), positive % 30)
