@@ -21,6 +21,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 from jax.core import Tracer
+from jax.experimental.xla_metadata import set_xla_metadata
 from jax.extend.core import Primitive
 from jax.interpreters import batching, mlir
 
@@ -63,17 +64,14 @@ def materialize(f: Callable[..., Any], *x: jax.Array, small: int = SMALL) -> Any
     """`f(*x)`, computed once and stored.
 
     XLA fuses cheap operations into each of their consumers, so that masks, transposed frames and decoded fields are computed again by
-    every kernel that reads them. It does not fuse across `lax.cond`; the condition here is always true. (`lax.optimization_barrier` is
-    removed before the CPU compiler fuses, but not before it simplifies conditionals.) Without it, VEM takes 210 to 470 instead of 40
-    for Space Invaders and 210 to 540 instead of 29 to 40 for Ms. Pac-Man, REM 0.33 instead of 0.12 for Space Invaders.
-    Below `small` elements the condition costs more than it saves, and `f` is called as it is.
+    every kernel that reads them. It does not fuse across a call that it is told not to inline. (`lax.optimization_barrier` is removed
+    before the CPU compiler fuses.) Without it, VEM takes 210 to 470 instead of 40 for Space Invaders and 210 to 540 instead of 29 to 40
+    for Ms. Pac-Man, REM 0.33 instead of 0.12 for Space Invaders.
+    Below `small` elements the call costs more than it saves, and `f` is called as it is.
     """
     if x[0].size < small or not on_cpu():
         return f(*x)
-    result = jax.eval_shape(f, *x)
-    always = lax.optimization_barrier(jnp.bool_(True))  # so that XLA does not simplify the conditional away
-    zeros = lambda *x: varying(jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), result), x[0])  # noqa: E731
-    return lax.cond(always, f, zeros, *x)
+    return set_xla_metadata(jax.jit(f)(*x), inlineable="false")
 
 
 def _elementwise(name: str, f: Callable[..., tuple[jax.Array, ...]], result: Callable[..., Any], operand: int) -> Primitive:
@@ -174,7 +172,7 @@ def in_chunks(f: Callable[[jax.Array], Any], x: jax.Array, size: int) -> Any:
 # ------------------------------------------------------------------------------------------------------------ batches
 
 
-FEWER_PASSES = {"xla_cpu_use_fusion_emitters": False}
+QUICK_COMPILATION = {"xla_cpu_use_fusion_emitters": False, "xla_cpu_parallel_codegen_split_count": 1}
 
 
 @functools.cache
@@ -183,17 +181,17 @@ def _compiler_options() -> dict[str, Any] | None:
     if not on_cpu():
         return None
     try:
-        jax.jit(lambda x: x, compiler_options=FEWER_PASSES).lower(jnp.int32(0)).compile()
+        jax.jit(lambda x: x, compiler_options=QUICK_COMPILATION).lower(jnp.int32(0)).compile()
     except (RuntimeError, ValueError):
         return None
-    return FEWER_PASSES
+    return QUICK_COMPILATION
 
 
 def jit(f: Callable[..., Any]) -> Callable[..., Any]:
-    """`jax.jit` for calls with concrete arrays, compiled by XLA's older emitters of fused loops.
+    """`jax.jit` for calls with concrete arrays, compiled by XLA's older emitters of fused loops, and in one piece.
 
-    The newer ones take about twice as long to compile and are no faster: Beam Rider's VEM 7.2 s instead of 5.2 of processor time, its REM
-    1.6 instead of 0.9. JAX accepts such options only for the outermost `jit`.
+    The newer emitters take about twice as long to compile and are no faster: Beam Rider's VEM 7.2 s instead of 5.2 of processor time, its
+    REM 1.6 instead of 0.9. Code generation split over threads takes a tenth more. JAX accepts such options only for the outermost `jit`.
     """
 
     @functools.cache

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
@@ -32,33 +33,43 @@ def _unpair(*pairs: jax.Array) -> jax.Array:
     return numbers.reshape(*pairs[0].shape, 2 * len(pairs))
 
 
-def _colors(game: Game, found: Sequence[Detected], valid: jax.Array) -> jax.Array:
+def _by_slot(fields: Sequence[jax.Array | None], defaults: Sequence[np.ndarray], lanes: int) -> jax.Array:
+    """Fields of each category as one array, int32 `[N, B]`; neighbours that have none take their defaults `[count]` in one piece."""
+    pieces = []
+    for absent, group in itertools.groupby(zip(fields, defaults, strict=True), key=lambda pair: pair[0] is None):
+        own, default = zip(*group, strict=True)
+        if absent:
+            constant = jnp.asarray(np.concatenate(default), jnp.int32)
+            own = [jnp.broadcast_to(constant[:, None], (len(constant), lanes))]
+        pieces += own
+    return jnp.concatenate(pieces)
+
+
+def _colors(game: Game, found: Sequence[Detected], lanes: int) -> jax.Array:
     """The colours of all slots, uint32 `[N, B]`: read from the frame, or the slot's own."""
     own = palette.packed(game.slot_rgb)
     if all(f.color is None for f in found):
-        return jnp.broadcast_to(jnp.asarray(own)[:, None], valid.shape)
+        return jnp.broadcast_to(jnp.asarray(own)[:, None], (len(own), lanes))
     table = np.concatenate([palette.packed(palette.NTSC), own])
-    own_index = np.split(len(palette.NTSC) + np.arange(len(own), dtype=np.int32), [s.stop for s in game.slices.values()][:-1])
-    index = [
-        jnp.broadcast_to(jnp.asarray(entries)[:, None], f.x.shape) if f.color is None else f.color
-        for entries, f in zip(own_index, found, strict=True)
-    ]
-    return jnp.asarray(table)[jnp.concatenate(index)]
+    own_index = len(palette.NTSC) + np.arange(len(own))
+    index = _by_slot([f.color for f in found], [own_index[s] for s in game.slices.values()], lanes)
+    return jnp.asarray(table)[index]
 
 
 def _extract(game: Game, frames: jax.Array) -> tuple[Objects, jax.Array]:
     """Objects of uint8 `[B, H, 160]`, and how many of each category had no slot, int32 `[B, categories]`."""
     found = detect(game.categories, frames)
     x, y, w, h, valid = (jnp.concatenate([getattr(f, name) for f in found]) for name in ("x", "y", "w", "h", "valid"))
-    value = jnp.concatenate([jnp.zeros_like(f.x) if f.value is None else f.value for f in found])
+    lanes = len(frames)
+    value = _by_slot([f.value for f in found], [np.zeros(len(f.x)) for f in found], lanes)
     mask = -valid.astype(jnp.int32)
-    color = lax.bitcast_convert_type(_colors(game, found, valid), jnp.int32)
+    color = lax.bitcast_convert_type(_colors(game, found, lanes), jnp.int32)
     by_slot = jnp.concatenate([_pair(x, y) & mask, _pair(w, h) & mask, value & mask, color & mask])
     xy, wh, value, color = jnp.split(_xla.transpose(by_slot), 4, axis=1)
     valid = valid.T
     none = valid.astype(jnp.int8) >> 1  # zeros that follow the sharding of the frames, which a constant does not
     colors = lax.bitcast_convert_type(color, jnp.uint8)[..., :3]
-    nothing = jnp.zeros(frames.shape[0], jnp.int32)
+    nothing = jnp.zeros(lanes, jnp.int32)
     overflow = jnp.stack([nothing if f.overflow is None else f.overflow for f in found], axis=-1)
     return Objects(_unpair(xy, wh), valid, none, value, colors, game), overflow
 

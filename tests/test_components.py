@@ -18,14 +18,14 @@ from ocjax.vision.components import MAX_PARTS, Search, components
 H, W = 24, 160
 
 
-def reference(mask, connectivity, search):
+def reference(mask, search):
     """Boxes in raster order of the components' first pixels, by label and find_objects."""
     dx, dy = search.gap
     wide = np.zeros((mask.shape[0] + dy, mask.shape[1] + dx), bool)
     for i in range(dx + 1):
         for j in range(dy + 1):
             wide[j : j + mask.shape[0], i : i + mask.shape[1]] |= mask
-    labels, _ = ndimage.label(wide, np.ones((3, 3)) if connectivity == 8 else None)
+    labels, _ = ndimage.label(wide, np.ones((3, 3)))
     out = []
     for label, (rows, columns) in enumerate(ndimage.find_objects(labels), start=1):
         first = int(np.flatnonzero(labels[rows.start] == label)[0])
@@ -47,25 +47,25 @@ def parts(x, y, w, h, size):
 
 
 @functools.cache
-def compiled(connectivity, searches):
+def compiled(searches):
     @jax.jit
     def run(frames):
         planes = bitmap.planes(frames)
-        return components([bitmap.color_mask(planes, (i + 1,)) for i in range(len(searches))], searches, connectivity=connectivity)
+        return components([bitmap.color_mask(planes, (i + 1,)) for i in range(len(searches))], searches)
 
     return run
 
 
-def check(masks, connectivity, searches):
+def check(masks, searches):
     """Several masks of one frame (disjoint), several frames at once."""
     frames = np.zeros(masks[0].shape, np.uint8)
     for i, m in enumerate(masks):
         frames[m] = i + 1
     masks = [frames == i + 1 for i in range(len(masks))]
-    found = jax.tree.map(np.asarray, compiled(connectivity, searches)(jnp.asarray(frames)))
+    found = jax.tree.map(np.asarray, compiled(searches)(jnp.asarray(frames)))
     for mask, search, boxes in zip(masks, searches, found, strict=True):
         for b in range(len(frames)):
-            want = reference(mask[b], connectivity, search)
+            want = reference(mask[b], search)
             got = [tuple(int(v[k, b]) for v in boxes[:4]) for k in range(search.count) if boxes.valid[k, b]]
             assert got == want[: search.count]
             assert boxes.overflow[b] == max(len(want) - search.count, 0)
@@ -124,20 +124,19 @@ SEARCHES = {
     "joined, any size": Search(30, gap=(2, 5)),
     "so many pixels": Search(60, gap=(1, 0), max_size=(20, 10), area=(5, 40)),
 }
-KINDS = [(c, name) for name, s in SEARCHES.items() for c in (4, 8) if c == 8 or s.gap == (0, 0)]
 
 
-@pytest.mark.parametrize(("connectivity", "search"), KINDS)
-def test_worst_cases(connectivity, search):
-    check([np.stack(list(WORST.values()))], connectivity, (SEARCHES[search],))
+@pytest.mark.parametrize("search", SEARCHES)
+def test_worst_cases(search):
+    check([np.stack(list(WORST.values()))], (SEARCHES[search],))
 
 
 @pytest.mark.parametrize(
     ("name", "colors"), [("SpaceInvaders", (20,)), ("MsPacman", (38, 184, 88, 70, 42)), ("Skiing", (198, 212, 214, 218))]
 )
-@pytest.mark.parametrize(("connectivity", "search"), KINDS)
-def test_real_frames(connectivity, search, name, colors):
-    check([np.isin(excerpt(name)["screens"][::4], colors)], connectivity, (SEARCHES[search],))
+@pytest.mark.parametrize("search", SEARCHES)
+def test_real_frames(search, name, colors):
+    check([np.isin(excerpt(name)["screens"][::4], colors)], (SEARCHES[search],))
 
 
 @st.composite
@@ -152,17 +151,17 @@ def masks(draw):
     return out
 
 
-@pytest.mark.parametrize(("connectivity", "search"), KINDS)
+@pytest.mark.parametrize("search", SEARCHES)
 @settings(max_examples=25)
 @given(mask=masks())
-def test_random_masks(connectivity, search, mask):
-    check([mask], connectivity, (SEARCHES[search],))
+def test_random_masks(search, mask):
+    check([mask], (SEARCHES[search],))
 
 
 @settings(max_examples=25)
 @given(first=masks(), second=masks(), third=masks())
 def test_several_masks_at_once(first, second, third):
-    check([first, second, third], 8, (SEARCHES["small"], SEARCHES["joined"], SEARCHES["any size"]))
+    check([first, second, third], (SEARCHES["small"], SEARCHES["joined"], SEARCHES["any size"]))
 
 
 @settings(max_examples=50)
@@ -195,7 +194,7 @@ def test_shifts_and_fills(seed, n, words):
 
 def test_stage_last_at_most():
     table = jnp.array([0, 0, 3, 3, 7, 12])
-    got = stages._last_at_most(lambda i: table[i], 5, jnp.arange(10))
+    got = stages._last_at_most(lambda i: table[i], 5, jnp.arange(10, dtype=jnp.int32))
     assert got.tolist() == [1, 1, 1, 3, 3, 3, 3, 4, 4, 4]
 
 
@@ -215,21 +214,28 @@ def test_stage_starts():
     rows = np.zeros((4, 32), np.uint8)
     rows[1, 3:6] = rows[2, 6] = rows[2, 10] = rows[3, 9:12] = 1
     board = jnp.asarray(np.packbits(rows, axis=1).view(">u4").astype(np.uint32))[None]
-    for diagonal, want in ((True, [(1, 3), (2, 10)]), (False, [(1, 3), (2, 6), (2, 10)])):
-        starts = np.asarray(stages._starts(board, diagonal))[0, :, 0]
-        found = np.unpackbits(starts.astype(">u4")[:, None].view(np.uint8), axis=1)
-        assert [(y + 1, x) for y, x in np.argwhere(found).tolist()] == want
+    starts = np.asarray(stages._starts(board))[0, :, 0]
+    found = np.unpackbits(starts.astype(">u4")[:, None].view(np.uint8), axis=1)
+    assert [(y + 1, x) for y, x in np.argwhere(found).tolist()] == [(1, 3), (2, 10)]
 
 
-@pytest.mark.parametrize("diagonal", [True, False])
-def test_stage_fill(diagonal):
+def in_window(mask, seed):
+    return stages._fill(mask, seed)
+
+
+def on_board(mask, seed):
+    return jnp.moveaxis(stages._fill_large(jnp.moveaxis(mask, 1, 0), jnp.moveaxis(seed, 1, 0)), 0, 1)
+
+
+@pytest.mark.parametrize("fill", [in_window, on_board])
+def test_stage_fill(fill):
     rng = np.random.default_rng(1)
     mask = rng.random((12, 64)) < 0.55
     words = np.packbits(mask, axis=1).reshape(12, 2, 4).view(">u4")[..., 0].astype(np.uint32)[..., None]
-    labels, _ = ndimage.label(mask, np.ones((3, 3)) if diagonal else None)
+    labels, _ = ndimage.label(mask, np.ones((3, 3)))
     y, x = (int(v) for v in np.argwhere(mask)[40])
     seed = np.zeros_like(words)
     seed[y, x // 32] = 1 << (31 - x % 32)
-    filled = np.asarray(stages._fill(jnp.asarray(words), jnp.asarray(seed), diagonal))[..., 0]
+    filled = np.asarray(fill(jnp.asarray(words), jnp.asarray(seed)))[..., 0]
     found = np.unpackbits(filled.astype(">u4")[..., None].view(np.uint8).reshape(12, 8), axis=1).astype(bool)
     assert np.array_equal(found, labels == labels[y, x])

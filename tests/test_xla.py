@@ -32,9 +32,9 @@ def test_materialize(values):
 
 
 def test_materialize_stores():
-    """The condition survives the compiler: without it, the computation would be fused into its consumers again."""
+    """The call survives the compiler: without it, the computation would be fused into its consumers again."""
     f = jax.jit(lambda x: _xla.materialize(lambda y: y * 3, x) + 1)
-    assert " conditional(" in f.lower(jnp.zeros(LARGE, jnp.int32)).compile().as_text()
+    assert " call(" in f.lower(jnp.zeros(LARGE, jnp.int32)).compile().as_text()
 
 
 @pytest.mark.parametrize("axis", [0, 1, -1])

@@ -63,7 +63,7 @@ def from_chip(recording: Recording) -> list[Target]:
     """
     if recording.shown is None:
         raise ValueError("the recording does not say what the video chip drew (an array 'shown')")
-    categories = tuple(Category(name, Blobs((bit,), connectivity=8), count=CHIP_SLOTS) for bit, name in CHIP.items())
+    categories = tuple(Category(name, Blobs((bit,)), count=CHIP_SLOTS) for bit, name in CHIP.items())
     found_on = jax.jit(lambda frames: detect(categories, frames))
     out = []
     for c, found in zip(categories, found_on(recording.shown), strict=True):

@@ -182,7 +182,7 @@ def fill_rows(mask: Bitmap, touched: Bitmap, reach: int = 31) -> tuple[jax.Array
     Within a word to the left by a carry, to the right by doubling steps, then from word to word where a filled run goes on. (Doubling
     steps across words took 25 times as long for two words: the compiler computes what two words share once for each of its uses.)
     """
-    filled = [_fill_word(m, t, reach) for m, t in zip(mask, touched, strict=True)]
+    filled = [fill_words(m, t, reach) for m, t in zip(mask, touched, strict=True)]
     for i in range(1, len(mask)):  # to the right: a run at the top of the word, all ones down to its first zero
         entering = (filled[i - 1] & 1) != 0
         head = ~(U(0xFFFFFFFF) >> lax.clz(~mask[i]))
@@ -194,7 +194,8 @@ def fill_rows(mask: Bitmap, touched: Bitmap, reach: int = 31) -> tuple[jax.Array
     return tuple(filled)
 
 
-def _fill_word(mask: jax.Array, touched: jax.Array, reach: int) -> jax.Array:
+def fill_words(mask: jax.Array, touched: jax.Array, reach: int = 31) -> jax.Array:
+    """Like `fill_rows`, but each word alone: runs are not filled beyond the words that hold their touched pixels."""
     filled = mask & (~(mask + touched) | touched)
     n = 1
     while n <= min(reach, 31):

@@ -77,8 +77,8 @@ class Detected(NamedTuple):
 class _Layout:
     """Where masks lie on the board, and the sizes that follow from what is searched for; all static."""
 
-    def __init__(self, masks: Sequence[Bitmap], searches: Sequence[Search], diagonal: bool) -> None:
-        self.searches, self.diagonal = searches, diagonal
+    def __init__(self, masks: Sequence[Bitmap], searches: Sequence[Search]) -> None:
+        self.searches = searches
         self.lanes, width = masks[0].shape[2], 32 * masks[0].shape[0]
         sizes = [WINDOW if s.max_size is None else (min(s.max_size[0], width), min(s.max_size[1], UNLIMITED)) for s in searches]
         self.reach_x = max(w + s.gap[0] for (w, _), s in zip(sizes, searches, strict=True))
@@ -120,11 +120,10 @@ def _board(layout: _Layout, masks: Sequence[Bitmap]) -> Bitmap:
     return board
 
 
-def _starts(board: Bitmap, diagonal: bool) -> Bitmap:
+def _starts(board: Bitmap) -> Bitmap:
     """First pixels of runs that nothing in the row above touches, judged word by word; a bitmap without the first row."""
     here, above = board[:, 1:], board[:, :-1]
-    if diagonal:
-        above = above | (above << 1) | (above >> 1)
+    above = above | (above << 1) | (above >> 1)
     free = here & ~above
     total = free + (free & ~(here << 1))  # the carry goes from the last pixel of a free run to the left of its first
     first = ((total & ~here) >> 1) | jnp.where(total < free, U(1 << 31), U(0))
@@ -149,7 +148,7 @@ class _Index:
     def __init__(self, layout: _Layout, board: Bitmap) -> None:
         self.layout = layout
         searched = int(layout.begins[-1]) + 1
-        starts = materialize(lambda b: _starts(b[:, :searched], layout.diagonal), board)
+        starts = materialize(lambda b: _starts(b[:, :searched]), board)
         counts = jnp.sum(bm.popcount(starts), axis=0, dtype=jnp.int32)
         blocks = jnp.sum(counts.reshape(-1, BLOCK, layout.lanes), axis=1, dtype=jnp.int32)
         above = jnp.pad(jnp.cumsum(blocks, axis=0), ((1, 0), (0, 0)))  # candidates above each block
@@ -165,7 +164,7 @@ class _Index:
         segment = _last_at_most(lambda i: _at(self.segments, i), len(self.layout.searches) * lanes, k)
         lane = segment % lanes
         rest = k - _at(self.segments, segment) + _at(self._ends, segment)
-        block = _last_at_most(lambda i: _at(self._above, i * lanes + lane), self.n_blocks, rest)
+        block = _last_at_most(lambda i: _at(self._above, i * lanes + lane[None]), self.n_blocks, rest)
         rest = rest - _at(self._above, block * lanes + lane)
         rows = (block * BLOCK)[None] + np.arange(BLOCK, dtype=np.int32)[:, None]
         row, rest = _which(_at(self._counts, rows * lanes + lane[None]), rest)
@@ -185,14 +184,17 @@ def _at(array: jax.Array, index: jax.Array) -> jax.Array:
 def _last_at_most(table: Callable[[jax.Array], jax.Array], n: int, k: jax.Array) -> jax.Array:
     """The largest i < n where `table(i) <= k`; the table is ascending and begins with nothing larger.
 
-    Each step looks at three entries: half the steps of a binary search, and half of what there is to compile.
+    Each step looks at three entries, which takes half the steps of a binary search. A loop is compiled once for all steps.
     """
-    i = jnp.zeros_like(k)
-    for step in (4**e for e in reversed(range(-(-(n - 1).bit_length() // 2)))):
-        ahead = [i + j * step for j in (1, 2, 3)]
-        reached = [((a < n) & (table(jnp.minimum(a, n - 1)) <= k)).astype(jnp.int32) for a in ahead]
-        i = i + step * sum(reached)
-    return i
+    exponents = -(-(n - 1).bit_length() // 2)
+
+    def narrow(e: jax.Array, i: jax.Array) -> jax.Array:
+        step = jnp.left_shift(1, 2 * (exponents - 1 - e))
+        ahead = i[None] + step * np.arange(1, 4, dtype=np.int32)[:, None]
+        reached = (ahead < n) & (table(jnp.minimum(ahead, n - 1)) <= k[None])
+        return i + step * jnp.sum(reached, axis=0, dtype=jnp.int32)
+
+    return lax.fori_loop(0, exponents, narrow, jnp.zeros_like(k))
 
 
 def _which(counts: jax.Array, rest: jax.Array) -> tuple[jax.Array, jax.Array]:
@@ -233,16 +235,13 @@ def _offsets(layout: _Layout, found: _Candidates) -> jax.Array:
     return row * layout.lanes + (found.segment % layout.lanes)[None]
 
 
-def _fill(mask: jax.Array, seed: jax.Array, diagonal: bool, reach: int = 31) -> jax.Array:
+def _fill(mask: jax.Array, seed: jax.Array, reach: int = 31) -> jax.Array:
     """The components of `mask` that hold pixels of `seed`, a part of it; all uint32 `[rows, words, ...]`."""
-
-    def touching(words: jax.Array) -> jax.Array:
-        return bm.spread(words) if diagonal else words
 
     def sweep(filled: jax.Array, reverse: bool) -> jax.Array:
         def row(before: tuple[jax.Array, ...], here: tuple[jax.Array, jax.Array]) -> tuple[tuple[jax.Array, ...], jax.Array]:
             m, f = here
-            now = bm.fill_rows(m, f | (m & touching(jnp.stack(before))), reach)
+            now = bm.fill_rows(m, f | (m & bm.spread(jnp.stack(before))), reach)
             return now, jnp.stack(now)
 
         return lax.scan(row, tuple(jnp.zeros_like(seed[0])), (mask, filled), reverse=reverse)[1]
@@ -250,21 +249,32 @@ def _fill(mask: jax.Array, seed: jax.Array, diagonal: bool, reach: int = 31) -> 
     def down_and_up(state: tuple[jax.Array, jax.Array]) -> tuple[jax.Array, jax.Array]:
         filled = sweep(sweep(state[0], reverse=False), reverse=True)
         words, rows = jnp.moveaxis(filled, 1, 0), jnp.moveaxis(mask, 1, 0)
-        missing = touching(words[:, :-1]) & rows[:, 1:] & ~words[:, 1:]  # after a sweep up, nothing is missing upwards
+        missing = bm.spread(words[:, :-1]) & rows[:, 1:] & ~words[:, 1:]  # after a sweep up, nothing is missing upwards
         return filled, jnp.any(missing != 0)
 
     return lax.while_loop(lambda state: state[1], down_and_up, (seed, varying(jnp.bool_(True), seed)))[0]
 
 
+def _fill_large(board: Bitmap, seed: Bitmap) -> Bitmap:
+    """`_fill` on the whole board, one row further in each step: less to compile, and slower."""
+
+    def grow(state: tuple[Bitmap, jax.Array]) -> tuple[Bitmap, jax.Array]:
+        filled = state[0]
+        near = filled | bm.shift_up(filled, 1) | bm.shift_down(filled, 1)
+        grown = bm.fill_words(board, board & bm.spread(near))
+        return grown, jnp.any(grown != filled)
+
+    return lax.while_loop(lambda state: state[1], grow, (seed, varying(jnp.bool_(True), seed)))[0]
+
+
 def _extent(filled: jax.Array) -> tuple[jax.Array, ...]:
-    """First and last column, first and last row, and first column of the first row, of components as `_fill` returns them."""
-    words = jnp.moveaxis(filled, 1, 0)
-    used = bm.any_of(words) != 0
-    rows = jnp.arange(filled.shape[0], dtype=jnp.int32).reshape(-1, *([1] * (used.ndim - 1)))
+    """First and last column, first and last row, and first column of the first row, of components, uint32 `[words, rows, ...]`."""
+    used = bm.any_of(filled) != 0
+    rows = jnp.arange(len(used), dtype=jnp.int32).reshape(-1, *([1] * (used.ndim - 1)))
     bottom = jnp.max(jnp.where(used, rows, -1), axis=0)
-    top = jnp.min(jnp.where(used, rows, filled.shape[0]), axis=0)
-    first, last = bm.columns(lax.reduce(filled, U(0), lax.bitwise_or, (0,)))
-    head, _ = bm.columns(jnp.sum(jnp.where((rows == top[None])[None], words, U(0)), axis=1, dtype=U))
+    top = jnp.min(jnp.where(used, rows, len(used)), axis=0)
+    first, last = bm.columns(lax.reduce(filled, U(0), lax.bitwise_or, (1,)))
+    head, _ = bm.columns(jnp.sum(jnp.where((rows == top[None])[None], filled, U(0)), axis=1, dtype=U))
     return first, last, top, bottom, head
 
 
@@ -284,9 +294,9 @@ def _measure(layout: _Layout, board: Bitmap, found: _Candidates, offset: jax.Arr
     reach = layout.reach_x
     cut = _windows(layout, board, offset, found.column)
     seed = jnp.zeros(cut[1:].shape, U).at[0, reach // 32].set(U(1 << (31 - reach % 32)))
-    filled = _fill(cut[1:], seed & cut[1:], layout.diagonal, reach)
-    first, last, _, bottom, head = _extent(filled)
-    above = bm.any_of((bm.spread(filled[0]) if layout.diagonal else filled[0]) & cut[0]) != 0
+    filled = _fill(cut[1:], seed & cut[1:], reach)
+    first, last, _, bottom, head = _extent(jnp.moveaxis(filled, 1, 0))
+    above = bm.any_of(bm.spread(filled[0]) & cut[0]) != 0
     inside = (first > 0) & (last < 2 * reach) & (bottom < layout.reach_y)
     area = jnp.sum(bm.popcount(filled), axis=(0, 1), dtype=jnp.int32)
     left, right = found.column + first - reach, found.column + last - reach
@@ -296,7 +306,7 @@ def _measure(layout: _Layout, board: Bitmap, found: _Candidates, offset: jax.Arr
 def _measure_large(layout: _Layout, board: Bitmap, found: _Candidates, measured: _Measured, wanted: jax.Array) -> _Measured:
     """Fill the wanted candidates' components on the whole board, one candidate of each frame at a time."""
     large = wanted & ~measured.inside & (layout.of(found.segment // layout.lanes, [int(s.max_size is None) for s in layout.searches]) > 0)
-    lane, rows = found.segment % layout.lanes, jnp.arange(layout.n_rows)[:, None, None]
+    lane, rows = found.segment % layout.lanes, jnp.arange(layout.n_rows)[None, :, None]
 
     def next_of_each_lane(state: tuple[jax.Array, ...]) -> tuple[jax.Array, ...]:
         open_, own, left, right, height = state
@@ -304,9 +314,9 @@ def _measure_large(layout: _Layout, board: Bitmap, found: _Candidates, measured:
         index = jnp.argmax(mine, axis=0)
         row, column = found.row[index], found.column[index]
         bit = (U(1) << (31 - (column & 31)).astype(U))[None, None]
-        words = jnp.arange(layout.n_words)[None, :, None] == (column >> 5)[None, None]
+        words = jnp.arange(layout.n_words)[:, None, None] == (column >> 5)[None, None]
         seed = jnp.where(words & (rows == row[None, None]), bit, U(0))
-        first, last, top, bottom, head = _extent(_fill(jnp.moveaxis(board, 1, 0), seed, layout.diagonal))
+        first, last, top, bottom, head = _extent(_fill_large(board, seed & board))
         here = open_ & (index[lane] == jnp.arange(layout.n_candidates))
         own = jnp.where(here, ((top >= row) & (head == column))[lane], own)
         filled = ((first, left), (last, right), (bottom - row + 1, height))
@@ -394,18 +404,17 @@ def _write(layout: _Layout, index: _Index, found: _Candidates, accepted: _Accept
     return _Progress(so_far.done + layout.n_candidates, totals, packed)
 
 
-def components(masks: Sequence[Bitmap], searches: Sequence[Search], *, connectivity: int = 8) -> list[Detected]:
-    """Bounding boxes of the connected components of several masks, found together.
+def components(masks: Sequence[Bitmap], searches: Sequence[Search]) -> list[Detected]:
+    """Bounding boxes of the 8-connected components of several masks, found together.
 
     Args:
         masks: bitmaps of equal numbers of words and frames; the numbers of rows may differ.
         searches: what to look for in each mask.
-        connectivity: 8 or 4, for all.
 
     Returns:
         The boxes in each mask, in raster order of the components' first pixels.
     """
-    layout = _Layout(masks, searches, connectivity == 8)
+    layout = _Layout(masks, searches)
     board = _board(layout, masks)
     index = _Index(layout, board)
 

@@ -75,8 +75,7 @@ def detect(categories: tuple[Category, ...], frames: jax.Array) -> list[Detected
         For each category its boxes; with their colours where those are read from the frame.
     """
     batch = _Frames(categories, frames)
-    for connectivity in (4, 8):
-        batch.found |= _detect_blobs(batch, [c for c in categories if isinstance(c.rule, Blobs) and c.rule.connectivity == connectivity])
+    batch.found |= _detect_blobs(batch, [c for c in categories if isinstance(c.rule, Blobs)])
     bounds = {c.name: c.rule for c in categories if isinstance(c.rule, Bounds)}
     masks = [[batch.counted(rule, colors) for _, colors in rule.slots] for rule in bounds.values()]
     batch.found |= dict(zip(bounds, detect_bounds(tuple(bounds.values()), masks), strict=True))
@@ -86,7 +85,7 @@ def detect(categories: tuple[Category, ...], frames: jax.Array) -> list[Detected
 
 
 def _detect_blobs(batch: _Frames, categories: Sequence[Category]) -> dict[str, Detected]:
-    """Blobs of one connectivity, all categories in one search."""
+    """The blobs of all categories, in one search."""
     if not categories:
         return {}
     height, width = batch.frames.shape[1:]
@@ -100,9 +99,8 @@ def _detect_blobs(batch: _Frames, categories: Sequence[Category]) -> dict[str, D
             masks.append(bm.cut(batch.counted(rule, colors), region))
             count = -(-c.count // 2) if rule.split_by_color else c.count
             searches.append(Search(count, rule.gap, rule.min_size, rule.max_size, rule.split, rule.area, region[1]))
-    connectivity = categories[0].rule.connectivity  # pyright: ignore[reportAttributeAccessIssue]
     lists: dict[str, list[Detected]] = {c.name: [] for c in categories}
-    for name, found in zip(owners, components(masks, searches, connectivity=connectivity), strict=True):
+    for name, found in zip(owners, components(masks, searches), strict=True):
         lists[name].append(found)
     return {c.name: _merge(lists[c.name], c.count) for c in categories}
 
