@@ -10,6 +10,8 @@ import numpy as np
 if TYPE_CHECKING:
     from ocjax.game import Game
 
+UNKNOWN = -1  # the orientation of an object that has one, which the method cannot tell
+
 
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass(frozen=True)
@@ -21,7 +23,7 @@ class Objects:
 
     xywh: jax.Array  # int16 [..., N, 4]: left, top, width, height in pixels of the ALE screen
     valid: jax.Array  # bool [..., N]: the slot holds an object now
-    orientation: jax.Array  # int8 [..., N]: compass point 0-15, clockwise from north
+    orientation: jax.Array  # int8 [..., N]: compass point 0-15, clockwise from north; -1 (UNKNOWN) in VEM
     value: jax.Array  # int32 [..., N]: score, lives, time, ...
     rgb: jax.Array  # uint8 [..., N, 3]
     game: "Game | None" = dataclasses.field(default=None, repr=False, metadata={"static": True})  # whose objects they are
@@ -71,7 +73,7 @@ class Objects:
         """Convert the valid objects to plain dicts, for printing, JSON or a data frame.
 
         A dict has the keys `category`, `slot` (within its category), `x`, `y`, `w`, `h`, `rgb` and `hud`, and also `value` and
-        `orientation` if the category has them.
+        `orientation` if the category has them. An orientation that is not known, as in VEM, is left out.
 
         Returns:
             A list of dicts for one state; nested lists for a batch.
@@ -91,6 +93,8 @@ class Objects:
             record = {"category": category.name, "slot": int(slot) - game.slices[category.name].start, "x": x, "y": y, "w": w, "h": h,
                       "rgb": tuple(host.rgb[slot].tolist()), "hud": category.hud}  # fmt: skip
             record |= {name: int(getattr(host, name)[slot]) for name in category.attributes}
+            if record.get("orientation") == UNKNOWN:
+                del record["orientation"]
             records.append(record)
         return records
 

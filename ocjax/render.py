@@ -37,7 +37,7 @@ def overlay(game: Game, frame: np.ndarray, objects: Objects, *, scale: int = 3, 
         frame: uint8 `[H, 160]` of palette indices or `[H, 160, 3]` of RGB.
         objects: of one state.
         scale: picture pixels per screen pixel vertically; there are twice as many horizontally, because the console's pixels are wide.
-        labels: whether to label the first object of each category, and every object that has a value or an orientation.
+        labels: whether to label the first object of each category, and every object that has a value or a known orientation.
     """
     rgb = NTSC[frame] if frame.ndim == 2 else frame
     sx, sy = 2 * scale, scale

@@ -223,7 +223,7 @@ class Category:
         rule: how VEM finds it.
         count: number of slots.
         hud: part of the display (score, lives, ...) rather than of the game.
-        attributes: which of "value" and "orientation" are meaningful.
+        attributes: which of "value" and "orientation" are meaningful. VEM does not read orientations; it reports -1.
         rgb: colour, (r, g, b) or one entry per slot; the rule's first colour by default.
         doc: one line that says what the objects are.
         blinks: whether the objects are drawn only part of the time, with gaps longer than the single frame of ordinary flicker. REM reports

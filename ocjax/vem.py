@@ -12,7 +12,7 @@ import numpy as np
 from jax import lax
 
 from ocjax import _xla
-from ocjax.objects import Objects
+from ocjax.objects import UNKNOWN, Objects
 from ocjax.vision import palette
 from ocjax.vision.detect import Detected, detect
 
@@ -56,6 +56,11 @@ def _colors(game: Game, found: Sequence[Detected], lanes: int) -> jax.Array:
     return jnp.asarray(table)[index]
 
 
+def _without_orientation(game: Game) -> np.ndarray:
+    """1 for the slots whose category has no orientation, else 0; int8 `[1, N]`."""
+    return np.array([["orientation" not in game.categories[i].attributes for i in game.slot_category]], np.int8)
+
+
 def _extract(game: Game, frames: jax.Array) -> tuple[Objects, jax.Array]:
     """Objects of uint8 `[B, H, 160]`, and how many of each category had no slot, int32 `[B, categories]`."""
     found = detect(game.categories, frames)
@@ -67,11 +72,12 @@ def _extract(game: Game, frames: jax.Array) -> tuple[Objects, jax.Array]:
     by_slot = jnp.concatenate([_pair(x, y) & mask, _pair(w, h) & mask, value & mask, color & mask])
     xy, wh, value, color = jnp.split(_xla.transpose(by_slot), 4, axis=1)
     valid = valid.T
-    none = valid.astype(jnp.int8) >> 1  # zeros that follow the sharding of the frames, which a constant does not
+    # Computed where it is all zero, too, because a constant does not follow the sharding of the frames.
+    orientation = UNKNOWN * (valid.astype(jnp.int8) >> _without_orientation(game))
     colors = lax.bitcast_convert_type(color, jnp.uint8)[..., :3]
     nothing = jnp.zeros(lanes, jnp.int32)
     overflow = jnp.stack([nothing if f.overflow is None else f.overflow for f in found], axis=-1)
-    return Objects(_unpair(xy, wh), valid, none, value, colors, game), overflow
+    return Objects(_unpair(xy, wh), valid, orientation, value, colors, game), overflow
 
 
 def extractor_with_overflow(game: Game) -> Callable[[jax.Array], tuple[Objects, jax.Array]]:

@@ -22,7 +22,7 @@ class GameObject:
         hud: whether it belongs to the HUD (score, lives, ...).
         prev_xy: top left corner one step before; the current one if the slot was empty then.
         value: score, lives, time, ...; None where the category has no value.
-        orientation: compass point 0-15, clockwise from north; None where the category has no orientation.
+        orientation: compass point 0-15, clockwise from north; None where the category has none or VEM cannot tell it.
         visible: always True, because only valid objects are listed.
     """
 

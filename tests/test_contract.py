@@ -26,7 +26,7 @@ def check(game, objects, batch):
         assert not getattr(o, name)[~o.valid].any(), f"{name} of invalid slots"
     x, y, w, h = np.moveaxis(o.xywh.astype(int)[o.valid], -1, 0)
     assert ((x >= 0) & (y >= 0) & (w > 0) & (h > 0) & (x + w <= width) & (y + h <= height)).all()
-    assert ((o.orientation >= 0) & (o.orientation < 16)).all()
+    assert ((o.orientation >= -1) & (o.orientation < 16)).all()
     for c in game.categories:
         for attribute in {"value", "orientation"} - set(c.attributes):
             assert not getattr(o, attribute)[..., game.slices[c.name]].any()
@@ -55,7 +55,9 @@ def test_declaration(game):
 
 
 def test_truth_is_well_formed(game, truth):
-    check(game, game.rem(truth["rams"]), (len(truth["rams"]),))
+    rem = game.rem(truth["rams"])
+    check(game, rem, (len(truth["rams"]),))
+    assert (host(rem).orientation >= 0).all()
     check(game, game.vem(truth["screens"]), (len(truth["screens"]),))
 
 

@@ -10,8 +10,10 @@ import ocjax
 from ocjax.boxes import box
 from ocjax.digits import Digits, hex_font
 from ocjax.game import Game, GameError
+from ocjax.objects import UNKNOWN
 from ocjax.ram import RamMap, byte
 from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, display
+from ocjax.views import views
 
 
 class Ram(RamMap):
@@ -122,6 +124,21 @@ def test_objects_views():
         o.of(GAME, "C")
     v = ocjax.velocity(o[0], o[1])
     assert v.tolist() == [[10.0, 0.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]]
+
+
+def test_orientation_is_not_known_in_vem():
+    frame = np.zeros((210, 160), np.uint8)
+    frame[100:104, 40:44] = 14  # an A
+    frame[50:54, 20:24] = 20  # a B; its second slot stays empty
+    seen = GAME.vem(np.stack([frame, np.zeros_like(frame)]))
+    assert seen.orientation.tolist() == [[0, UNKNOWN, 0, 0], [0, 0, 0, 0]]
+    assert seen.orientation.dtype == np.int8
+    record = seen[0].to_list()[1]
+    assert record["category"] == "B"
+    assert "value" in record
+    assert "orientation" not in record
+    assert views(seen[0])[1].orientation is None
+    assert GAME.rem(np.zeros(128, np.uint8)).to_list()[1]["orientation"] == 20 & 15
 
 
 def test_digits_that_are_required():

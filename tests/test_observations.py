@@ -157,6 +157,18 @@ def test_vectors_from_pixels_track_objects():
     envs.close()
 
 
+def test_orientations_from_pixels_are_in_the_spaces():
+    kinds = {"objects": "objects", "plain": Vector(("orientation",), normalize=False), "unit": Vector(("orientation",))}
+    envs = ocjax.make_vec("MsPacman", 2, mode="vem", obs=kinds, num_workers=1)
+    observed, _ = envs.reset(seed=0)
+    assert observed in envs.observation_space
+    player = envs.game.slices["Player"].start
+    assert (observed["objects"]["orientation"][:, player] == -1).all()
+    assert (observed["plain"][:, player] == -1).all()
+    assert (observed["unit"][:, player] == -1 / 16).all()
+    envs.close()
+
+
 def test_dqn_frames():
     """Each frame is the brighter of the last two, or without pooling the last one; the oldest comes first."""
     envs = ocjax.make_vec("Pong", 2, obs={"dqn": Dqn(), "one": Dqn(stack=1, max_pool=False)}, num_workers=1)

@@ -18,7 +18,7 @@ import numpy as np
 
 from ocjax import masks
 from ocjax.game import Game
-from ocjax.objects import Objects
+from ocjax.objects import UNKNOWN, Objects
 from ocjax.tracking import track
 
 FEATURES = ("x", "y", "w", "h", "dx", "dy", "orientation", "value", "valid")
@@ -96,7 +96,7 @@ def object_space(game: Game) -> gym.spaces.Dict:
     return gym.spaces.Dict(
         xywh=gym.spaces.Box(0, max(height, width), (n, 4), np.int16),
         valid=gym.spaces.MultiBinary(n),
-        orientation=gym.spaces.Box(0, 15, (n,), np.int8),
+        orientation=gym.spaces.Box(UNKNOWN, 15, (n,), np.int8),
         value=gym.spaces.Box(integers.min, integers.max, (n,), np.int32),
         rgb=gym.spaces.Box(0, 255, (n, 3), np.uint8),
     )
@@ -136,6 +136,7 @@ class Vector(Computed):
         history: number of states.
         normalize: whether features are scaled: lengths to units of the screen's width or height, orientations to turns, and values v to
             sign(v) log(1 + |v|) / log(1 + 10^6). Without it, lengths are in pixels and orientations are compass points 0 to 15.
+            Orientations that are not known, as in mode "vem", are -1, or -1/16 turns.
 
     Raises:
         ValueError: a feature is unknown or repeated, there is none, or the history is below 1.
@@ -165,7 +166,8 @@ class Vector(Computed):
         height, width = game.screen
         integers = np.iinfo(np.int32)
         most = {"x": width, "y": height, "w": width, "h": height, "orientation": 16, "valid": 1, "dx": width, "dy": height}
-        out = {f: (float(n) if self.normalize else 1.0, -n if f in ("dx", "dy") else 0.0, float(n)) for f, n in most.items()}
+        least = {"orientation": UNKNOWN, "dx": -width, "dy": -height}
+        out = {f: (float(n) if self.normalize else 1.0, float(least.get(f, 0)), float(n)) for f, n in most.items()}
         out = {f: (unit, low / unit, high / unit) for f, (unit, low, high) in out.items()}
         limit = float(np.log1p(2.0**31) / _VALUE_UNIT)
         out["value"] = (1.0, -limit, limit) if self.normalize else (1.0, float(integers.min), float(integers.max))
