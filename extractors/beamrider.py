@@ -133,7 +133,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Sentinel": box(sentinel_x, 37, 16, 7, m.enemies > 127),
         "Torpedos_Available": box(128 + 8 * i3, 32, 4, 8, i3 >= 3 - m.torpedoes),
         "Enemy_Amount": amount(m.enemies, valid=m.enemies < 128, value=m.enemies),
-        "HUD": score(m.score, value=m.score),
+        "Score": score(m.score, value=m.score),
         "Sector": box(60, 21, jnp.where(m.sector_ones == 1, 46, 47), 8, value=m.sector),
         "Life": box(32 + 9 * i13, 183, 5, 7, i13 < spare),
     }
@@ -293,7 +293,7 @@ GAME = Game(
         Category("Sentinel", PASSING, doc="passes above when no enemies are left"),
         display("Torpedos_Available", SPARE_TORPEDOES, count=3, attributes=(), doc="left"),
         display("Enemy_Amount", AMOUNT, doc="enemies left in this sector"),
-        display("HUD", SCORE, doc="the score"),
+        display("Score", SCORE, doc="the score", aliases=("HUD",)),
         display("Sector", SECTOR, doc="the sector's number"),
         display("Life", SPARE_SHIPS, count=13, attributes=(), doc="spare ships"),
     ),

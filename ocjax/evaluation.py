@@ -43,7 +43,7 @@ __all__ = [
 THRESHOLDS = tuple(np.linspace(0.5, 0.95, 10).tolist())  # IoU thresholds of COCO
 RECALLS = np.linspace(0, 1, 101)  # recall levels of COCO
 ROUNDING = 1e-12  # a recall this far below a level still reaches it
-SCORE_NAMES, LIVES_NAMES = ("Score", "PlayerScore", "P1Score", "HUD"), ("Lives", "Life", "Live")
+SCORE_NAMES, LIVES_NAMES = ("Score", "PlayerScore", "P1Score"), ("Lives", "Life", "Live")
 
 
 # ------------------------------------------------------------------------------------------------------------- agreement

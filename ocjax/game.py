@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import functools
 import inspect
-import types
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
@@ -18,7 +17,7 @@ from ocjax import rem, vem
 from ocjax.boxes import WIDTH, Box
 from ocjax.objects import Objects
 from ocjax.ram import RAM_SIZE, RamMap
-from ocjax.rules import ATTRIBUTES, Blobs, Bounds, Category, Cells, Rule
+from ocjax.rules import ATTRIBUTES, Blobs, Bounds, Category, Cells, Rule, names_by_alias
 from ocjax.vision import palette
 
 Decode = Callable[[Any], Mapping[str, Box]]
@@ -26,6 +25,27 @@ Decode = Callable[[Any], Mapping[str, Box]]
 
 class GameError(ValueError):
     """A game file contains an invalid declaration; the message names the game and the field."""
+
+
+class Slices(Mapping[str, slice]):
+    """The slots of each category by its name, in the order of the categories. Aliases are keys, too, but are not listed."""
+
+    def __init__(self, categories: tuple[Category, ...]) -> None:
+        ends = np.cumsum([c.count for c in categories]).tolist()
+        self._slots = {c.name: slice(e - c.count, e) for c, e in zip(categories, ends, strict=True)}
+        self._names = names_by_alias(categories)
+
+    def __getitem__(self, name: str) -> slice:
+        return self._slots[self._names.get(name, name)]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._slots)
+
+    def __len__(self) -> int:
+        return len(self._slots)
+
+    def __repr__(self) -> str:
+        return repr(self._slots)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,9 +79,8 @@ class Game:
 
     @functools.cached_property
     def slices(self) -> Mapping[str, slice]:
-        """The slots of each category."""
-        ends = np.cumsum([c.count for c in self.categories]).tolist()
-        return types.MappingProxyType({c.name: slice(e - c.count, e) for c, e in zip(self.categories, ends, strict=True)})
+        """The slots of each category, by its name or an alias."""
+        return Slices(self.categories)
 
     @functools.cached_property
     def slot_category(self) -> np.ndarray:
@@ -186,7 +205,7 @@ def _validate_fields(game: Game) -> None:
     is_screen = len(game.screen) == 2 and game.screen[1] == WIDTH and 0 < game.screen[0] <= 256
     need(is_screen, where="screen", text=f"must be (height, {WIDTH}), got {game.screen}")
     need(len(game.categories) > 0, where="categories", text="at least one is needed")
-    names, huds = [c.name for c in game.categories], [c.hud for c in game.categories]
+    names, huds = [name for c in game.categories for name in (c.name, *c.aliases)], [c.hud for c in game.categories]
     need(len(set(names)) == len(names), where="categories", text=f"names repeat: {names}")
     order = f"display (hud) categories come last, got {[(c.name, c.hud) for c in game.categories]}"
     need(huds == sorted(huds), where="categories", text=order)
@@ -194,7 +213,7 @@ def _validate_fields(game: Game) -> None:
 
 def _validate_category(game: Game, c: Category) -> None:
     need = functools.partial(_need, game=game, where=f"category {c.name}")
-    need(c.name.isidentifier(), text="its name must be an identifier")
+    need(all(name.isidentifier() for name in (c.name, *c.aliases)), text=f"its names must be identifiers, got {(c.name, *c.aliases)}")
     need(isinstance(c.count, int) and c.count > 0, text=f"count must be a positive int, got {c.count!r}")
     need(set(c.attributes) <= set(ATTRIBUTES), text=f"attributes must be of {ATTRIBUTES}, got {c.attributes}")
     need(isinstance(c.rule, Rule), text=f"rule must be one of Bounds, Blobs, Cells, got {c.rule!r}")

@@ -11,6 +11,7 @@ import numpy as np
 
 from ocjax.game import Game
 from ocjax.objects import Objects, whose
+from ocjax.rules import names_by_alias
 
 RADIUS = 5.0  # pixels between centres, as in the OCAtari paper
 PAIRS_AT_ONCE = 1 << 23  # bounds the memory of a comparison of all pairs
@@ -85,17 +86,18 @@ def from_records(records: Iterable[Iterable[Sequence[Any]]], game: Game) -> Dete
 
     Args:
         records: for each frame an iterable of `(category, x, y, w, h)` or `(category, x, y, w, h, confidence)`.
-        game: the game, whose categories come first among the labels. Other categories in `records` follow; their boxes count as detections
-            that match nothing in the game.
+        game: the game, whose categories come first among the labels; their aliases in `records` are understood. Other categories in
+            `records` follow; their boxes count as detections that match nothing in the game.
     """
-    frames = [[tuple(r) for r in frame] for frame in records]
-    names = list(dict.fromkeys([c.name for c in game.categories] + [str(r[0]) for frame in frames for r in frame]))
+    alias = names_by_alias(game.categories)
+    frames = [[(alias.get(str(r[0]), str(r[0])), *r[1:]) for r in map(tuple, frame)] for frame in records]
+    names = list(dict.fromkeys([c.name for c in game.categories] + [r[0] for frame in frames for r in frame]))
     most = max((len(frame) for frame in frames), default=0)
     xywh, label = np.zeros((len(frames), most, 4)), np.full((len(frames), most), -1)
     score = np.ones((len(frames), most)) if any(len(r) == 6 for frame in frames for r in frame) else None
     for b, frame in enumerate(frames):
         for i, record in enumerate(frame):
-            xywh[b, i], label[b, i] = record[1:5], names.index(str(record[0]))
+            xywh[b, i], label[b, i] = record[1:5], names.index(record[0])
             if score is not None and len(record) == 6:
                 score[b, i] = record[5]
     return Detections(xywh, label, tuple(names), score)

@@ -5,6 +5,7 @@ Colours are ALE palette indices (0-255), one or several. Where a rule has severa
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -228,6 +229,7 @@ class Category:
         doc: one line that says what the objects are.
         blinks: whether the objects are drawn only part of the time, with gaps longer than the single frame of ordinary flicker. REM reports
             them all the time.
+        aliases: other names by which `game.slices`, `Objects.of` and `evaluation.from_records` know the category.
     """
 
     name: str
@@ -238,6 +240,7 @@ class Category:
     rgb: tuple[Any, ...] | None = None
     doc: str = ""
     blinks: bool = False
+    aliases: tuple[str, ...] = ()
 
     @property
     def reads_color(self) -> bool:
@@ -266,3 +269,8 @@ def display(name: str, rule: Rule, **options: Any) -> Category:
         options: further arguments of `Category`.
     """
     return Category(name, rule, **{"hud": True, "attributes": ("value",), **options})
+
+
+def names_by_alias(categories: Iterable[Category]) -> dict[str, str]:
+    """The name of the category that each alias stands for."""
+    return {alias: c.name for c in categories for alias in c.aliases}

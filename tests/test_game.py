@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import ocjax
+from ocjax import evaluation
 from ocjax.boxes import box
 from ocjax.digits import Digits, hex_font
 from ocjax.game import Game, GameError
@@ -61,6 +62,21 @@ def test_layout():
     assert GAME.without_hud().num_slots == 3
 
 
+def test_aliases():
+    game = dataclasses.replace(GAME, categories=(*CATEGORIES[:2], dataclasses.replace(CATEGORIES[2], aliases=("Old", "Older"))))
+    assert game.slices["Old"] == game.slices["Older"] == game.slices["H"] == slice(3, 4)
+    assert "Old" in game.slices
+    assert "None" not in game.slices
+    assert dict(game.slices) == dict(GAME.slices)
+    o = game.rem(np.zeros(128, np.uint8))
+    assert o.of(game, "Old").xywh.tolist() == o.of(game, "H").xywh.tolist()
+    assert o.to_list()[-1]["category"] == "H"
+    assert "Old" not in game.without_hud().slices
+    found = evaluation.from_records([[("Old", 0, 0, 2, 2), ("X", 1, 1, 2, 2)]], game)
+    assert found.categories == ("A", "B", "H", "X")
+    assert found.label.tolist() == [[2, 3]]
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -71,6 +87,9 @@ def test_layout():
         ({"categories": ()}, "categories"),
         ({"categories": CATEGORIES[::-1]}, "come last"),
         ({"categories": (*CATEGORIES, CATEGORIES[0])}, "repeat|last"),
+        ({"categories": (dataclasses.replace(CATEGORIES[0], aliases=("H",)), *CATEGORIES[1:])}, "repeat"),
+        ({"categories": (*(dataclasses.replace(c, aliases=("Z",)) for c in CATEGORIES[:2]), CATEGORIES[2])}, "repeat"),
+        ({"categories": (dataclasses.replace(CATEGORIES[0], aliases=("a b",)), *CATEGORIES[1:])}, "identifiers"),
         ({"categories": CATEGORIES[1:]}, "must give a box for each"),
         ({"categories": (Category("A", Blobs(14), attributes=("speed",)), *CATEGORIES[1:])}, "attributes"),
         ({"categories": (Category("A", Bounds(14, ((0, 0, 9, 9), (9, 0, 20, 9)))), *CATEGORIES[1:])}, "its rule has 2 slots"),
