@@ -44,7 +44,7 @@ SHIPS = ROM.pictures(range(0xF74, 0xF74 + 13 * 6, 6), 5, top_first=True)
 EXPLOSION, SHIELD = 9, 12
 
 COLORS = (12, 68, 156, 24, 38, 86, 118, 230)  # of asteroids
-SHIP, SAUCER, TEXT = (76, 220), (156, 236), 68
+SHIP, SAUCER, TEXT = (76, 220), (156, 236), 68  # 220 is the second player's
 FIELD = (0, 18, 160, 195)
 LIST = 9  # entries of a list
 GOES_UP = np.arange(2 * LIST) < LIST
@@ -271,7 +271,8 @@ ROCK_RULE = Blobs(
     split=(20, 34),
     split_by_color=True,
 )
-SHOTS = Blobs((*SHIP, *SAUCER), FIELD, gap=(3, 4), max_size=(1, 2))
+# Of two shots of the ship, one has the saucer's colour and is told from the ship that it touches.
+SHOTS = Blobs((SHIP[0], *SAUCER), FIELD, gap=(3, 4), max_size=(1, 2), split_by_color=True)
 SAUCERS = Blobs(SAUCER, FIELD, min_size=(5, 6), max_size=(7, 10))
 SCORE = Bounds(TEXT, (4, 5, 80, 15), value=Digits(FONT, (4, 20, 36, 52, 68), 5))
 LIVES = Bounds(TEXT, (116, 5, 144, 15), value=Digits(FONT, (132,), 5))
