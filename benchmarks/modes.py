@@ -1,0 +1,97 @@
+"""Compare REM with VEM in every mode and difficulty that ale-py offers, and print the combinations that agree least.
+
+    python benchmarks/modes.py [GAME ...] [--worst N] [--frame-skip 3] [--seed 20261122] [--markdown FILE]
+
+Each combination is played by 4 instances with random actions, each held for 1 to 8 steps. After a warm-up of 50 steps, every ninth step is
+a sample, 200 in all, so that they are spread over 22 seconds of play. With an odd frame skip, as by default, they cover both phases of
+flickering objects. F1 is flicker-aware and counts the HUD, `exact` is the share of matched boxes that are identical, and `score` is the
+share of samples in which REM's score equals the sum of rewards, all in percent. The last column names the categories that agree least.
+"""
+
+import argparse
+import itertools
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import jax
+import numpy as np
+from rich.console import Console
+
+import ocjax
+from ocjax import evaluation, excerpts, tables
+from ocjax.report import percent
+from ocjax.rollout import rollout
+
+if TYPE_CHECKING:
+    from ocjax import Game, Objects
+
+INSTANCES, WARM_UP, EVERY, SAMPLES = 4, 50, 9, 50  # instances; steps before the first sample and between samples; samples of an instance
+HEADER = ("game", "mode", "difficulty", "objects", "F1", "exact", "score", "least agreement")
+F1, EXACT = HEADER.index("F1"), HEADER.index("exact")
+LEAST = 20  # objects of a category that is named
+
+
+def measure(game: "Game", mode: int, difficulty: int, frame_skip: int, seed: int) -> list[tables.Cell]:
+    """Measure one row of the table."""
+    steps = WARM_UP + EVERY * SAMPLES
+    tape = rollout(
+        game,
+        INSTANCES * steps,
+        num_envs=INSTANCES,
+        frame_skip=frame_skip,
+        seed=seed,
+        game_mode=mode,
+        game_difficulty=difficulty,
+    )
+    kept = np.flatnonzero(np.arange(len(tape)) % steps >= WARM_UP)[::EVERY]
+    rams, screens, previous, rewards, lives = (tape.arrays[k][kept] for k in ("rams", "screens", "previous", "rewards", "lives"))
+    rem, vem, before = (to_host(o) for o in (game.rem(rams), game.vem(screens), game.vem(previous)))
+    left, right, earlier = map(evaluation.detections, (rem, vem, before))
+    by_category = evaluation.agreement(left, right, earlier).sum(axis=0)
+    whole = by_category.sum()
+    shares = evaluation.value_shares(rem, rewards, lives)
+    score = next((percent(share) for name, share in shares.items() if name in evaluation.SCORE_NAMES), None)
+    scores = [percent(whole.f1), percent(whole.exact_rate), score]
+    return [game.name, str(mode), str(difficulty), int(whole.left), *scores, least(game, by_category)]
+
+
+def to_host(objects: "Objects") -> "Objects":
+    """The objects as NumPy arrays."""
+    return jax.tree.map(np.asarray, objects)
+
+
+def least(game: "Game", counts: evaluation.Agreement) -> str:
+    """The three categories with the lowest F1 below 99 %, of those that occur often."""
+    often = np.minimum(counts.left, counts.right) >= LEAST
+    low = sorted((percent(f1), c.name) for c, f1, enough in zip(game.categories, counts.f1, often, strict=True) if enough and f1 < 0.99)
+    return ", ".join(f"{name} {f1:.1f}" for f1, name in low[:3])
+
+
+def main() -> None:
+    """Measure, and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("games", nargs="*", help="default: all games")
+    parser.add_argument("--worst", type=int, metavar="N", help="print only the N combinations that agree least")
+    parser.add_argument("--frame-skip", type=int, default=3, help="emulated frames per step")
+    parser.add_argument("--seed", type=int, default=20261122, help="seed of the play")
+    parser.add_argument("--markdown", type=Path, metavar="FILE", help="write the table as Markdown")
+    arguments = parser.parse_args()
+
+    rows: list[list[tables.Cell]] = []
+    progress = Console(stderr=True)
+    for name in arguments.games or ocjax.games():
+        game = ocjax.load(name)
+        for mode, difficulty in itertools.product(*excerpts.variants(game)):
+            rows.append(measure(game, mode, difficulty, arguments.frame_skip, arguments.seed))
+            progress.print(*map(tables.text, rows[-1]), highlight=False, soft_wrap=True)
+        jax.clear_caches()
+    rows.sort(key=lambda row: (row[F1], row[EXACT]))
+    title = f"REM against VEM in {len(rows)} modes and difficulties, worst first, in percent"
+    table = tables.Table(title, HEADER, rows[: arguments.worst])
+    tables.show(table, Console())
+    if arguments.markdown:
+        arguments.markdown.write_text(tables.to_markdown([table]))
+
+
+if __name__ == "__main__":
+    main()
