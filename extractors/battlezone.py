@@ -92,8 +92,7 @@ SHOT_TIMES = np.array((0x35, 0x75))  # of new shots of the player and the enemy
 CRASH_BEGINS, CRASH_FLICKERS = 0x80, 0x58  # until then the picture shows on every other frame
 RIGHT, LEFT, DOWN, UP = 8, 4, 2, 1  # of `stick`
 NO_DIGIT = 10  # a blank instead of a leading zero
-GREEN, WHITE, TEXT = 202, 14, 180
-PLAIN = (0, 86, 160, 140)
+GREEN, WHITE, TEXT, PLAIN = 202, 14, 180, (0, 86, 160, 140)
 
 
 class Ram(RamMap):
@@ -266,11 +265,12 @@ def _radar(m: Ram) -> Box:
     return box(x, y, w, h, jnp.append(True, m.blip_y < 31))
 
 
-enemies = functools.partial(Category, count=2)
-enemy = functools.partial(Blobs, region=PLAIN, min_size=(2, 2), max_size=(32, 18))
-tank, flyer = functools.partial(enemy, gap=(1, 1)), functools.partial(enemy, gap=(2, 4))
+# The lines of a crash may have anybody's colours; the crosshair is not on that screen.
+on_plain = functools.partial(Category, needs="Crosshair")
+enemies = functools.partial(on_plain, count=2)
+enemy = functools.partial(Blobs, region=PLAIN, gap=(1, 1), min_size=(2, 2), max_size=(32, 18))
+flyer = functools.partial(enemy, gap=(2, 4), min_size=(1, 2))
 RED = (2, 64, 66, 70, 72, 74)
-EXPLOSION = enemy((24, 82, 68), gap=(5, 4))
 CROSSHAIR = Blobs((0, 46), (70, 74, 88, 90), min_size=(1, 6), max_size=(1, 6))
 CONTENT = Blobs(WHITE, (75, 4, 95, 36), gap=(0, 1), max_size=(12, 18))
 PLAYER = Bounds((194, 2, 4), (19, 140, 141, 177), min_size=(122, 37))
@@ -284,16 +284,16 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER, rgb=(26, 102, 26), doc="the player's tank"),
+        on_plain("Player", PLAYER, rgb=(26, 102, 26), doc="the player's tank"),
         Category("Crosshair", CROSSHAIR, doc="yellow when an enemy is in it"),
-        enemies("Blue_Tank", tank((6, 162, 166), first=(6, 166)), doc="enemy"),
-        enemies("Yellow_Blue_Tank", tank((40, 8, 162), first=40), doc="enemy"),
+        enemies("Blue_Tank", enemy((6, 162, 166), first=(6, 166)), doc="enemy"),
+        enemies("Yellow_Blue_Tank", enemy((40, 8, 162), first=40), doc="enemy"),
         enemies("Red_Thing", flyer(RED, first=(70, 72, 74)), doc="flyer, with its shadow"),
         enemies("Boss", flyer((44, 0, 2), first=44), doc="with its shadow"),
-        enemies("Explosion", EXPLOSION, doc="of an enemy"),
-        Category("Shot", Blobs(WHITE, PLAIN, max_size=(8, 4)), count=2, doc="player's, enemy's"),
-        Category("Radar", Bounds(GREEN, (74, 3, 96, 36), min_size=(22, 33)), doc="its rim"),
-        Category("Radar_Content", CONTENT, count=3, doc="hand and blips"),
+        enemies("Explosion", enemy((24, 82, 68), gap=(5, 4)), doc="of an enemy"),
+        on_plain("Shot", Blobs(WHITE, PLAIN, max_size=(8, 4)), count=2, doc="player's, enemy's"),
+        on_plain("Radar", Bounds(GREEN, (74, 3, 96, 36), min_size=(22, 33)), doc="its rim"),
+        on_plain("Radar_Content", CONTENT, count=3, doc="hand and blips"),
         display("Score", SCORE, doc="points"),
         display("Life", LIVES, count=5, attributes=(), doc="tanks left"),
     ),

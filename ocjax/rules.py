@@ -230,6 +230,8 @@ class Category:
         blinks: whether the objects are drawn only part of the time, with gaps longer than the single frame of ordinary flicker. REM reports
             them all the time.
         aliases: other names by which `game.slices`, `Objects.of` and `evaluation.from_records` know the category.
+        needs: name of a category. VEM reports objects only on frames on which it finds one of that category, too. This is for screens that
+            take the playfield's place and hold shapes in the objects' colours.
     """
 
     name: str
@@ -241,6 +243,7 @@ class Category:
     doc: str = ""
     blinks: bool = False
     aliases: tuple[str, ...] = ()
+    needs: str | None = None
 
     @property
     def reads_color(self) -> bool:

@@ -95,6 +95,7 @@ def test_aliases():
         ({"categories": (Category("A", Bounds(14, ((0, 0, 9, 9), (9, 0, 20, 9)))), *CATEGORIES[1:])}, "its rule has 2 slots"),
         ({"categories": (Category("A", Blobs(14, (0, 0, 9, 250))), *CATEGORIES[1:])}, "reaches down to row 250"),
         ({"categories": (Category("A", Blobs(14), rgb=(1, 2)), *CATEGORIES[1:])}, "rgb must be"),
+        ({"categories": (Category("A", Blobs(14), needs="H"), *CATEGORIES[1:])}, "needs: 'H' is not a category outside the display"),
         ({"decode": lambda m: decode(m) | {"A": box(jnp.arange(3), 0, 1, 1)}}, r"decode, A\.x: must have shape"),
         ({"decode": lambda m: decode(m) | {"A": 3}}, "must be a box"),
         ({"decode": lambda m: decode(m) | {"A": box(m.x + 0.5, 0, 1, 1)}}, "decode"),
@@ -184,6 +185,17 @@ def test_thin_objects_in_front_of_walls():
     frame[150, 100:104] = 14  # beside another
     frame[140:180, 104:108] = 14
     assert game.vem(frame).xywh[:3].tolist() == [[30, 23, 10, 2], [100, 150, 4, 1], [0, 0, 0, 0]]
+
+
+def test_objects_that_are_not_on_other_screens():
+    categories = (CATEGORIES[0], dataclasses.replace(CATEGORIES[1], needs="A"), CATEGORIES[2])
+    game = dataclasses.replace(GAME, categories=categories)
+    frames = np.zeros((2, 210, 160), np.uint8)
+    frames[:, 20:24, [20, 40, 60]] = 22
+    frames[0, 50:54, 20:24] = 14
+    seen, overflow = game.vem_overflow(frames)
+    assert seen.valid[:, :3].tolist() == [[True, True, True], [False, False, False]]
+    assert overflow[:, 1].tolist() == [1, 0]
 
 
 def test_objects_that_share_colours():

@@ -81,7 +81,17 @@ def detect(categories: tuple[Category, ...], frames: jax.Array) -> list[Detected
     batch.found |= dict(zip(bounds, detect_bounds(tuple(bounds.values()), masks), strict=True))
     batch.found |= {c.name: detect_cells(c.rule, batch.mask(c.rule.palette)) for c in categories if isinstance(c.rule, Cells)}
     _read_colors(batch, categories)
-    return [batch.found[c.name] for c in categories]
+    return [_with_needed(batch.found, c) for c in categories]
+
+
+def _with_needed(found: dict[str, Detected], c: Category) -> Detected:
+    """What was found of a category, without the frames that lack the category that it needs."""
+    own = found[c.name]
+    if c.needs is None:
+        return own
+    shown = jnp.any(found[c.needs].valid, axis=0, keepdims=True)
+    overflow = None if own.overflow is None else jnp.where(shown[0], own.overflow, 0)
+    return own._replace(valid=own.valid & shown, overflow=overflow)
 
 
 def _detect_blobs(batch: _Frames, categories: Sequence[Category]) -> dict[str, Detected]:
