@@ -289,7 +289,7 @@ GAME = Game(
         Category("Explosion", EXPLOSIONS, count=7, doc="what was hit"),
         Category("Sparks", ENDS, count=7, doc="the end of an explosion"),
         Category("Player_Projectile", Blobs(LASER_COLOR, FIELD, max_size=(8, 5)), doc="the laser"),
-        Category("Torpedos", Blobs(104, FIELD, min_size=(3, 3), max_size=(5, 5)), doc="flying"),
+        Category("Torpedos", Blobs(104, FIELD, max_run=1, max_size=(5, 5)), doc="flying"),
         Category("Sentinel", PASSING, doc="passes above when no enemies are left"),
         display("Torpedos_Available", SPARE_TORPEDOES, count=3, attributes=(), doc="left"),
         display("Enemy_Amount", AMOUNT, doc="enemies left in this sector"),
