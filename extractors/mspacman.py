@@ -2,9 +2,9 @@
 
 Score, lives and the level's fruit stand below. The walls, all other pixels in the pills' colour,
 are scenery. A slot of Pill is a place that has a pill in any of the four mazes. Ghosts on the same
-rows share a sprite and are drawn in turn, as are fruit and player; of the power pills the left and
-the right ones are drawn for eight frames each. The `value` of Score is the emulator's: the extra
-life at 10,000 points is a 1 in the last digit, which the screen shows as 0.
+rows, also in one place of the pen, share a sprite and are drawn in turn, as are fruit and player;
+of the power pills the left and the right ones are drawn for eight frames each. The `value` of Score
+is the emulator's: the extra life at 10,000 points is a 1 in the last digit, which shows as 0.
 
 RAM: OCAtari, AtariARI and ALE; the rest was read from the ROM. The screen shows the positions from
 before the frame's last move, so `decode` takes that move back. The RAM has a bit for every place of
@@ -288,7 +288,7 @@ GAME = Game(
     decode=decode,
     categories=(
         Category("Player", sprites(PLAYER, FIELD), attributes=("orientation",), doc="Ms. Pac-Man"),
-        Category("Ghost", GHOST_RULE, count=4, doc="orange, cyan, pink, red"),
+        Category("Ghost", GHOST_RULE, count=4, blinks=True, doc="orange, cyan, pink, red"),
         Category("PowerPill", POWER_RULE, count=4, blinks=True, doc="two right, two left"),
         Category("Pill", PILL_RULE, count=len(PILL_X), doc="places of all mazes"),
         Category("Fruit", fruit_in(FIELD), doc="in the maze"),
