@@ -225,7 +225,7 @@ def _validate_category(game: Game, c: Category) -> None:
     need(not reads or "value" in c.attributes, text="its rule reads a value, but it has no attribute 'value'")
     may_need = {None, *(o.name for o in game.categories if c.hud or not o.hud)}  # a game without its display lacks the others
     need(c.needs in may_need, text=f"needs: {c.needs!r} is not a category" + ("" if c.hud else " outside the display"))
-    for name in () if isinstance(c.rule, Cells) else c.rule.exclude:
+    for name in () if isinstance(c.rule, Cells) else (n for r in getattr(c.rule, "rules", (c.rule,)) for n in r.exclude):
         other = next((o.rule for o in game.categories if o.name == name), None)
         allowed = (isinstance(other, Cells) and other.whole) or (isinstance(other, Blobs) and isinstance(c.rule, Bounds))
         kinds = "whole Cells" if isinstance(c.rule, Blobs) else "Blobs or whole Cells"

@@ -127,6 +127,8 @@ class Blobs:
         max_run: if not 0, pixels of vertical runs longer than this do not count. This finds low objects in the colour of walls.
         ignore: areas of the screen whose pixels do not count.
         exclude: categories of whole `Cells`; pixels of their objects do not count.
+        also: another rule of the same colours; what it finds belongs to the category, too. This is for objects that have
+            two shapes, such as a shot that flies upright or across.
     """
 
     colors: Colors
@@ -141,6 +143,12 @@ class Blobs:
     max_run: int = 0
     ignore: tuple[Area, ...] = ()
     exclude: tuple[str, ...] = ()
+    also: Blobs | None = None
+
+    @property
+    def rules(self) -> tuple[Blobs, ...]:
+        """This rule and the one that is `also` for the category."""
+        return (self,) if self.also is None else (self, *self.also.rules)
 
     @property
     def palette(self) -> tuple[int, ...]:
@@ -155,7 +163,7 @@ class Blobs:
     @property
     def bottom(self) -> int:
         """The row below everything that the rule looks at; 0 where it looks at the whole screen."""
-        return self.region[3] if self.region else 0
+        return max(rule.region[3] if rule.region else 0 for rule in self.rules)
 
     def __post_init__(self) -> None:
         _color_set(self.colors)
@@ -169,6 +177,8 @@ class Blobs:
             raise ValueError(f"max_run must be a number of pixels, got {self.max_run}")
         if self.split is not None and min(self.split) < 1:
             raise ValueError(f"split must be (width, height) of at least 1 pixel, got {self.split}")
+        if self.also is not None and self.also.palette != self.palette:
+            raise ValueError("also must have the same colors")
         if not all(0 <= g < 32 for g in self.gap):
             raise ValueError(f"gap must be (dx, dy) of 0 to 31 pixels, got {self.gap}")
 

@@ -15,6 +15,7 @@ from ocjax.objects import UNKNOWN
 from ocjax.ram import RamMap, byte
 from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, display
 from ocjax.views import views
+from ocjax.vision import palette
 
 
 class Ram(RamMap):
@@ -122,6 +123,8 @@ def test_wrong_games(change, message):
         (lambda: Blobs(14, area=(3, 5)), "area needs"),
         (lambda: Blobs(14, max_run=-1), "max_run must"),
         (lambda: Blobs((14, 16), first=18), "first must"),
+        (lambda: Blobs(14, also=Blobs(16)), "also must"),
+        (lambda: Blobs(14, also=Blobs(14, connectivity=4)), "also must"),
         (lambda: Bounds(((14,), (15,)), (0, 0, 9, 9)), "colors for 2 regions"),
         (lambda: Cells(14, (1, 2), (1,), 2, 2), "one entry per slot"),
         (lambda: Cells(14, (159,), (1,), 2, 2), "on the screen"),
@@ -185,6 +188,19 @@ def test_thin_objects_in_front_of_walls():
     frame[150, 100:104] = 14  # beside another
     frame[140:180, 104:108] = 14
     assert game.vem(frame).xywh[:3].tolist() == [[30, 23, 10, 2], [100, 150, 4, 1], [0, 0, 0, 0]]
+
+
+def test_objects_of_two_shapes():
+    across = Blobs((14, 16), max_run=2, min_size=(4, 2), max_size=(6, 2))
+    upright = Blobs((14, 16), min_size=(1, 6), max_size=(1, 6), also=across)
+    game = dataclasses.replace(GAME, categories=(Category("A", upright, count=3), *CATEGORIES[1:]), decode=three)
+    frame = np.zeros((210, 160), np.uint8)
+    frame[20:40, 40:48] = 14  # a figure
+    frame[30:32, 36:40] = 14  # touches it
+    frame[20:26, 100] = 16
+    seen = game.vem(frame)
+    assert seen.xywh[:3].tolist() == [[100, 20, 1, 6], [36, 30, 4, 2], [0, 0, 0, 0]]
+    assert (np.asarray(seen.rgb)[:2] == palette.NTSC[[16, 14]]).all()
 
 
 def test_objects_that_are_not_on_other_screens():

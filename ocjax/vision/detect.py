@@ -101,14 +101,14 @@ def _detect_blobs(batch: _Frames, categories: Sequence[Category]) -> dict[str, D
     height, width = batch.frames.shape[1:]
     owners, masks, searches = [], [], []
     for c in categories:
-        rule = c.rule
-        assert isinstance(rule, Blobs)
-        region = rule.region or (0, 0, width, height)
-        for colors in [(color,) for color in rule.palette] if rule.split_by_color else [rule.palette]:
-            owners.append(c.name)
-            masks.append(bm.cut(batch.counted(rule, colors), region))
-            count = -(-c.count // 2) if rule.split_by_color else c.count
-            searches.append(Search(count, rule.gap, rule.min_size, rule.max_size, rule.split, rule.area, region[1]))
+        assert isinstance(c.rule, Blobs)
+        for rule in c.rule.rules:
+            region = rule.region or (0, 0, width, height)
+            for colors in [(color,) for color in rule.palette] if rule.split_by_color else [rule.palette]:
+                owners.append(c.name)
+                masks.append(bm.cut(batch.counted(rule, colors), region))
+                count = -(-c.count // 2) if rule.split_by_color else c.count
+                searches.append(Search(count, rule.gap, rule.min_size, rule.max_size, rule.split, rule.area, region[1]))
     lists: dict[str, list[Detected]] = {c.name: [] for c in categories}
     for name, found in zip(owners, components(masks, searches), strict=True):
         lists[name].append(found)
@@ -135,7 +135,7 @@ def _read_colors(batch: _Frames, categories: Sequence[Category]) -> None:
     wanted = [c for c in categories if c.reads_color or firsts.get(c.name)]
     if not wanted:
         return
-    masks = [batch.mask(c.rule.palette) if isinstance(c.rule, Cells) else batch.counted(c.rule, c.rule.palette) for c in wanted]
+    masks = [batch.mask(c.rule.palette) if _reads_all(c) else batch.counted(c.rule, c.rule.palette) for c in wanted]  # pyright: ignore
     colors = _first_pixel_colors(batch.frames, masks, [batch.found[c.name] for c in wanted])
     for c, color in zip(wanted, colors, strict=True):
         found = batch.found[c.name]
@@ -143,6 +143,11 @@ def _read_colors(batch: _Frames, categories: Sequence[Category]) -> None:
             matches = functools.reduce(jnp.logical_or, (color == own for own in firsts[c.name]))
             found = found._replace(valid=found.valid & matches)
         batch.found[c.name] = found._replace(color=color) if c.reads_color else found
+
+
+def _reads_all(c: Category) -> bool:
+    """Whether all pixels of the category's colours are looked at for the colour, as each of its objects has others that count."""
+    return isinstance(c.rule, Cells) or (isinstance(c.rule, Blobs) and c.rule.also is not None)
 
 
 def _first_pixel_colors(frames: jax.Array, masks: Sequence[Bitmap], found: Sequence[Detected]) -> list[jax.Array]:
