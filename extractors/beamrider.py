@@ -12,7 +12,7 @@ record's depth, a product of line and lane gives the column, state and depth giv
 
 Covered: sectors 1 to 20, all enemies, deaths, game over, the sentinel. Not exact: the step of a
 record that has just changed what it does; which of two near objects is moved by a few lines or left
-out on a frame; an enemy but a saucer on the frame of the hit.
+out on a frame; an enemy but a saucer on the frame of the hit; the last frame of a torpedo.
 """
 
 import functools
