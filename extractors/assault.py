@@ -12,8 +12,9 @@ without enemies takes a line less, an explosion one more.
 
 Covered: levels 1 to 24 (four kinds of enemies and of their shots), splits, explosions, deaths,
 overheating, game over. The gauge is not valid before a new game gives it a colour. Not in
-RAM: a shot on the frame on which it hits, the heat on the frame on which it changes, the mother
-ship's row on the frame on which its bay opens.
+RAM: a shot on the frame on which it hits, the heat on the frame on which it changes (every 32nd),
+the mother ship's row on the frame on which its bay opens. VEM joins a shot to the side to the
+cannon while they touch.
 """
 
 import jax
@@ -24,7 +25,7 @@ from ocjax.boxes import Box, box
 from ocjax.console import COARSE, packed_position
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
-from ocjax.ops import mod, pick
+from ocjax.ops import among, mod
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Rom
 from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, display
@@ -32,6 +33,7 @@ from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, display
 ROM = Rom("assault", "de78b3a064d374390ac0710f95edde92")
 FONT = ROM.font(0xE00, rows=8)
 
+NO_ENEMY = (0xFD, 0xFF)  # pages of the empty picture, of explosions
 NO_CANNON, SMALL_CANNON = 0xFD, 0xFFE2  # page of the empty picture; pointer to a small one
 SHORT_BEAMS, TALL_BEAMS, FIREBALLS, LOW_FIREBALLS = range(4)  # levels, by the enemies' shots
 SIDE_SHOT = 88  # `side_shot` while it is drawn
@@ -46,10 +48,12 @@ ROW, RIGHT_HALF = np.arange(6) >> 1, (np.arange(6) & 1) == 1  # of the enemies' 
 HALF_BIT = np.where(RIGHT_HALF, 1, 2)
 ROW_HEIGHT, LOWEST_ROW = 25, 94
 
-# Top and height of the cannon's shot among the enemies, by block of eight lines that it counts;
-# some of the screen's lines do not count.
-MISSILE_TOPS, MISSILE_HEIGHTS = (52, 52, 59, 77, 83, 102, 105), (8, 8, 18, 6, 19, 3, 22)
-BELOW_ENEMIES, LAST_BLOCK = 7, 13
+# Shots upwards and beams begin and end at counts of lines: 18 of each row of enemies and all below.
+# The chip gets them at some column of a line; left of it, they begin and end a line later.
+ROW_COUNTS, ROW_LINES = 18, 8  # counts of a row of enemies; lines that draw it
+FIRST_COLUMN, ROW_COLUMN, CANNON_COLUMN = 5, 56, 26  # of a row, of its next lines, below
+LAST_BLOCK, CANNON_COUNT = 13, 106  # of eight counts; of the cannon's first line
+GROUND_TOP = 186
 
 WHITE, SCORE, LIFE, HEAT = 14, 40, 8, (198, 70)
 SHIP = (198, 38, 24, 146, 114, 214, 150, 148, 82, 86, 194, 196, WHITE)
@@ -75,6 +79,7 @@ class Ram(RamMap):
     missile_x = byte(39)  # x + 23 in the chip's coding
     hides = bits(42, first=7)
     bob = bits(43, count=4)  # rows
+    drawn_last = byte(47)  # page of the picture of the lowest enemy's right half
     is_split = bits(54, 55, 56, first=5)  # by row
     halves = bits(54, 55, 56, first=6, count=2)  # of the enemy in each row; 2 left, 1 right
     sound = byte(63)
@@ -87,6 +92,7 @@ class Ram(RamMap):
     lives = byte(101)
     frame = byte(103)  # of the next frame
     level = bits(104, count=2)
+    to_come = bits(105, count=4)  # enemies that the mother ship will set off
     opens = bits(105, first=7)  # the bay
     blast_row = bits(106, count=2)
     blast_time = bits(106, first=2, count=4)
@@ -98,12 +104,12 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     heat = lax.population_count(m.heat_low) + lax.population_count(m.heat_high)
-    i3 = np.arange(3)
+    i3, cannon = np.arange(3), _cannon(m)
     return {
-        "Player": _cannon(m),
+        "Player": cannon,
         "MotherShip": _mother_ship(m),
         "Enemy": _enemies(m),
-        "PlayerMissileVertical": _missile(m),
+        "PlayerMissileVertical": _missile(m, cannon),
         "PlayerMissileHorizontal": _side_shot(m),
         "EnemyMissile": _enemy_shot(m),
         "PlayerScore": score_box(
@@ -148,11 +154,8 @@ def _enemies(m: Ram) -> Box:
     bursts = struck & ~just_hit
     left, top, width, height = _enemy_pictures(m, is_split, bursts)
 
-    # The explosion of a whole enemy takes a line more, from its own row down.
-    longer = hit & ~jnp.any(is_split & (m.blast_row == ROW))
-    longer = longer & (jnp.where(just_hit, m.blast_row - 1, m.blast_row) >= ROW)
-    y = jnp.repeat(_row_tops(m), 2) + jnp.where(longer, 1, 0) + top
-
+    tops = _row_tops(m)
+    y = jnp.repeat(jnp.where(_came_down(m), jnp.roll(tops, -1), tops), 2) + top
     there = (jnp.repeat(m.halves, 2) & HALF_BIT) > 0
     visible = (m.hides == 0) | bursts
     own_box = is_split | ~RIGHT_HALF
@@ -176,31 +179,60 @@ def _enemy_pictures(m: Ram, is_split: jax.Array, bursts: jax.Array) -> tuple[jax
     return x + inset, jnp.where(first_row_empty, 1, 0), last - x - 2 * inset, height
 
 
-def _row_tops(m: Ram) -> jax.Array:
-    """Where the three rows of enemies were drawn; enemies may have come down by a row since."""
-    row = np.arange(3)
-    there = m.halves > 0
-    left, right = m.enemy_x[0::2], m.enemy_x[1::2]
+def _came_down(m: Ram) -> jax.Array:
+    """Which rows have the enemy that the row above them had when the frame was drawn.
+
+    The lowest row was drawn last, and without an enemy then. Into the middle row the last enemy of
+    all comes unnoticed while another one is below it.
+    """
+    there, left, right = m.halves > 0, m.enemy_x[0::2], m.enemy_x[1::2]
     same_place = (left[:2] == left[1:]) & (right[:2] == right[1:])
-    came_down = (m.open_time == 0) & (m.opens == 0) & there[:2] & ~there[1:] & same_place
-    is_lower, was_there = jnp.append(came_down, False), jnp.append(jnp.array(False), came_down)
-    drawn = there & ~is_lower & (~_new_enemy(m) | (row < 2)) | was_there
-    drawn = drawn | (_hit(m)[1] & (m.blast_row == row))
+    rests = (m.open_time == 0) & (m.opens == 0)
+    was_empty = jnp.stack([among(m.drawn_last, NO_ENEMY), (m.to_come > 0) | ~there[0]])
+    return jnp.append(rests & there[:2] & ~there[1:] & same_place & was_empty, False)
+
+
+def _row_tops(m: Ram) -> jax.Array:
+    """Where the three rows were drawn: lines less for empty ones, more for an explosion."""
+    row = np.arange(3)
+    (hit, just_hit), came_down = _hit(m), _came_down(m)
+    drawn = (m.halves > 0) & ~came_down & (~_new_enemy(m) | (row < 2)) | jnp.roll(came_down, 1)
+    drawn = drawn | (just_hit & (m.blast_row == row))
     empty = jnp.where(drawn, 0, 1)
-    above = jnp.stack([empty[1] + empty[2], empty[2], jnp.int32(0)])
-    missing = jnp.where(is_lower, above + ROW_HEIGHT, above + empty)
-    return LOWEST_ROW + m.bob - ROW_HEIGHT * row - missing
+    fewer = jnp.stack([jnp.sum(empty), empty[1] + empty[2], empty[2]])
+
+    # The explosion of a whole enemy takes a line more, from its own row down.
+    longer = hit & ~jnp.any((m.is_split > 0) & (m.blast_row == row))
+    longer = longer & (jnp.where(just_hit, m.blast_row - 1, m.blast_row) >= row)
+    return LOWEST_ROW + m.bob - ROW_HEIGHT * row - fewer + jnp.where(longer, 1, 0)
 
 
-def _missile(m: Ram) -> Box:
+def _line(m: Ram, count: jax.Array, x: jax.Array, tops: jax.Array) -> jax.Array:
+    """The first screen line that shows, at column x, what changes at a count of lines."""
+    line = _line_below(count, x)
+    for row in range(3):
+        turn = count - (2 - row) * ROW_COUNTS - m.bob
+        column = jnp.where(turn > 0, ROW_COLUMN, FIRST_COLUMN)
+        in_row = tops[row] - 1 + jnp.maximum(turn, 0) + jnp.where(x < column, 1, 0)
+        line = jnp.where(turn < ROW_LINES, in_row, line)
+    return line
+
+
+def _line_below(count: jax.Array, x: jax.Array) -> jax.Array:
+    """The same below the enemies. A line that does not count is above the cannon."""
+    at_cannon = 1 + jnp.where(x < CANNON_COLUMN, 1, 0)
+    return count + 71 + jnp.where(count >= CANNON_COUNT, at_cannon, 0)
+
+
+def _missile(m: Ram, cannon: Box) -> Box:
     """The cannon's shot upwards."""
-    block = m.missile_y >> 3
-    is_below = block >= BELOW_ENEMIES
-    y = jnp.where(is_below, m.missile_y + 64, pick(block, MISSILE_TOPS))
-    below = jnp.where(block == LAST_BLOCK, 10, 8)
-    height = jnp.where(is_below, below, pick(block, MISSILE_HEIGHTS))
+    block, x, tops = m.missile_y >> 3, packed_position(m.missile_x) - 23, _row_tops(m)
+    top, bottom = (_line(m, 8 * (block + i), x, tops) for i in (0, 1))
+    base = cannon.x + 1  # of the cannon, which covers the last line
+    covered = (x >= base) & (x < base + 6)
+    bottom = jnp.where(block == LAST_BLOCK, GROUND_TOP - jnp.where(covered, 1, 0), bottom)
     there = (m.rises == 1) & (block > 0) & (block <= LAST_BLOCK)
-    return box(packed_position(m.missile_x) - 23, y, 1, height, there)
+    return box(x, top, 1, bottom - top, there)
 
 
 def _side_shot(m: Ram) -> Box:
@@ -222,15 +254,17 @@ def _side_shot(m: Ram) -> Box:
 def _enemy_shot(m: Ram) -> Box:
     is_beam, is_tall = m.level <= TALL_BEAMS, m.level == TALL_BEAMS
     high, rolls = m.level == FIREBALLS, m.rolls == 1
-    beam_top = 71 + ((m.beam_y - 6) & jnp.where(is_tall, ~31, ~7))
+    beam_x = packed_position(m.beam_x) - 23
+    first = (m.beam_y - 6) & jnp.where(is_tall, ~31, ~7)
+    beam_top, beam_end = (_line_below(first + n, beam_x) for n in (0, jnp.where(is_tall, 32, 8)))
     fireball_top = jnp.where(rolls, 178, m.fireball_y + jnp.where(high, 101, 29))
-    beam_height, fireball_height = jnp.where(is_tall, 32, 8), jnp.where(high, 16, 8)
-    x = jnp.where(is_beam, packed_position(m.beam_x) - 23, packed_position(m.roll_x) - 22)
+    fireball_height = jnp.where(high, 16, 8)
+    x = jnp.where(is_beam, beam_x, packed_position(m.roll_x) - 22)
     y = jnp.where(is_beam, beam_top, fireball_top)
-    height = jnp.where(is_beam, beam_height, fireball_height)
+    height = jnp.where(is_beam, beam_end - beam_top, fireball_height)
     started = jnp.where(is_beam, m.beam_y > 60, m.fireball_y > jnp.where(high, 4, 84))
     there = rolls | ((m.falls == 1) & started)
-    return box(x, y, jnp.where(is_beam, 1, 8), height, there).clip(0, 125, 160, 186)
+    return box(x, y, jnp.where(is_beam, 1, 8), height, there).clip(0, 125, 160, GROUND_TOP)
 
 
 PLAYER = Blobs(CANNON, GROUND, min_size=(4, 7), max_size=(8, 8))
