@@ -13,7 +13,8 @@ different numbers of lines, so the shot has a place and a height for each of its
 Covered: several levels, ducks that fly and eat, bonuses and penalties, the end of the game.
 PlayerScore stays valid while a text is shown in its place between levels; so do the bar with its
 last bullets and a sign that was hit while they blink. Not in RAM, each for a single frame: a flying
-duck that is hit, the wheel while its last pipe is hit.
+duck that is hit, where it was when it turns, the wheel while its last pipe is hit. VEM takes a
+rabbit's last column for bullets and does not see its first two alone.
 """
 
 import functools
@@ -22,13 +23,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from ocjax.boxes import Box, box
+from ocjax.boxes import WIDTH, Box, box
 from ocjax.console import copies, modulo_screen, palette_rgb, spacing
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
 from ocjax.ops import div, lookup, shared
 from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.rom import Rom
+from ocjax.rom import Pictures, Rom
 from ocjax.rules import Blobs, Bounds, Category, Gauge, display
 
 ROM = Rom("carnival", "028024fb8e5e5f18ea586652f9799c96")
@@ -52,7 +53,25 @@ SHOT_HEIGHTS = (
     *(5, 5, 12, 5, 5, 5, 5, 6, 5, 5, 5, 6, 5, 5, 5, 6, 5),
 )
 
+LEFT_EDGE, TARGET = 8, 8  # first column of the rows; columns of a target
+WHOLE, FIRST = 0, 8  # parts of targets: 1-7 are that many last columns, 9-15 are 1-7 first ones
+
+
+def _part(kind: int, is_mirrored: bool, part: int) -> np.ndarray:
+    """Rows of a part of a target from the top."""
+    rows = PICTURES[kind]
+    if is_mirrored:
+        rows = np.array([int(f"{row:08b}"[::-1], 2) for row in rows])
+    if part == WHOLE:
+        return rows
+    return rows & (-256 >> part - FIRST if part > FIRST else (1 << part) - 1)
+
+
+PICTURES = ROM.rows((0xE00, 0xE10, 0xE20, 0xE30), 15)
+PARTS = Pictures.of(_part(k, bool(m), p) for k in range(4) for m in range(2) for p in range(16))
+
 GROUP, COPY = np.arange(18) // 3, np.arange(18) % 3  # of the targets' slots
+MIRRORED = GROUP >> 1 != 1  # in the rows that go to the right
 ROWS = (8, 47, 160, 104)
 WHEEL, SIGN, BARS = (148, 194, 100, 36), (72, 56), (146, 192, 100, 34)
 YELLOW, GREY, RED, GREEN, SHOT, WHITE = 24, 10, 72, 182, 234, 232
@@ -88,7 +107,7 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     kind = _kinds(m)
-    targets = _targets(m)
+    targets = _targets(m, kind)
     sign, amount = _sign(m)
     return {
         "Player": box(m.player_x - 4, 186, 6, 13),
@@ -97,7 +116,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Duck": targets.where(kind == DUCK),
         "Rabbit": targets.where(kind == RABBIT),
         "Owl": targets.where(kind == OWL),
-        "ExtraBullets": _lower_part(targets).where(kind == BULLETS),
+        "ExtraBullets": targets.where(kind == BULLETS),
         "FlyingDuck": _ducks(m),
         "PlayerScore": score_box(
             FONT, m.score, right=104, top=2, digits=5, leading_zeros=True, value=10 * m.score
@@ -135,17 +154,15 @@ def _kinds(m: Ram) -> jax.Array:
     return jnp.repeat(jnp.where(left_row, DUCK, m.group_kind), 3)
 
 
-def _targets(m: Ram) -> Box:
-    """All copies of all groups."""
+def _targets(m: Ram, kind: jax.Array) -> Box:
+    """All copies of all groups. The edges of the rows show parts of them."""
     first, apart, count = m.group_x + 156, spacing(m.group_copies), copies(m.group_copies)
     x = modulo_screen(jnp.repeat(first, 3) + jnp.repeat(apart, 3) * COPY)
     x, there = shared((x, jnp.repeat(count, 3) > COPY))
-    return box(x, 89 - 21 * (GROUP >> 1), 8, 15, there).clip(*ROWS)
-
-
-def _lower_part(targets: Box) -> Box:
-    """Boxes of bullets, which are lower than animals."""
-    return box(targets.x, targets.y + 6, targets.w, targets.h - 6, targets.valid)
+    at_right = jnp.where(x > WIDTH - TARGET, FIRST + WIDTH - x, WHOLE)
+    part = jnp.where(x < LEFT_EDGE, x, at_right)
+    index = 2 * kind | np.where(MIRRORED, 16, 0) | part
+    return PARTS.box(index, x, 89 - 21 * (GROUP >> 1), valid=there).clip(*ROWS)
 
 
 def _ducks(m: Ram) -> Box:
