@@ -11,7 +11,8 @@ display wraps at 10000). The ground and its two coloured marks are scenery.
 
 RAM: ALE's source, OCAtari 2.2, AtariARI, and the game's display program. It draws from positions in
 the chip's coding (bytes 3-7), which it does not change, while the positions (27-30) move on. The
-lines between two steps of byte 9 make bullets 4 to 12 rows high.
+lines between two steps of byte 9 make bullets 4 to 12 rows high. A bullet's box holds also what an
+alien, a shield or a cannon covers of it, which VEM does not see.
 
 Covered: later waves, landing, deaths, game over, all of ALE's modes, both players at once and in
 turn. Not in RAM: the difficulty switches (a cannon is 14 pixels wide at difficulty 1, boxes say 7),
@@ -226,20 +227,20 @@ def _line(m: Ram, k: jax.Array, x: jax.Array, saucer: jax.Array, *, ending: bool
     since = k - m.drop - 11  # steps from the first row of aliens on
     end = 51 - 9 * _lowest_row(m)
     phase = since % 9
-    bend = jnp.where(phase == 7, 9 + passed(112), 8 + waiting(118))
+    bend = jnp.where(phase == 7, 9 + passed(111), 8 + waiting(117))
     bend = jnp.where(phase == 5, 10, jnp.where(phase == 6, 9, bend))
     in_rows = jnp.where(phase < 5, 11, bend)
-    edge = jnp.where(k == SHIELD_END + 1, waiting(34), passed(88))
-    at_shields = 9 + jnp.where(k == SHIELD_END, passed(58), edge)
+    edge = jnp.where(k == SHIELD_END + 1, waiting(30), passed(87))
+    at_shields = 9 + jnp.where(k == SHIELD_END, passed(57), edge)
     at_shields = jnp.where((k > SHIELD_TOP) & (k < SHIELD_END), 10, at_shields)
-    at_shields = jnp.where(k == SHIELD_TOP, 10 + passed(88), at_shields)
-    gap = jnp.where(since == end, waiting(7), waiting(70))
-    gap = 9 + jnp.where(k == GROUND - 1, passed(112), gap)
+    at_shields = jnp.where(k == SHIELD_TOP, 10 + passed(87 if ending else 84), at_shields)
+    gap = jnp.where(since == end, waiting(7), waiting(66))
+    gap = 9 + jnp.where(k == GROUND - 1, passed(111), gap)
     under = jnp.where((m.shields_up == 1) & (k >= SHIELD_TOP), at_shields, gap)
-    sky = jnp.where(k == SKY, 7, 6 + jnp.where(k < SKY, waiting(52), waiting(73)))
+    sky = jnp.where(k == SKY, 7, 6 + jnp.where(k < SKY, waiting(51), waiting(69)))
     over = jnp.where(since == -2, 9, jnp.where(since == -1, 9 if ending else 8, sky))
     field = jnp.where(since < 0, over, jnp.where(since < end, in_rows, under))
-    near = jnp.where(k > GROUND, 11 + passed(112), jnp.where(k == GROUND, 10, field))
+    near = jnp.where(k > GROUND, 11 + passed(111), jnp.where(k == GROUND, 10, field))
     line = jnp.where((k <= SKY) & ~saucer, 23, 2 * k + near)
     return jnp.clip(line, jnp.where(saucer, 6, 23), 195)
 
