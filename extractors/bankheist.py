@@ -41,6 +41,7 @@ PICTURE = 12  # bytes
 SIDE_CARS, FRONT_CARS = 0xBC, 0xBC + PICTURE  # low bytes; the second ones are two pictures further
 EXPLOSION, POINTS = 0x83, 0x8F  # low bytes; the points' pictures are those for 10, 20, ...
 AWAY = 0x88  # `y`, or more, of who is not in the maze
+NO_RECORD = 129  # `drawn_last`
 DROPPED, LIT = 84, range(63, 84)  # `fuse`: on the frame of the drop; while dynamite is shown
 COPYRIGHT = 0xAB  # `shown_high`
 
@@ -79,6 +80,7 @@ class Ram(RamMap):
     x = byte(28, 29, 30, 31)  # already moved on
     place = byte(33, 34, 35, 36)  # x + 1 in the chip's coding; 0 on the first frame of a game
     dynamite_y = byte(12)  # y - 37
+    drawn_last = byte(13)  # y of the record to which the drawing loop came last
     dynamite_x = byte(32)  # x + 1
     fuse = byte(63)  # counts down from 84
     waits = byte(64)  # dynamite is to be dropped at the next line
@@ -159,7 +161,8 @@ def _dynamite(m: Ram) -> Box:
     end = jnp.where(third, edges[2] + 4, jnp.where(second, edges[2], edges[1]))
     right = jnp.minimum(x + width, end)
     there = (m.fuse >= LIT.start) & (m.fuse < LIT.stop)
-    return box(left, m.dynamite_y + MAZE_TOP, right - left, jnp.where(x < 8, 3, 2), there)
+    longer = (x < 10) & (m.drawn_last == NO_RECORD)  # its end comes too late for these columns
+    return box(left, m.dynamite_y + MAZE_TOP, right - left, jnp.where(longer, 3, 2), there)
 
 
 def _tank(m: Ram) -> Box:
