@@ -124,7 +124,6 @@ def test_wrong_games(change, message):
         (lambda: Blobs(14, max_run=-1), "max_run must"),
         (lambda: Blobs((14, 16), first=18), "first must"),
         (lambda: Blobs(14, also=Blobs(16)), "also must"),
-        (lambda: Blobs(14, also=Blobs(15)), "also must"),
         (lambda: Bounds(((14,), (15,)), (0, 0, 9, 9)), "colors for 2 regions"),
         (lambda: Cells(14, (1, 2), (1,), 2, 2), "one entry per slot"),
         (lambda: Cells(14, (159,), (1,), 2, 2), "on the screen"),
