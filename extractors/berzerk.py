@@ -241,7 +241,7 @@ number = functools.partial(Digits, FONT, top=LINE_TOP, required=True)
 PLAYER = Blobs(HUMAN, FIELD, gap=(0, 2), min_size=(3, 17), max_size=(9, 26))
 ENEMY = Blobs(ROBOTS, FIELD, min_size=(4, 4), max_size=(12, 24))
 # Of an arm and the shot beside it, the left part counts: most of these shots are at the left wall.
-SHOT = _shots(HUMAN, min_size=(4, 2), split=(4, 2))
+SHOT = _shots(HUMAN, connectivity=4, min_size=(4, 2), split=(4, 2))
 MISSILE = _shots(ROBOTS, min_size=(3, 2))
 OTTO = Blobs(HUMAN, FIELD, min_size=(8, 10), max_size=(8, 16), area=(60, 90))
 NOTICE = Bounds(TEXT, LINE, min_size=(40, 7))

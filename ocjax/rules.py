@@ -115,7 +115,8 @@ class Blobs:
     Args:
         colors: palette indices; pixels of different colours of the rule connect.
         region: where to look; pixels outside do not count.
-        gap: parts that are at most (dx, dy) blank pixels apart are one object.
+        connectivity: 8 (pixels whose corners touch are connected) or 4.
+        gap: parts that are at most (dx, dy) blank pixels apart are one object; needs connectivity 8.
         min_size, max_size: (width, height) limits; components outside them are not objects.
         split: (width, height) of one object, for objects that touch. A larger component is split into as many objects as cover it (4 at
             most), evenly spaced from edge to edge. `max_size` then limits the whole component.
@@ -133,6 +134,7 @@ class Blobs:
 
     colors: Colors
     region: Area | None = None
+    connectivity: int = 8
     gap: tuple[int, int] = (0, 0)
     min_size: tuple[int, int] = (1, 1)
     max_size: tuple[int, int] | None = None
@@ -169,6 +171,10 @@ class Blobs:
         _color_set(self.colors)
         for area in (*self.ignore, *((self.region,) if self.region else ())):
             _check_area(area)
+        if self.connectivity not in (4, 8):
+            raise ValueError(f"connectivity must be 4 or 8, got {self.connectivity}")
+        if self.gap != (0, 0) and self.connectivity == 4:
+            raise ValueError("gap needs connectivity 8")
         if self.area is not None and self.max_size is None:
             raise ValueError("area needs max_size")
         if not set(self.first_colors) <= set(self.palette):

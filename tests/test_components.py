@@ -25,7 +25,7 @@ def reference(mask, search):
     for i in range(dx + 1):
         for j in range(dy + 1):
             wide[j : j + mask.shape[0], i : i + mask.shape[1]] |= mask
-    labels, _ = ndimage.label(wide, np.ones((3, 3)))
+    labels, _ = ndimage.label(wide, np.ones((3, 3)) if search.connectivity == 8 else None)
     out = []
     for label, (rows, columns) in enumerate(ndimage.find_objects(labels), start=1):
         first = int(np.flatnonzero(labels[rows.start] == label)[0])
@@ -122,6 +122,8 @@ SEARCHES = {
     "joined": Search(30, gap=(3, 1), max_size=(20, 10)),
     "split": Search(40, max_size=(30, 20), split=(8, 7)),
     "joined, any size": Search(30, gap=(2, 5)),
+    "4-connected": Search(700, connectivity=4, max_size=(8, 10)),
+    "4-connected, any size": Search(12, connectivity=4),
     "so many pixels": Search(60, gap=(1, 0), max_size=(20, 10), area=(5, 40)),
 }
 
@@ -161,7 +163,7 @@ def test_random_masks(search, mask):
 @settings(max_examples=25)
 @given(first=masks(), second=masks(), third=masks())
 def test_several_masks_at_once(first, second, third):
-    check([first, second, third], (SEARCHES["small"], SEARCHES["joined"], SEARCHES["any size"]))
+    check([first, second, third], (SEARCHES["small"], SEARCHES["joined"], SEARCHES["4-connected, any size"]))
 
 
 @settings(max_examples=50)
@@ -214,28 +216,26 @@ def test_stage_starts():
     rows = np.zeros((4, 32), np.uint8)
     rows[1, 3:6] = rows[2, 6] = rows[2, 10] = rows[3, 9:12] = 1
     board = jnp.asarray(np.packbits(rows, axis=1).view(">u4").astype(np.uint32))[None]
-    starts = np.asarray(stages._starts(board))[0, :, 0]
-    found = np.unpackbits(starts.astype(">u4")[:, None].view(np.uint8), axis=1)
-    assert [(y + 1, x) for y, x in np.argwhere(found).tolist()] == [(1, 3), (2, 10)]
+    for corners, want in ((bitmap.ALL, [(1, 3), (2, 10)]), (~bitmap.ALL, [(1, 3), (2, 6), (2, 10)])):
+        starts = np.asarray(stages._starts(board, corners))[0, :, 0]
+        found = np.unpackbits(starts.astype(">u4")[:, None].view(np.uint8), axis=1)
+        assert [(y + 1, x) for y, x in np.argwhere(found).tolist()] == want
 
 
-def in_window(mask, seed):
-    return stages._fill(mask, seed)
+def on_board(mask, seed, corners):
+    return jnp.moveaxis(stages._fill_large(jnp.moveaxis(mask, 1, 0), jnp.moveaxis(seed, 1, 0), corners), 0, 1)
 
 
-def on_board(mask, seed):
-    return jnp.moveaxis(stages._fill_large(jnp.moveaxis(mask, 1, 0), jnp.moveaxis(seed, 1, 0)), 0, 1)
-
-
-@pytest.mark.parametrize("fill", [in_window, on_board])
-def test_stage_fill(fill):
+@pytest.mark.parametrize("fill", [stages._fill, on_board])
+@pytest.mark.parametrize("corners", [bitmap.ALL, ~bitmap.ALL])
+def test_stage_fill(fill, corners):
     rng = np.random.default_rng(1)
     mask = rng.random((12, 64)) < 0.55
     words = np.packbits(mask, axis=1).reshape(12, 2, 4).view(">u4")[..., 0].astype(np.uint32)[..., None]
-    labels, _ = ndimage.label(mask, np.ones((3, 3)))
+    labels, _ = ndimage.label(mask, np.ones((3, 3)) if corners.all() else None)
     y, x = (int(v) for v in np.argwhere(mask)[40])
     seed = np.zeros_like(words)
     seed[y, x // 32] = 1 << (31 - x % 32)
-    filled = np.asarray(fill(jnp.asarray(words), jnp.asarray(seed)))[..., 0]
+    filled = np.asarray(fill(jnp.asarray(words), jnp.asarray(seed), corners))[..., 0]
     found = np.unpackbits(filled.astype(">u4")[..., None].view(np.uint8).reshape(12, 8), axis=1).astype(bool)
     assert np.array_equal(found, labels == labels[y, x])

@@ -119,6 +119,8 @@ def test_wrong_games(change, message):
         (lambda: Blobs(()), "palette indices"),
         (lambda: Blobs(14, (10, 0, 5, 20)), "region"),
         (lambda: Blobs(14, (0, 0, 161, 20)), "region"),
+        (lambda: Blobs(14, connectivity=6), "connectivity"),
+        (lambda: Blobs(14, connectivity=4, gap=(1, 0)), "gap needs"),
         (lambda: Blobs(14, gap=(40, 0)), "gap must"),
         (lambda: Blobs(14, area=(3, 5)), "area needs"),
         (lambda: Blobs(14, max_run=-1), "max_run must"),

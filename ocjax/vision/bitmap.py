@@ -18,6 +18,7 @@ from ocjax._xla import materialize
 from ocjax.boxes import WIDTH, Area
 
 U = jnp.uint32
+ALL = np.array(0xFFFFFFFF, np.uint32)
 Bitmap = jax.Array
 
 
@@ -171,9 +172,10 @@ def short_runs(bitmap: Bitmap, most: int) -> Bitmap:
     return bitmap & ~long
 
 
-def spread(bitmap: Bitmap) -> Bitmap:
-    """Each pixel and its neighbours left and right."""
-    return bitmap | shift_left(bitmap, 1) | shift_right(bitmap, 1)
+def spread(bitmap: Bitmap, where: jax.Array | np.ndarray = ALL) -> Bitmap:
+    """Each pixel, and those of its neighbours left and right that are in `where`, which broadcasts to the bitmap."""
+    where = where.reshape((1,) * (bitmap.ndim - where.ndim) + where.shape)
+    return bitmap | ((shift_left(bitmap, 1) | shift_right(bitmap, 1)) & where)
 
 
 def fill_rows(mask: Bitmap, touched: Bitmap, reach: int = 31) -> tuple[jax.Array, ...]:

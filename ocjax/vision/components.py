@@ -50,6 +50,7 @@ class Search:
     """What to look for in one mask; sizes are (width, height) in pixels."""
 
     count: int  # boxes at most; further objects are only counted
+    connectivity: int = 8  # or 4, which needs gap (0, 0)
     gap: tuple[int, int] = (0, 0)  # parts at most (dx, dy) blank pixels apart are one component
     min_size: tuple[int, int] = (1, 1)  # components outside these limits do not count
     max_size: tuple[int, int] | None = None
@@ -91,10 +92,21 @@ class _Layout:
         self.n_candidates = max(MIN_CANDIDATES, CANDIDATES_PER_FRAME * self.lanes)
         self.first_slot = np.cumsum([0, *(s.count for s in searches)])
 
+        self.corners = [bm.ALL if s.connectivity == 8 else ~bm.ALL for s in searches]  # whether corners connect: all bits set, or none
+
     def of(self, mask: jax.Array, table: Sequence[int] | np.ndarray) -> jax.Array:
         """The entry of each candidate's mask in a table with one entry per mask."""
         values = np.asarray(table, np.int32)
         return jnp.asarray(values)[mask] if len(set(values.tolist())) > 1 else jnp.full_like(mask, values[0])
+
+    def corners_of(self, mask: jax.Array) -> jax.Array:
+        """Whether corners connect in each candidate's mask: words with all bits set, or none."""
+        return self.of(mask, np.array(self.corners).view(np.int32)).astype(U)
+
+    def corners_by_row(self) -> np.ndarray:
+        """The same for each row of the board, uint32 `[1, rows, 1]`."""
+        heights = np.diff([*self.begins[:-1], self.n_rows])
+        return np.repeat(np.array(self.corners), heights)[None, :, None]
 
 
 def _bridged(mask: Bitmap, dx: int, dy: int) -> Bitmap:
@@ -120,10 +132,15 @@ def _board(layout: _Layout, masks: Sequence[Bitmap]) -> Bitmap:
     return board
 
 
-def _starts(board: Bitmap) -> Bitmap:
-    """First pixels of runs that nothing in the row above touches, judged word by word; a bitmap without the first row."""
+def _starts(board: Bitmap, corners: np.ndarray = bm.ALL) -> Bitmap:
+    """First pixels of runs that nothing in the row above touches, judged word by word; a bitmap without the first row.
+
+    Args:
+        board: bitmap `[words, rows, lanes]`.
+        corners: words with all bits set where pixels touch at their corners, too, uint32 that broadcasts to `[words, rows - 1, lanes]`.
+    """
     here, above = board[:, 1:], board[:, :-1]
-    above = above | (above << 1) | (above >> 1)
+    above = above | (((above << 1) | (above >> 1)) & corners)
     free = here & ~above
     total = free + (free & ~(here << 1))  # the carry goes from the last pixel of a free run to the left of its first
     first = ((total & ~here) >> 1) | jnp.where(total < free, U(1 << 31), U(0))
@@ -148,7 +165,7 @@ class _Index:
     def __init__(self, layout: _Layout, board: Bitmap) -> None:
         self.layout = layout
         searched = int(layout.begins[-1]) + 1
-        starts = materialize(lambda b: _starts(b[:, :searched]), board)
+        starts = materialize(lambda b: _starts(b[:, :searched], layout.corners_by_row()[:, 1:searched]), board)
         counts = jnp.sum(bm.popcount(starts), axis=0, dtype=jnp.int32)
         blocks = jnp.sum(counts.reshape(-1, BLOCK, layout.lanes), axis=1, dtype=jnp.int32)
         above = jnp.pad(jnp.cumsum(blocks, axis=0), ((1, 0), (0, 0)))  # candidates above each block
@@ -235,13 +252,16 @@ def _offsets(layout: _Layout, found: _Candidates) -> jax.Array:
     return row * layout.lanes + (found.segment % layout.lanes)[None]
 
 
-def _fill(mask: jax.Array, seed: jax.Array, reach: int = 31) -> jax.Array:
-    """The components of `mask` that hold pixels of `seed`, a part of it; all uint32 `[rows, words, ...]`."""
+def _fill(mask: jax.Array, seed: jax.Array, corners: jax.Array | np.ndarray = bm.ALL, reach: int = 31) -> jax.Array:
+    """The components of `mask` that hold pixels of `seed`, a part of it; all uint32 `[rows, words, ...]`.
+
+    `corners` has all bits set where pixels touch at their corners, too. Runs are filled to both sides at least as far as `reach`.
+    """
 
     def sweep(filled: jax.Array, reverse: bool) -> jax.Array:
         def row(before: tuple[jax.Array, ...], here: tuple[jax.Array, jax.Array]) -> tuple[tuple[jax.Array, ...], jax.Array]:
             m, f = here
-            now = bm.fill_rows(m, f | (m & bm.spread(jnp.stack(before))), reach)
+            now = bm.fill_rows(m, f | (m & bm.spread(jnp.stack(before), corners)), reach)
             return now, jnp.stack(now)
 
         return lax.scan(row, tuple(jnp.zeros_like(seed[0])), (mask, filled), reverse=reverse)[1]
@@ -249,19 +269,19 @@ def _fill(mask: jax.Array, seed: jax.Array, reach: int = 31) -> jax.Array:
     def down_and_up(state: tuple[jax.Array, jax.Array]) -> tuple[jax.Array, jax.Array]:
         filled = sweep(sweep(state[0], reverse=False), reverse=True)
         words, rows = jnp.moveaxis(filled, 1, 0), jnp.moveaxis(mask, 1, 0)
-        missing = bm.spread(words[:, :-1]) & rows[:, 1:] & ~words[:, 1:]  # after a sweep up, nothing is missing upwards
+        missing = bm.spread(words[:, :-1], corners) & rows[:, 1:] & ~words[:, 1:]  # after a sweep up, nothing is missing upwards
         return filled, jnp.any(missing != 0)
 
     return lax.while_loop(lambda state: state[1], down_and_up, (seed, varying(jnp.bool_(True), seed)))[0]
 
 
-def _fill_large(board: Bitmap, seed: Bitmap) -> Bitmap:
+def _fill_large(board: Bitmap, seed: Bitmap, corners: np.ndarray = bm.ALL) -> Bitmap:
     """`_fill` on the whole board, one row further in each step: less to compile, and slower."""
 
     def grow(state: tuple[Bitmap, jax.Array]) -> tuple[Bitmap, jax.Array]:
         filled = state[0]
-        near = filled | bm.shift_up(filled, 1) | bm.shift_down(filled, 1)
-        grown = bm.fill_words(board, board & bm.spread(near))
+        above_and_below = bm.shift_up(filled, 1) | bm.shift_down(filled, 1)
+        grown = bm.fill_words(board, board & (bm.spread(filled) | bm.spread(above_and_below, corners)))
         return grown, jnp.any(grown != filled)
 
     return lax.while_loop(lambda state: state[1], grow, (seed, varying(jnp.bool_(True), seed)))[0]
@@ -294,9 +314,10 @@ def _measure(layout: _Layout, board: Bitmap, found: _Candidates, offset: jax.Arr
     reach = layout.reach_x
     cut = _windows(layout, board, offset, found.column)
     seed = jnp.zeros(cut[1:].shape, U).at[0, reach // 32].set(U(1 << (31 - reach % 32)))
-    filled = _fill(cut[1:], seed & cut[1:], reach)
+    corners = layout.corners_of(found.segment // layout.lanes)
+    filled = _fill(cut[1:], seed & cut[1:], corners, reach)
     first, last, _, bottom, head = _extent(jnp.moveaxis(filled, 1, 0))
-    above = bm.any_of(bm.spread(filled[0]) & cut[0]) != 0
+    above = bm.any_of(bm.spread(filled[0], corners) & cut[0]) != 0
     inside = (first > 0) & (last < 2 * reach) & (bottom < layout.reach_y)
     area = jnp.sum(bm.popcount(filled), axis=(0, 1), dtype=jnp.int32)
     left, right = found.column + first - reach, found.column + last - reach
@@ -316,7 +337,7 @@ def _measure_large(layout: _Layout, board: Bitmap, found: _Candidates, measured:
         bit = (U(1) << (31 - (column & 31)).astype(U))[None, None]
         words = jnp.arange(layout.n_words)[:, None, None] == (column >> 5)[None, None]
         seed = jnp.where(words & (rows == row[None, None]), bit, U(0))
-        first, last, top, bottom, head = _extent(_fill_large(board, seed & board))
+        first, last, top, bottom, head = _extent(_fill_large(board, seed & board, layout.corners_by_row()))
         here = open_ & (index[lane] == jnp.arange(layout.n_candidates))
         own = jnp.where(here, ((top >= row) & (head == column))[lane], own)
         filled = ((first, left), (last, right), (bottom - row + 1, height))
@@ -405,7 +426,7 @@ def _write(layout: _Layout, index: _Index, found: _Candidates, accepted: _Accept
 
 
 def components(masks: Sequence[Bitmap], searches: Sequence[Search]) -> list[Detected]:
-    """Bounding boxes of the 8-connected components of several masks, found together.
+    """Bounding boxes of the connected components of several masks, found together.
 
     Args:
         masks: bitmaps of equal numbers of words and frames; the numbers of rows may differ.

@@ -108,7 +108,7 @@ def _detect_blobs(batch: _Frames, categories: Sequence[Category]) -> dict[str, D
                 owners.append(c.name)
                 masks.append(bm.cut(batch.counted(rule, colors), region))
                 count = -(-c.count // 2) if rule.split_by_color else c.count
-                searches.append(Search(count, rule.gap, rule.min_size, rule.max_size, rule.split, rule.area, region[1]))
+                searches.append(Search(count, rule.connectivity, rule.gap, rule.min_size, rule.max_size, rule.split, rule.area, region[1]))
     lists: dict[str, list[Detected]] = {c.name: [] for c in categories}
     for name, found in zip(owners, components(masks, searches), strict=True):
         lists[name].append(found)
