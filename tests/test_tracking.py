@@ -194,8 +194,7 @@ def test_large_category():
 
 FUNCTIONS = {
     "merge": lambda a, b, first: ocjax.merge_frames(a, b),
-    "track": lambda a, b, first: ocjax.track(a, b),
-    "is_first": lambda a, b, first: ocjax.track(a, b, is_first=first),
+    "track": lambda a, b, first: ocjax.track(a, b, is_first=first),
 }
 
 
