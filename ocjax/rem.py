@@ -69,7 +69,8 @@ def read(rams: jax.Array, ranges: Sequence[range]) -> jax.Array:
             at += len(r)
         return out
 
-    return _xla.materialize(rows, rams, small=SMALL * RAM_SIZE).T
+    selected = _xla.materialize(rows, rams, small=SMALL * RAM_SIZE)
+    return _xla.materialize(jnp.transpose, selected, small=SMALL * selected.shape[1])
 
 
 def decode(game: Game, columns: jax.Array, addresses: Sequence[int]) -> dict[str, Box]:
