@@ -59,7 +59,7 @@ GAME = Game(
         Category(
             "Walker", Blobs((20, 22), (0, 30, W, 140), gap=(2, 1), min_size=(2, 2), max_size=(20, 20)), count=6, doc="dynamic colours"
         ),
-        Category("Turner", Blobs(40, connectivity=4), count=2, attributes=("orientation",), doc="any size, 4-connected"),
+        Category("Turner", Blobs(40, connectivity=4, max_line=12), count=2, attributes=("orientation",), doc="any size, 4-connected"),
         Category("Pair", Blobs((60, 62), split=(7, 7), max_size=(28, 28), split_by_color=True, area=(3, 500)), count=2, doc="touching"),
         Category("Thin", Blobs((80, 82), (0, 30, W, 200), max_run=3, first=80, exclude=("Pebble",), ignore=((0, 30, 9, 60),)), doc="low"),
         Category("Background", Bounds(0, (5, 60, 40, 90), inverse=True, exclude=("Walker", "Pebble"), min_size=(2, 1)), doc="not black"),

@@ -194,6 +194,20 @@ def test_shifts_and_fills(seed, n, words):
     assert np.array_equal(unpack(bitmap.fill_rows(pack(pixels), pack(touched))), filled)
 
 
+@pytest.mark.parametrize("most", [3, 4, 20])
+def test_lines_are_left_out(most):
+    """A fish on a slanting line of 20 rows, and a line of 4 rows beside it."""
+    fish = np.zeros((H, W), bool)
+    fish[20:23, 35:41] = True
+    slanting, short = np.zeros_like(fish), np.zeros_like(fish)
+    slanting[np.arange(20), 30 + np.arange(20) // 3] = True
+    short[4:8, 60] = True
+    packed = bitmap.planes(jnp.asarray(fish | slanting | short, jnp.uint8)[None])[0]
+    kept = fish | (slanting if most >= 20 else False) | (short if most >= 4 else False)
+    expected = bitmap.planes(jnp.asarray(kept, jnp.uint8)[None])[0]
+    assert np.array_equal(bitmap.without_lines(packed, most), expected)
+
+
 def test_stage_last_at_most():
     table = jnp.array([0, 0, 3, 3, 7, 12])
     got = stages._last_at_most(lambda i: table[i], 5, jnp.arange(10, dtype=jnp.int32))

@@ -172,6 +172,13 @@ def short_runs(bitmap: Bitmap, most: int) -> Bitmap:
     return bitmap & ~long
 
 
+def without_lines(bitmap: Bitmap, most: int) -> Bitmap:
+    """The pixels that are not in lines one pixel wide, upright or slanting, of more than `most` rows."""
+    thin = bitmap & ~(shift_left(bitmap, 1) | shift_right(bitmap, 1))
+    long = lax.fori_loop(0, most, lambda _, above: thin & spread(shift_up(above, 1)), thin)
+    return bitmap & ~lax.fori_loop(0, most, lambda _, line: line | (thin & spread(shift_down(line, 1))), long)
+
+
 def spread(bitmap: Bitmap, where: jax.Array | np.ndarray = ALL) -> Bitmap:
     """Each pixel, and those of its neighbours left and right that are in `where`, which broadcasts to the bitmap."""
     where = where.reshape((1,) * (bitmap.ndim - where.ndim) + where.shape)

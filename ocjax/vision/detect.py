@@ -48,7 +48,7 @@ class _Frames:
         return self._counted[key]
 
     def _count(self, rule: Bounds | Blobs, colors: tuple[int, ...]) -> Bitmap:
-        read_once = isinstance(rule, Blobs) and rule.gap == (0, 0) and not rule.max_run
+        read_once = isinstance(rule, Blobs) and rule.gap == (0, 0) and not (rule.max_run or rule.max_line)
         mask = self.mask(colors, materialize=not read_once)
         if isinstance(rule, Bounds) and rule.inverse:
             mask = ~mask
@@ -61,7 +61,9 @@ class _Frames:
             else:
                 found = self.found[name]
                 mask = mask & ~bm.boxes(found.x, found.y, found.w, found.h, found.valid, mask.shape[1])
-        return bm.short_runs(mask, rule.max_run) if isinstance(rule, Blobs) and rule.max_run else mask
+        if isinstance(rule, Blobs) and rule.max_run:
+            mask = bm.short_runs(mask, rule.max_run)
+        return bm.without_lines(mask, rule.max_line) if isinstance(rule, Blobs) and rule.max_line else mask
 
 
 def detect(categories: tuple[Category, ...], frames: jax.Array) -> list[Detected]:
