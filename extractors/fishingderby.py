@@ -1,0 +1,277 @@
+"""FishingDerby: two anglers on piers, their poles and lines, six fish, a shark, and two scores.
+
+A fish keeps its slot, its row from the top, also while it is pulled up. The hook is not drawn apart
+from its line, so a hook's box is that of the line below the pole: the hook is at its bottom, on the
+side away from the pole's end. What the bars of the piers hide of fish, shark and lines is not in
+their boxes. What fish and shark hide of a line, and lines of them, is. The anglers, the piers, the
+waves and the maker's name are scenery.
+
+RAM: ALE's source (scores), OCAtari 2.2 and D. Debro's disassembly (what the records are), and the
+ROM's code. The positions in the chip's coding (bytes 42, 43, 76-89) are those on the screen. Fish,
+poles, hooks and scores change after it is drawn, so `decode` takes the pictures from the drawn
+positions, the poles' ends from the slopes' distances, and the hooks' depths from the counters that
+ran down while the lines were drawn.
+
+Covered: all four difficulties, fish that are pulled up, caught and eaten, the end of the game.
+Not in RAM: the button with which the left angler pulls faster, so a fish on his hook may be drawn a
+row lower; whether a fish has taken a hook on this very frame, on which it is a row lower, too;
+whether the last point of a catch is already on the screen. A fish that was caught or eaten is not
+valid until it comes back. VEM sees neither two fish that touch nor a hook behind fish and shark.
+"""
+
+import functools
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.boxes import Box, Number, box
+from ocjax.console import (
+    NUSIZ_COPIES,
+    NUSIZ_SPACING,
+    NUSIZ_WIDTH,
+    mirrored,
+    position,
+)
+from ocjax.digits import Digits, score_box
+from ocjax.game import Game
+from ocjax.ops import div, lookup
+from ocjax.ram import RamMap, bcd, bits, byte
+from ocjax.rom import Rom
+from ocjax.rules import Blobs, Bounds, Category, display
+
+ROM = Rom("fishing_derby", "b8865f05676e64f3bec72b9defdacfa7")
+FONT = ROM.font(0x700, rows=8)
+
+BLACK, YELLOW, RED, GREEN = 0, 28, 66, 198
+LINE_TOP, STEPS = 39, 49
+DEPTHS = np.arange(STEPS)[None]
+TO_RIGHT = 15  # `line_side`
+NEAR = 64
+BARS = tuple((x, 61, x + 4, 190) for x in (16, 24, 132, 140))  # of the piers; fish are behind them
+PIERS = ((8, 39, 28, 61), (132, 39, 152, 61))  # with the anglers
+LINES = (12, 39, 148, 190)
+POLES = ((16, 38, 80, 39), (80, 38, 144, 39))
+SCORE_LEFTS, SCORE_TOP = ((40, 48), (104, 112)), 8
+
+EAST, WEST = 4, 12
+EMPTY = 0x50  # `picture`
+ROWS = np.arange(6)
+FACES_LEFT = 0xCE  # `shark_shape`
+BAND = 14  # rows of a picture
+FISH_Y, SHARK_Y, APART, PULLED_Y = 96, 80, 16, 80
+BRIGHT = 61  # columns left of this show a line for one row more
+WATER = ~np.isin(np.arange(160), [x for left, _, right, _ in BARS for x in range(left, right)])
+
+
+def _player(row: int, nusiz: int) -> np.ndarray:
+    """The columns that a row of a player's picture fills, bool `[64]`."""
+    zoom = NUSIZ_WIDTH[nusiz] // 8
+    dots = np.repeat(np.unpackbits(np.uint8(row)).astype(bool), zoom)
+    out = np.zeros(64, bool)
+    for copy in range(NUSIZ_COPIES[nusiz]):
+        first = copy * NUSIZ_SPACING[nusiz] + (zoom > 1)
+        out[first : first + len(dots)] |= dots
+    return out
+
+
+def _shark_rows(picture: int, shape: int) -> np.ndarray:
+    """A picture of the shark, which every row draws with another size at another place."""
+    rows, shapes = ROM.rows([picture, shape], BAND)
+    if shape & 0xFF == FACES_LEFT:
+        rows = np.asarray(mirrored(rows))
+    moves = -((shapes >> 4 ^ 8) - 8)
+    places = 16 + np.concatenate([[0], np.cumsum(moves)[:-1]])
+    drawn = zip(rows.tolist(), shapes.tolist(), places.tolist(), strict=True)
+    return np.array([np.roll(_player(row, shape & 7), place) for row, shape, place in drawn])
+
+
+def _visible(pictures: list[np.ndarray], offset: int) -> np.ndarray:
+    """The tight boxes of pictures at each column between the bars: left, top, width and height.
+
+    Args:
+        pictures: bool `[rows, columns]` each.
+        offset: column at which their first columns are at position 0.
+    """
+    out = []
+    for picture in pictures:
+        for x in range(160):
+            at = x + offset + np.arange(picture.shape[1])
+            seen = picture & (WATER[np.clip(at, 0, 159)] & (at >= 0) & (at < 160))
+            rows, columns = np.flatnonzero(seen.any(axis=1)), at[seen.any(axis=0)]
+            if not len(rows):
+                out.append(0)
+                continue
+            width, height = columns[-1] - columns[0] + 1, rows[-1] - rows[0] + 1
+            out.append(columns[0] | rows[0] << 8 | width << 16 | height << 24)
+    return np.array(out, np.int32)
+
+
+def _bitmaps(rows: np.ndarray) -> list[np.ndarray]:
+    """A picture of eight dots, from left to right and from right to left, bool `[rows, 8]` each."""
+    right = np.unpackbits(rows.astype(np.uint8)[:, None], axis=1).astype(bool)
+    return [right, right[:, ::-1]]
+
+
+START = ROM.bytes(0x6D2, 6)[::-1]  # columns of the fish
+SPREAD, TOGETHER = ROM.rows([0x760, 0x780], BAND)  # the tail
+FISH = _visible(_bitmaps(TOGETHER) + _bitmaps(SPREAD), 0)
+SHARK = _visible([_shark_rows(p, s) for p in (0x7C0, 0x7A0) for s in (0x7DC, 0x7CE)], -16)
+
+
+class Ram(RamMap):
+    clock = byte(1)
+    random = byte(2)
+    line_slope = byte(28, 29)  # columns in 256 steps
+    line_side = bits(30, 31, first=4, count=4)  # 1: the line goes to the left, 15: to the right
+    pole_x = byte(23, 24)  # x + 1 of its end; already moved on
+    hook_x = byte(32, 33)
+    line_reach = byte(34, 35)  # columns from the pole's end to the hook; 1 more to the right
+    puller = bits(39)  # who pulls a fish up
+    pulled_coarse = byte(42)
+    pulled_fine = bits(43, first=4, count=4)
+    shark_shape = byte(58)  # low byte of the address of its rows' sizes
+    score = bcd(61, 62)
+    pulled_y = byte(63)  # y - 80; 0: no fish is pulled up
+    over = byte(64)  # 0: play goes on
+    count_down = byte(67, 68)  # the hook's depth less the 49 steps of the drawing loop
+    # Of the fish from the top, `coarse`, `fine` and `picture` of the shark, too:
+    x = byte(*range(74, 68, -1))  # already moved on
+    coarse = byte(*range(81, 75, -1), 82)
+    fine = bits(*range(88, 82, -1), 89, first=4, count=4)
+    faces_left = bits(*range(95, 89, -1), first=3)
+    picture = byte(*range(102, 96, -1), 103)
+    hooked = byte(112, 113)  # 6 - slot of the fish on each hook, 0: none
+    caught = byte(114, 115)  # points still to be added
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    x = position(m.coarse, m.fine) - 46
+    top_x = _line_tops(m)
+    lines = _lines(m, top_x)
+    return {
+        "Fish": _fish(m, x[:6], x[6]),
+        "Shark": _shark(m, x),
+        "PlayerOneHook": lines[0],
+        "PlayerTwoHook": lines[1],
+        "PlayerOnePole": box(16, 38, top_x[0] - 15, 1),
+        "PlayerTwoPole": box(top_x[1], 38, 144 - top_x[1], 1),
+        "ScorePlayerOne": _score(m, 0),
+        "ScorePlayerTwo": _score(m, 1),
+    }
+
+
+def _boxes(table: np.ndarray, picture: jax.Array, x: jax.Array, y: Number) -> Box:
+    """The visible parts of pictures of a table at a column and a row."""
+    packed = lookup(table, 160 * picture + jnp.clip(x, 0, 159))
+    return box(packed & 255, y + (packed >> 8 & 255), packed >> 16 & 255, packed >> 24)
+
+
+def _faces_left(m: Ram, x: jax.Array) -> jax.Array:
+    """Which way the fish faced when they were drawn; 1: to the left.
+
+    They move after that, which tells where they were heading. One that has not moved may have
+    turned round by chance since then.
+    """
+    moved = m.x - x
+    turned = ((m.clock & 7) == 6 - ROWS) & (((m.random ^ m.clock) & 7) == 0)
+    faces_left = jnp.where(turned & (m.over == 0), 1 - m.faces_left, m.faces_left)
+    return jnp.where(moved == -1, 1, jnp.where(moved == 1, 0, faces_left))
+
+
+def _fish(m: Ram, x: jax.Array, shark_x: jax.Array) -> Box:
+    """The fish in their rows, and the one that is pulled up."""
+    faces_left = _faces_left(m, x)
+    fresh = jnp.all(x == START)  # no fish has moved yet
+    pulled = (m.pulled_y > 0) & (jnp.where(m.puller == 1, m.hooked[1], m.hooked[0]) == 6 - ROWS)
+    x = jnp.where(pulled, position(m.pulled_coarse, m.pulled_fine) - 46, x)
+    fast = ((m.puller == 1) & (shark_x < NEAR)) | ((m.clock & 3) == 0)
+    y = jnp.where(pulled, PULLED_Y + m.pulled_y + jnp.where(fast, 1, 0), FISH_Y + APART * ROWS)
+    spread = jnp.where(fresh, 1, x >> 1 & 1)
+    fish = _boxes(FISH, 2 * spread + faces_left, x, y)
+    there = (pulled | (m.picture[:6] != EMPTY)) & (m.coarse[:6] > 0)
+    return replace(fish, orientation=jnp.where(faces_left == 1, WEST, EAST)).where(there)
+
+
+def _shark(m: Ram, x: jax.Array) -> Box:
+    """The shark, which is not drawn before its first move."""
+    first = (x[6] == START[0]) & jnp.all(jnp.abs(x[:6] - START) <= 2)
+    faces_left = jnp.where(m.shark_shape == FACES_LEFT, 1, 0)
+    shark = _boxes(SHARK, 2 * (x[6] >> 1 & 1) + faces_left, x[6], SHARK_Y)
+    facing = jnp.where(faces_left == 1, WEST, EAST)
+    return replace(shark, orientation=facing).where((m.picture[6] != EMPTY) & ~first)
+
+
+def _line_tops(m: Ram) -> jax.Array:
+    """Columns of the poles' ends."""
+    drawn = m.hook_x + jnp.where(m.line_side == TO_RIGHT, 1 - m.line_reach, m.line_reach)
+    return jnp.where(m.over == 0, drawn, m.pole_x) - 1
+
+
+def _lines(m: Ram, top_x: jax.Array) -> Box:
+    """The lines, which the drawing loop steps aside when a sum of slopes overflows.
+
+    It draws a step of the depth in two rows, and seven of them in a row of fish.
+    """
+    depth = jnp.minimum(m.count_down + STEPS & 0xFF, STEPS - 1)
+    side = jnp.where(m.line_side == TO_RIGHT, 1, -1)
+    x = _line_at(m, DEPTHS, top_x, side)
+    seen = ~_behind_bar(x) & (depth[:, None] >= DEPTHS)
+    end = jnp.max(jnp.where(seen, DEPTHS, 0), axis=1)
+    hook_x = _line_at(m, end[:, None], top_x, side)[:, 0]
+    bottom = np.array((81, 80)) + APART * div(end, 7) + 2 * (end - 7 * div(end, 7))
+    bottom = bottom + jnp.where((hook_x < BRIGHT) | (end < depth), 1, 0)
+    left = jnp.minimum(top_x, hook_x)
+    return box(left, LINE_TOP, jnp.maximum(top_x, hook_x) + 1 - left, bottom - LINE_TOP)
+
+
+def _line_at(m: Ram, depth: jax.Array | np.ndarray, top_x: jax.Array, side: jax.Array) -> jax.Array:
+    """The lines' columns at depths."""
+    return top_x[:, None] + side[:, None] * ((17 + depth) * m.line_slope[:, None] >> 8)
+
+
+def _behind_bar(x: jax.Array) -> jax.Array:
+    return ((x < 28) & ((x & 4) == 0)) | ((x >= 132) & ((x & 4) > 0))
+
+
+def _score(m: Ram, player: int) -> Box:
+    """A score, which may count up after it is drawn."""
+    counts = (m.clock & 3) == player
+    shown = m.score[player] - jnp.where(counts & (m.caught[player] > 0) & (m.over == 0), 1, 0)
+    right = SCORE_LEFTS[player][-1] + 8
+    return score_box(
+        FONT, jnp.maximum(shown, 0), right=right, top=SCORE_TOP, digits=2, value=m.score[player]
+    )
+
+
+def _number(player: int) -> Bounds:
+    left, right = SCORE_LEFTS[player]
+    return Bounds(RED, (left, 8, right + 8, 16), value=Digits(FONT, (left, right), SCORE_TOP))
+
+
+facing = functools.partial(Category, attributes=("orientation",))
+SEA = Blobs(YELLOW, (12, 80, 148, 190), gap=(4, 1), min_size=(3, 4), max_size=(9, 10), max_line=6)
+SHALLOWS = (20, 80, 140, 93)
+SHARKS = Blobs(
+    BLACK, SHALLOWS, gap=(4, 2), min_size=(4, 5), max_size=(40, 13), max_line=2, ignore=BARS
+)
+LEFT_LINE = Bounds((GREEN, YELLOW), LINES, ignore=(*PIERS, *BARS), exclude=("Fish",))
+RIGHT_LINE = Bounds(BLACK, LINES, ignore=(*PIERS, *BARS), exclude=("Shark",))
+
+GAME = Game(
+    name="FishingDerby",
+    rom=ROM.name,
+    md5=ROM.md5,
+    ram=Ram,
+    decode=decode,
+    categories=(
+        facing("Fish", SEA, count=6, doc="one a row, from the top"),
+        facing("Shark", SHARKS, doc="between the surface and the fish"),
+        Category("PlayerOneHook", LEFT_LINE, doc="the left line, from pole to hook"),
+        Category("PlayerTwoHook", RIGHT_LINE, doc="the right line, from pole to hook"),
+        Category("PlayerOnePole", Bounds(BLACK, POLES[0]), doc="the left pole"),
+        Category("PlayerTwoPole", Bounds(BLACK, POLES[1]), doc="the right pole"),
+        display("ScorePlayerOne", _number(0), doc="points of the left angler"),
+        display("ScorePlayerTwo", _number(1), doc="points of the right angler"),
+    ),
+)
