@@ -22,6 +22,7 @@ STALE = {
     ("Berzerk", "last"): 0.79,
     ("Berzerk", "lost"): 0.75,
     ("Bowling", "last"): 0.9,
+    ("DemonAttack", "last"): 0.94,
 }
 # Objects that the other recordings hardly show, or that are easily taken for others.
 RARE = {"BattleZone": ("Red_Thing",), "BeamRider": ("Torpedos",), "Berzerk": ("PlayerMissile", "EnemyMissile")}

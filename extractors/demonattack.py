@@ -1,0 +1,300 @@
+"""Demon Attack: a ship that shoots at up to three demons, which drop bombs or fire rays.
+
+Enemy slots: the game's three rows of demons from the top, each a whole demon or, after it split,
+its left half; the right halves of the rows; the small demon that dives at the ship. When one begins
+to dive, the game moves the demons above it down a row. A demon that appears or explodes is a cloud
+of particles and no object, and so is the exploding ship; the shot waits for its launch in the ship.
+EnemyMissile has two slots, left and right, for each of the game's ten rows of missiles; they turn
+as the missiles fall, so a missile keeps its slot. A ray is eight lines of the screen for each of
+its rows. Lives shows the ships in reserve; its `value` is one more. Scenery: the ground.
+
+RAM: ALE's source (score, lives), OCAtari 2.2, and the ROM's code. Demons, the score and the ship's
+state change after a frame is drawn, and `decode` takes that back. A demon hides what is less than
+four lines under it of the next one. What the display program writes in the middle of a line shows
+one line later to the left of it: so missiles and shots are longer or shorter in some columns.
+
+Covered: all modes and difficulties, levels 1-14, splitting and diving demons, rays, deaths, the end
+of the game. Not in the RAM: the shot on the frame on which it hits, the picture of the demon that
+it hits, missiles on the frame on which one hits the ship, a row of a demon's height on a frame on
+which it turns round. When the game ends, it clears the demons that the screen still shows: those
+that may have been the last of a wave are not valid. VEM sees no demons while the sky flashes in one
+of their colours, or where halves cover each other, and not which pieces of bent rays are whose.
+"""
+
+import functools
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from ocjax.boxes import Box, box
+from ocjax.console import packed_position
+from ocjax.digits import Digits, score_box
+from ocjax.game import Game
+from ocjax.ops import div, lookup, mod
+from ocjax.ram import RamMap, bcd, bits, byte
+from ocjax.rom import Pictures, Rom
+from ocjax.rules import Blobs, Bounds, Category, Gauge, display
+
+ROM = Rom("demon_attack", "f0e0addc07971561ab80d9abe1b8d333")
+FONT = ROM.font(0xF00, rows=9, stride=10)
+SCORE_LEFTS = tuple(range(55, 103, 8))
+
+PURPLE, SHOT, MISSILE, YELLOW = 0x56, 0x6E, 0x4E, 0x2C
+DEMON_COLORS = tuple(sorted({YELLOW, *ROM.bytes(0xFAE, 56).tolist()}))
+GROUND_COLORS = tuple(range(0x80, 0x8E, 2))
+
+# The display program counts rows down to 0. Three lines are between the lowest demon and the rest.
+UPPER, LOWER = 182, 185  # line + row: down to the lowest demon, under it
+GROUND, TOP_ROW = LOWER + 1, 0xA2
+
+ROWS = 8  # of a demon
+# How much is visible of 32 pictures: of each nothing, its last row, its last two rows, ...
+PICTURES = Pictures.of(
+    np.where(np.arange(ROWS) >= ROWS - rows, ROM.rows(0xE00 + ROWS * picture, ROWS), 0)
+    for picture in range(32)
+    for rows in range(ROWS + 1)
+)
+FIRST_PICTURES = ROM.bytes(0xB9F, 12)  # of the demons of half a level
+EXPLODING, SPLITTING = 3, 0x18  # first pictures; lower ones than EXPLODING follow
+SMALL = 0x1A  # a picture of halves and of the diving demon
+ROW, LOWEST = np.arange(3), 2
+DIVER, MIRRORED = 6, np.arange(7) // 3 == 1  # slots
+
+ALIVE, EXPLODES = 2, 3  # `state`
+RIGHTMOST, LEFTMOST = 0x49, 0x71  # `code`
+Y_STEPS, X_STEPS = ROM.bytes(0xEF0, 8), ROM.bytes(0xEF8, 8)  # by phase
+WAVE = 8  # demons
+HIT, HIT_NOTES = 2, (8 * FIRST_PICTURES + 1) & 255  # `sound` and, by level, `note` of a hit
+SHIP_EXPLODED = 0x1D  # `page`: the frame shows the exploding ship
+JUST_HIT = 63  # `explosion` on the last frame that shows the ship
+GAME_OVER = 0xBD  # `game`
+
+MISSILE_ROWS, SHOT_ROWS = 10, 8
+PERIODS = ROM.bytes(0xDA2, 12)  # frames between two steps of the missiles
+
+
+class Ram(RamMap):
+    level = byte(0)  # modulo 12
+    score = bcd((1, 3, 5))
+    x_part = byte(7, 8, 9)  # of a column
+    code = byte(13, 14, 15, 17, 18, 19, 20)  # x - 5 in the chip's coding, by slot
+    player_code = byte(16)  # likewise
+    base_code = byte(20)  # of the missiles' first column, where no demon dives
+    shot_y = byte(21)  # row of its lower end
+    shot_code = byte(22)  # x - 7 in the chip's coding
+    appearing = byte(23)  # row of a demon that is drawn stretched
+    explosion = byte(25)  # frames left of the ship's
+    missile_clock = byte(26)  # frames since the missiles' last step
+    appeared = byte(27)  # demons of this wave
+    fired = bits(28, first=6)
+    picture = byte(29, 30, 31, 33, 34, 35, 51)  # by slot; both halves' of a whole demon
+    missiles = byte(*range(37, 47))  # lowest row first
+    phase = bits(47, 48, 49, count=3)  # of the demons' motion
+    rises = bits(47, 48, 49, first=3)
+    goes_right = bits(47, 48, 49, first=4)
+    state = bits(47, 48, 49, first=6, count=2)
+    diver_state = bits(50, first=6, count=2)
+    volley = byte(52)  # rows of missiles that are still to come
+    sound = bits(53, first=4, count=4)
+    right_alive = bits(54, 55, 56, first=5)
+    left_alive = bits(54, 55, 56, first=6)
+    is_split = bits(54, 55, 56, first=7)
+    extra_life = byte(58)  # 1: just given
+    frame = byte((57, 61))
+    second_half = bits(61, first=2)  # of a row of bombs is shown
+    page = byte(65)  # of the last picture that was drawn
+    drawn_picture = bits(66, first=3, count=5)  # of the lowest row's right half
+    drawn_y = byte(68)  # of the lowest row
+    y = byte(69, 70, 71)  # row of the demons' lower ends
+    diver_y = byte(72)
+    y_part = byte(73, 74, 75)  # of a row
+    score_shown = bits(76, first=6)
+    note = byte(80)
+    digits = byte(93, 95, 97, 99, 101)  # 10 * digit, 100: blank; the last one is not kept
+    bombs_or_rays = bits(107, first=7)  # 0: a demon dives
+    bombs = bits(108, first=2)  # 0: rays
+    cycle = byte(112)  # of the levels' difficulty
+    game = byte(113)
+    lives = byte(114)
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    y = _rows(m)
+    return {
+        "Player": _player(m),
+        "Enemy": _demons(m, y),
+        "PlayerMissile": _shot(m, y),
+        "EnemyMissile": _missiles(m),
+        "Score": _score(m),
+        "Lives": _lives(m),
+    }
+
+
+def _column(code: jax.Array) -> jax.Array:
+    return packed_position(code) + 5
+
+
+def _player(m: Ram) -> Box:
+    """On the frame on which the ship is hit, the game has moved its place already."""
+    x = _column(m.player_code) + jnp.where(m.explosion == JUST_HIT, 4, 0)
+    return box(x, LOWER - 11, 7, 12, m.page != SHIP_EXPLODED)
+
+
+def _rows(m: Ram) -> jax.Array:
+    """Where the demons were drawn, before they moved."""
+    moved = (m.state == ALIVE) & (m.y_part < lookup(Y_STEPS, m.phase))
+    y = m.y - jnp.where(moved, 2 * m.rises - 1, 0)
+    return jnp.where(ROW == LOWEST, m.drawn_y, y)
+
+
+def _step(m: Ram) -> jax.Array:
+    """Columns to the right that whole demons and left halves moved after they were drawn."""
+    turned = jnp.where(m.goes_right == 1, m.code[:3] == LEFTMOST, m.code[:3] == RIGHTMOST)
+    fires = (ROW == LOWEST) & (m.volley != 0)
+    moves = (m.state == ALIVE) & ((m.is_split == 0) | (m.left_alive == 1)) & ~turned & ~fires
+    moved = moves & (m.x_part < lookup(X_STEPS, m.phase))
+    return jnp.where(moved, 2 * m.goes_right - 1, 0)
+
+
+def _demons(m: Ram, y: jax.Array) -> Box:
+    split, over = m.is_split == 1, m.game == GAME_OVER
+    alive, hit = _alive(m, split)
+    small = _slots(split, jnp.ones(3, bool), jnp.asarray(True))
+    usual = jnp.where(ROW == LOWEST, m.drawn_picture, lookup(FIRST_PICTURES, m.level >> 1) + 1)
+    usual = jnp.where(small, SMALL, _slots(usual, usual, m.level))
+    picture = jnp.where(hit | over, usual, m.picture)
+    above = jnp.concatenate([jnp.full(1, TOP_ROW + 4), y[:-1]])
+    visible = jnp.clip(above - 3 - y, 0, ROWS)  # rows that are not too close under the demon above
+    rows = _slots(visible, visible, jnp.asarray(ROWS))
+    left, top, width, height = PICTURES.extent((ROWS + 1) * picture + rows)
+    left = jnp.where(MIRRORED, 8 - left - width, left)
+    x = _column(m.code) - _slots(_step(m), jnp.zeros(3, jnp.int32), jnp.asarray(0)) + left
+    line = np.where(np.arange(7) == DIVER, LOWER, UPPER) + 1 - ROWS - _slots(y, y, m.diver_y)
+    width = jnp.where(small, width, 16 - 2 * left)
+    return box(x, line + top, width, height, (alive | hit) & (height > 0))
+
+
+def _slots(left: jax.Array, right: jax.Array, diver: jax.Array) -> jax.Array:
+    return jnp.concatenate([left, right, diver[None]])
+
+
+def _alive(m: Ram, split: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Which demons are alive, and which one was hit on this frame, which shows it alive."""
+    whole = (m.state == ALIVE) & (m.appearing != ROW)
+    left = jnp.where(split, m.left_alive == 1, whole)
+    alive = _slots(left, split & (m.right_alive == 1), m.diver_state == ALIVE)
+    alive = alive & (m.picture > EXPLODING)
+    # When the game ends, it clears the demons; the frame shows all if more were to come.
+    shown = (m.appeared < WAVE) & (m.appearing != ROW)
+    shown = jnp.where(ROW == LOWEST, m.drawn_picture > EXPLODING, shown) & (m.score_shown == 1)
+    shown = _slots(shown, jnp.zeros(3, bool), jnp.asarray(False))
+    struck = (m.picture == EXPLODING) | (m.picture == SPLITTING)
+    struck = struck & (m.sound == HIT) & (m.note == lookup(HIT_NOTES, m.level))
+    exploding = _slots(split | (m.state == EXPLODES), split, m.diver_state == EXPLODES)
+    return jnp.where(m.game == GAME_OVER, shown, alive), struck & exploding
+
+
+def _shot(m: Ram, y: jax.Array) -> Box:
+    x = packed_position(m.shot_code) + 7
+    top = _line(m, y, m.shot_y + SHOT_ROWS - 1, x, 0)
+    end = _line(m, y, m.shot_y - 1, x, 3)
+    launched = (m.fired == 1) & (m.shot_y > 3)
+    return box(x, top, 1, end - top, launched).clip(0, UPPER - TOP_ROW, 160, GROUND)
+
+
+def _line(m: Ram, y: jax.Array, row: jax.Array, x: jax.Array, sooner: int) -> jax.Array:
+    """The first line that shows, at column x, that the shot begins at a row, or has ended.
+
+    The end takes the display program less time: the beam is some columns less far (`sooner`).
+    """
+    for i in (0, 1):  # under a demon, the program positions the next one
+        row = jnp.where((row < y[i]) & (row >= y[i] - 3), y[i] - 4, row)
+    above = row >= y[LOWEST]
+    at_demon = jnp.any((row >= y) & (row < y + ROWS))
+    at_diver = (row >= m.diver_y) & (row < m.diver_y + ROWS)
+    beam = jnp.where(m.bombs_or_rays == 1, 1, jnp.where(at_diver, 88, 43))
+    beam = beam + jnp.where(row < 12, 18, 0)  # in the ship
+    beam = jnp.where(m.page == SHIP_EXPLODED, 4, beam)
+    beam = jnp.where(above, jnp.where(at_demon, 106, 31), beam)
+    return jnp.where(above, UPPER, LOWER) - row + jnp.where(x < beam - sooner, 1, 0)
+
+
+def _missiles(m: Ram) -> Box:
+    """A row has up to two missiles. A bomb is half as high as its row, the halves by turns."""
+    slots = jnp.arange(2 * MISSILE_ROWS)
+    steps = lax.div(jnp.maximum(m.frame - m.missile_clock, 0), lookup(PERIODS, m.cycle))
+    row = mod(slots // 2 + MISSILE_ROWS - mod(steps, MISSILE_ROWS), MISSILE_ROWS)
+    dots = sum(jnp.where(row == i, m.missiles[i], 0) for i in range(MISSILE_ROWS))
+    last = dots & -dots
+    right = slots % 2 == 1
+    left_dot = jnp.where(right, last, dots)
+    x = _column(m.base_code) + sum(jnp.where(left_dot < 128 >> i, 1, 0) for i in range(8))
+    bomb, second = m.bombs == 1, m.second_half == 1
+    top = 8 * row + jnp.where(bomb & second, 3, 7)
+    bottom = 8 * row + jnp.where(bomb & ~second, 4, 0)
+    top = jnp.minimum(top, m.drawn_y - 1)
+    line, end = _missile_line(m, top, x), _missile_line(m, bottom - 1, x)
+    falls = (m.bombs_or_rays == 1) & (m.page != SHIP_EXPLODED) & (m.explosion != JUST_HIT)
+    there = falls & (dots > 0) & ~(right & (dots == last)) & (top >= bottom)
+    return box(x, line, 1, end - line, there).clip(0, 0, 160, GROUND)
+
+
+def _missile_line(m: Ram, row: jax.Array, x: jax.Array) -> jax.Array:
+    """The first line that shows, at x, a change of the missiles at a row."""
+    beside_shot = (row >= m.shot_y) & (row < m.shot_y + SHOT_ROWS)
+    beam = jnp.where(row < 12, 119, 101) + jnp.where(beside_shot, 3, 0)
+    return LOWER - row + jnp.where(x < beam, 1, 0)
+
+
+def _score(m: Ram) -> Box:
+    digits = jnp.where(m.digits >= 100, 0, div(m.digits, 10))
+    shown = jnp.sum(digits * np.array([100000, 10000, 1000, 100, 10]))
+    score = score_box(FONT, shown, right=103, top=7, digits=6, value=m.score)
+    return score.where(m.score_shown == 1)
+
+
+def _lives(m: Ram) -> Box:
+    """The ships on the screen lag behind a life that is lost or won by a frame."""
+    lost = (m.page == SHIP_EXPLODED) & (m.explosion == 0) & (m.game != GAME_OVER)
+    won = m.extra_life == 1
+    shown = m.lives + jnp.where(lost, 1, 0) - jnp.where(won, 1, 0)
+    return box(17, 188, 8 * shown - 5, 5, (shown > 0) & (shown <= 6), value=m.lives + 1)
+
+
+FIELD = (0, 17, 160, GROUND)
+HIGH = (0, 17, 160, 145)  # above the ship's explosion
+
+# Sizes and numbers of pixels tell the demons from particles.
+demons = functools.partial(Blobs, DEMON_COLORS, gap=(1, 1))
+EYES = demons(HIGH, min_size=(2, 2), max_size=(2, 2))
+EYES = demons(HIGH, min_size=(6, 3), max_size=(6, 3), area=(24, 24), also=EYES)
+EYES = demons(FIELD, min_size=(8, 5), max_size=(8, 5), area=(36, 50), also=EYES)
+PAIRS = demons(FIELD, min_size=(9, 4), max_size=(11, 6), area=(38, 72), split=(7, 6), also=EYES)
+HALVES = demons(FIELD, min_size=(5, 4), max_size=(7, 6), area=(30, 40), also=PAIRS)
+DENSE = demons(FIELD, min_size=(16, 6), max_size=(16, 7), area=(88, 112), also=HALVES)
+DEMONS = demons(FIELD, min_size=(12, 5), max_size=(16, 7), area=(53, 81), also=DENSE)
+
+# The shot that waits in the ship ends three rows above the lower end of this region.
+shots = functools.partial(Blobs, SHOT)
+LAUNCHED = shots((0, 171, 160, 174), max_size=(1, 3))
+SHOTS = shots((0, 17, 160, 178), (0, 3), min_size=(1, 4), max_size=(1, 12), also=LAUNCHED)
+MISSILES = Blobs(MISSILE, FIELD, max_size=(1, 40), split=(1, 8))
+SCORE = Bounds(YELLOW, (55, 7, 103, 16), value=Digits(FONT, SCORE_LEFTS, 7, required=True))
+LIVES = Bounds(GROUND_COLORS, (16, 188, 66, 193), inverse=True, value=Gauge(8, 3, 2))
+
+GAME = Game(
+    name="DemonAttack",
+    rom=ROM.name,
+    md5=ROM.md5,
+    ram=Ram,
+    decode=decode,
+    categories=(
+        Category("Player", Bounds(PURPLE, (0, 174, 160, GROUND)), doc="the ship"),
+        Category("Enemy", DEMONS, count=7, doc="demons or left halves, right halves, the diver"),
+        Category("PlayerMissile", SHOTS, doc="the shot in flight"),
+        Category("EnemyMissile", MISSILES, count=2 * MISSILE_ROWS, doc="bombs, pieces of rays"),
+        display("Score", SCORE, doc="points"),
+        display("Lives", LIVES, doc="ships in reserve; value: one more"),
+    ),
+)
