@@ -278,7 +278,7 @@ DEMONS = demons(FIELD, min_size=(12, 5), max_size=(16, 7), area=(53, 81), also=D
 # The shot that waits in the ship ends three rows above the lower end of this region.
 shots = functools.partial(Blobs, SHOT)
 LAUNCHED = shots((0, 171, 160, 174), max_size=(1, 3))
-SHOTS = shots((0, 17, 160, 178), (0, 3), min_size=(1, 4), max_size=(1, 12), also=LAUNCHED)
+SHOTS = shots((0, 17, 160, 178), gap=(0, 3), min_size=(1, 4), max_size=(1, 12), also=LAUNCHED)
 MISSILES = Blobs(MISSILE, FIELD, max_size=(1, 40), split=(1, 8))
 SCORE = Bounds(YELLOW, (55, 7, 103, 16), value=Digits(FONT, SCORE_LEFTS, 7, required=True))
 LIVES = Bounds(GROUND_COLORS, (16, 188, 66, 193), inverse=True, value=Gauge(8, 3, 2))
