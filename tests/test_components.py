@@ -14,6 +14,7 @@ from scipy import ndimage
 from ocjax.vision import bitmap
 from ocjax.vision import components as stages
 from ocjax.vision.components import MAX_PARTS, Search, components
+from ocjax.vision.fill import fill, fill_large
 
 H, W = 24, 160
 
@@ -237,12 +238,12 @@ def test_stage_starts():
 
 
 def on_board(mask, seed, corners):
-    return jnp.moveaxis(stages._fill_large(jnp.moveaxis(mask, 1, 0), jnp.moveaxis(seed, 1, 0), corners), 0, 1)
+    return jnp.moveaxis(fill_large(jnp.moveaxis(mask, 1, 0), jnp.moveaxis(seed, 1, 0), corners), 0, 1)
 
 
-@pytest.mark.parametrize("fill", [stages._fill, on_board])
+@pytest.mark.parametrize("method", [fill, on_board])
 @pytest.mark.parametrize("corners", [bitmap.ALL, ~bitmap.ALL])
-def test_stage_fill(fill, corners):
+def test_stage_fill(method, corners):
     rng = np.random.default_rng(1)
     mask = rng.random((12, 64)) < 0.55
     words = np.packbits(mask, axis=1).reshape(12, 2, 4).view(">u4")[..., 0].astype(np.uint32)[..., None]
@@ -250,6 +251,6 @@ def test_stage_fill(fill, corners):
     y, x = (int(v) for v in np.argwhere(mask)[40])
     seed = np.zeros_like(words)
     seed[y, x // 32] = 1 << (31 - x % 32)
-    filled = np.asarray(fill(jnp.asarray(words), jnp.asarray(seed), corners))[..., 0]
+    filled = np.asarray(method(jnp.asarray(words), jnp.asarray(seed), corners))[..., 0]
     found = np.unpackbits(filled.astype(">u4")[..., None].view(np.uint8).reshape(12, 8), axis=1).astype(bool)
     assert np.array_equal(found, labels == labels[y, x])

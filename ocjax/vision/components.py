@@ -6,7 +6,7 @@ All masks of a game are stacked into one board, one below the other, and searche
    find all such pixels of a batch: an addition whose carry runs through a run and stops where the row above touches. Words are judged
    one by one, which finds a few pixels too many. Each pixel found is a candidate.
 2. `_Index`: candidates are numbered mask by mask, frame by frame, in raster order; `locate` finds the k-th one.
-3. `_windows`, `_fill`: the mask around each of a fixed number of candidates is cut out as a small window, and the component is filled
+3. `_windows`, `fill`: the mask around each of a fixed number of candidates is cut out as a small window, and the component is filled
    there by sweeps down and up over the window's rows. `_measure` takes its extent. A candidate that is not the first pixel of what it
    filled is dropped: a component with two horns has two candidates.
 4. `_accept`, `_write`: components within the rule's limits go to their slots.
@@ -36,6 +36,7 @@ from jax import lax
 from ocjax._xla import materialize, varying
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
+from ocjax.vision.fill import extent, fill, fill_large
 
 WINDOW = (31, 32)  # width and height of the first window where a rule sets no limit
 BLOCK = 8  # rows that candidates are counted in
@@ -252,52 +253,6 @@ def _offsets(layout: _Layout, found: _Candidates) -> jax.Array:
     return row * layout.lanes + (found.segment % layout.lanes)[None]
 
 
-def _fill(mask: jax.Array, seed: jax.Array, corners: jax.Array | np.ndarray = bm.ALL, reach: int = 31) -> jax.Array:
-    """The components of `mask` that hold pixels of `seed`, a part of it; all uint32 `[rows, words, ...]`.
-
-    `corners` has all bits set where pixels touch at their corners, too. Runs are filled to both sides at least as far as `reach`.
-    """
-
-    def sweep(filled: jax.Array, reverse: bool) -> jax.Array:
-        def row(before: tuple[jax.Array, ...], here: tuple[jax.Array, jax.Array]) -> tuple[tuple[jax.Array, ...], jax.Array]:
-            m, f = here
-            now = bm.fill_rows(m, f | (m & bm.spread(jnp.stack(before), corners)), reach)
-            return now, jnp.stack(now)
-
-        return lax.scan(row, tuple(jnp.zeros_like(seed[0])), (mask, filled), reverse=reverse)[1]
-
-    def down_and_up(state: tuple[jax.Array, jax.Array]) -> tuple[jax.Array, jax.Array]:
-        filled = sweep(sweep(state[0], reverse=False), reverse=True)
-        words, rows = jnp.moveaxis(filled, 1, 0), jnp.moveaxis(mask, 1, 0)
-        missing = bm.spread(words[:, :-1], corners) & rows[:, 1:] & ~words[:, 1:]  # after a sweep up, nothing is missing upwards
-        return filled, jnp.any(missing != 0)
-
-    return lax.while_loop(lambda state: state[1], down_and_up, (seed, varying(jnp.bool_(True), seed)))[0]
-
-
-def _fill_large(board: Bitmap, seed: Bitmap, corners: np.ndarray = bm.ALL) -> Bitmap:
-    """`_fill` on the whole board, one row further in each step: less to compile, and slower."""
-
-    def grow(state: tuple[Bitmap, jax.Array]) -> tuple[Bitmap, jax.Array]:
-        filled = state[0]
-        above_and_below = bm.shift_up(filled, 1) | bm.shift_down(filled, 1)
-        grown = bm.fill_words(board, board & (bm.spread(filled) | bm.spread(above_and_below, corners)))
-        return grown, jnp.any(grown != filled)
-
-    return lax.while_loop(lambda state: state[1], grow, (seed, varying(jnp.bool_(True), seed)))[0]
-
-
-def _extent(filled: jax.Array) -> tuple[jax.Array, ...]:
-    """First and last column, first and last row, and first column of the first row, of components, uint32 `[words, rows, ...]`."""
-    used = bm.any_of(filled) != 0
-    rows = jnp.arange(len(used), dtype=jnp.int32).reshape(-1, *([1] * (used.ndim - 1)))
-    bottom = jnp.max(jnp.where(used, rows, -1), axis=0)
-    top = jnp.min(jnp.where(used, rows, len(used)), axis=0)
-    first, last = bm.columns(lax.reduce(filled, U(0), lax.bitwise_or, (1,)))
-    head, _ = bm.columns(jnp.sum(jnp.where((rows == top[None])[None], filled, U(0)), axis=1, dtype=U))
-    return first, last, top, bottom, head
-
-
 class _Measured(NamedTuple):
     """The components of some candidates, `[n]` each."""
 
@@ -315,8 +270,8 @@ def _measure(layout: _Layout, board: Bitmap, found: _Candidates, offset: jax.Arr
     cut = _windows(layout, board, offset, found.column)
     seed = jnp.zeros(cut[1:].shape, U).at[0, reach // 32].set(U(1 << (31 - reach % 32)))
     corners = layout.corners_of(found.segment // layout.lanes)
-    filled = _fill(cut[1:], seed & cut[1:], corners, reach)
-    first, last, _, bottom, head = _extent(jnp.moveaxis(filled, 1, 0))
+    filled = fill(cut[1:], seed & cut[1:], corners, reach)
+    first, last, _, bottom, head = extent(jnp.moveaxis(filled, 1, 0))
     above = bm.any_of(bm.spread(filled[0], corners) & cut[0]) != 0
     inside = (first > 0) & (last < 2 * reach) & (bottom < layout.reach_y)
     area = jnp.sum(bm.popcount(filled), axis=(0, 1), dtype=jnp.int32)
@@ -337,7 +292,7 @@ def _measure_large(layout: _Layout, board: Bitmap, found: _Candidates, measured:
         bit = (U(1) << (31 - (column & 31)).astype(U))[None, None]
         words = jnp.arange(layout.n_words)[:, None, None] == (column >> 5)[None, None]
         seed = jnp.where(words & (rows == row[None, None]), bit, U(0))
-        first, last, top, bottom, head = _extent(_fill_large(board, seed & board, layout.corners_by_row()))
+        first, last, top, bottom, head = extent(fill_large(board, seed & board, layout.corners_by_row()))
         here = open_ & (index[lane] == jnp.arange(layout.n_candidates))
         own = jnp.where(here, ((top >= row) & (head == column))[lane], own)
         filled = ((first, left), (last, right), (bottom - row + 1, height))
