@@ -1,0 +1,298 @@
+"""Kangaroo: a mother climbs floors and ladders to her child while monkeys throw coconuts.
+
+Platform has the floors and steps of a level from the top, Ladder a slot for each ladder of the
+three levels. The player's box has her fist in it while she punches. The walls at both sides and the
+dashes that the beam leaves on the left one are scenery. Nothing is valid on the title screen, which
+follows the last life.
+
+RAM: ALE's source (score, lives), OCAtari 2.2 (what the bytes are) and the ROM's code. The coconut
+that falls moves before a frame is drawn; the player, the monkeys and the thrown coconuts move after
+it, monkeys once in 16 frames. `decode` undoes these steps as far as the counters tell them.
+
+Covered: modes 0 and 1, deaths, the end of the game, and all three levels, of which play by chance
+shows the first one and the others come from written RAM.
+Not in RAM: whether the player has just stepped or steered a jump to the side, and what ended a
+jump, a punch or a climb, for the joystick is nowhere noted. Points and fruits show a frame late.
+VEM takes a step of the second level and one of the third for ladders of other levels.
+"""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.boxes import Box, Number, box
+from ocjax.digits import Digits, score_box
+from ocjax.game import Game
+from ocjax.ops import lookup
+from ocjax.ram import RamMap, bcd, bits, byte
+from ocjax.rom import Pictures, Rom
+from ocjax.rules import Blobs, Bounds, Category, display
+
+ROM = Rom("kangaroo", "4326edb70ff20d0ee5ba58fa5cb09d60")
+BANK = 0x1000  # offset of the second bank
+FONT = ROM.font(0xB00, rows=7, stride=8)
+CLOCK_FONT = ROM.font(0xD00, rows=5, stride=8, dots=4, pitch=4)
+
+WOOD, FUR, BELL, STRAWBERRY, PINEAPPLE, MONKEY, DIGITS = 36, 44, 42, 72, 40, 58, 232
+FIELD = (16, 4, 144, 180)
+SCORE_LEFTS, SCORE_TOP = range(97, 145, 8), 183
+SCORE_RIGHT = 145
+CLOCK_LEFTS, CLOCK_TOP = range(79, 95, 4), 191
+EAST, WEST = 4, 12
+LEVELS, ROWS, ROW = 3, 22, 8  # lines of a row
+
+GAME_OVER = 128  # least value of `lives`
+EMPTY = 128  # least value of bytes that stand for no object
+# Bits of `pose`.
+STANDING, RIGHT, JUMPS, PUNCHES = 0, 8, 64, 128
+CROUCHING_DOWN = 20  # `pose` but for `RIGHT`
+FIST, RUNG = 2, 8  # columns
+DESCENDS, WALKS = 1, 4  # low nibbles of `monkey_state`
+WALK_1, WALK_2 = 0x43, 0x64  # pictures of monkeys that go left; those to the right follow them
+DYING = 1  # value of `scene`
+CHILD_X = ROM.bytes(BANK + 0xD8F, 8)
+PRIZE_ROW, PRIZE_X = (ROM.bytes(BANK + at, 24).reshape(4, 6)[:, :3] for at in (0xFA3, 0xFA6))
+PRIZE_PICTURES = ROM.bytes(BANK + 0xF97, 8)  # of the bell, of the fruits
+POSE_ROWS = ROM.bytes(BANK + 0xF81, 8)
+
+
+def _poses() -> Pictures:
+    """The player's pictures by the low bits of `pose`."""
+    low, high = ROM.bytes(BANK + 0xDF1, 16), ROM.bytes(BANK + 0xE01, 16)
+    offsets = ((high & 15) << 8 | low).tolist()
+    return ROM.pictures(offsets, np.tile(ROW * POSE_ROWS, 2).tolist(), top_first=True)
+
+
+POSES = _poses()
+PRIZES = ROM.pictures(range(0xB00, 0xC00), 16, top_first=True)
+MONKEYS = ROM.pictures(range(0xE00, 0xF00), 16, top_first=True)
+
+
+def _runs(level: int, row: int) -> list[tuple[int, int]]:
+    """Left edges and widths of what the playfield shows in a row."""
+    at = ROWS * level + row
+    parts = [int(ROM.data[offset + at]) for offset in (0xF00, 0xF42, 0xF84, 0xD52)]
+    dots = [f"{p:08b}"[::step] for p, step in zip(parts, (1, -1, 1, -1), strict=True)]
+    line = np.array([0, *map(int, "".join(dots)), 0])
+    starts, ends = np.flatnonzero(np.diff(line) == 1), np.flatnonzero(np.diff(line) == -1)
+    return [(16 + 4 * a, 4 * (b - a)) for a, b in zip(starts.tolist(), ends.tolist(), strict=True)]
+
+
+def _platforms(level: int) -> list[tuple[int, ...]]:
+    """Boxes of a level's floors and steps, and empty ones up to the largest number of any level."""
+    wide = [(x, 4 + ROW * row, w, 4) for row in range(ROWS) for x, w in _runs(level, row)]
+    wide = [step for step in wide if step[2] > RUNG]
+    return wide + [(0, 0, 0, 0)] * (20 - len(wide))
+
+
+def _ladders(level: int) -> list[tuple[int, ...]]:
+    """Boxes of a level's ladders, whose rungs lie in successive rows."""
+    rungs = [(row, x) for row in range(ROWS) for x, w in _runs(level, row) if w == RUNG]
+    tops = [(row, x) for row, x in rungs if (row - 1, x) not in rungs]
+    last = [next(r for r in range(row, ROWS) if (r + 1, x) not in rungs) for row, x in tops]
+    ends = zip(tops, last, strict=True)
+    return [(x, 4 + ROW * row, RUNG, ROW * (end - row) + 4) for (row, x), end in ends]
+
+
+PLATFORMS = np.array([_platforms(level) for level in range(LEVELS)])
+LADDERS = np.array([ladder for level in range(LEVELS) for ladder in _ladders(level)])
+LADDER_LEVEL = np.repeat(np.arange(LEVELS), [len(_ladders(level)) for level in range(LEVELS)])
+
+
+class Ram(RamMap):
+    monkey_picture = byte(0, 1, 2, 3)  # low byte of its address
+    monkey_state = byte(4, 5, 6, 7)
+    monkey_row = byte(8, 9, 10, 11)
+    monkey_x = byte(12, 13, 14, 15)  # x + 15
+    row = byte(16)  # of the player's top
+    x = byte(17)  # x - 15
+    pose = byte(18)
+    timer = byte(19)  # of the pose
+    thrown_state = byte(21, 22, 23)
+    thrown_row = byte(25, 26, 27)
+    thrown_x = byte(28, 29, 30)  # x - 14
+    falling_row = byte(33)  # counts the rows of all levels
+    falling_x = byte(34)  # x - 14
+    level = byte(36)
+    score = bcd((39, 40))  # hundreds
+    bell = byte(41)
+    fruits = byte(42, 43, 44)
+    lives = byte(45)
+    scene = byte(54)
+    clock = byte(57)
+    tens = bits(59, first=4, count=4)  # of the time in hundreds; 10 stands for a blank
+    ones = bits(59, count=4)
+    third = byte(60)  # 0-2; the player steps at 0
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    shown = m.lives < GAME_OVER
+    boxes = {
+        "Player": _player(m),
+        "Child": _child(m),
+        "Monkey": _monkeys(m),
+        "FallingCoconut": _falling(m),
+        "ThrownCoconut": _thrown(m),
+        "Bell": _prize(m, 0, 1, m.bell[None])[0],
+        "Fruit": _prize(m, 1, 4, m.fruits),
+        "Platform": _boxes(_level(m, PLATFORMS)),
+        "Ladder": _boxes(LADDERS, m.level == LADDER_LEVEL),
+        "Score": _score(m),
+        "Lives": box(16, 183, 8 * m.lives - 4, 7, m.lives > 0, value=m.lives + 1),
+        "Time": _time(m),
+    }
+    return {name: b.where(shown) for name, b in boxes.items()}
+
+
+def _level(m: Ram, table: np.ndarray) -> jax.Array:
+    """What a table by level has for this one."""
+    chosen = (np.arange(LEVELS) == m.level).reshape(LEVELS, *[1] * (table.ndim - 1))
+    return jnp.sum(jnp.where(chosen, table, 0), axis=0)
+
+
+def _boxes(table: jax.Array | np.ndarray, valid: Number = True) -> Box:
+    x, y, w, h = table.T
+    return box(x, y, w, h, valid)
+
+
+def _prize(m: Ram, first: int, last: int, state: jax.Array) -> Box:
+    """The bell or the fruits, which are at fixed places of a level."""
+    row, x = (_level(m, table[first:last].T) for table in (PRIZE_ROW, PRIZE_X))
+    picture = lookup(PRIZE_PICTURES, jnp.where(first > 0, 4, 0) + (state & 3))
+    return PRIZES.box(picture, x + 15, ROW * row + 4, valid=state < EMPTY)
+
+
+def _child(m: Ram) -> Box:
+    """The child, which walks to and fro, and stands still when the player has come."""
+    step = jnp.where((m.scene & 64) > 0, 6, (m.clock - 1) >> 4 & 7)
+    return box(lookup(CHILD_X, step) + 15, 12, 8, 15)
+
+
+def _monkeys(m: Ram) -> Box:
+    state = m.monkey_state
+    moved = ((m.clock & 15) == 0) & (m.scene < EMPTY)
+    kind, back = state & 15, (state & 32) > 0
+    step = jnp.where(kind == WALKS, jnp.where(back, -3, 3), 0)
+    climb = jnp.where(kind == DESCENDS, jnp.where(back, -1, 1), 0)
+    climbs_again = ((m.clock & 15) == 8) & (m.scene < EMPTY) & (kind == DESCENDS) & back
+    x = m.monkey_x - jnp.where(moved, step, 0)
+    row = (m.monkey_row - jnp.where(moved | climbs_again, climb, 0)) & 255
+    there = (state < EMPTY) & (row < ROWS)
+    changed = moved & (kind == WALKS)
+    picture = jnp.where(changed, jnp.where((state & 16) > 0, WALK_1, WALK_2), m.monkey_picture)
+    picture = jnp.where(changed & ~back, picture + 16, picture)
+    return MONKEYS.box(picture, x + 15, ROW * row + 4, valid=there)
+
+
+def _thrown(m: Ram) -> Box:
+    moved = ((m.clock & 1) == 1) & (m.scene < EMPTY)
+    x = m.thrown_x + jnp.where(moved, 2, 0)
+    there = (m.thrown_state < EMPTY) & (m.thrown_row < ROWS)
+    return box(x + 14, ROW * m.thrown_row + 1, 2, 3, there)
+
+
+def _falling(m: Ram) -> Box:
+    """The coconut that falls. Beside a sprite of the other kind the game switches it on late."""
+    row, x = m.falling_row - ROWS * m.level, m.falling_x + 14
+    there = (m.falling_row < EMPTY) & (row >= 0) & (row < ROWS)
+    _, player_row, pose = _player_drawn(m)
+    starts = jnp.concatenate([_level(m, PRIZE_ROW.T), jnp.stack([jnp.int32(1), player_row])])
+    fixed = jnp.concatenate([m.bell[None], m.fruits, jnp.zeros(2, jnp.int32)]) < EMPTY
+    heights = jnp.where(np.arange(6) == 5, lookup(POSE_ROWS, pose & 7), 2)
+    beside = jnp.any(fixed & (starts <= row) & (row < starts + heights))
+    late = jnp.where(beside & (x < 20), 1, 0)
+    return box(x, ROW * row + 9 + late, 2, 3 - late, there).clip(*FIELD)
+
+
+def _player(m: Ram) -> Box:
+    """The player. She is not valid below the screen and on the first frame of the next life."""
+    x, row, pose = _player_drawn(m)
+    right = (pose & RIGHT) > 0
+    first, top, width, height = POSES.extent(pose & 15)
+    punches = pose >= PUNCHES
+    left = first - jnp.where(punches & ~right, FIST, 0)
+    end = first + width + jnp.where(punches & right, FIST, 0)
+    facing = jnp.where(right, EAST, WEST)
+    player = box(x + 15 + left, ROW * row + 4 + top, end - left, height, orientation=facing)
+    first_frame = (m.clock == 0) & (m.tens == 2) & (m.ones == 0)
+    new_life = first_frame & ((m.lives < 2) | (m.score > 0))
+    return player.where(~new_life).clip(0, 4, 160, 180)
+
+
+def _player_drawn(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
+    """Where the player was drawn, and in what pose.
+
+    A jump goes up and down by its timer; it, a crouch and a punch begin with the timer at 1 or 13.
+    """
+    pose, timer = m.pose, m.timer
+    acts, dies, still = m.scene < EMPTY, m.scene == DYING, pose & RIGHT
+    jumps = (pose >= JUMPS) & (pose < PUNCHES)
+    crouches, walks = (pose & ~RIGHT) == CROUCHING_DOWN, (pose & ~(RIGHT | 1)) == STANDING
+    rose = jumps & ((timer == 8) | (timer == 24))
+    fell = (jumps & ((timer == 32) | (timer == 40))) | (crouches & (timer == 1))
+    row = m.row + jnp.where(rose, 1, 0) - jnp.where(fell | (dies & (timer == 4)), 1, 0)
+    tucks = jnp.where(timer == 16, pose - 1, jnp.where(timer == 24, pose + 1, pose))
+    punched = (pose >= PUNCHES) & (timer == 13) & ((m.clock & 1) == 1)
+    began = (jumps | crouches) & (timer == 1)
+    changed = walks & ((m.clock & 7) == 0)
+    drawn = jnp.where(jumps, tucks, jnp.where(changed, pose ^ 1, pose))
+    drawn = jnp.where(began | punched, still, drawn)
+    drawn = jnp.where(dies & (timer == 4), pose ^ RIGHT, drawn)
+    stepped = walks & ((pose | drawn) & 1 == 1) & (m.third == 0) & (m.x != 1) & (m.x != 0x79)
+    x = m.x - jnp.where(stepped & ~dies, jnp.where(still > 0, 1, -1), 0)
+    return jnp.where(acts, x, m.x), jnp.where(acts, row, m.row), jnp.where(acts, drawn, pose)
+
+
+def _score(m: Ram) -> Box:
+    """The score. Its last two digits are always noughts."""
+    number = score_box(FONT, m.score, right=SCORE_RIGHT - 16, top=SCORE_TOP, digits=4)
+    left = jnp.where(m.score == 0, SCORE_RIGHT - 16 + int(FONT.left[0]), number.x)
+    right = SCORE_RIGHT - 8 + int(FONT.right[0])
+    return box(left, SCORE_TOP, right - left, FONT.height, value=100 * m.score)
+
+
+def _time(m: Ram) -> Box:
+    tens, ones = (jnp.where(d < 10, d, 0) for d in (m.tens, m.ones))
+    left = jnp.where(m.tens < 10, 80, jnp.where(m.ones < 10, 84, 88))
+    return box(left, CLOCK_TOP, 95 - left, CLOCK_FONT.height, value=1000 * tens + 100 * ones)
+
+
+WOODEN_ROWS = tuple((16, y, 144, y + 4) for y in range(4, 180, ROW))  # never hold the coconut
+CROUCHING = Blobs(FUR, (0, 28, 160, 180), gap=(1, 1), min_size=(4, 5), max_size=(12, 16))
+BODY = Blobs(FUR, (0, 4, 160, 180), gap=(1, 1), min_size=(4, 17), max_size=(12, 24), also=CROUCHING)
+CHILD = Blobs(FUR, (16, 4, 144, 28), gap=(1, 1), min_size=(5, 12), max_size=(8, 16))
+APES = Blobs(MONKEY, (16, 4, 160, 180), gap=(1, 2), min_size=(4, 8), max_size=(8, 16))
+NUTS = Blobs(MONKEY, (16, 4, 160, 180), min_size=(2, 2), max_size=(2, 3))
+BALL = Bounds(WOOD, FIELD, ignore=WOODEN_ROWS)
+FRUITS = Blobs((STRAWBERRY, PINEAPPLE), FIELD, gap=(1, 1), min_size=(3, 5), max_size=(8, 12))
+FLOORS = Blobs(WOOD, FIELD, gap=(7, 0), min_size=(12, 4), max_size=(128, 4), max_run=4)
+PLACES = tuple((x, y, x + w, y + h) for x, y, w, h in LADDERS.tolist())
+WOODEN = tuple((WOOD, FUR) if level == 0 else (WOOD,) for level in LADDER_LEVEL)
+STEPS = ((132, 44, 140, 48), (20, 92, 28, 96), (20, 108, 28, 112), (36, 124, 44, 128))
+RUNGS = Bounds(WOODEN, PLACES, min_size=(8, 4), ignore=STEPS)  # steps of the other levels
+POINTS = Bounds(DIGITS, (97, 183, 145, 190), value=Digits(FONT, SCORE_LEFTS, SCORE_TOP))
+ICONS = Bounds(DIGITS, (16, 183, 80, 190))
+SECONDS = Bounds(
+    DIGITS, (79, 191, 95, 196), value=Digits(CLOCK_FONT, CLOCK_LEFTS, CLOCK_TOP, required=True)
+)
+
+GAME = Game(
+    name="Kangaroo",
+    rom=ROM.name,
+    md5=ROM.md5,
+    ram=Ram,
+    decode=decode,
+    categories=(
+        Category("Player", BODY, attributes=("orientation",), doc="the mother"),
+        Category("Child", CHILD, doc="the child"),
+        Category("Monkey", APES, count=4, doc="monkeys"),
+        Category("FallingCoconut", BALL, doc="a coconut that falls"),
+        Category("ThrownCoconut", NUTS, count=3, doc="coconuts that monkeys throw"),
+        Category("Bell", Bounds(BELL, (16, 36, 144, 52)), doc="the bell"),
+        Category("Fruit", FRUITS, count=3, doc="fruits"),
+        Category("Platform", FLOORS, count=20, doc="floors and steps"),
+        Category("Ladder", RUNGS, count=12, doc="ladders of the three levels"),
+        display("Score", POINTS, doc="points"),
+        display("Lives", ICONS, doc="lives left"),
+        display("Time", SECONDS, doc="time left"),
+    ),
+)
