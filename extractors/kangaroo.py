@@ -1,18 +1,17 @@
 """Kangaroo: a mother climbs floors and ladders to her child while monkeys throw coconuts.
 
 Platform has the floors and steps of a level from the top, Ladder a slot for each ladder of the
-three levels. The player's box has her fist in it while she punches. The walls at both sides and the
-dashes that the beam leaves on the left one are scenery. Nothing is valid on the title screen, which
-follows the last life.
+three levels. The player's box has her fist in it. The walls and the dashes on the left one are
+scenery. Nothing is valid on the title screen, which follows the last life.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (what the bytes are) and the ROM's code. The coconut
 that falls moves before a frame is drawn; the player, the monkeys and the thrown coconuts move after
 it, monkeys once in 16 frames. `decode` undoes these steps as far as the counters tell them.
 
-Covered: modes 0 and 1, deaths, the end of the game, and all three levels, of which play by chance
-shows the first one and the others come from written RAM.
-Not in RAM: whether the player has just stepped or steered a jump to the side, and what ended a
-jump, a punch or a climb, for the joystick is nowhere noted. Points and fruits show a frame late.
+Covered: modes 0 and 1, deaths, the end of the game, and all three levels with the scenes that end
+them. Random play shows the first one; the others were reached by writing RAM.
+Not in RAM: whether the player has just stepped or steered a jump to the side, and whether a jump,
+a crouch or a climb has just ended, for the joystick is nowhere noted. New points show a frame late.
 VEM takes a step of the second level and one of the third for ladders of other levels.
 """
 
@@ -32,23 +31,22 @@ BANK = 0x1000  # offset of the second bank
 FONT = ROM.font(0xB00, rows=7, stride=8)
 CLOCK_FONT = ROM.font(0xD00, rows=5, stride=8, dots=4, pitch=4)
 
-WOOD, FUR, BELL, STRAWBERRY, PINEAPPLE, MONKEY, DIGITS = 36, 44, 42, 72, 40, 58, 232
+WOOD_RGB = (162, 98, 33)
+WOOD, FUR, BELL, STRAWBERRY, PINEAPPLE, MONKEY, DIGITS, SKY = 36, 44, 42, 72, 40, 58, 232, 96
 FIELD = (16, 4, 144, 180)
-SCORE_LEFTS, SCORE_TOP = range(97, 145, 8), 183
-SCORE_RIGHT = 145
+SCORE_LEFTS, SCORE_TOP, SCORE_RIGHT = range(97, 145, 8), 183, 145
 CLOCK_LEFTS, CLOCK_TOP = range(79, 95, 4), 191
 EAST, WEST = 4, 12
 LEVELS, ROWS, ROW = 3, 22, 8  # lines of a row
 
-GAME_OVER = 128  # least value of `lives`
-EMPTY = 128  # least value of bytes that stand for no object
+GAME_OVER, EMPTY = 128, 128  # least values of `lives`, of bytes that stand for no object
 # Bits of `pose`.
 STANDING, RIGHT, JUMPS, PUNCHES = 0, 8, 64, 128
-CROUCHING_DOWN = 20  # `pose` but for `RIGHT`
+CROUCHED, PUNCHING = 20, 134  # `pose` but for `RIGHT`
 FIST, RUNG = 2, 8  # columns
 DESCENDS, WALKS = 1, 4  # low nibbles of `monkey_state`
 WALK_1, WALK_2 = 0x43, 0x64  # pictures of monkeys that go left; those to the right follow them
-DYING = 1  # value of `scene`
+DYING, PUNCHED = 1, 2  # values of `scene`; the latter until the button is released
 CHILD_X = ROM.bytes(BANK + 0xD8F, 8)
 PRIZE_ROW, PRIZE_X = (ROM.bytes(BANK + at, 24).reshape(4, 6)[:, :3] for at in (0xFA3, 0xFA6))
 PRIZE_PICTURES = ROM.bytes(BANK + 0xF97, 8)  # of the bell, of the fruits
@@ -79,8 +77,8 @@ def _runs(level: int, row: int) -> list[tuple[int, int]]:
 
 def _platforms(level: int) -> list[tuple[int, ...]]:
     """Boxes of a level's floors and steps, and empty ones up to the largest number of any level."""
-    wide = [(x, 4 + ROW * row, w, 4) for row in range(ROWS) for x, w in _runs(level, row)]
-    wide = [step for step in wide if step[2] > RUNG]
+    runs = [(x, 4 + ROW * row, w, 4) for row in range(ROWS) for x, w in _runs(level, row)]
+    wide = [run for run in runs if run[2] > RUNG]
     return wide + [(0, 0, 0, 0)] * (20 - len(wide))
 
 
@@ -122,6 +120,7 @@ class Ram(RamMap):
     tens = bits(59, first=4, count=4)  # of the time in hundreds; 10 stands for a blank
     ones = bits(59, count=4)
     third = byte(60)  # 0-2; the player steps at 0
+    fire = byte(124)  # 128 or more: the button is not pressed
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -185,9 +184,9 @@ def _monkeys(m: Ram) -> Box:
 
 def _thrown(m: Ram) -> Box:
     moved = ((m.clock & 1) == 1) & (m.scene < EMPTY)
-    x = m.thrown_x + jnp.where(moved, 2, 0)
+    x = m.thrown_x + jnp.where(moved, 16, 14)
     there = (m.thrown_state < EMPTY) & (m.thrown_row < ROWS)
-    return box(x + 14, ROW * m.thrown_row + 1, 2, 3, there)
+    return box(x, ROW * m.thrown_row + 1, 2, 3, there)
 
 
 def _falling(m: Ram) -> Box:
@@ -213,8 +212,7 @@ def _player(m: Ram) -> Box:
     end = first + width + jnp.where(punches & right, FIST, 0)
     facing = jnp.where(right, EAST, WEST)
     player = box(x + 15 + left, ROW * row + 4 + top, end - left, height, orientation=facing)
-    first_frame = (m.clock == 0) & (m.tens == 2) & (m.ones == 0)
-    new_life = first_frame & ((m.lives < 2) | (m.score > 0))
+    new_life = (m.clock == 0) & (m.tens == 2) & ((m.lives < 2) | (m.score > 0))
     return player.where(~new_life).clip(0, 4, 160, 180)
 
 
@@ -222,20 +220,22 @@ def _player_drawn(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Where the player was drawn, and in what pose.
 
     A jump goes up and down by its timer; it, a crouch and a punch begin with the timer at 1 or 13.
+    A punch has just ended if the game has not yet noticed that the button is released.
     """
     pose, timer = m.pose, m.timer
     acts, dies, still = m.scene < EMPTY, m.scene == DYING, pose & RIGHT
     jumps = (pose >= JUMPS) & (pose < PUNCHES)
-    crouches, walks = (pose & ~RIGHT) == CROUCHING_DOWN, (pose & ~(RIGHT | 1)) == STANDING
+    crouches, walks = (pose & ~RIGHT) == CROUCHED, (pose & ~(RIGHT | 1)) == STANDING
     rose = jumps & ((timer == 8) | (timer == 24))
     fell = (jumps & ((timer == 32) | (timer == 40))) | (crouches & (timer == 1))
     row = m.row + jnp.where(rose, 1, 0) - jnp.where(fell | (dies & (timer == 4)), 1, 0)
     tucks = jnp.where(timer == 16, pose - 1, jnp.where(timer == 24, pose + 1, pose))
-    punched = (pose >= PUNCHES) & (timer == 13) & ((m.clock & 1) == 1)
-    began = (jumps | crouches) & (timer == 1)
+    began = ((jumps | crouches) & (timer == 1)) | ((pose >= PUNCHES) & (timer == 13))
+    released = (m.scene == PUNCHED) & (m.fire >= 128)
+    punched = (pose == still) & released & ((m.clock & 1) == 1)
     changed = walks & ((m.clock & 7) == 0)
     drawn = jnp.where(jumps, tucks, jnp.where(changed, pose ^ 1, pose))
-    drawn = jnp.where(began | punched, still, drawn)
+    drawn = jnp.where(began, still, jnp.where(punched, still | PUNCHING, drawn))
     drawn = jnp.where(dies & (timer == 4), pose ^ RIGHT, drawn)
     stepped = walks & ((pose | drawn) & 1 == 1) & (m.third == 0) & (m.x != 1) & (m.x != 0x79)
     x = m.x - jnp.where(stepped & ~dies, jnp.where(still > 0, 1, -1), 0)
@@ -256,6 +256,9 @@ def _time(m: Ram) -> Box:
     return box(left, CLOCK_TOP, 95 - left, CLOCK_FONT.height, value=1000 * tens + 100 * ones)
 
 
+# The wood flashes at the end of the third level. A climbing player hides rungs of long ladders.
+WOODEN = tuple(c for c in range(1, 128) if c & 0xF4 == c != SKY)
+RUNG_COLORS = tuple((WOOD, FUR) if level == 0 else (WOOD,) for level in LADDER_LEVEL)
 WOODEN_ROWS = tuple((16, y, 144, y + 4) for y in range(4, 180, ROW))  # never hold the coconut
 CROUCHING = Blobs(FUR, (0, 28, 160, 180), gap=(1, 1), min_size=(4, 5), max_size=(12, 16))
 BODY = Blobs(FUR, (0, 4, 160, 180), gap=(1, 1), min_size=(4, 17), max_size=(12, 24), also=CROUCHING)
@@ -264,11 +267,10 @@ APES = Blobs(MONKEY, (16, 4, 160, 180), gap=(1, 2), min_size=(4, 8), max_size=(8
 NUTS = Blobs(MONKEY, (16, 4, 160, 180), min_size=(2, 2), max_size=(2, 3))
 BALL = Bounds(WOOD, FIELD, ignore=WOODEN_ROWS)
 FRUITS = Blobs((STRAWBERRY, PINEAPPLE), FIELD, gap=(1, 1), min_size=(3, 5), max_size=(8, 12))
-FLOORS = Blobs(WOOD, FIELD, gap=(7, 0), min_size=(12, 4), max_size=(128, 4), max_run=4)
+FLOORS = Blobs(WOODEN, FIELD, gap=(7, 0), min_size=(12, 4), max_size=(128, 4), max_run=4)
 PLACES = tuple((x, y, x + w, y + h) for x, y, w, h in LADDERS.tolist())
-WOODEN = tuple((WOOD, FUR) if level == 0 else (WOOD,) for level in LADDER_LEVEL)
 STEPS = ((132, 44, 140, 48), (20, 92, 28, 96), (20, 108, 28, 112), (36, 124, 44, 128))
-RUNGS = Bounds(WOODEN, PLACES, min_size=(8, 4), ignore=STEPS)  # steps of the other levels
+RUNGS = Bounds(RUNG_COLORS, PLACES, min_size=(8, 4), ignore=STEPS)  # steps of the other levels
 POINTS = Bounds(DIGITS, (97, 183, 145, 190), value=Digits(FONT, SCORE_LEFTS, SCORE_TOP))
 ICONS = Bounds(DIGITS, (16, 183, 80, 190))
 SECONDS = Bounds(
@@ -289,8 +291,8 @@ GAME = Game(
         Category("ThrownCoconut", NUTS, count=3, doc="coconuts that monkeys throw"),
         Category("Bell", Bounds(BELL, (16, 36, 144, 52)), doc="the bell"),
         Category("Fruit", FRUITS, count=3, doc="fruits"),
-        Category("Platform", FLOORS, count=20, doc="floors and steps"),
-        Category("Ladder", RUNGS, count=12, doc="ladders of the three levels"),
+        Category("Platform", FLOORS, count=20, rgb=WOOD_RGB, doc="floors and steps"),
+        Category("Ladder", RUNGS, count=12, rgb=WOOD_RGB, doc="ladders of the three levels"),
         display("Score", POINTS, doc="points"),
         display("Lives", ICONS, doc="lives left"),
         display("Time", SECONDS, doc="time left"),
