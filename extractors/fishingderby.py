@@ -1,10 +1,10 @@
 """FishingDerby: two anglers on piers, their poles and lines, six fish, a shark, and two scores.
 
 A fish keeps its slot, its row from the top, also while it is pulled up. The hook is not drawn apart
-from its line, so a hook's box is that of the line below the pole: the hook is at its bottom, on the
-side away from the pole's end. What the bars of the piers hide of fish, shark and lines is not in
-their boxes. What fish and shark hide of a line, and lines of them, is. The anglers, the piers, the
-waves and the maker's name are scenery.
+from its line, so a hook's box is that of the line below the pole. The hook is at its bottom; the
+orientation, south-east, south or south-west, tells on which side of the pole's end. What the bars
+of the piers hide of fish, shark and lines is not in their boxes; what these hide of each other is.
+The anglers, the piers, the waves and the maker's name are scenery.
 
 RAM: ALE's source (scores), OCAtari 2.2 and D. Debro's disassembly (what the records are), and the
 ROM's code. The positions in the chip's coding (bytes 42, 43, 76-89) are those on the screen. Fish,
@@ -54,7 +54,7 @@ LINES = (12, 39, 148, 190)
 POLES = ((16, 38, 80, 39), (80, 38, 144, 39))
 SCORE_LEFTS, SCORE_TOP = ((40, 48), (104, 112)), 8
 
-EAST, WEST = 4, 12
+EAST, SOUTH, WEST = 4, 8, 12
 EMPTY = 0x50  # `picture`
 ROWS = np.arange(6)
 FACES_LEFT = 0xCE  # `shark_shape`
@@ -221,8 +221,9 @@ def _lines(m: Ram, top_x: jax.Array) -> Box:
     hook_x = _line_at(m, end[:, None], top_x, side)[:, 0]
     bottom = np.array((81, 80)) + APART * div(end, 7) + 2 * (end - 7 * div(end, 7))
     bottom = bottom + jnp.where((hook_x < BRIGHT) | (end < depth), 1, 0)
-    left = jnp.minimum(top_x, hook_x)
-    return box(left, LINE_TOP, jnp.maximum(top_x, hook_x) + 1 - left, bottom - LINE_TOP)
+    left, width = jnp.minimum(top_x, hook_x), jnp.abs(hook_x - top_x) + 1
+    towards = SOUTH - 2 * jnp.sign(hook_x - top_x)
+    return box(left, LINE_TOP, width, bottom - LINE_TOP, orientation=towards)
 
 
 def _line_at(m: Ram, depth: jax.Array | np.ndarray, top_x: jax.Array, side: jax.Array) -> jax.Array:
@@ -267,8 +268,8 @@ GAME = Game(
     categories=(
         facing("Fish", SEA, count=6, doc="one a row, from the top"),
         facing("Shark", SHARKS, doc="between the surface and the fish"),
-        Category("PlayerOneHook", LEFT_LINE, doc="the left line, from pole to hook"),
-        Category("PlayerTwoHook", RIGHT_LINE, doc="the right line, from pole to hook"),
+        facing("PlayerOneHook", LEFT_LINE, doc="the left line, from pole to hook"),
+        facing("PlayerTwoHook", RIGHT_LINE, doc="the right line, from pole to hook"),
         Category("PlayerOnePole", Bounds(BLACK, POLES[0]), doc="the left pole"),
         Category("PlayerTwoPole", Bounds(BLACK, POLES[1]), doc="the right pole"),
         display("ScorePlayerOne", _number(0), doc="points of the left angler"),
