@@ -12,7 +12,8 @@ Covered: modes 0 and 1, deaths, the end of the game, and all three levels with t
 them. Random play shows the first one; the others were reached by writing RAM.
 Not in RAM: whether the player has just stepped or steered a jump to the side, and whether a jump,
 a crouch or a climb has just ended, for the joystick is nowhere noted. New points show a frame late.
-VEM takes a step of the second level and one of the third for ladders of other levels.
+VEM takes a step of the second level and one of the third for ladders of other levels, and joins the
+parts of two floors of the second level.
 """
 
 import jax
@@ -23,7 +24,7 @@ from ocjax.digits import Digits, score_box
 from ocjax.game import Game
 from ocjax.ops import lookup
 from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.rom import Pictures, Rom
+from ocjax.rom import Rom
 from ocjax.rules import Blobs, Bounds, Category, display
 
 ROM = Rom("kangaroo", "4326edb70ff20d0ee5ba58fa5cb09d60")
@@ -43,7 +44,7 @@ GAME_OVER, EMPTY = 128, 128  # least values of `lives`, of bytes that stand for 
 # Bits of `pose`.
 STANDING, RIGHT, JUMPS, PUNCHES = 0, 8, 64, 128
 CROUCHED, PUNCHING = 20, 134  # `pose` but for `RIGHT`
-FIST, RUNG = 2, 8  # columns
+FIST, RUNG, MOST_PLATFORMS = 2, 8, 21  # columns, columns, of a level
 DESCENDS, WALKS = 1, 4  # low nibbles of `monkey_state`
 WALK_1, WALK_2 = 0x43, 0x64  # pictures of monkeys that go left; those to the right follow them
 DYING, PUNCHED = 1, 2  # values of `scene`; the latter until the button is released
@@ -51,16 +52,10 @@ CHILD_X = ROM.bytes(BANK + 0xD8F, 8)
 PRIZE_ROW, PRIZE_X = (ROM.bytes(BANK + at, 24).reshape(4, 6)[:, :3] for at in (0xFA3, 0xFA6))
 PRIZE_PICTURES = ROM.bytes(BANK + 0xF97, 8)  # of the bell, of the fruits
 POSE_ROWS = ROM.bytes(BANK + 0xF81, 8)
-
-
-def _poses() -> Pictures:
-    """The player's pictures by the low bits of `pose`."""
-    low, high = ROM.bytes(BANK + 0xDF1, 16), ROM.bytes(BANK + 0xE01, 16)
-    offsets = ((high & 15) << 8 | low).tolist()
-    return ROM.pictures(offsets, np.tile(ROW * POSE_ROWS, 2).tolist(), top_first=True)
-
-
-POSES = _poses()
+# The pictures of the player, by the low bits of `pose`, of the bell and the fruits, and of monkeys.
+POSE_AT = (ROM.bytes(BANK + 0xE01, 16) & 15) << 8 | ROM.bytes(BANK + 0xDF1, 16)
+POSE_HEIGHTS = np.tile(ROW * POSE_ROWS, 2)
+POSES = ROM.pictures(POSE_AT.tolist(), POSE_HEIGHTS.tolist(), top_first=True)
 PRIZES = ROM.pictures(range(0xB00, 0xC00), 16, top_first=True)
 MONKEYS = ROM.pictures(range(0xE00, 0xF00), 16, top_first=True)
 
@@ -79,7 +74,7 @@ def _platforms(level: int) -> list[tuple[int, ...]]:
     """Boxes of a level's floors and steps, and empty ones up to the largest number of any level."""
     runs = [(x, 4 + ROW * row, w, 4) for row in range(ROWS) for x, w in _runs(level, row)]
     wide = [run for run in runs if run[2] > RUNG]
-    return wide + [(0, 0, 0, 0)] * (20 - len(wide))
+    return wide + [(0, 0, 0, 0)] * (MOST_PLATFORMS - len(wide))
 
 
 def _ladders(level: int) -> list[tuple[int, ...]]:
@@ -124,7 +119,6 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    shown = m.lives < GAME_OVER
     boxes = {
         "Player": _player(m),
         "Child": _child(m),
@@ -139,7 +133,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Lives": box(16, 183, 8 * m.lives - 4, 7, m.lives > 0, value=m.lives + 1),
         "Time": _time(m),
     }
-    return {name: b.where(shown) for name, b in boxes.items()}
+    return {name: b.where(m.lives < GAME_OVER) for name, b in boxes.items()}
 
 
 def _level(m: Ram, table: np.ndarray) -> jax.Array:
@@ -167,18 +161,17 @@ def _child(m: Ram) -> Box:
 
 
 def _monkeys(m: Ram) -> Box:
-    state = m.monkey_state
-    moved = ((m.clock & 15) == 0) & (m.scene < EMPTY)
+    state, acts = m.monkey_state, m.scene < EMPTY
     kind, back = state & 15, (state & 32) > 0
+    moved = ((m.clock & 15) == 0) & acts
     step = jnp.where(kind == WALKS, jnp.where(back, -3, 3), 0)
     climb = jnp.where(kind == DESCENDS, jnp.where(back, -1, 1), 0)
-    climbs_again = ((m.clock & 15) == 8) & (m.scene < EMPTY) & (kind == DESCENDS) & back
+    climbed = moved | (((m.clock & 15) == 8) & acts & back)
     x = m.monkey_x - jnp.where(moved, step, 0)
-    row = (m.monkey_row - jnp.where(moved | climbs_again, climb, 0)) & 255
+    row = (m.monkey_row - jnp.where(climbed, climb, 0)) & 255
     there = (state < EMPTY) & (row < ROWS)
-    changed = moved & (kind == WALKS)
-    picture = jnp.where(changed, jnp.where((state & 16) > 0, WALK_1, WALK_2), m.monkey_picture)
-    picture = jnp.where(changed & ~back, picture + 16, picture)
+    walked = jnp.where((state & 16) > 0, WALK_1, WALK_2) + jnp.where(back, 0, 16)
+    picture = jnp.where(moved & (kind == WALKS), walked, m.monkey_picture)
     return MONKEYS.box(picture, x + 15, ROW * row + 4, valid=there)
 
 
@@ -267,15 +260,18 @@ APES = Blobs(MONKEY, (16, 4, 160, 180), gap=(1, 2), min_size=(4, 8), max_size=(8
 NUTS = Blobs(MONKEY, (16, 4, 160, 180), min_size=(2, 2), max_size=(2, 3))
 BALL = Bounds(WOOD, FIELD, ignore=WOODEN_ROWS)
 FRUITS = Blobs((STRAWBERRY, PINEAPPLE), FIELD, gap=(1, 1), min_size=(3, 5), max_size=(8, 12))
-FLOORS = Blobs(WOODEN, FIELD, gap=(7, 0), min_size=(12, 4), max_size=(128, 4), max_run=4)
 PLACES = tuple((x, y, x + w, y + h) for x, y, w, h in LADDERS.tolist())
 STEPS = ((132, 44, 140, 48), (20, 92, 28, 96), (20, 108, 28, 112), (36, 124, 44, 128))
+# Two rows have two steps. Rungs beside the steps of the third level do not count.
+SIDES = {92: ((16, 64), (64, 144)), 140: ((16, 64), (64, 144))}
+STEP_ROWS = [(y, side) for y in range(28, 180, ROW) for side in SIDES.get(y, ((16, 144),))]
+FLOOR_PLACES = tuple((left, y, right, y + 4) for y, (left, right) in STEP_ROWS)
+BESIDE = tuple(place for place, level in zip(PLACES, LADDER_LEVEL, strict=True) if level == 2)
+FLOORS = Bounds(WOODEN, FLOOR_PLACES, min_size=(12, 4), ignore=BESIDE)
 RUNGS = Bounds(RUNG_COLORS, PLACES, min_size=(8, 4), ignore=STEPS)  # steps of the other levels
 POINTS = Bounds(DIGITS, (97, 183, 145, 190), value=Digits(FONT, SCORE_LEFTS, SCORE_TOP))
 ICONS = Bounds(DIGITS, (16, 183, 80, 190))
-SECONDS = Bounds(
-    DIGITS, (79, 191, 95, 196), value=Digits(CLOCK_FONT, CLOCK_LEFTS, CLOCK_TOP, required=True)
-)
+SECONDS = Bounds(DIGITS, (79, 191, 95, 196), value=Digits(CLOCK_FONT, CLOCK_LEFTS, CLOCK_TOP))
 
 GAME = Game(
     name="Kangaroo",
@@ -291,10 +287,10 @@ GAME = Game(
         Category("ThrownCoconut", NUTS, count=3, doc="coconuts that monkeys throw"),
         Category("Bell", Bounds(BELL, (16, 36, 144, 52)), doc="the bell"),
         Category("Fruit", FRUITS, count=3, doc="fruits"),
-        Category("Platform", FLOORS, count=20, rgb=WOOD_RGB, doc="floors and steps"),
+        Category("Platform", FLOORS, count=MOST_PLATFORMS, rgb=WOOD_RGB, doc="floors and steps"),
         Category("Ladder", RUNGS, count=12, rgb=WOOD_RGB, doc="ladders of the three levels"),
         display("Score", POINTS, doc="points"),
-        display("Lives", ICONS, doc="lives left"),
+        display("Lives", ICONS, doc="lives left; the last one is not shown"),
         display("Time", SECONDS, doc="time left"),
     ),
 )
