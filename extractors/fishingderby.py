@@ -14,9 +14,10 @@ ran down while the lines were drawn.
 
 Covered: all four difficulties, fish that are pulled up, caught and eaten, the end of the game.
 Not in RAM: the button with which the left angler pulls faster, so a fish on his hook may be drawn a
-row lower; whether a fish has taken a hook on this very frame, on which it is a row lower, too;
-whether the last point of a catch is already on the screen. A fish that was caught or eaten is not
-valid until it comes back. VEM sees neither two fish that touch nor a hook behind fish and shark.
+row lower where the hook's depth does not tell; whether a fish has taken a hook on this very frame,
+on which it is a row lower, too; whether the last point of a catch is already on the screen. A fish
+that was caught or eaten is not valid until it comes back. VEM sees neither two fish that touch nor
+a hook behind fish and shark.
 """
 
 import functools
@@ -47,7 +48,7 @@ BLACK, YELLOW, RED, GREEN = 0, 28, 66, 198
 LINE_TOP, STEPS = 39, 49
 DEPTHS = np.arange(STEPS)[None]
 TO_RIGHT = 15  # `line_side`
-NEAR = 64
+NEAR = 64  # columns from the left at which the shark makes the right angler pull fast
 BARS = tuple((x, 61, x + 4, 190) for x in (16, 24, 132, 140))  # of the piers; fish are behind them
 PIERS = ((8, 39, 28, 61), (132, 39, 152, 61))  # with the anglers
 LINES = (12, 39, 148, 190)
@@ -127,6 +128,7 @@ class Ram(RamMap):
     pole_x = byte(23, 24)  # x + 1 of its end; already moved on
     hook_x = byte(32, 33)
     line_reach = byte(34, 35)  # columns from the pole's end to the hook; 1 more to the right
+    depth_before = byte(36)  # 17 more than the left hook's depth was on this frame or the last one
     puller = bits(39)  # who pulls a fish up
     pulled_coarse = byte(42)
     pulled_fine = bits(43, first=4, count=4)
@@ -134,6 +136,7 @@ class Ram(RamMap):
     score = bcd(61, 62)
     pulled_y = byte(63)  # y - 80; 0: no fish is pulled up
     over = byte(64)  # 0: play goes on
+    depth = byte(65)  # of the left hook
     count_down = byte(67, 68)  # the hook's depth less the 49 steps of the drawing loop
     # Of the fish from the top, `coarse`, `fine` and `picture` of the shark, too:
     x = byte(*range(74, 68, -1))  # already moved on
@@ -185,8 +188,9 @@ def _fish(m: Ram, x: jax.Array, shark_x: jax.Array) -> Box:
     fresh = jnp.all(x == START)  # no fish has moved yet
     pulled = (m.pulled_y > 0) & (jnp.where(m.puller == 1, m.hooked[1], m.hooked[0]) == 6 - ROWS)
     x = jnp.where(pulled, position(m.pulled_coarse, m.pulled_fine) - 46, x)
-    fast = ((m.puller == 1) & (shark_x < NEAR)) | ((m.clock & 3) == 0)
-    y = jnp.where(pulled, PULLED_Y + m.pulled_y + jnp.where(fast, 1, 0), FISH_Y + APART * ROWS)
+    fast = jnp.where(m.puller == 1, shark_x < NEAR, m.depth_before - m.depth == 18)
+    step = jnp.where(fast | ((m.clock & 3) == 0), 1, 0)  # since it was drawn
+    y = jnp.where(pulled, PULLED_Y + m.pulled_y + step, FISH_Y + APART * ROWS)
     spread = jnp.where(fresh, 1, x >> 1 & 1)
     fish = _boxes(FISH, 2 * spread + faces_left, x, y)
     there = (pulled | (m.picture[:6] != EMPTY)) & (m.coarse[:6] > 0)
