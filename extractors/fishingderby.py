@@ -26,6 +26,7 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import lax
 from ocjax.boxes import Box, Number, box
 from ocjax.console import (
     NUSIZ_COPIES,
@@ -46,7 +47,7 @@ FONT = ROM.font(0x700, rows=8)
 
 BLACK, YELLOW, RED, GREEN = 0, 28, 66, 198
 LINE_TOP, STEPS = 39, 49
-DEPTHS = np.arange(STEPS)[None]
+ABOVE = 17  # steps of a line above the depth 0
 TO_RIGHT = 15  # `line_side`
 NEAR = 64  # columns from the left at which the shark makes the right angler pull fast
 BARS = tuple((x, 61, x + 4, 190) for x in (16, 24, 132, 140))  # of the piers; fish are behind them
@@ -215,24 +216,27 @@ def _line_tops(m: Ram) -> jax.Array:
 def _lines(m: Ram, top_x: jax.Array) -> Box:
     """The lines, which the drawing loop steps aside when a sum of slopes overflows.
 
-    It draws a step of the depth in two rows, and seven of them in a row of fish.
+    It draws a step of the depth in two rows, and seven of them in a row of fish. Of a line that
+    ends behind a bar of a pier, the last step beside the bar is its end.
     """
     depth = jnp.minimum(m.count_down + STEPS & 0xFF, STEPS - 1)
     side = jnp.where(m.line_side == TO_RIGHT, 1, -1)
-    x = _line_at(m, DEPTHS, top_x, side)
-    seen = ~_behind_bar(x) & (depth[:, None] >= DEPTHS)
-    end = jnp.max(jnp.where(seen, DEPTHS, 0), axis=1)
-    hook_x = _line_at(m, end[:, None], top_x, side)[:, 0]
-    bottom = np.array((81, 80)) + APART * div(end, 7) + 2 * (end - 7 * div(end, 7))
+    x = top_x + side * _aside(m, depth)
+    bar = jnp.where(side > 0, (x & ~3) - top_x, top_x - (x | 3))  # columns to its near edge
+    beside = lax.div(256 * bar - 1, jnp.maximum(m.line_slope, 1)) - ABOVE
+    end = jnp.where(_behind_bar(x), jnp.clip(beside, 0, depth), depth)
+    hook_x = top_x + side * _aside(m, end)
+    band = div(end, 7)
+    bottom = np.array((81, 80)) + APART * band + 2 * (end - 7 * band)
     bottom = bottom + jnp.where((hook_x < BRIGHT) | (end < depth), 1, 0)
     left, width = jnp.minimum(top_x, hook_x), jnp.abs(hook_x - top_x) + 1
     towards = SOUTH - 2 * jnp.sign(hook_x - top_x)
     return box(left, LINE_TOP, width, bottom - LINE_TOP, orientation=towards)
 
 
-def _line_at(m: Ram, depth: jax.Array | np.ndarray, top_x: jax.Array, side: jax.Array) -> jax.Array:
-    """The lines' columns at depths."""
-    return top_x[:, None] + side[:, None] * ((17 + depth) * m.line_slope[:, None] >> 8)
+def _aside(m: Ram, depth: jax.Array) -> jax.Array:
+    """Columns from the upper ends of the lines to where they are at depths."""
+    return (ABOVE + depth) * m.line_slope >> 8
 
 
 def _behind_bar(x: jax.Array) -> jax.Array:

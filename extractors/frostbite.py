@@ -28,7 +28,7 @@ from ocjax.boxes import Box, box
 from ocjax.console import signed_nibble
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
-from ocjax.ops import lookup, mod, pick
+from ocjax.ops import lookup, mod, pick, reached
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Pictures, Rom
 from ocjax.rules import Blobs, Bounds, Category, display
@@ -54,7 +54,9 @@ IGLOO, DOOR = (112, 35, 144, 55), (120, 46, 136, 55)
 ROW, PLACE = np.arange(12) // 3, np.arange(12) % 3  # of the animals' slots
 FLOE_ROW, FLOE, HALF = np.arange(24) // 6, np.arange(24) // 2 % 3, np.arange(24) % 2
 FLOE_Y, ROWS_APART = 174, 26
-SKEW = np.array((0, 2, 3, 5, 4, 6, 8))  # columns to the left of each row of a floe
+# The rows of a floe are 0, 2, 3, 5, 4, 6 and 8 columns left of the first one. Columns of that one
+# at which one more row, from the top, is beyond the right edge, or inside the left edge.
+ROWS_BEYOND, ROWS_INSIDE = (160, 162, 163, 165, 165, 166), (9, 11, 12, 13, 13, 15, 17)
 
 BIRDS, FISHES, CRABS, CLAMS = range(4)  # `kind`
 OFF_LEFT = 200  # least `animals_x` of a row that begins left of the screen
@@ -170,7 +172,7 @@ def _animals(m: Ram) -> Box:
 
 
 def _floes(m: Ram) -> Box:
-    """The floes, or their halves: the visible parts of slanting rows of pixels."""
+    """The floes, or their halves: what is visible of their slanting shape."""
     moves = (m.level & 1 == 1) & (m.level >= 5) & ((m.clock & 15) == 0)
     moves = moves & (m.delay == 0) & (m.status == 0)
     code = lookup(CODES, jnp.where(moves, m.apart + 1 & 15, m.apart))
@@ -180,14 +182,11 @@ def _floes(m: Ram) -> Box:
     x = mod(jnp.repeat(m.floe_x, 6) + offset + 160 + 32 * FLOE, 160)
     across = jnp.where(x < 8, x + 160, x - 160)  # the part beyond the screen's edge
     x = jnp.where(jnp.where(whole, HALF == 1, x < 4), across, x)
-    left = jnp.maximum(x[:, None] - SKEW[None], 8)
-    right = jnp.minimum(x[:, None] - SKEW[None] + jnp.where(whole, 16, 8), 160)
-    seen = left < right
-    row = np.arange(len(SKEW))[None]
-    top, bottom = jnp.where(seen, row, 7).min(axis=1), jnp.where(seen, row + 1, 0).max(axis=1)
-    left, right = jnp.where(seen, left, 160).min(axis=1), jnp.where(seen, right, 0).max(axis=1)
-    y = FLOE_Y - ROWS_APART * FLOE_ROW
-    return box(left, y + top, right - left, bottom - top)
+    right = x + jnp.where(whole, 16, 8)
+    top, bottom = reached(x, ROWS_BEYOND), reached(right, ROWS_INSIDE)
+    y, left = FLOE_Y - ROWS_APART * FLOE_ROW, jnp.maximum(x - 8, 8)
+    width, there = jnp.minimum(right, 160) - left, (right > 8) & (x < 168)
+    return box(left, y + top, width, bottom - top, there)
 
 
 def _igloo(m: Ram) -> Box:
