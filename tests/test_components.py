@@ -31,11 +31,16 @@ def reference(mask, search):
     for label, (rows, columns) in enumerate(ndimage.find_objects(labels), start=1):
         first = int(np.flatnonzero(labels[rows.start] == label)[0])
         w, h = columns.stop - columns.start - dx, rows.stop - rows.start - dy
-        limit = search.max_size or (W, 256)
-        least, most = search.area or (1, wide.size)
-        if search.min_size[0] <= w <= limit[0] and search.min_size[1] <= h <= limit[1] and least <= (labels == label).sum() <= most:
-            out.append((rows.start, first, columns.start, w, h))
-    return [part for y, _, x, w, h in sorted(out) for part in parts(x, y, w, h, search.split or (256, 256))]
+        size = next((s.split or (256, 256) for s in search.alternatives if meets(s, w, h, (labels == label).sum())), None)
+        if size is not None:
+            out.append((rows.start, first, columns.start, w, h, size))
+    return [part for y, _, x, w, h, size in sorted(out) for part in parts(x, y, w, h, size)]
+
+
+def meets(search, w, h, pixels):
+    limit = search.max_size or (W, 256)
+    least, most = search.area or (1, W * 256)
+    return search.min_size[0] <= w <= limit[0] and search.min_size[1] <= h <= limit[1] and least <= pixels <= most
 
 
 def parts(x, y, w, h, size):
@@ -125,6 +130,8 @@ SEARCHES = {
     "joined, any size": Search(30, gap=(2, 5)),
     "4-connected": Search(700, connectivity=4, max_size=(8, 10)),
     "4-connected, any size": Search(12, connectivity=4),
+    "two sizes": Search(700, max_size=(8, 2), area=(3, 9), also=(Search(0, min_size=(1, 3), max_size=(5, 10), split=(3, 4)),)),
+    "two sizes, one of them any": Search(30, max_size=(4, 4), also=(Search(0, min_size=(9, 1)),)),
     "so many pixels": Search(60, gap=(1, 0), max_size=(20, 10), area=(5, 40)),
 }
 

@@ -23,6 +23,8 @@ window locates its candidate again. One search per category: 5 before it finds a
 of a row stacked while they are filled: 46 instead of 33 for Asteroids, because what they share is computed once for each.
 """
 
+from __future__ import annotations
+
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -34,6 +36,7 @@ import numpy as np
 from jax import lax
 
 from ocjax._xla import materialize, varying
+from ocjax.boxes import WIDTH
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.fill import extent, fill, fill_large
@@ -58,6 +61,27 @@ class Search:
     split: tuple[int, int] | None = None  # a larger component is as many objects of this size as cover it, `MAX_PARTS` at most
     area: tuple[int, int] | None = None  # least and most pixels of a component, after `gap` is bridged; needs max_size
     top: int = 0  # row of the screen that is the mask's first one
+    also: tuple[Search, ...] = ()  # further limits, of which only sizes, split and area count; the first that a component meets applies
+
+    @property
+    def alternatives(self) -> tuple[Search, ...]:
+        """All limits, its own ones first."""
+        return (self, *self.also)
+
+    @property
+    def unlimited(self) -> bool:
+        """Whether components of any size may be objects."""
+        return any(s.max_size is None for s in self.alternatives)
+
+    @property
+    def window(self) -> tuple[int, int]:
+        """Width and height of the first window."""
+        sizes = [s.max_size for s in self.alternatives if s.max_size is not None]
+        width, height = (max(side) for side in zip(*sizes, *([WINDOW] if self.unlimited else []), strict=True))
+        return min(width, WIDTH), min(height, UNLIMITED)
+
+
+NOTHING = Search(0, min_size=(UNLIMITED, UNLIMITED), max_size=(1, 1))  # limits that no component meets
 
 
 class Detected(NamedTuple):
@@ -81,10 +105,9 @@ class _Layout:
 
     def __init__(self, masks: Sequence[Bitmap], searches: Sequence[Search]) -> None:
         self.searches = searches
-        self.lanes, width = masks[0].shape[2], 32 * masks[0].shape[0]
-        sizes = [WINDOW if s.max_size is None else (min(s.max_size[0], width), min(s.max_size[1], UNLIMITED)) for s in searches]
-        self.reach_x = max(w + s.gap[0] for (w, _), s in zip(sizes, searches, strict=True))
-        self.reach_y = max(h + s.gap[1] for (_, h), s in zip(sizes, searches, strict=True))
+        self.lanes = masks[0].shape[2]
+        self.reach_x = max(s.window[0] + s.gap[0] for s in searches)
+        self.reach_y = max(s.window[1] + s.gap[1] for s in searches)
         self.n_words = masks[0].shape[0] + any(s.gap[0] for s in searches)
         heights = [-(-(m.shape[1] + s.gap[1] + 1) // BLOCK) * BLOCK for m, s in zip(masks, searches, strict=True)]
         self.begins = np.cumsum([0, *heights])  # first row of each mask's part; an empty row separates parts
@@ -99,6 +122,10 @@ class _Layout:
         """The entry of each candidate's mask in a table with one entry per mask."""
         values = np.asarray(table, np.int32)
         return jnp.asarray(values)[mask] if len(set(values.tolist())) > 1 else jnp.full_like(mask, values[0])
+
+    def pairs_of(self, mask: jax.Array, table: Sequence[tuple[int, int]]) -> tuple[jax.Array, jax.Array]:
+        """The same for pairs."""
+        return self.of(mask, [a for a, _ in table]), self.of(mask, [b for _, b in table])
 
     def corners_of(self, mask: jax.Array) -> jax.Array:
         """Whether corners connect in each candidate's mask: words with all bits set, or none."""
@@ -281,7 +308,7 @@ def _measure(layout: _Layout, board: Bitmap, found: _Candidates, offset: jax.Arr
 
 def _measure_large(layout: _Layout, board: Bitmap, found: _Candidates, measured: _Measured, wanted: jax.Array) -> _Measured:
     """Fill the wanted candidates' components on the whole board, one candidate of each frame at a time."""
-    large = wanted & ~measured.inside & (layout.of(found.segment // layout.lanes, [int(s.max_size is None) for s in layout.searches]) > 0)
+    large = wanted & ~measured.inside & (layout.of(found.segment // layout.lanes, [int(s.unlimited) for s in layout.searches]) > 0)
     lane, rows = found.segment % layout.lanes, jnp.arange(layout.n_rows)[None, :, None]
 
     def next_of_each_lane(state: tuple[jax.Array, ...]) -> tuple[jax.Array, ...]:
@@ -323,30 +350,38 @@ class _Accepted(NamedTuple):
 def _accept(layout: _Layout, found: _Candidates, measured: _Measured, exists: jax.Array) -> _Accepted:
     """Apply the limits of each candidate's search."""
     mask, searches = found.segment // layout.lanes, layout.searches
-
-    def both(pairs: Sequence[tuple[int, int]]) -> tuple[jax.Array, jax.Array]:
-        return layout.of(mask, [a for a, _ in pairs]), layout.of(mask, [b for _, b in pairs])
-
-    dx, dy = both([s.gap for s in searches])
-    least_w, least_h = both([s.min_size for s in searches])
-    most_w, most_h = both([s.max_size or (UNLIMITED, UNLIMITED) for s in searches])
-    part_w, part_h = both([s.split or (UNLIMITED, UNLIMITED) for s in searches])
+    dx, dy = layout.pairs_of(mask, [s.gap for s in searches])
     w, h = measured.right - measured.left + 1 - dx, measured.height - dy
-    good = exists & measured.own & measured.inside & (w >= least_w) & (h >= least_h) & (w <= most_w) & (h <= most_h)
-    if any(s.area for s in searches):
-        least, most = both([s.area or (0, MAX_AREA) for s in searches])
-        good = good & (measured.area >= least) & (measured.area <= most)
+    part_w = part_h = jnp.full_like(w, UNLIMITED)
+    good = jnp.zeros_like(exists)
+    for limits in reversed(list(itertools.zip_longest(*(s.alternatives for s in searches), fillvalue=NOTHING))):
+        met = _meets(layout, mask, limits, w, h, measured.area)
+        size = layout.pairs_of(mask, [s.split or (UNLIMITED, UNLIMITED) for s in limits])
+        part_w, part_h = (jnp.where(met, new, old) for new, old in zip(size, (part_w, part_h), strict=True))
+        good = good | met
+    good = good & exists & measured.own & measured.inside
     across = jnp.clip(-(-w // part_w), 1, MAX_PARTS)
     down = jnp.clip(-(-h // part_h), 1, MAX_PARTS // across)
     y = found.row - 1 - layout.of(mask, [begin - s.top for begin, s in zip(layout.begins[:-1].tolist(), searches, strict=True)])
     return _Accepted(measured.left, y, w, h, part_w, part_h, across, jnp.where(good, across * down, 0))
 
 
+def _meets(layout: _Layout, mask: jax.Array, limits: Sequence[Search], w: jax.Array, h: jax.Array, area: jax.Array) -> jax.Array:
+    """Whether components are within the limits of their masks."""
+    least_w, least_h = layout.pairs_of(mask, [s.min_size for s in limits])
+    most_w, most_h = layout.pairs_of(mask, [s.max_size or (UNLIMITED, UNLIMITED) for s in limits])
+    met = (w >= least_w) & (h >= least_h) & (w <= most_w) & (h <= most_h)
+    if not any(s.area for s in limits):
+        return met
+    least, most = layout.pairs_of(mask, [s.area or (0, MAX_AREA) for s in limits])
+    return met & (area >= least) & (area <= most)
+
+
 def _parts(layout: _Layout, a: _Accepted) -> list[jax.Array]:
     """The boxes of each component's objects, evenly spaced from edge to edge: x, y, w, h in a byte each, uint32 `[n]`."""
     out = []
     down = jnp.maximum(a.parts // a.across, 1)
-    for p in range(MAX_PARTS if any(s.split for s in layout.searches) else 1):
+    for p in range(MAX_PARTS if any(a.split for s in layout.searches for a in s.alternatives) else 1):
         column, row = p % a.across, p // a.across
         x = a.x + column * (a.w - a.part_w) // jnp.maximum(a.across - 1, 1)
         y = a.y + row * (a.h - a.part_h) // jnp.maximum(down - 1, 1)
@@ -403,7 +438,7 @@ def components(masks: Sequence[Bitmap], searches: Sequence[Search]) -> list[Dete
         found, offset = materialize(locate, k, small=0)
         exists = k < index.total
         measured = _measure(layout, board, found, offset)
-        if any(s.max_size is None for s in searches):
+        if any(s.unlimited for s in searches):
             measured = _measure_large(layout, board, found, measured, exists & measured.own)
         return _write(layout, index, found, _accept(layout, found, measured, exists), so_far)
 

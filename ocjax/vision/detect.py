@@ -4,7 +4,7 @@ Masks are bitmaps (`ocjax.vision.bitmap`): uint32 `[5, H, B]`, the batch last.
 """
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import jax
 import jax.numpy as jnp
@@ -104,17 +104,30 @@ def _detect_blobs(batch: _Frames, categories: Sequence[Category]) -> dict[str, D
     owners, masks, searches = [], [], []
     for c in categories:
         assert isinstance(c.rule, Blobs)
-        for rule in c.rule.rules:
+        for rule, *others in _of_equal_pixels(c.rule.rules):
             region = rule.region or (0, 0, width, height)
             for colors in [(color,) for color in rule.palette] if rule.split_by_color else [rule.palette]:
                 owners.append(c.name)
                 masks.append(bm.cut(batch.counted(rule, colors), region))
                 count = -(-c.count // 2) if rule.split_by_color else c.count
-                searches.append(Search(count, rule.connectivity, rule.gap, rule.min_size, rule.max_size, rule.split, rule.area, region[1]))
+                searches.append(_search(rule, count, region[1], tuple(_search(other, count, region[1]) for other in others)))
     lists: dict[str, list[Detected]] = {c.name: [] for c in categories}
     for name, found in zip(owners, components(masks, searches), strict=True):
         lists[name].append(found)
     return {c.name: _merge(lists[c.name], c.count) for c in categories}
+
+
+def _search(rule: Blobs, count: int, top: int, also: tuple[Search, ...] = ()) -> Search:
+    return Search(count, rule.connectivity, rule.gap, rule.min_size, rule.max_size, rule.split, rule.area, top, also)
+
+
+def _of_equal_pixels(rules: Sequence[Blobs]) -> Iterable[list[Blobs]]:
+    """Rules that differ only in what sizes they accept, together."""
+    groups: dict[tuple[object, ...], list[Blobs]] = {}
+    for r in rules:  # all have the same colours
+        pixels = r.region, r.connectivity, r.gap, r.split_by_color, r.max_run, r.max_line, tuple(r.ignore), tuple(r.exclude)
+        groups.setdefault(pixels, []).append(r)
+    return groups.values()
 
 
 def _merge(lists: Sequence[Detected], count: int) -> Detected:
