@@ -38,9 +38,9 @@ FIELD = (16, 4, 144, 180)
 SCORE_LEFTS, SCORE_TOP, SCORE_RIGHT = range(97, 145, 8), 183, 145
 CLOCK_LEFTS, CLOCK_TOP = range(79, 95, 4), 191
 EAST, WEST = 4, 12
-LEVELS, ROWS, ROW = 3, 22, 8  # lines of a row
-
-GAME_OVER, EMPTY = 128, 128  # least values of `lives`, of bytes that stand for no object
+LEVELS, ROWS, ROW = 3, 22, 8  # `ROW`: its lines
+START_LIVES, GAME_OVER = 2, 128  # `lives` at the start; its least value after the end
+EMPTY = 128  # least value of bytes that stand for no object
 # Bits of `pose`.
 STANDING, RIGHT, JUMPS, PUNCHES = 0, 8, 64, 128
 CROUCHED, PUNCHING = 20, 134  # `pose` but for `RIGHT`
@@ -54,8 +54,7 @@ PRIZE_PICTURES = ROM.bytes(BANK + 0xF97, 8)  # of the bell, of the fruits
 POSE_ROWS = ROM.bytes(BANK + 0xF81, 8)
 # The pictures of the player, by the low bits of `pose`, of the bell and the fruits, and of monkeys.
 POSE_AT = (ROM.bytes(BANK + 0xE01, 16) & 15) << 8 | ROM.bytes(BANK + 0xDF1, 16)
-POSE_HEIGHTS = np.tile(ROW * POSE_ROWS, 2)
-POSES = ROM.pictures(POSE_AT.tolist(), POSE_HEIGHTS.tolist(), top_first=True)
+POSES = ROM.pictures(POSE_AT.tolist(), 2 * (ROW * POSE_ROWS).tolist(), top_first=True)
 PRIZES = ROM.pictures(range(0xB00, 0xC00), 16, top_first=True)
 MONKEYS = ROM.pictures(range(0xE00, 0xF00), 16, top_first=True)
 
@@ -154,9 +153,16 @@ def _prize(m: Ram, first: int, last: int, state: jax.Array) -> Box:
     return PRIZES.box(picture, x + 15, ROW * row + 4, valid=state < EMPTY)
 
 
+def _next_life(m: Ram) -> jax.Array:
+    """Whether this is the first frame of a life that is not the first one."""
+    return (m.clock == 0) & (m.tens == 2) & ((m.lives < START_LIVES) | (m.score > 0))
+
+
 def _child(m: Ram) -> Box:
     """The child, which walks to and fro, and stands still when the player has come."""
-    step = jnp.where((m.scene & 64) > 0, 6, (m.clock - 1) >> 4 & 7)
+    begins = (m.clock == 0) & (m.tens == 2) & ~_next_life(m)
+    clock = jnp.where(begins, 0, m.clock - 1)
+    step = jnp.where((m.scene & 64) > 0, 6, clock >> 4 & 7)
     return box(lookup(CHILD_X, step) + 15, 12, 8, 15)
 
 
@@ -188,9 +194,9 @@ def _falling(m: Ram) -> Box:
     there = (m.falling_row < EMPTY) & (row >= 0) & (row < ROWS)
     _, player_row, pose = _player_drawn(m)
     starts = jnp.concatenate([_level(m, PRIZE_ROW.T), jnp.stack([jnp.int32(1), player_row])])
-    fixed = jnp.concatenate([m.bell[None], m.fruits, jnp.zeros(2, jnp.int32)]) < EMPTY
+    visible = jnp.concatenate([m.bell[None], m.fruits, jnp.zeros(2, jnp.int32)]) < EMPTY
     heights = jnp.where(np.arange(6) == 5, lookup(POSE_ROWS, pose & 7), 2)
-    beside = jnp.any(fixed & (starts <= row) & (row < starts + heights))
+    beside = jnp.any(visible & (starts <= row) & (row < starts + heights))
     late = jnp.where(beside & (x < 20), 1, 0)
     return box(x, ROW * row + 9 + late, 2, 3 - late, there).clip(*FIELD)
 
@@ -205,8 +211,7 @@ def _player(m: Ram) -> Box:
     end = first + width + jnp.where(punches & right, FIST, 0)
     facing = jnp.where(right, EAST, WEST)
     player = box(x + 15 + left, ROW * row + 4 + top, end - left, height, orientation=facing)
-    new_life = (m.clock == 0) & (m.tens == 2) & ((m.lives < 2) | (m.score > 0))
-    return player.where(~new_life).clip(0, 4, 160, 180)
+    return player.where(~_next_life(m)).clip(0, 4, 160, 180)
 
 
 def _player_drawn(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
@@ -270,7 +275,6 @@ BESIDE = tuple(place for place, level in zip(PLACES, LADDER_LEVEL, strict=True) 
 FLOORS = Bounds(WOODEN, FLOOR_PLACES, min_size=(12, 4), ignore=BESIDE)
 RUNGS = Bounds(RUNG_COLORS, PLACES, min_size=(8, 4), ignore=STEPS)  # steps of the other levels
 POINTS = Bounds(DIGITS, (97, 183, 145, 190), value=Digits(FONT, SCORE_LEFTS, SCORE_TOP))
-ICONS = Bounds(DIGITS, (16, 183, 80, 190))
 SECONDS = Bounds(DIGITS, (79, 191, 95, 196), value=Digits(CLOCK_FONT, CLOCK_LEFTS, CLOCK_TOP))
 
 GAME = Game(
@@ -290,7 +294,7 @@ GAME = Game(
         Category("Platform", FLOORS, count=MOST_PLATFORMS, rgb=WOOD_RGB, doc="floors and steps"),
         Category("Ladder", RUNGS, count=12, rgb=WOOD_RGB, doc="ladders of the three levels"),
         display("Score", POINTS, doc="points"),
-        display("Lives", ICONS, doc="lives left; the last one is not shown"),
+        display("Lives", Bounds(DIGITS, (16, 183, 80, 190)), doc="lives left but the last one"),
         display("Time", SECONDS, doc="time left"),
     ),
 )
