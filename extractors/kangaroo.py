@@ -12,8 +12,7 @@ Covered: modes 0 and 1, deaths, the end of the game, and all three levels with t
 them. Random play shows the first one; the others were reached by writing RAM.
 Not in RAM: whether the player has just stepped or steered a jump to the side, and whether a jump,
 a crouch or a climb has just ended, for the joystick is nowhere noted. New points show a frame late.
-VEM takes a step of the second level and one of the third for ladders of other levels, and joins the
-parts of two floors of the second level.
+VEM takes a step of the second level and one of the third for ladders of other levels.
 """
 
 import jax
@@ -44,7 +43,7 @@ EMPTY = 128  # least value of bytes that stand for no object
 # Bits of `pose`.
 STANDING, RIGHT, JUMPS, PUNCHES = 0, 8, 64, 128
 CROUCHED, PUNCHING = 20, 134  # `pose` but for `RIGHT`
-FIST, RUNG, MOST_PLATFORMS = 2, 8, 21  # columns, columns, of a level
+FIST, RUNG, MOST_PLATFORMS = 2, 8, 20  # columns, columns, of a level
 DESCENDS, WALKS = 1, 4  # low nibbles of `monkey_state`
 WALK_1, WALK_2 = 0x43, 0x64  # pictures of monkeys that go left; those to the right follow them
 DYING, PUNCHED = 1, 2  # values of `scene`; the latter until the button is released
@@ -265,14 +264,11 @@ APES = Blobs(MONKEY, (16, 4, 160, 180), gap=(1, 2), min_size=(4, 8), max_size=(8
 NUTS = Blobs(MONKEY, (16, 4, 160, 180), min_size=(2, 2), max_size=(2, 3))
 BALL = Bounds(WOOD, FIELD, ignore=WOODEN_ROWS)
 FRUITS = Blobs((STRAWBERRY, PINEAPPLE), FIELD, gap=(1, 1), min_size=(3, 5), max_size=(8, 12))
+FLOORS = Blobs(
+    WOODEN, (16, 28, 144, 176), gap=(7, 0), min_size=(12, 4), max_size=(128, 4), max_run=4
+)
 PLACES = tuple((x, y, x + w, y + h) for x, y, w, h in LADDERS.tolist())
 STEPS = ((132, 44, 140, 48), (20, 92, 28, 96), (20, 108, 28, 112), (36, 124, 44, 128))
-# Two rows have two steps. Rungs beside the steps of the third level do not count.
-SIDES = {92: ((16, 64), (64, 144)), 140: ((16, 64), (64, 144))}
-STEP_ROWS = [(y, side) for y in range(28, 180, ROW) for side in SIDES.get(y, ((16, 144),))]
-FLOOR_PLACES = tuple((left, y, right, y + 4) for y, (left, right) in STEP_ROWS)
-BESIDE = tuple(place for place, level in zip(PLACES, LADDER_LEVEL, strict=True) if level == 2)
-FLOORS = Bounds(WOODEN, FLOOR_PLACES, min_size=(12, 4), ignore=BESIDE)
 RUNGS = Bounds(RUNG_COLORS, PLACES, min_size=(8, 4), ignore=STEPS)  # steps of the other levels
 POINTS = Bounds(DIGITS, (97, 183, 145, 190), value=Digits(FONT, SCORE_LEFTS, SCORE_TOP))
 SECONDS = Bounds(DIGITS, (79, 191, 95, 196), value=Digits(CLOCK_FONT, CLOCK_LEFTS, CLOCK_TOP))
