@@ -5,7 +5,7 @@ the other. Of Truck: the places of a convoy. Of Bomb: the whole one or its upper
 half. Of MiniTruck and MiniEnemy: block of the landscape from the left * 3 + place or lane, with
 boxes of what the radar's window shows. The shot is the line that is left of it. Life has a box
 around the helicopters in reserve, one less than its `value`. What explodes is no object, but a
-truck that was hit blinks. Scenery: mountains, the radar's frame, the maker's name.
+truck that was hit blinks. Scenery: sky and mountains, also on the radar, the maker's name.
 
 RAM: ALE's source (score, lives), OCAtari 2.2, and the ROM's code. The game moves the enemies before
 a frame is drawn, and the player, the bombs and the landscape after it, when it also counts hits.
@@ -38,7 +38,7 @@ FONT = ROM.font(0xE00, rows=7, stride=8)
 
 GOLD, WHITE, BLUE, BLACK, YELLOW, BROWN = 0x2C, 0x0E, 0x80, 0, 0x2E, 0x20
 LASER = (*range(0x70, 0x90, 2), 0x9E)
-FIELD, ROAD = (8, 52, 160, 161), (8, 161, 160, 168)  # columns 0-7 of the screen are black
+FIELD, ROAD = (8, 52, 160, 168), (8, 161, 160, 168)  # columns 0-7 of the screen are black
 WINDOW = (56, 179, 104, 187)  # of the radar, below the mountains
 
 # Pictures of each kind: whole, without 1-7 columns on the left, without 1-7 on the right.
