@@ -2,12 +2,11 @@
 
 Enemy slots: the game's three rows of demons from the top, each a whole demon or, after it split,
 its left half; the right halves of the rows; the small demon that dives at the ship. When one begins
-to dive, the game moves the demons above it down a row. A demon that appears or explodes is a cloud
-of particles and no object (OCAtari calls it EnemyPart while it appears), and so is the exploding
-ship; the shot waits for its launch in the ship.
-EnemyMissile has two slots, left and right, for each of the game's ten rows of missiles; they turn
-as the missiles fall, so a missile keeps its slot. A ray is eight lines of the screen for each of
-its rows. Lives shows the ships in reserve; its `value` is one more. Scenery: the ground.
+to dive, the game moves the demons above it down a row. What appears (OCAtari's EnemyPart) or
+explodes, demon or ship, is a cloud of particles and no object; the shot waits for its launch in the
+ship. EnemyMissile has two slots, left and right, for each of the game's ten rows of missiles; they
+turn as the missiles fall, so a missile keeps its slot. A ray is eight lines of the screen for each
+of its rows. Lives shows the ships in reserve; its `value` is one more. Scenery: the ground.
 
 RAM: ALE's source (score, lives), OCAtari 2.2, and the ROM's code. Demons, the score and the ship's
 state change after a frame is drawn, and `decode` takes that back. A demon hides what is less than
