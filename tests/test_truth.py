@@ -23,6 +23,8 @@ STALE = {
     ("Berzerk", "lost"): 0.75,
     ("Bowling", "last"): 0.9,
     ("DemonAttack", "last"): 0.94,
+    ("DonkeyKong", "last"): 0.92,
+    ("DonkeyKong", "lost"): 0.9,
 }
 # Objects that the other recordings hardly show, or that are easily taken for others.
 RARE = {"BattleZone": ("Red_Thing",), "BeamRider": ("Torpedos",), "Berzerk": ("PlayerMissile", "EnemyMissile")}

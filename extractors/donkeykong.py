@@ -1,0 +1,293 @@
+"""DonkeyKong: Mario, four barrels or fireballs, a hammer, Donkey Kong, Pauline, two boards.
+
+The first board has slanted girders and barrels, the second one (blue) fireballs and eight rivets,
+which Mario takes out by walking over them. Slots of Ladder and Platform: those of the first board,
+then those of the second. Ladder has broken ones, too, each from its first rung to its last. A held
+hammer is drawn in the rows where it hung, whatever floor Mario is on. While a game is played, the
+bonus is displayed (Timer), between lives and games the Score, which stays valid and keeps its
+value. Lives are ALE's; none are shown, and Life is not valid, at 0. Scenery: none.
+
+RAM: ALE's source (score, lives), D. Debro's disassembly (what the records are) and the ROM's code.
+Obstacles move before the frame is drawn. Mario, the hammer and the bonus change after it, and
+`decode` takes that back.
+
+Covered: both boards, the only mode and difficulty, jumps, ladders, the hammer, rivets, lost lives,
+the end of the game, frame skips 3 and 4. Not in the RAM: whether Mario took a step on the third
+frames, on which he may walk or climb, unless he jumps, the step sounds, or nothing is touched;
+`decode` assumes that he did. Neither is it there that a jump has just ended, nor where the hammer
+was before it was taken on this frame. When a life ends, the RAM is set up anew before its last
+frame is drawn, which still shows the barrels, but not Mario. VEM sees no hammer that touches a
+ladder, less of a ladder or barrel that something covers, and no fireballs without rivets. It does
+not know the colours that the game cycles through when it is left alone.
+"""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.boxes import Box, box
+from ocjax.digits import Digits, score_box
+from ocjax.game import Game
+from ocjax.ops import among, lookup, pick, reached
+from ocjax.ram import RamMap, bcd, bits, byte
+from ocjax.rom import Rom
+from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, display
+
+ROM = Rom("donkey_kong", "36b20c427975760cb9cf4a47e41369e4")
+FONT = ROM.font(0xC00, rows=7, stride=8)
+HEAD, FEET = (0, 0, 0, 1, 2, 2, 0), (17, 17, 17, 17, 16, 17, 17)
+"""First row of Mario's pictures and the one below: four of walking, jumping, climbing, standing."""
+JUMPS, CLIMBS, STANDS = 4, 5, 6
+
+GIRDERS, BLUE = 106, 138  # colours of the two boards, and of the score
+RED, WHITE, BOOTS = 70, 14, 166
+OBSTACLE, KONG, GREEN = 46, 52, 218
+PAULINE = (30, 70, 168)
+
+BOARD = (28, 40, 132, 196)
+KONG_AT, PAULINE_AT, DRUM = (34, 15, 50, 34), (63, 18, 71, 34), (36, 181, 44, 192)
+LIVES = ((112, 23, 128, 31),)
+TOP = 7
+NUMBER = {"right": 103, "top": TOP, "leading_zeros": True}  # how Score and Timer are drawn
+SCORE_LEFTS, TIMER_LEFTS = range(55, 103, 8), range(71, 103, 8)
+
+PLATFORMS = (
+    *((32, 35, 80, 37), (32, 60, 120, 65), (40, 81, 128, 93), (32, 109, 120, 121)),
+    *((40, 137, 128, 149), (32, 165, 120, 177), (32, 193, 128, 195)),
+)
+LADDERS = (
+    *((32, 40, 57), (76, 40, 57), (76, 68, 85), (108, 68, 81), (48, 92, 109), (68, 92, 109)),
+    *((100, 88, 113), (64, 116, 141), (88, 120, 137), (108, 120, 137), (48, 148, 165)),
+    *((80, 148, 169), (72, 176, 193), (108, 176, 193)),
+)
+"""Column, first rung and the row below the last one of the first board's ladders."""
+BLUE_PLATFORMS = tuple((32, y, 128, y + 5 - 3 * (y < 60)) for y in (35, 60, 88, 116, 144, 172))
+BLUE_LADDERS = tuple((x, y, y + 17) for y in range(40, 153, 28) for x in (40, 60, 96, 116))
+GIRDERS_AT = np.array(PLATFORMS + BLUE_PLATFORMS)
+LADDERS_AT = np.array([(x, top, x + 4, bottom) for x, top, bottom in LADDERS + BLUE_LADDERS])
+BENDS = ROM.bytes(0xDF8, 7)  # `x` where the girders of the first board step
+UPPER_ENDS, LOWER_ENDS = ROM.bytes(0xACD, 34), ROM.bytes(0xB00, 34)
+"""`y` of Mario at the ends of the ladders."""
+FLOORS = tuple(range(0x16, 0xA0, 0x1C))  # least `y` of the floors below the uppermost one
+RIVET_X, RIVET_Y = np.array([52, 104] * 4), np.repeat([144, 116, 88, 60], 2)
+
+PLAYING = 128  # least value of `state`
+MOVED = 2  # `wait` on a frame on which Mario may have moved
+WHOLE = 13  # `ladder` below which a barrel rolls down it
+JUMP = 31  # `air` when a jump has just begun
+RISE = 7  # rows of a jump
+STEP, POINTS = 2, 3  # `sound`
+NO_HAMMER = 112  # `hammer` of one that was used up
+NORTH, EAST, WEST = 0, 4, 12
+
+
+class Ram(RamMap):
+    obstacle_y = byte(0, 1, 2, 3)  # y - 40, 0: none
+    walk = byte(4)  # counts columns, for Mario's picture
+    air = byte(5)  # frames left of a jump
+    hammer_time = byte(6)  # in 256 frames, 0: not held
+    score = bcd((7, 8))  # hundreds
+    wait = byte(9)  # frames until Mario may move
+    idle = byte(10)  # 128 frames without any input
+    sound_left = byte(11)  # counts down
+    state = byte(12)
+    dying = bits(13, first=7)
+    sound = byte(15)
+    board = byte(16)
+    x = byte(19)  # x + 4
+    heading = byte(20)  # 0 left, 8 right, 254 down, 255 up a ladder
+    hammer = byte(21)  # its picture, low byte of an address
+    y = byte(27)  # of Mario, y - 22
+    hammer_x = byte(28)  # x + 6
+    rivets = byte(31, 32, 33, 34)  # lowest row first: 6 and more, 12 and more: which are gone
+    lives = byte(35)
+    bonus = bcd(36)  # hundreds
+    obstacle_x = byte(65, 66, 67, 68)  # x + 4
+    on_ladder = bits(69, 70, 71, 72, first=7)
+    ladder = byte(73, 74, 75, 76)  # number of the ladder that a barrel takes or took
+    clock = byte(104)
+    at_ladder = byte(106)  # number of Mario's ladder
+    control = byte(107)  # the joystick when the jump began; a bit is 0 where it is pushed
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    dx, dy = _step(m)
+    blue = m.board == 1
+    obstacles = _obstacles(m)
+    return {
+        "Player": _mario(m, dx, dy),
+        "Barrel": obstacles.where(~blue),
+        "Fireball": obstacles.where(blue),
+        "Hammer": _hammer(m, dx),
+        "Rivet": _rivets(m),
+        "DonkeyKong": _fixed(KONG_AT),
+        "Girlfriend": _fixed(PAULINE_AT),
+        "OilDrum": _fixed(DRUM).where(~blue),
+        "Ladder": _fixed(LADDERS_AT.T).where(blue == (np.arange(34) >= len(LADDERS))),
+        "Platform": _fixed(GIRDERS_AT.T).where(blue == (np.arange(13) >= len(PLATFORMS))),
+        "Life": _lives(m),
+        "Score": _score(m),
+        "Timer": _timer(m),
+    }
+
+
+def _fixed(area: tuple[int, int, int, int] | np.ndarray) -> Box:
+    """Boxes that never move, from their left, top, right and bottom."""
+    left, top, right, bottom = area
+    return box(left, top, right - left, bottom - top)
+
+
+def _in_play(m: Ram) -> jax.Array:
+    """Whether a game is played and was already when the frame was drawn."""
+    return (m.state >= PLAYING) & ~((m.clock == 0) & (m.bonus == 50))
+
+
+def _life_over(m: Ram) -> jax.Array:
+    """Whether the frame is the last one of a life, without Mario, though the RAM is set up anew."""
+    game_over = (m.state == 0) & (m.sound == POINTS) & (m.sound_left == 31)
+    return game_over | ((m.state >= PLAYING) & ~_in_play(m))
+
+
+def _step(m: Ram) -> tuple[jax.Array, jax.Array]:
+    """Columns and rows that Mario has moved since the frame was drawn."""
+    in_air = m.air > 0
+    left = jnp.where(in_air, (m.control & 0x40) == 0, m.heading == 0)
+    right = ~left & jnp.where(in_air, (m.control & 0x80) == 0, m.heading == 8)
+    climbs = ~in_air & (m.heading >= 128)
+    at = jnp.where(climbs, m.y, m.x)
+    quiet = (m.sound == 0) | (m.sound == STEP)
+    sounds = (m.sound == STEP) & (m.sound_left == 1)
+    moved = jnp.where(quiet & ((at & 3) == 0), sounds, ~_at_ladder_end(m))
+    moved = (moved | in_air) & ~_at_side(m, left, right)
+    moved = moved & (m.wait == MOVED) & (m.idle == 0) & (m.dying == 0) & _in_play(m)
+    dx = jnp.where(right, 1, 0) - jnp.where(left, 1, 0)
+    dy = jnp.where(m.heading == 255, -1, 1)
+    bend = (dx != 0) & among(m.x + jnp.where(left, 1, 0), BENDS.tolist()) & (m.board == 0)
+    floor = _floor(m)
+    slope = jnp.where((floor & 1) == 0, dx, -dx)
+    slope = jnp.where(bend & (floor > 0) & (floor < 5), slope, 0)
+    return jnp.where(moved, dx, 0), jnp.where(moved, jnp.where(climbs, dy, slope), 0)
+
+
+def _floor(m: Ram) -> jax.Array:
+    """The floor that Mario is on, 0 is Donkey Kong's."""
+    return reached(m.y, FLOORS)
+
+
+def _at_side(m: Ram, left: jax.Array, right: jax.Array) -> jax.Array:
+    """Whether Mario is at the end of a girder and cannot go on to the left or right."""
+    even = (_floor(m) & 1) == 0
+    first = jnp.where(even | (m.board == 1), 0x24, 0x29)
+    last = jnp.where(even & (m.board == 0), 0x75, 0x7C)
+    return ((m.x == first) & left) | ((m.x == last) & right)
+
+
+def _at_ladder_end(m: Ram) -> jax.Array:
+    above = (m.y == lookup(UPPER_ENDS, m.at_ladder)) & (m.heading == 255)
+    below = (m.y == lookup(LOWER_ENDS, m.at_ladder)) & (m.heading == 254)
+    return above | below
+
+
+def _mario(m: Ram, dx: jax.Array, dy: jax.Array) -> Box:
+    jumps = (m.air > 0) & (m.air < JUMP)
+    y = m.y - dy + jnp.where(m.air == JUMP, RISE, 0)
+    ends = (y == lookup(UPPER_ENDS, m.at_ladder)) | (y == lookup(LOWER_ENDS, m.at_ladder))
+    pose = jnp.where(jumps, JUMPS, (m.walk - dx & 6) >> 1)
+    pose = jnp.where(m.heading >= 128, jnp.where(ends, STANDS, CLIMBS), pose)
+    facing = jnp.where(m.heading >= 128, NORTH, jnp.where(m.heading == 0, WEST, EAST))
+    head, feet = pick(pose, HEAD), pick(pose, FEET)
+    return box(
+        m.x - dx - 4, y + 22 + head, 8, feet - head, ~_life_over(m), orientation=facing
+    ).clip(*BOARD)
+
+
+def _obstacles(m: Ram) -> Box:
+    """Barrels or fireballs. The side of a barrel that rolls down a ladder is a row lower."""
+    side = (m.on_ladder == 1) & (m.ladder < WHOLE) & (m.board == 0)
+    low = jnp.where(side, 1, 0)
+    return box(m.obstacle_x - 4, m.obstacle_y + 40 + low, 8, 8 - low, m.obstacle_y > 0)
+
+
+def _hammer(m: Ram, dx: jax.Array) -> Box:
+    """The hammer; it swings while it is held."""
+    held = m.hammer_time > 0
+    forward = held & ((m.clock - 1 & 8) > 0)
+    x = m.hammer_x - jnp.where(held, dx, 0)
+    x = x - jnp.where(forward, jnp.where(m.heading == 0, 7, 5), 6)
+    size = jnp.where(forward, 6, 4)
+    there = m.hammer != NO_HAMMER
+    return box(x, jnp.where(forward, 75, 68), size, jnp.where(forward, 6, 7), there)
+
+
+def _rivets(m: Ram) -> Box:
+    """The rivets. The last one of a girder to go leaves a number of 18 and more."""
+    gone = reached(jnp.repeat(m.rivets, 2), (6, 12, 18))
+    left = np.arange(len(RIVET_X)) % 2 == 0
+    there = (gone == 0) | (gone == jnp.where(left, 2, 1))
+    return box(RIVET_X, RIVET_Y, 4, 1, there & (m.board == 1))
+
+
+def _lives(m: Ram) -> Box:
+    width = jnp.where(m.lives == 1, 4, 12)
+    x = jnp.where(m.board == 1, 112, 128 - width)
+    return box(x, 23, width, 8, m.lives > 0, value=m.lives)
+
+
+def _score(m: Ram) -> Box:
+    points = 100 * m.score
+    return score_box(FONT, points, digits=6, value=points, **NUMBER)
+
+
+def _timer(m: Ram) -> Box:
+    """The bonus, which is counted down after the frame is drawn."""
+    shown = 100 * (m.bonus + jnp.where((m.clock & 127) == 0, 1, 0))
+    return score_box(FONT, shown, digits=4, value=shown, valid=_in_play(m), **NUMBER)
+
+
+BOTH = (GIRDERS, BLUE)
+SMALL = Blobs(OBSTACLE, BOARD, min_size=(6, 5), max_size=(8, 8))
+HAMMER = Blobs(
+    (OBSTACLE, *BOTH), (20, 66, 140, 82), min_size=(4, 6), max_size=(6, 7), area=(14, 24)
+)
+
+MARIO = Bounds((RED, WHITE, BOOTS), BOARD)
+RIVETS = Cells(BLUE, tuple(RIVET_X.tolist()), tuple(RIVET_Y.tolist()), 4, 1)
+POINTS_SEEN = Bounds(BLUE, (55, 7, 103, 14), value=Digits(FONT, SCORE_LEFTS, TOP))
+BONUS_SEEN = Bounds(GREEN, (71, 7, 103, 14), value=Digits(FONT, TIMER_LEFTS, TOP))
+
+
+def _colors(first_board: tuple, second: tuple) -> tuple[tuple[int, ...], ...]:
+    return ((GIRDERS,),) * len(first_board) + ((BLUE,),) * len(second)
+
+
+GAME = Game(
+    name="DonkeyKong",
+    rom=ROM.name,
+    md5=ROM.md5,
+    ram=Ram,
+    decode=decode,
+    categories=(
+        Category("Player", MARIO, attributes=("orientation",), doc="Mario; north on a ladder"),
+        Category("Barrel", SMALL, count=4, needs="OilDrum", doc="on the first board"),
+        Category("Fireball", SMALL, count=4, needs="Rivet", doc="on the second board"),
+        Category("Hammer", HAMMER, doc="on its place, or held"),
+        Category("Rivet", RIVETS, count=8, doc="lowest girder first, left before right"),
+        Category("DonkeyKong", Bounds(KONG, KONG_AT), doc="the ape"),
+        Category("Girlfriend", Bounds(PAULINE, PAULINE_AT), doc="Pauline"),
+        Category("OilDrum", Bounds(GIRDERS, DRUM), doc="stack at the lower left"),
+        Category(
+            "Ladder",
+            Bounds(_colors(LADDERS, BLUE_LADDERS), tuple(map(tuple, LADDERS_AT.tolist()))),
+            count=len(LADDERS_AT),
+            doc="whole and broken ones, upper first; first those of the first board",
+        ),
+        Category(
+            "Platform",
+            Bounds(_colors(PLATFORMS, BLUE_PLATFORMS), PLATFORMS + BLUE_PLATFORMS),
+            count=len(GIRDERS_AT),
+            doc="girders, upper first; first those of the first board",
+        ),
+        display("Life", Bounds(BOTH, LIVES, value=Gauge(8, 4, 1)), doc="lives that are left"),
+        display("Score", POINTS_SEEN, blinks=True, doc="points"),
+        display("Timer", BONUS_SEEN, doc="bonus that is left"),
+    ),
+)
