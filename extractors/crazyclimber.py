@@ -1,8 +1,8 @@
 """CrazyClimber: a climber on a skyscraper, windows that shut, throwers, a bird, a helicopter.
 
 Slots of Window are row * 6 + column; row 0 is the one that scrolls in at the top, and a window that
-is partly shut is what is left of it. Projectile is whatever falls: pots, bars, eggs, girders. The
-walls and the open sky between them are scenery.
+is partly shut is what is left of it. Projectile is whatever falls: pots, bars, eggs, girders, which
+OCAtari's VEM names by colour. The walls and the open sky between them are scenery.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (what the records are), and the ROM's code. The game
 computes in the blank lines after a frame, so that the RAM has what is on the screen. The drawing
@@ -15,6 +15,7 @@ which sprites cover whole rows are seen too small; on the display of the ended g
 are not valid.
 """
 
+import functools
 from dataclasses import replace
 
 import jax
@@ -258,6 +259,16 @@ def _lives(m: Ram) -> Box:
     return box(58 + 16 * i, 13, 5, 6, i < jnp.maximum(m.lives, 1))
 
 
+CLIMBER = Bounds((GREEN, LEGS, GREEN_2), (40, 43, 130, 200))
+WINDOWS = Blobs(0, BUILDING, gap=(3, 0), max_size=(8, 8), min_size=(3, 1))
+BIRD = Bounds(WHITE, (0, 43, 160, 80))
+HELICOPTER = Bounds((BODY, ROTOR), (0, 43, 160, 160))
+THINGS = Bounds((YELLOW, BLUE, PURPLE, *range(48, 64, 2)), (0, 43, 160, 199))
+SCORE = Bounds(GREEN, (40, 31, 110, 39), value=Digits(FONT, range(48, 96, 8), 31))
+BONUS = Bounds(GREEN, (40, 21, 110, 28), value=Digits(FONT, range(56, 96, 8), 21))
+ICONS = Bounds((198, LEGS), tuple((56 + 16 * i, 12, 70 + 16 * i, 20) for i in range(3)))
+facing = functools.partial(Category, attributes=("orientation",))
+
 GAME = Game(
     name="CrazyClimber",
     rom=ROM.name,
@@ -265,44 +276,14 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", Bounds((GREEN, LEGS, GREEN_2), (40, 43, 130, 200)), doc="the climber"),
-        Category(
-            "Window",
-            Blobs(0, BUILDING, gap=(3, 0), max_size=(8, 8), min_size=(3, 1)),
-            count=78,
-            doc="row * 6 + column",
-        ),
+        Category("Player", CLIMBER, doc="the climber"),
+        Category("Window", WINDOWS, count=78, doc="row * 6 + column"),
         Category("Enemy_Red", Bounds(RED, BUILDING), doc="a thrower"),
-        Category(
-            "Enemy_Bird", Bounds(WHITE, (0, 43, 160, 80)), attributes=("orientation",), doc="a bird"
-        ),
-        Category(
-            "Helicopter",
-            Bounds((BODY, ROTOR), (0, 43, 160, 160)),
-            attributes=("orientation",),
-            doc="above the roof",
-        ),
-        Category(
-            "Projectile",
-            Bounds((YELLOW, BLUE, PURPLE, *range(48, 64, 2)), (0, 43, 160, 199)),
-            doc="what falls",
-        ),
-        display(
-            "Score",
-            Bounds(GREEN, (40, 31, 110, 39), value=Digits(FONT, range(48, 96, 8), 31)),
-            doc="points",
-        ),
-        display(
-            "Bonus",
-            Bounds(GREEN, (40, 21, 110, 28), value=Digits(FONT, range(56, 96, 8), 21)),
-            doc="bonus",
-        ),
-        display(
-            "Life",
-            Bounds((198, LEGS), tuple((56 + 16 * i, 12, 70 + 16 * i, 20) for i in range(3))),
-            count=3,
-            attributes=(),
-            doc="lives",
-        ),
+        facing("Enemy_Bird", BIRD, doc="a bird"),
+        facing("Helicopter", HELICOPTER, doc="above the roof"),
+        Category("Projectile", THINGS, doc="what falls"),
+        display("Score", SCORE, doc="points"),
+        display("Bonus", BONUS, doc="bonus"),
+        display("Life", ICONS, count=3, attributes=(), doc="lives in reserve, three at most"),
     ),
 )
