@@ -13,8 +13,9 @@ from scipy import ndimage
 
 from ocjax.vision import bitmap
 from ocjax.vision import components as stages
-from ocjax.vision.components import MAX_PARTS, Search, components
+from ocjax.vision.components import components
 from ocjax.vision.fill import fill, fill_large
+from ocjax.vision.search import MAX_PARTS, Search
 
 H, W = 24, 160
 

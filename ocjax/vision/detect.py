@@ -18,7 +18,8 @@ from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.bounds import detect_bounds
 from ocjax.vision.cells import cell_pixels, detect_cells
-from ocjax.vision.components import Detected, Search, components
+from ocjax.vision.components import Detected, components
+from ocjax.vision.search import Search
 
 
 class _Frames:
