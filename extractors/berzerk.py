@@ -13,8 +13,8 @@ Covered: rooms of all colours, scrolling, deaths, bonus, lives, game over, ALE's
 that do not shoot, extra lives). Not in RAM: a shot on the frame on which it hits (5 % of the frames
 with the human's shot), the pose before a shot or a death, to which side the human looked before he
 turned. On the frame on which a room is left, or a life lost, the room is still on the screen, but
-RAM keeps no more than all robots but the first: the rows of that one and of the human are cleared,
-and so is the way of a shot. The next frame shows nobody. VEM takes a shot that touches whoever
+RAM keeps all robots but the first, and where their shot is: the rows of that one and of the human
+are cleared, and the way of the shot. The next frame shows nobody. VEM takes a shot that touches who
 fires it for a part of him, too, and does not see one that flies up or down across a robot (up to
 10 % of the frames with a robot's shot).
 """
@@ -78,6 +78,7 @@ class Ram(RamMap):
     shot_x = byte(22)  # x - 2, already moved on
     shot_y = byte(23)  # (y - 1) / 2, already moved on
     missile_way = byte(26)
+    missile_pause = byte(27)  # 0 or 255: none flies
     missile_wait = byte(28)  # counts up before the first shot
     missile_x = byte(29)  # x - 2
     missile_y = byte(30)  # y / 2
@@ -106,7 +107,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Player": _human(m).where(present),
         "Enemy": _robots(m, left, rgb).where(present | left),
         "PlayerMissile": _shot(m).where(present),
-        "EnemyMissile": _missile(m, rgb).where(present),
+        "EnemyMissile": _missile(m, rgb, left).where(present | left),
         "EvilOtto": _otto(m).where(present),
         "Copyright": box(63, LINE_TOP, 40, 7, m.glyph[1] == COPYRIGHT),
         "PlayerScore": _score(m),
@@ -188,10 +189,11 @@ def _shot(m: Ram) -> Box:
     return box(x + 2, 2 * y + 1, width, height, (m.shot > 0) & (~fires | in_wall))
 
 
-def _missile(m: Ram, rgb: jax.Array) -> Box:
-    """A robot's shot."""
-    there = (m.missile_way != NO_MISSILE) & (m.missile_way != NO_MISSILE_YET)
-    across = (m.missile_way & VERTICAL) != 0
+def _missile(m: Ram, rgb: jax.Array, left: jax.Array) -> Box:
+    """A robot's shot. When the room is left, its way is cleared; most fly across."""
+    flies = (m.missile_way != NO_MISSILE) & (m.missile_way != NO_MISSILE_YET)
+    there = jnp.where(left, ~among(m.missile_pause, (0, 255)) & (m.missile_y > 0), flies)
+    across = (m.missile_way & VERTICAL) != 0  # so, too, once the way is cleared
     width, height = jnp.where(across, 4, 1), jnp.where(across, 2, 6)
     return box(m.missile_x + 2, 2 * m.missile_y, width, height, there, rgb=rgb)
 

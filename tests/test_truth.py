@@ -19,7 +19,7 @@ STALE = {
     ("Amidar", "first"): 0.87,
     ("Amidar", "lost"): 0.2,
     ("Asteroids", "first"): 0.83,
-    ("Berzerk", "last"): 0.79,
+    ("Berzerk", "last"): 0.8,
     ("Berzerk", "lost"): 0.75,
     ("Bowling", "last"): 0.9,
     ("DemonAttack", "last"): 0.94,
