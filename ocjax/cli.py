@@ -125,17 +125,24 @@ def record(
     out: Annotated[
         Path | None, typer.Option(help="Recording to write. Default: tests/data/<Game>.npz in a checkout, else <Game>.npz.")
     ] = None,
-    samples: Annotated[int, typer.Option(min=1, help="Samples to keep; at least one for each mode and difficulty.")] = excerpts.SAMPLES,
+    samples: Annotated[
+        int | None, typer.Option(min=1, help="Samples to keep; at least one for each mode and difficulty. Default: 40, of boundaries 30.")
+    ] = None,
     seed: Annotated[list[int] | None, typer.Option(min=0, help="Seed; may be repeated. Default: 0 and 1.")] = None,
     mode: Annotated[list[int] | None, typer.Option(help="Game mode as ale-py numbers it; may be repeated. Default: all.")] = None,
     difficulty: Annotated[list[int] | None, typer.Option(help="Difficulty as ale-py numbers it; may be repeated. Default: 0.")] = None,
     source: Annotated[
         list[Path] | None, typer.Option("--from", metavar="RECORDING", help="Take samples from this recording instead; may be repeated.")
     ] = None,
+    boundaries: Annotated[
+        bool, typer.Option("--boundaries", help="Keep first and last states and lost lives. Default --out: tests/data/ends/<Game>.npz.")
+    ] = False,
 ) -> None:
-    """Create the small recording that the tests of a game use.
+    """Create the small recordings that the tests of a game use.
 
     Plays the game with random actions, each held for 1 to 8 steps, and keeps samples from all modes, seeds and phases of play.
+
+    With --boundaries, keeps the first and last states of episodes, and states in which a life has just been lost.
 
     With --from, takes evenly spaced samples of existing recordings. If these all contain what the video chip drew, so does the result.
 
@@ -144,21 +151,28 @@ def record(
     spec = _load(game)
     if source and (seed or mode or difficulty):
         raise typer.BadParameter("--seed, --mode and --difficulty choose what is played; with --from nothing is")
-    out = out or _default_excerpt(spec)
+    if boundaries and (source or mode or difficulty or len(seed or []) > 1):
+        raise typer.BadParameter(
+            "--boundaries plays the default mode with one seed: --from, --mode, --difficulty and more seeds do not apply"
+        )
+    out = out or _default_excerpt(spec, "ends" if boundaries else "")
     with errors_in_one_line():
         output.check(out)
         if source:
-            tape = excerpts.cut_files([str(path) for path in source], spec, samples)
+            tape = excerpts.cut_files([str(path) for path in source], spec, samples or excerpts.SAMPLES)
+        elif boundaries:
+            tape = excerpts.record_boundaries(spec, samples or excerpts.BOUNDARY_SAMPLES, seed=(seed or excerpts.SEEDS)[0])
         else:
-            tape = excerpts.record(spec, samples, seeds=seed or excerpts.SEEDS, modes=mode, difficulties=difficulty or (0,))
+            chosen = {"seeds": seed or excerpts.SEEDS, "modes": mode, "difficulties": difficulty or (0,)}
+            tape = excerpts.record(spec, samples or excerpts.SAMPLES, **chosen)
         _refuse_to_lose_drawn(out, tape)
         tape.write(out)
     drawn = "with" if tape.drawn is not None else "without"
     output.announce(console, f"{len(tape)} samples of {spec.name}, {drawn} drawn pixels, {out.stat().st_size / 1000:,.0f} kB", out)
 
 
-def _default_excerpt(game: Game) -> Path:
-    folder = Path("tests", "data")
+def _default_excerpt(game: Game, subfolder: str) -> Path:
+    folder = Path("tests", "data", subfolder)
     in_checkout = Path("extractors", "__init__.py").exists() and folder.is_dir()
     return (folder if in_checkout else Path()) / f"{game.name}.npz"
 

@@ -1,6 +1,7 @@
 """Excerpts: the small recordings of each game that the tests use.
 
 `record` plays a game and keeps a few samples. `cut` picks samples from longer recordings. Both spread the samples over the time of play.
+`record_boundaries` keeps the first and last states of episodes, and states in which a life has just been lost.
 """
 
 import dataclasses
@@ -21,6 +22,9 @@ SAMPLES = 40
 SEEDS = (0, 1)
 FRAME_SKIPS = (3, 4)  # an odd one sees both phases of flicker, an even one stays in its phase
 FRAMES = 3600  # emulated frames of each run: a minute of play
+BOUNDARY_SAMPLES = 30
+BOUNDARY_STEPS = 10_000  # of each instance, after which `record_boundaries` gives up
+BOUNDARY_INSTANCES, BOUNDARY_SKIP = 8, 4
 EXCERPT = ("rams", "screens", "previous", "drawn", "rewards", "lives")  # arrays of an excerpt
 
 
@@ -130,6 +134,53 @@ def _play(game: Game, runs: Sequence[Run], seeds: Sequence[int]) -> Iterator[tup
                 for i in run.samples.get(step, ()):
                     earlier, latest = pool.screen[k]
                     yield i, {"rams": pool.ram[k], "screens": latest, "previous": earlier, "rewards": total[k], "lives": pool.lives[k]}
+    finally:
+        pool.close()
+
+
+def record_boundaries(game: Game, samples: int = BOUNDARY_SAMPLES, *, seed: int = SEEDS[0]) -> Recording:
+    """Play a game with random actions, and keep first and last states of episodes and states in which a life has just been lost.
+
+    Args:
+        game: the game.
+        samples: number of samples; a third of them of each kind, fewer where a kind is too rare.
+        seed: of the first emulator and of the actions.
+
+    Returns:
+        A recording with `screens`, `previous`, `rewards`, `lives`, `resets` and `ends`, whose samples do not follow on each other.
+
+    Raises:
+        RomError: a wrong ROM.
+    """
+    kept: dict[str, list[dict[str, Any]]] = {"resets": [], "ends": [], "lost": []}
+    for sample in _boundaries(game, seed):
+        kind = "resets" if sample["resets"] else "ends" if sample["ends"] else "lost"
+        if len(kept[kind]) < -(-samples // 3):
+            kept[kind].append(sample)
+        if sum(map(len, kept.values())) >= samples:
+            break
+    every = [sample for of_kind in kept.values() for sample in of_kind][:samples]
+    return Recording(game, **{name: np.array([sample[name] for sample in every]) for name in every[0]})
+
+
+def _boundaries(game: Game, seed: int) -> Iterator[dict[str, Any]]:
+    """Samples of first and last states and of lost lives, in the order in which they occur."""
+    n, settings = BOUNDARY_INSTANCES, Settings(frame_skip=BOUNDARY_SKIP, repeat_action_probability=0.0)
+    pool = AlePool(game, n, settings, screens=("screen",))
+    try:
+        act = RandomPolicy(len(pool.actions), n, np.random.default_rng(seed), HOLD)
+        pool.reset([seed + i for i in range(n)])
+        total, lives, resets, ends = np.zeros(n), np.array(pool.lives), np.ones(n, bool), np.zeros(n, bool)
+        for _ in track(range(BOUNDARY_STEPS), description=f"playing {game.name}", transient=True):
+            for k in np.flatnonzero(resets | ends | (pool.lives < lives)):
+                earlier, latest = np.array(pool.screen[k])
+                frames = {"rams": np.array(pool.ram[k]), "screens": latest, "previous": earlier}
+                yield frames | {"rewards": int(total[k]), "lives": np.int16(pool.lives[k]), "resets": resets[k], "ends": ends[k]}
+            lives, resets = np.array(pool.lives), np.array(ends)
+            pool.send(act(pool.ram))
+            pool.wait()
+            total = np.where(resets, 0, total + pool.reward)
+            ends = pool.terminated | pool.truncated
     finally:
         pool.close()
 

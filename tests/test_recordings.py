@@ -220,6 +220,17 @@ def test_equal_arguments_record_equal_samples(short):
     assert not np.array_equal(other.rams, tape.rams)
 
 
+def test_boundaries_are_first_and_last_states_and_lost_lives():
+    tape = excerpts.record_boundaries(ocjax.load("MsPacman"), 9, seed=5)
+    assert tape.resets.sum() == tape.ends.sum() == 3
+    assert not (tape.resets & tape.ends).any()
+    assert (tape.rewards[tape.resets] == 0).all()
+    assert (tape.lives[tape.ends] == 0).all()
+    between = ~tape.resets & ~tape.ends
+    assert ((tape.lives[between] >= 1) & (tape.lives[between] < tape.lives[tape.resets].max())).all()
+    assert np.array_equal(excerpts.record_boundaries(ocjax.load("MsPacman"), 9, seed=5).rams, tape.rams)
+
+
 def test_samples_are_successive_emulated_frames(short):
     """VEM finds the ball of Pong where REM has it on the frame, and a few pixels off on the frame before."""
     game = ocjax.load("Pong")
