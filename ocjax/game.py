@@ -17,7 +17,7 @@ from ocjax import rem, vem
 from ocjax.boxes import WIDTH, Box
 from ocjax.objects import Objects
 from ocjax.ram import RAM_SIZE, RamMap
-from ocjax.rules import ATTRIBUTES, Blobs, Bounds, Category, Cells, Rule, names_by_alias
+from ocjax.rules import ATTRIBUTES, Blobs, Bounds, Category, Cells, Rule, Shades, names_by_alias
 from ocjax.vision import palette
 
 Decode = Callable[[Any], Mapping[str, Box]]
@@ -60,6 +60,7 @@ class Game:
         decode: function that maps the RAM of one state, wrapped in the address map, to a `Box` for every category.
         categories: the categories, display (`hud`) categories last.
         screen: (height, width) in pixels.
+        shades: colours that change from level to level, if any.
     """
 
     name: str
@@ -69,6 +70,7 @@ class Game:
     decode: Decode
     categories: tuple[Category, ...]
     screen: tuple[int, int] = (210, WIDTH)
+    shades: Shades | None = None
     hud: bool = field(default=True, kw_only=True)
 
     def __post_init__(self) -> None:
@@ -218,17 +220,19 @@ def _validate_category(game: Game, c: Category) -> None:
     need(set(c.attributes) <= set(ATTRIBUTES), text=f"attributes must be of {ATTRIBUTES}, got {c.attributes}")
     need(isinstance(c.rule, Rule), text=f"rule must be one of Bounds, Blobs, Cells, got {c.rule!r}")
     slots = len(c.rule.slots) if isinstance(c.rule, Bounds) else len(c.rule.x) if isinstance(c.rule, Cells) else c.count
-    need(slots == c.count, text=f"its rule has {slots} slots, its count is {c.count}")
+    need(slots == c.count or (isinstance(c.rule, Bounds) and c.rule.each > 0), text=f"its rule has {slots} slots, its count is {c.count}")
     bottom = c.rule.bottom
     need(bottom <= game.screen[0], text=f"its rule reaches down to row {bottom}, the screen has {game.screen[0]} rows")
     reads = isinstance(c.rule, Bounds) and c.rule.value is not None
     need(not reads or "value" in c.attributes, text="its rule reads a value, but it has no attribute 'value'")
     may_need = {None, *(o.name for o in game.categories if c.hud or not o.hud)}  # a game without its display lacks the others
     need(c.needs in may_need, text=f"needs: {c.needs!r} is not a category" + ("" if c.hud else " outside the display"))
-    for name in () if isinstance(c.rule, Cells) else (n for r in getattr(c.rule, "rules", (c.rule,)) for n in r.exclude):
+    for name in (n for r in getattr(c.rule, "rules", (c.rule,)) for n in r.exclude):
         other = next((o.rule for o in game.categories if o.name == name), None)
-        allowed = (isinstance(other, Cells) and other.whole) or (isinstance(other, Blobs) and isinstance(c.rule, Bounds))
-        kinds = "whole Cells" if isinstance(c.rule, Blobs) else "Blobs or whole Cells"
+        allowed = (not isinstance(c.rule, Cells) and isinstance(other, Cells) and other.whole) or (
+            isinstance(other, Blobs) and not isinstance(c.rule, Blobs)
+        )
+        kinds = {Blobs: "whole Cells", Cells: "Blobs", Bounds: "Blobs or whole Cells"}[type(c.rule)]
         need(allowed, text=f"exclude: {name!r} is not a category of {kinds}")
     try:
         c.slot_rgb()

@@ -66,6 +66,8 @@ class Bounds:
         inverse: the colours are the background's; pixels of all other colours count.
         ignore: areas of the screen whose pixels do not count.
         exclude: categories of `Blobs` or whole `Cells`; pixels inside their objects' boxes do not count.
+        each: if not 0, the width of one object. The objects of a region stand side by side without gaps, and its box is cut into them. The
+            slots are then in the order of the regions, and each region from the left.
     """
 
     colors: Colors | tuple[Colors, ...]
@@ -75,8 +77,11 @@ class Bounds:
     inverse: bool = False
     ignore: tuple[Area, ...] = ()
     exclude: tuple[str, ...] = ()
+    each: int = 0
 
     def __post_init__(self) -> None:
+        if self.each < 0 or (self.each and self.value is not None):
+            raise ValueError(f"each must be a number of pixels, without a value to read, got {self.each}")
         for area in (*(region for region, _ in self.slots), *self.ignore):
             _check_area(area)
         if self.digits and len(self.digits) != len(self.slots):
@@ -203,6 +208,7 @@ class Cells:
         whole: whether all pixels of the cell must have the colours. Otherwise any pixel is enough, and the box fits tightly around those
             that have them.
         margin: (columns, rows) beside, and above and below, the cell that must be free of the colours. This tells a pellet from a wall.
+        exclude: categories of `Blobs`; pixels inside their objects' boxes do not count, except for rules that exclude these cells.
     """
 
     colors: Colors
@@ -212,6 +218,7 @@ class Cells:
     h: int
     whole: bool = True
     margin: tuple[int, int] = (0, 0)
+    exclude: tuple[str, ...] = ()
 
     @property
     def palette(self) -> tuple[int, ...]:
@@ -232,6 +239,27 @@ class Cells:
 
 
 Rule = Bounds | Blobs | Cells
+
+
+@dataclass(frozen=True)
+class Shades:
+    """Colours that change together from level to level. Rules name those of the first level.
+
+    Args:
+        pixel: (x, y) of a pixel whose colour tells the level.
+        keys: its colour at each level; at any other colour the first level's colours count.
+        levels: the colours at each level, always in the same order.
+    """
+
+    pixel: tuple[int, int]
+    keys: tuple[int, ...]
+    levels: tuple[tuple[int, ...], ...]
+
+    def __post_init__(self) -> None:
+        if not self.levels or len(self.keys) != len(self.levels) or len({len(colors) for colors in self.levels}) != 1:
+            raise ValueError("each level needs a key and as many colors as the first one")
+        for colors in (self.keys, *self.levels):
+            _color_set(colors)
 
 
 @dataclass(frozen=True)
@@ -275,7 +303,7 @@ class Category:
         """The colour of each slot, uint8 `[count, 3]`; the rule's first colour where it is read from the frame."""
         if self.rgb is not None:
             colors = np.asarray(self.rgb)
-        elif isinstance(self.rule, Bounds):
+        elif isinstance(self.rule, Bounds) and not self.rule.each:
             colors = palette.NTSC[np.array([c[0] for _, c in self.rule.slots])]
         else:
             colors = palette.NTSC[self.rule.palette[0]]

@@ -63,7 +63,7 @@ def _without_orientation(game: Game) -> np.ndarray:
 
 def _extract(game: Game, frames: jax.Array) -> tuple[Objects, jax.Array]:
     """Objects of uint8 `[B, H, 160]`, and how many of each category had no slot, int32 `[B, categories]`."""
-    found = detect(game.categories, frames)
+    found = detect(game.categories, frames, game.shades)
     x, y, w, h, valid = (jnp.concatenate([getattr(f, name) for f in found]) for name in ("x", "y", "w", "h", "valid"))
     lanes = len(frames)
     value = _by_slot([f.value for f in found], [np.zeros(len(f.x)) for f in found], lanes)

@@ -62,6 +62,19 @@ def color_mask(planes: jax.Array, colors: Iterable[int]) -> Bitmap:
     return jnp.broadcast_to(jnp.asarray(node(7, frozenset(colors)), U), planes.shape[1:])
 
 
+def shade_mask(planes: jax.Array, bits: jax.Array) -> Bitmap:
+    """Which pixels have a colour of which each frame has its own: a bitmap `[5, H, B]` from those of `planes`.
+
+    Args:
+        planes: see `color_mask`.
+        bits: the bits of each frame's colour, the lowest first, as words that are all ones or zero: uint32 `[8, B]`.
+    """
+    mask = ~(planes[0] ^ bits[0, None, None])
+    for plane, bit in zip(planes[1:], bits[1:, None, None], strict=True):
+        mask = mask & ~(plane ^ bit)
+    return mask
+
+
 def shift_left(bitmap: Bitmap, n: int) -> Bitmap:
     """Every pixel moved n to the left (n < 32)."""
     if n == 0:

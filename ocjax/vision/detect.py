@@ -13,7 +13,8 @@ from jax import lax
 
 from ocjax import _xla
 from ocjax.boxes import WIDTH
-from ocjax.rules import Blobs, Bounds, Category, Cells
+from ocjax.ops import pick
+from ocjax.rules import Blobs, Bounds, Category, Cells, Shades
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.bounds import detect_bounds
@@ -25,8 +26,10 @@ from ocjax.vision.search import Search
 class _Frames:
     """A batch of frames, the colour masks computed from it so far, and what its categories' rules have detected so far."""
 
-    def __init__(self, categories: tuple[Category, ...], frames: jax.Array) -> None:
+    def __init__(self, categories: tuple[Category, ...], frames: jax.Array, shades: Shades | None) -> None:
         self.frames = frames
+        self.shades = shades
+        self._shade_bits = None if shades is None else _xla.materialize(functools.partial(_shade_bits, shades), frames)
         self.rules = {c.name: c.rule for c in categories}
         self.found: dict[str, Detected] = {}
         self._planes = bm.planes(frames)
@@ -36,10 +39,36 @@ class _Frames:
     def mask(self, colors: tuple[int, ...], *, materialize: bool = True) -> Bitmap:
         """The pixels that have one of the colours."""
         if not materialize:
-            return bm.color_mask(self._planes, colors)
+            return self._mask(self._planes, colors)
         if colors not in self._masks:
-            self._masks[colors] = _xla.materialize(lambda planes: bm.color_mask(planes, colors), self._planes)
+            self._masks[colors] = _xla.materialize(lambda planes: self._mask(planes, colors), self._planes)
         return self._masks[colors]
+
+    def shifts(self, colors: tuple[int, ...]) -> bool:
+        """Whether one of the colours changes from level to level."""
+        return self.shades is not None and not set(self.shades.levels[0]).isdisjoint(colors)
+
+    def _mask(self, planes: jax.Array, colors: tuple[int, ...]) -> Bitmap:
+        if self.shades is None or self._shade_bits is None or not self.shifts(colors):
+            return bm.color_mask(planes, colors)
+        first = self.shades.levels[0]
+        mask = bm.color_mask(planes, [c for c in colors if c not in first])
+        for c in colors:
+            if c in first:
+                mask = mask | bm.shade_mask(planes, self._shade_bits[first.index(c)])
+        return mask
+
+    def cell_mask(self, rule: Cells) -> Bitmap:
+        """The pixels of the colours that count for cells."""
+        mask = self.mask(rule.palette)
+        for name in rule.exclude:
+            mask = mask & ~self._inside(name)
+        return mask
+
+    def _inside(self, name: str) -> Bitmap:
+        """The pixels in the boxes of a category of `Blobs`."""
+        found = self.found[name]
+        return bm.boxes(found.x, found.y, found.w, found.h, found.valid, self.frames.shape[1])
 
     def counted(self, rule: Bounds | Blobs, colors: tuple[int, ...]) -> Bitmap:
         """The pixels of the colours that count for a rule."""
@@ -57,34 +86,60 @@ class _Frames:
             mask = mask & jnp.asarray(~bm.areas(self.frames.shape[1], rule.ignore))
         for name in rule.exclude:
             other = self.rules[name]
-            if isinstance(other, Cells):
-                mask = mask & ~cell_pixels(other, self.mask(other.palette))
-            else:
-                found = self.found[name]
-                mask = mask & ~bm.boxes(found.x, found.y, found.w, found.h, found.valid, mask.shape[1])
+            inside = cell_pixels(other, self.mask(other.palette)) if isinstance(other, Cells) else self._inside(name)
+            mask = mask & ~inside
         if isinstance(rule, Blobs) and rule.max_run:
             mask = bm.short_runs(mask, rule.max_run)
         return bm.without_lines(mask, rule.max_line) if isinstance(rule, Blobs) and rule.max_line else mask
 
 
-def detect(categories: tuple[Category, ...], frames: jax.Array) -> list[Detected]:
+def _shade_bits(shades: Shades, frames: jax.Array) -> jax.Array:
+    """The bits of the colours of each frame's level, the lowest bit first, as whole words: uint32 `[colours, 8, B]`."""
+    x, y = shades.pixel
+    key = frames[:, y, x].astype(jnp.int32)
+    level = sum((jnp.where(key == k, i, 0) for i, k in enumerate(shades.keys)), jnp.zeros_like(key))
+    colors = jnp.stack([pick(level, of_levels) for of_levels in zip(*shades.levels, strict=True)])
+    return (-(colors[:, None] >> np.arange(8)[None, :, None] & 1)).astype(U)
+
+
+def detect(categories: tuple[Category, ...], frames: jax.Array, shades: Shades | None = None) -> list[Detected]:
     """Apply each category's rule.
 
     Args:
         categories: of a game.
         frames: uint8 `[B, H, 160]` of palette indices.
+        shades: which of the rules' colours change from level to level.
 
     Returns:
         For each category its boxes; with their colours where those are read from the frame.
     """
-    batch = _Frames(categories, frames)
+    batch = _Frames(categories, frames, shades)
     batch.found |= _detect_blobs(batch, [c for c in categories if isinstance(c.rule, Blobs)])
     bounds = {c.name: c.rule for c in categories if isinstance(c.rule, Bounds)}
     masks = [[batch.counted(rule, colors) for _, colors in rule.slots] for rule in bounds.values()]
     batch.found |= dict(zip(bounds, detect_bounds(tuple(bounds.values()), masks), strict=True))
-    batch.found |= {c.name: detect_cells(c.rule, batch.mask(c.rule.palette)) for c in categories if isinstance(c.rule, Cells)}
+    rows = [c for c in categories if isinstance(c.rule, Bounds) and c.rule.each]
+    batch.found |= {c.name: _cut(batch.found[c.name], c.rule.each, c.count) for c in rows if isinstance(c.rule, Bounds)}
+    batch.found |= {c.name: detect_cells(c.rule, batch.cell_mask(c.rule)) for c in categories if isinstance(c.rule, Cells)}
     _read_colors(batch, categories)
     return [_with_needed(batch.found, c) for c in categories]
+
+
+def _cut(rows: Detected, width: int, count: int) -> Detected:
+    """The objects of a width that stand side by side in some boxes, the first `count` of them."""
+    parts = jnp.where(rows.valid, -(-rows.w // width), 0)
+    before = jnp.cumsum(parts, axis=0) - parts
+    rank = jnp.arange(count, dtype=jnp.int32)[:, None, None]
+    here = (before[None] <= rank) & (rank < (before + parts)[None])
+
+    def of_row(field: jax.Array) -> jax.Array:
+        return jnp.sum(jnp.where(here, field[None], 0), axis=1)
+
+    x = of_row(rows.x - width * before) + width * rank[:, 0]
+    w = jnp.minimum(width, of_row(rows.x + rows.w) - x)
+    total = jnp.sum(parts, axis=0)
+    valid = rank[:, 0] < total[None]
+    return Detected(x, of_row(rows.y), w, of_row(rows.h), valid, overflow=jnp.maximum(total - count, 0))
 
 
 def _with_needed(found: dict[str, Detected], c: Category) -> Detected:
@@ -148,7 +203,8 @@ def _merge(lists: Sequence[Detected], count: int) -> Detected:
 def _read_colors(batch: _Frames, categories: Sequence[Category]) -> None:
     """Read the colours of objects where they are wanted, and drop those that begin in another colour than their rule says."""
     firsts = {c.name: c.rule.first_colors for c in categories if isinstance(c.rule, Blobs)}
-    wanted = [c for c in categories if c.reads_color or firsts.get(c.name)]
+    reads = {c.name: c.reads_color or (c.rgb is None and batch.shifts(c.rule.palette)) for c in categories}
+    wanted = [c for c in categories if reads[c.name] or firsts.get(c.name)]
     if not wanted:
         return
     masks = [batch.mask(c.rule.palette) if _reads_all(c) else batch.counted(c.rule, c.rule.palette) for c in wanted]  # pyright: ignore
@@ -158,7 +214,7 @@ def _read_colors(batch: _Frames, categories: Sequence[Category]) -> None:
         if firsts.get(c.name):
             matches = functools.reduce(jnp.logical_or, (color == own for own in firsts[c.name]))
             found = found._replace(valid=found.valid & matches)
-        batch.found[c.name] = found._replace(color=color) if c.reads_color else found
+        batch.found[c.name] = found._replace(color=color) if reads[c.name] else found
 
 
 def _reads_all(c: Category) -> bool:

@@ -1,0 +1,61 @@
+"""VEM's rules for colours that change, for objects side by side, and for cells that others cover."""
+
+import numpy as np
+import pytest
+
+from ocjax.rules import Blobs, Bounds, Category, Cells, Shades
+from ocjax.vision.detect import detect
+
+SHADES = Shades((0, 0), (8, 10), ((20, 30), (30, 40)))
+
+
+def found(categories, frame, shades=None):
+    """The boxes of each category and their colours."""
+    out = detect(categories, frame[None], shades)
+    boxes = [np.stack([f.x, f.y, f.w, f.h], -1)[np.asarray(f.valid)].tolist() for f in out]
+    colors = [None if f.color is None else np.asarray(f.color)[np.asarray(f.valid)].tolist() for f in out]
+    return boxes, colors, out
+
+
+@pytest.mark.parametrize(("key", "color"), [(8, 20), (10, 30), (12, 20)])
+def test_colours_follow_the_level(key, color):
+    frame = np.zeros((210, 160), np.uint8)
+    frame[0, 0] = key
+    for i, c in enumerate((20, 30, 40, 50)):
+        frame[50 : 50 + 4, 20 * i : 20 * i + 4] = c
+    categories = (
+        Category("A", Blobs(20, (0, 10, 160, 100), max_size=(9, 9))),
+        Category("B", Bounds((20, 50), (0, 10, 160, 100))),
+    )
+    boxes, colors, _ = found(categories, frame, SHADES)
+    x = {20: 0, 30: 20}[color]
+    assert boxes[0] == [[x, 50, 4, 4]] and boxes[1] == [[x, 50, 64 - x, 4]]
+    assert colors == [[color], [color]]
+
+
+def test_objects_side_by_side():
+    frame = np.zeros((210, 160), np.uint8)
+    frame[10:14, 30:42] = frame[30:34, 8:14] = 20
+    rule = Bounds(20, ((0, 0, 160, 20), (0, 20, 160, 40)), each=4)
+    for count, overflow in ((6, 0), (4, 1)):
+        boxes, _, (detected,) = found((Category("A", rule, count=count),), frame)
+        expected = [[30, 10, 4, 4], [34, 10, 4, 4], [38, 10, 4, 4], [8, 30, 4, 4], [12, 30, 2, 4]]
+        assert boxes[0] == expected[:count]
+        assert np.asarray(detected.overflow).tolist() == [overflow]
+
+
+def test_cells_under_other_objects():
+    frame = np.zeros((210, 160), np.uint8)
+    frame[20:24, 20:24] = frame[20:30, 40:50] = 20
+    player = Category("Player", Blobs(20, min_size=(9, 9), max_size=(20, 20)))
+    for exclude, expected in (((), [[20, 20, 4, 4], [42, 22, 4, 4]]), (("Player",), [[20, 20, 4, 4]])):
+        cells = Cells(20, (20, 42), (20, 22), 4, 4, exclude=exclude)
+        boxes, _, _ = found((player, Category("Pebble", cells, count=2)), frame)
+        assert boxes[1] == expected
+
+
+def test_wrong_declarations():
+    with pytest.raises(ValueError, match="each level needs a key"):
+        Shades((0, 0), (8,), ((20, 30), (30, 40)))
+    with pytest.raises(ValueError, match="each must be"):
+        Bounds(20, (0, 0, 9, 9), each=-1)
