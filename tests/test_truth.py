@@ -27,7 +27,12 @@ STALE = {
     ("DonkeyKong", "lost"): 0.9,
 }
 # Objects that the other recordings hardly show, or that are easily taken for others.
-RARE = {"BattleZone": ("Red_Thing",), "BeamRider": ("Torpedos",), "Berzerk": ("PlayerMissile", "EnemyMissile")}
+RARE = {
+    "BattleZone": ("Red_Thing",),
+    "BeamRider": ("Torpedos",),
+    "Berzerk": ("PlayerMissile", "EnemyMissile"),
+    "Centipede": ("Flea", "Scorpion"),
+}
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,299 @@
+"""Centipede: a shooter, mushrooms, a centipede of up to nine segments, spider, flea and scorpion.
+
+The screen has 20 zones of nine rows. A zone shows one thing besides mushrooms: one chain of
+segments, by turns if it holds several, or the spider, the flea or the scorpion in front of them. So
+CentipedeSegment is hidden for a few frames now and then. Its slots are the game's records; when a
+segment is shot, those behind it move up. Mushroom has a slot for each place: row * 16 + place from
+the left, places of even rows being four columns further right. Eight colours change places from
+level to level. Mushrooms of a row that the scorpion has crossed shine in the clock's colours. The
+explosion of the shooter, the points shown for a spider, the sparkle of mushrooms that are counted
+after a death, and the figure in front of the score of the easy game are scenery.
+
+RAM: ALE's source (score, lives), D. Debro's disassembly (what the bytes are), and the ROM's code:
+the kernel at F003 in bank 0, movements at F136-F8C4, hits and the centipede's steps at F8C7-FE24 in
+bank 1. Segments move after the frame is drawn; `decode` takes their step back. Shot and shooter are
+one object of the chip, counted in steps of three rows; so the shooter appears in part, or not at
+all, just after a shot.
+
+Covered: both modes, all eight sets of colours, all creatures, deaths, the count of mushrooms, new
+centipedes, the end of the game. CCGameObject is OCAtari's base class. Ground has one slot.
+Not in RAM: the shot on the frame on which it hits; what it hits there; whether a segment that has
+none behind it has just turned (taken to be so next to a mushroom in its last row). VEM does not see
+a mushroom that is partly covered, and takes the shooter for shorter in front of some places.
+"""
+
+import functools
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.boxes import Box, box
+from ocjax.console import palette_rgb
+from ocjax.digits import Digits, score_box
+from ocjax.game import Game
+from ocjax.ram import RamMap, bcd, bits, byte, signed
+from ocjax.rom import Rom
+from ocjax.rules import Blobs, Bounds, Category, Cells, Shades, display
+
+ROM = Rom("centipede", "91c2098e88a6b13f977af8c003e0bca5")
+FONT = ROM.font(0xF1C, rows=7)
+COLORS = tuple(int(c) & 0xFE for c in ROM.bytes(0xFC9, 8))
+"""The colours of the first level. Each of the next levels begins one colour later."""
+OF_SHOOTER, OF_FLEA, OF_CENTIPEDE, OF_SPIDER, OF_GROUND, OF_SCORPION = 0, 1, 3, 5, 6, 7
+MUSHROOM, FLEA, CENTIPEDE = COLORS[OF_SHOOTER], COLORS[OF_FLEA], COLORS[OF_CENTIPEDE]
+SPIDER, SCORPION = COLORS[OF_SPIDER], COLORS[OF_SCORPION]
+KEYS = tuple(COLORS[i + OF_GROUND & 7] & 0xF0 | 6 for i in range(8))
+SHADES = Shades((80, 183), KEYS, tuple(COLORS[i:] + COLORS[:i] for i in range(8)))
+BLACK = 0
+SHINING = tuple(range(14, 256, 16))  # of a row that the scorpion has crossed
+
+LEFT, TOP, ZONE, ZONES = 16, 5, 9, 20  # zones are counted from the bottom
+FIELD = (16, 5, 144, 182)
+MUSHROOM_ROWS, PLACES = 19, 16
+ROWS, COLUMNS = np.divmod(np.arange(MUSHROOM_ROWS * PLACES), PLACES)
+MUSHROOM_X = LEFT + 8 * COLUMNS + np.where(ROWS % 2 == 0, 4, 0)
+MUSHROOM_Y = TOP + 2 + ZONE * ROWS
+EVEN_ROW, ODD_ROW = (6, 4, 2, 0, 1, 3, 5, 7), (7, 5, 3, 1, 0, 2, 4, 6)
+BITS = np.where(ROWS % 2 == 0, np.tile(EVEN_ROW, 38), np.tile(ODD_ROW, 38))
+"""Bit of each mushroom in its byte: two bytes a row, eight places each."""
+SEGMENTS = np.arange(9)
+SCORE_LEFTS, SCORE_Y = range(100, 148, 8), 187
+
+PICTURES = [0xE00 + int(low) for low in ROM.bytes(0xF70, 14)]
+FLEAS, SPIDERS = ROM.pictures(PICTURES[:2], 6), ROM.pictures(PICTURES[2:6], 6)
+SCORPIONS = ROM.pictures(PICTURES[10:], 6)  # two pictures of each direction
+
+NONE = 255  # `spider`, `scorpion_x`
+NO_FLEA = 128  # `flea_x`, or more
+TITLE = 0xE0  # `score_high`
+STANDS = 3  # lowest bits of `clock` while nothing of the centipede moves
+START, SECOND = 0x44, 0xB3  # `x` and state of the second segment of a new centipede
+JUST_HIT = 1  # `hit_sound`
+EXPLOSION = 37  # `kernel_count` of a frame that shows the explosion in the shooter's place
+LATE = 3  # least `x` at which a picture's first row is written in time
+
+
+class Ram(RamMap):
+    fast = bits(*range(20, 29), first=6)  # segments that move on every frame
+    dying = bits(35, first=5, count=2)  # thirds of the explosion
+    counting = bits(36, first=6)  # mushrooms are counted after a death
+    easy = bits(39, first=6)  # the other game
+    extra_row = byte(40)  # zone of a chain of an odd number of segments, from five on
+    clock = byte(41)
+    mushrooms = byte(*range(45, 83))  # two bytes a row, uppermost row first, a bit a mushroom
+    kernel_count = byte(89)  # as the drawing program left it
+    second_state = byte(92)  # all bits of it
+    segment_row = bits(*range(91, 100), count=5)  # zone
+    leftward = bits(*range(91, 100), first=5)
+    upward = bits(*range(91, 100), first=6)  # it goes up at the next obstacle, or has gone up
+    follows = bits(*range(91, 100), first=7)  # it follows the segment before it
+    segment_x = byte(*range(100, 109))  # x - 16
+    wave = bits(109, count=4)
+    level = bits(109, count=3)  # of colours
+    lives = bits(109, first=4, count=4)  # spare ones
+    shot_x = byte(110)  # x - 16
+    player_x = byte(111)  # x - 16
+    shot_row = byte(112)  # zones from the top; 0: no shot
+    player_y = byte(113)  # steps of three rows
+    last_segment = signed(114)
+    score = bcd((116, 117, 118))
+    score_high = byte(116)
+    flea_x = byte(119)  # x - 16
+    flea_row = bits(120, count=5)  # zone
+    scorpion_x = byte(121)  # x - 16
+    scorpion_row = bits(122, count=5)  # zone
+    scorpion_left = bits(122, first=7)
+    spider_x = byte(123)  # x - 16; noise of the explosion
+    spider = byte(124)
+    spider_row = bits(124, count=5)  # zone
+    hit_sound = bits(125, first=2, count=2)  # counts up from 1
+    spider_points = bits(125, first=6, count=2)  # shown in its place; 0: none
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    boxes = {
+        "Player": _player(m),
+        "Projectile": _shot(m),
+        "CentipedeSegment": _segments(m),
+        "Spider": _spider(m),
+        "Flea": _flea(m),
+        "Scorpion": _scorpion(m),
+        "Mushroom": _mushrooms(m),
+        "Ground": box(LEFT, 183, 128, 2, rgb=palette_rgb(m.level, KEYS)),
+        "Life": box(LIFE_X, SCORE_Y, 4, 7, np.arange(7) < m.lives),
+        "Score": _score(m),
+    }
+    return {name: shown.where(m.score_high != TITLE) for name, shown in boxes.items()}
+
+
+def _rgb(m: Ram, kind: int) -> jax.Array:
+    return palette_rgb(m.level + kind & 7, COLORS)
+
+
+def _step_row(step: jax.Array) -> jax.Array:
+    """The first row of a step of the count that switches the shot and the shooter on and off."""
+    return 3 * step + 6 + jnp.where(step % 3 == 1, 1, 0)
+
+
+def _exploded(m: Ram) -> jax.Array:
+    """Whether the explosion was drawn; on the frame of the collision the shooter still is."""
+    return (m.dying > 0) & (m.kernel_count == EXPLOSION)
+
+
+def _player(m: Ram) -> Box:
+    """The shooter: three steps of the count, or those that are left of them after the shot."""
+    first = jnp.where(m.shot_row > 0, 3 * m.shot_row, 0)
+    first = jnp.maximum(m.player_y - 1, first)
+    last = m.player_y + 2
+    first = jnp.where(first < last, first, last - 3)
+    top = _step_row(first)
+    return box(
+        m.player_x + LEFT, top, 4, _step_row(last) - top, ~_exploded(m), rgb=_rgb(m, OF_SHOOTER)
+    )
+
+
+def _shot(m: Ram) -> Box:
+    """The shot. It is at the shooter's column until the count for the shooter is above zero."""
+    top = jnp.maximum(9 * m.shot_row - 8, 6)
+    near = m.player_y < 3 * m.shot_row - 2
+    x = jnp.where(near, m.player_x, m.shot_x) + LEFT
+    there = (m.shot_row > 0) & ~_exploded(m)
+    return box(x, top, 1, 9 * m.shot_row + 1 - top, there, rgb=_rgb(m, OF_SHOOTER))
+
+
+def _zone_y(row: jax.Array) -> jax.Array:
+    """First row of a zone's pictures."""
+    return TOP + ZONE * (ZONES - 1 - row)
+
+
+def _segments(m: Ram) -> Box:
+    """The segments before they moved on, which the game does after it has drawn them."""
+    stands = (m.dying > 0) | ((m.clock & 7) == STANDS)
+    moved = ~stands & ((m.fast == 1) | ((m.clock & 1) == 0))
+    turned = moved & _turned(m)
+    x = m.segment_x - jnp.where(moved & ~turned, 1 - 2 * m.leftward, 0)
+    row = m.segment_row + jnp.where(turned, 1 - 2 * m.upward, 0)
+    follows = (m.follows == 1) & (_shifted(row, -1) == row)
+    alone = ~follows & ~(_shifted(follows, 1) & (m.last_segment > SEGMENTS))
+    late = jnp.where(alone & (x < LATE), 1, 0)
+    there = (m.last_segment >= SEGMENTS) & (m.counting == 0) & ~_just_created(m)
+    return box(LEFT + x, _zone_y(row) + late, 4, 6 - late, there, rgb=_rgb(m, OF_CENTIPEDE))
+
+
+def _just_created(m: Ram) -> jax.Array:
+    """Whether a new centipede has been made, and has moved, but was not drawn yet.
+
+    Its second segment tells. Where that may have stood still on the frame before, the row of the
+    extra segment of an odd number tells whether it was drawn.
+    """
+    x, clock = m.segment_x[1], m.clock - 1
+    moved_before = ((clock & 7) != STANDS) & ((m.fast[1] == 1) | ((clock & 1) == 0))
+    odd = (m.easy == 1) | (((18 - m.wave) & 2) > 0)
+    unmarked = odd & (m.extra_row != ZONES - 1)
+    at_start = (x == START) | ((x == START - 1) & (moved_before | unmarked))
+    return at_start & (m.second_state == SECOND)
+
+
+def _shifted(values: jax.Array, by: int) -> jax.Array:
+    """Each segment's value of the next (1) or the previous (-1) one."""
+    return jnp.roll(values, -by)
+
+
+def _turned(m: Ram) -> jax.Array:
+    """Whether a segment has just gone to another row and has not moved along it yet.
+
+    The segment behind is still in the old row then. Where none is behind, an obstacle tells.
+    """
+    followed = (m.last_segment > SEGMENTS) & (_shifted(m.follows, 1) == 1)
+    behind = _shifted(m.segment_row, 1) != m.segment_row
+    return ((m.segment_x & 3) == 0) & jnp.where(followed, behind, _obstacle(m))
+
+
+def _obstacle(m: Ram) -> jax.Array:
+    """Whether something stood in a segment's way in the row above or below, from where it came."""
+    row = m.segment_row + 1 - 2 * m.upward
+    column = (m.segment_x >> 2) - 1 + 2 * m.leftward  # it now goes the other way
+    words = m.mushrooms[0::2] | m.mushrooms[1::2] << 8
+    rows = np.arange(MUSHROOM_ROWS, 0, -1)[:, None]
+    word = jnp.sum(jnp.where(rows == row[None], words[:, None], 0), axis=0)
+    place = column & 15
+    bit = jnp.where(place < 8, 7 - place, place - 8) + jnp.where(column > 15, 8, 0)
+    mushroom = ((word >> bit & 1) == 1) & ((column + row & 1) == 0)
+    return mushroom | (column < 0) | (column > 31)
+
+
+def _spider(m: Ram) -> Box:
+    points = (m.spider_points > 0) & (m.hit_sound != JUST_HIT)
+    there = (m.spider != NONE) & ~points & (m.dying == 0)
+    x, y, picture = LEFT + m.spider_x, _zone_y(m.spider_row), m.clock >> 3 & 3
+    return SPIDERS.box(picture, x, y, valid=there, rgb=_rgb(m, OF_SPIDER))
+
+
+def _flea(m: Ram) -> Box:
+    """The flea; at the left edge its first row is written too late."""
+    x, y, picture = LEFT + m.flea_x, _zone_y(m.flea_row), 1 - (m.clock >> 1 & 1)
+    flea = FLEAS.box(picture, x, y, valid=m.flea_x < NO_FLEA, rgb=_rgb(m, OF_FLEA))
+    late = jnp.where(m.flea_x < LATE, 1, 0)
+    return replace(flea, y=flea.y + late, h=flea.h - late)
+
+
+def _scorpion(m: Ram) -> Box:
+    x, y = LEFT + m.scorpion_x, _zone_y(m.scorpion_row)
+    picture = m.scorpion_left + 2 * (m.clock >> 3 & 1)
+    there = m.scorpion_x != NONE
+    return SCORPIONS.box(picture, x, y, valid=there, rgb=_rgb(m, OF_SCORPION))
+
+
+def _mushrooms(m: Ram) -> Box:
+    there = (jnp.repeat(m.mushrooms, 8) >> BITS & 1) == 1
+    return box(MUSHROOM_X, MUSHROOM_Y, 4, 3, there, rgb=_rgb(m, OF_SHOOTER))
+
+
+def _score(m: Ram) -> Box:
+    """The score: at least two digits, in the easy game with a figure in the first digit's place."""
+    right = SCORE_LEFTS[-1] + FONT.width
+    digits = score_box(FONT, m.score, right=right, top=SCORE_Y, digits=6, value=m.score)
+    left = jnp.where(m.score < 10, SCORE_LEFTS[-2], digits.x)
+    left = jnp.where(m.easy == 1, SCORE_LEFTS[0], left)
+    return replace(digits, x=left, w=digits.x + digits.w - left)
+
+
+LIFE_X = LEFT + 8 * np.arange(7)
+LIFE_REGIONS = tuple((int(x), SCORE_Y, int(x) + 4, SCORE_Y + 7) for x in LIFE_X)
+shooter = functools.partial(Blobs, MUSHROOM, (16, 139, 144, 181), max_size=(4, 9))
+TOUCHING = shooter(gap=(0, 3), exclude=("Mushroom",), min_size=(4, 4))
+SHOOTER = shooter(connectivity=4, min_size=(4, 9), area=(36, 36), also=TOUCHING)
+PAINT, SHOT_AREA = (MUSHROOM, *SHINING), (16, 6, 144, 181)
+SHOT = Blobs(PAINT, SHOT_AREA, exclude=("Mushroom",), min_size=(1, 4), max_size=(1, 9))
+ZONE_REGIONS = tuple((16, y, 144, y + 6) for y in range(TOP, TOP + ZONE * ZONES, ZONE))
+CHAINS = Bounds(CENTIPEDE, ZONE_REGIONS, min_size=(3, 4), each=4)
+CELLS_X, CELLS_Y = tuple(MUSHROOM_X.tolist()), tuple(MUSHROOM_Y.tolist())
+MUSHROOMS = Cells(PAINT, CELLS_X, CELLS_Y, 4, 3, exclude=("Player",))
+SPARE = Bounds(BLACK, LIFE_REGIONS, inverse=True)
+LINE = Bounds(BLACK, (16, 183, 144, 185), inverse=True)
+POINTS = Bounds(BLACK, (100, 187, 148, 194), inverse=True, value=Digits(FONT, SCORE_LEFTS, SCORE_Y))
+SPIDER_SEEN = Bounds(SPIDER, FIELD, min_size=(8, 5))
+FLEA_SEEN = Blobs(FLEA, FIELD, min_size=(4, 5), max_size=(5, 6))
+SCORPION_SEEN = Bounds(SCORPION, FIELD, min_size=(8, 6))
+
+GAME = Game(
+    name="Centipede",
+    rom=ROM.name,
+    md5=ROM.md5,
+    ram=Ram,
+    decode=decode,
+    categories=(
+        Category("Player", SHOOTER, doc="the shooter"),
+        Category("Projectile", SHOT, doc="its shot"),
+        Category("CentipedeSegment", CHAINS, count=9, blinks=True, doc="in the game's order"),
+        Category("Spider", SPIDER_SEEN, doc="the spider"),
+        Category("Flea", FLEA_SEEN, doc="the flea, which drops mushrooms"),
+        Category("Scorpion", SCORPION_SEEN, doc="the scorpion, which poisons a row"),
+        Category("Mushroom", MUSHROOMS, count=304, doc="row from the top * 16 + place"),
+        display("Ground", LINE, attributes=(), doc="the line under the field"),
+        display("Life", SPARE, count=7, attributes=(), doc="spare lives"),
+        display("Score", POINTS, doc="points"),
+    ),
+    shades=SHADES,
+)
