@@ -1,0 +1,300 @@
+"""James Bond 007: a vehicle in the desert, on the sea and under it, in missions of several stages.
+
+The game has a record for each of three lanes: the air, the sea, the sky. Slots of Missile and Bomb:
+the object and its copy, in the air, then in the sea; of Rocket: in the air, in the sea; of
+Fire_Hole: the hole, and what of it is in columns 8-15, which it enters from both sides. Oil_Rig is
+valid while a flash lights it, for it has the sky's colour otherwise. Capsule leaves a Lab that was
+hit. Life has a box around the icons, three at most. Explosions in the air, smoke, stars, hills on
+the sea bed and the maker's name are scenery. Title screens show nothing but the score of a game.
+
+RAM: ALE's source (score, lives), OCAtari 2.2 (the first mission's bytes), and the ROM's code: the
+drawing at $F000 of pages 4-7, the records of kinds at $FD00, to which $FB53 of pages 0-2 points,
+and the steps at $F652, after the drawing, which `decode` takes back. The beam is drawn on every
+other frame, in place of what is in the air; both are where they were drawn last.
+
+Covered: all 30 stages (written to RAM: random play shows the first mission), both modes, lost
+vehicles, the end of the game. Not exact: shots near the sea bed, noise above the hole, rockets cut
+by the surface; what is hit or leaves is gone from the RAM a frame early. VEM does not see black
+parts of the rig, nor the enemies' shot in the colours of an object beside it; a lost vehicle, in
+most of the colours in which it flashes, but not what it touches then.
+"""
+
+import functools
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.boxes import Box, box
+from ocjax.digits import Digits, score_box
+from ocjax.game import Game
+from ocjax.ops import among, pick
+from ocjax.ram import RamMap, bcd, byte, low
+from ocjax.rom import Pictures, Rom
+from ocjax.rules import Blobs, Bounds, Category, display
+
+ROM = Rom("jamesbond", "e51030251e440cffaab1ac63438b44ae")
+GRAPHICS = 0x1000  # offset of the pages that are at $F000 while the frame is drawn
+FONT = ROM.font(GRAPHICS | 0x800, rows=7)
+
+MISSILE, ICE, ROCKET, DIVER, SATELLITE, SUBMARINE, BOMB, TORPEDO = range(8)
+SHIP, OIL_RIG, HELICOPTER, HORNET, EXPLOSION, ERUPTION, CAPSULE = range(8, 15)
+KINDS = 15  # each with a record of eleven bytes, which its picture follows
+RECORDS = GRAPHICS | (ROM.bytes(0xB62, KINDS) & 15) << 8 | ROM.bytes(0xB53, KINDS)
+RECORD = np.array([ROM.bytes(at, 11) for at in RECORDS])
+TOGGLE, ANIMATION, PERIOD, STEP_X, STEP_Y, HEIGHT, _, START_Y = RECORD.T[:8].tolist()
+STEP_X, STEP_Y = ([(s ^ 128) - 128 for s in steps] for steps in (STEP_X, STEP_Y))
+STEP_X[TORPEDO], STEP_Y[TORPEDO] = -2, 0
+ANIMATION = [frames & 15 for frames in ANIMATION]
+PICTURE = [at + 11 & 0xFF for at in RECORDS]  # low byte of the first picture's address
+
+# The columns of a picture that are on the screen, by how many are beyond an edge.
+CUTS = tuple(0xFF << cut & 0xFF if cut > 0 else 0xFF >> -cut for cut in range(-8, 9))
+SMOKE_ROWS = 15  # of the ship's pictures
+
+
+def _picture(kind: int, toggle: int) -> np.ndarray:
+    """The rows of a picture from the top, without the smoke of the ship."""
+    rows = ROM.rows(int(RECORDS[kind]) & ~0xFF | PICTURE[kind] ^ toggle, HEIGHT[kind] + 1)
+    return np.where((kind == SHIP) & (np.arange(len(rows)) < SMOKE_ROWS), 0, rows)
+
+
+BOTH = [_picture(kind, toggle) for kind in range(KINDS) for toggle in (0, TOGGLE[kind])]
+SIZES = Pictures.of([rows & seen for rows in BOTH for seen in CUTS])
+
+
+PIT = np.unpackbits(ROM.rows(GRAPHICS | 0xB8F, 17).astype(np.uint8)[:, None], axis=1)
+DEPTHS = [6 + 3 * int(np.flatnonzero(column)[-1]) for column in PIT.T.repeat(2, 0)]
+DEPTH_LEFT = np.maximum.accumulate([0, *DEPTHS]).tolist()  # lines of so many columns on the left
+DEPTH_RIGHT = np.maximum.accumulate([0, *DEPTHS[::-1]]).tolist()  # on the right
+AIMS = range(0x4D, 0x67)  # `object_x` of a helicopter with a beam, and two columns more
+
+
+def _beams() -> np.ndarray:
+    """Left edge relative to `object_x`, and width, of the beam for each of `AIMS`."""
+    dots = [f"{row:08b}" for row in ROM.bytes(GRAPHICS | 0x7A5, 8)[::-1]]
+    slopes = [7 - ((x >> 4) + (x & 15)) % 15 for x in AIMS]  # columns to the left a line
+    shift = -1 - np.outer(slopes, np.arange(1, 9))
+    left = (shift + [row.index("1") for row in dots]).min(axis=1)
+    right = (shift + [row.rindex("1") for row in dots]).max(axis=1)
+    return np.stack([left, right + 1 - left])
+
+
+BEAM_LEFT, BEAM_WIDTH = _beams().tolist()
+FIELD, AIR, SEA = (8, 57, 160, 179), (8, 57, 160, 121), (8, 121, 160, 152)
+IN_AIR, IN_SEA, COPY = np.array([[1, 1, 0, 0, 0], [0, 0, 1, 1, 0], [0, 1, 0, 1, 0]]) > 0
+BOTTOM = np.where(IN_SEA, SEA[3], AIR[3])
+BOMBED = (8, 57, 160, 168)  # below it, the sea bed covers the depth charges
+SKY, LOW = (8, 57, 160, 72), (8, 99, 160, 121)
+PARTS = ((16, 160), (8, 16))  # columns of the ground: most of it, the first eight
+NAMES = ("Missile", "Ice", "Rocket", "Diver", "Satellite", "Submarine", "Bomb", "Torpedo", "Ship")
+NAMES += ("Oil_Rig", "Helicopter", "Hornet", "", "Eruption", "Capsule")
+SLOTS = (slice(4), 4, slice(0, 3, 2), 2, 4, 2, slice(2), 2, 0, 0, 4, 0, 0, 2, 2)
+
+NOT_RUNNING, TITLE, OVER = 0xFE, 8, 32  # bits of `status`: no motion, a title, with the score
+DIES, ODD = 0x80, 0x40  # bits of `flags`; every other frame is odd
+SLOW, FIRST_SLOW, FIRST_FAST = 0x40, 35, (22, 23)  # bit of `shot_way`; first `enemy_shot_y`
+BEAM, LAB = 0x40, 4  # bits of `more_flags`
+NONE = 128  # least value of rows and heights that stand for nothing
+JUST_DIED, LIT = 0x3C, 0x77  # `pause` then; `rig_colors` while the rig shows
+DOUBLE, QUAD, COPIES = 5, 7, (1, 2, 4)  # sizes: of twice and four times the width; of two copies
+
+
+class Ram(RamMap):
+    lives = low(6)  # in reserve
+    status = byte(12)
+    mission = byte(13)
+    clock = byte(15)
+    flags = byte(20)
+    more_flags = byte(21)
+    shot_way = byte(22)  # bits: right, left, up, down, -, -, slow up or down, slow to the side
+    y = byte(25)  # y - 50
+    x = byte(27)
+    bomb_y = byte(29)  # y - 55
+    enemy_shot_y = byte(30)  # y - 55
+    shot_y = byte(31)  # y - 55
+    bomb_x = byte(37)  # x + 14
+    shot_x = byte(38)  # x + 11
+    enemy_shot_x = byte(39)  # x + 11
+    lab_x = byte(42)
+    ground_x = byte(43)  # of the hole, or of the lab's right half
+    # In the air and its copy, in the sea and its copy, in the sky.
+    kind = byte(44, 44, 45, 45, 46)
+    height = byte(47, 47, 48, 48, 49)  # rows less 1
+    object_y = byte(50, 50, 51, 51, 52)  # 179 - y
+    animation = low(53, 53, 54, 54, 55)  # frames until the picture changes
+    step_timer = byte(56, 56, 57, 57, 58)  # frames until the next step
+    object_x = byte(59, 59, 60, 60, 61)
+    picture = byte(62, 62, 63, 63, 64)  # low byte of its address
+    size = byte(71, 71, 72, 72, 73)  # NUSIZ1
+    rig_colors = byte(74)  # low byte of the address of the colours in the air
+    score = bcd((94, 93, 92))
+    pause = byte(121)  # frames
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    objects = _objects(m)
+    icons, life_y = 16 * jnp.minimum(m.lives, 3) - 8, 184 + jnp.minimum(m.mission, 1)
+    boxes = {
+        "Player": box(_column(m.x), m.y + 50, 8, 4).clip(*FIELD),
+        "Player_Shot": _shot(m, m.shot_x, m.shot_y, 123),
+        "Depth_Charge": _shot(m, m.bomb_x - 3, m.bomb_y, 123).clip(*BOMBED),
+        "Enemy_Shot": _enemy_shot(m),
+        "Laser": _beam(m),
+        "Fire_Hole": _hole(m),
+        "Lab": _lab(m),
+        "Score": score_box(FONT, m.score, right=102, top=15, digits=6, value=m.score),
+        "Life": box(9, life_y, icons, 4, m.lives > 0, value=m.lives + 1),
+    }
+    for kind, (name, slots) in enumerate(zip(NAMES, SLOTS, strict=True)):
+        if kind != EXPLOSION:
+            boxes[name] = objects[slots].where(m.kind[slots] == kind)
+    boxes["Oil_Rig"] = boxes["Oil_Rig"].where(m.rig_colors == LIT)
+    hidden = {name: TITLE | (OVER if name == "Score" else 0) for name in boxes}
+    return {name: b.where((m.status & hidden[name]) != TITLE) for name, b in boxes.items()}
+
+
+def _column(x: jax.Array) -> jax.Array:
+    """Left edge of a player that the game positions at x: those at 5 to 14 are further left."""
+    return x - 1 - jnp.where((x >= 5) & (x < 15), 5, 0)
+
+
+def _moved(m: Ram) -> tuple[jax.Array, jax.Array]:
+    """Whether the objects have been moved since they were drawn, and which have made a step."""
+    stands = ((m.flags & DIES) > 0) & (m.pause != JUST_DIED)
+    runs = ((m.status & NOT_RUNNING) == 0) & ~stands
+    aims = ((m.more_flags & BEAM) > 0) & ((m.clock + 1 & 15) != 0) & (m.kind == HELICOPTER)
+    return runs, runs & (m.step_timer == pick(m.kind, PERIOD)) & ~aims
+
+
+def _beamed(m: Ram) -> jax.Array:
+    """Whether the frame shows the beam, in place of what is in the air."""
+    return ((m.more_flags & BEAM) > 0) & ((m.flags & (ODD | DIES)) == ODD)
+
+
+def _objects(m: Ram) -> Box:
+    """The objects in the air, in the sea and in the sky as they were drawn."""
+    k, (runs, moved) = m.kind, _moved(m)
+    step = jnp.where(moved, pick(k, STEP_X), 0)
+    behind = _beamed(m) & IN_AIR  # last drawn on the frame before
+    x = m.object_x - step - jnp.where(behind, step - jnp.where((m.clock & 3) == 0, 1, 0), 0)
+    y = m.object_y - jnp.where(moved, pick(k, STEP_Y), 0)
+    rises = among(k, (MISSILE, ROCKET)) & IN_SEA
+    y = 179 - jnp.where(rises, jnp.maximum(y, pick(k, START_Y)), y)
+    toggled = runs & (m.animation == pick(k, ANIMATION))
+    other = 2 * k + jnp.where((m.picture != pick(k, PICTURE)) ^ toggled, 1, 0)
+    zoom = jnp.where(m.size == DOUBLE, 1, jnp.where(m.size == QUAD, 2, 0))
+    width, left = 8 << zoom, _column(x) + jnp.where(zoom > 0, 1, 0)
+    gap = jnp.where(m.size == 1, 16, jnp.where(m.size == 2, 32, 64))
+    left = left + jnp.where(COPY, gap, 0)
+    # The larger part of what the edges cut; columns 0-7 are black.
+    left = jnp.where(left < 0, left + 160, jnp.where(2 * left + width > 328, left - 160, left))
+    beyond = jnp.clip(left + width - 160 >> zoom, 0, 8) - jnp.clip(8 - left >> zoom, 0, 8)
+    dx, dy, w, h = SIZES.extent(len(CUTS) * other + 8 + beyond)
+    there = (m.height < NONE) & (m.object_y < NONE) & (~COPY | among(m.size, COPIES))
+    return box(left + (dx << zoom), y + dy, w << zoom, h, there).clip(8, 57, 160, BOTTOM)
+
+
+def _shot(m: Ram, x: jax.Array, y: jax.Array, surface: int) -> Box:
+    """A shot, which begins on every other line; it stays as it is from the surface to `surface`."""
+    sky = jnp.where(m.height[4] < NONE, m.height[4] + 1, 0) + jnp.where(_beamed(m), 9, 0)
+    odd = (top := y + 55) + surface + jnp.where(top < AIR[3], sky, 0) & 1
+    odd = jnp.where(top < AIR[1] + 1 + sky, 0, jnp.where(top >= SEA[3] + 4, 1, odd))
+    top = top + odd
+    sinks = (top >= surface - 6) & (top < surface - 2)
+    bottom = jnp.where(sinks, surface, top + 4)
+    top = jnp.where((top >= surface - 2) & (top < surface), surface, top)
+    return box(x - 11, top, 1, bottom - top, y < NONE).clip(*FIELD)
+
+
+def _enemy_shot(m: Ram) -> Box:
+    """The enemies' shot before its last step, from the frame on on which it is drawn."""
+    way, y = m.shot_way, m.enemy_shot_y
+    dies = (m.flags & DIES) > 0
+    across, down = jnp.where((way & 128) > 0, 1, 2), jnp.where((way & SLOW) > 0, 1, 2)
+    dx, dy = across * ((way & 1) - (way >> 1 & 1)), down * ((way >> 3 & 1) - (way >> 2 & 1))
+    shot = _shot(m, m.enemy_shot_x - jnp.where(dies, 0, dx), y - jnp.where(dies, 0, dy), 122)
+    fresh = jnp.where((way & SLOW) > 0, y == FIRST_SLOW, among(y, FIRST_FAST)) & (way > 0) & ~dies
+    bottom = jnp.where(m.mission > 0, SEA[3], AIR[3] - 1)  # it vanishes in the ground
+    return shot.where((y < NONE) & ~fresh).clip(8, 57, 160, bottom)
+
+
+def _beam(m: Ram) -> Box:
+    """The beam as it was last drawn: on this frame, or on the one before the ground moved."""
+    late, moved = ((m.flags & ODD) == 0) & ((m.clock & 3) == 0), _moved(m)[1][4]
+    x = m.object_x[4] + jnp.where(late, 1, 0) + jnp.where(moved, 1, 0)
+    begins = moved & (m.object_x[4] == AIMS[-3])  # from the next frame on
+    there = ((m.more_flags & BEAM) > 0) & ((m.flags & DIES) == 0) & (m.kind[4] == HELICOPTER)
+    left, width = (pick(x - AIMS[0], table) for table in (BEAM_LEFT, BEAM_WIDTH))
+    return box(x + left, 64, width, 8, there & ~begins).clip(*FIELD)
+
+
+def _hole(m: Ram) -> Box:
+    """The hole in most columns, and in the first eight, which it enters from both sides."""
+    x = _column(m.ground_x) + 1
+    x = jnp.stack([x, jnp.where(x > 144, x - 160, x)])
+    first, last = (jnp.clip(np.array(edge) - x, 0, 16) for edge in zip(*PARTS, strict=True))
+    depth = jnp.minimum(pick(last, DEPTH_LEFT), pick(16 - first, DEPTH_RIGHT))
+    apart = (m.ground_x >= 9) & (m.ground_x < 15)  # the flames are two columns beside the hole
+    hole = box(x, 122, jnp.where(apart, 18, 16), depth, m.mission == 0)
+    return hole.clip(np.array([16, 8]), 122, np.array([160, 16]), 170)
+
+
+def _lab(m: Ram) -> Box:
+    """The two halves of the lab, of which the right one may be at the other edge."""
+    left, right = _column(m.lab_x) + 3, _column(m.ground_x) + 17
+    left = jnp.where(left > 148, left - 160, left)
+    right = jnp.where(right < left, 160, right)
+    there = ((m.more_flags & LAB) > 0) & (m.mission > 0)
+    return box(left, 156, right - left, 23, there).clip(*FIELD)
+
+
+# A vehicle that is lost flashes in all colours; these are left out, for other things have them.
+TAKEN = bytes.fromhex("0002040608 0a101214 182434 828488 9498 c0c2c4 f0f4f6fe")
+PLAYER = tuple(c for c in range(0, 256, 2) if c not in TAKEN)
+VEHICLE = Blobs(PLAYER, FIELD, min_size=(4, 4), max_size=(8, 4), area=(9, 17))
+UPWARD = Blobs(PLAYER, FIELD, min_size=(1, 3), max_size=(1, 6))
+CHARGE = Blobs((0, 0xC4), BOMBED, min_size=(1, 2), max_size=(1, 6))
+HOLE = Bounds((0xF0, 0x34), tuple((a, 122, b, 170) for a, b in PARTS), (1, 8))
+blob = functools.partial(Blobs, gap=(1, 1), max_size=(8, 16))
+FLYER = blob((0x08, 0x94, 0x34), (8, 75, 160, 89), gap=(3, 4), first=0x08)
+rocket = functools.partial(blob, (0x0A, 6, 0x98, 0x9C, 0x18, 0x44), FIELD, first=0x0A)
+ROCKETS = rocket(min_size=(7, 9), also=rocket(min_size=(2, 4), max_size=(8, 8)))
+MISSILES = blob((6, 0x34, 0x1A), FIELD, min_size=(3, 5), first=6)
+POINTS = Bounds(0x18, (54, 15, 102, 22), value=Digits(FONT, range(54, 102, 8), 15))
+
+GAME = Game(
+    name="Jamesbond",
+    rom=ROM.name,
+    md5=ROM.md5,
+    ram=Ram,
+    decode=decode,
+    categories=(
+        Category("Player", VEHICLE, doc="the vehicle"),
+        Category("Player_Shot", UPWARD, doc="the shot that flies up"),
+        Category("Depth_Charge", CHARGE, doc="the shot that falls; from the second mission on"),
+        Category("Enemy_Shot", Bounds(0xFE, (8, 74, 160, 156), (1, 2)), doc="of all enemies"),
+        Category("Laser", Bounds(0xFE, (8, 63, 160, 74), (2, 6)), doc="a helicopter's beam"),
+        Category("Fire_Hole", HOLE, count=2, doc="the hole; what is in columns 8-15"),
+        Category("Lab", Bounds((0x18, 0x22, 0x36), (8, 156, 160, 179)), doc="on the sea bed"),
+        Category("Ice", Bounds((0x94, 0x08, 0x98), SKY, (1, 10)), doc="a diamond"),
+        Category("Satellite", Bounds((0x5A, 0x56, 0x52), SKY, (1, 8)), doc="in the sky"),
+        Category("Helicopter", Bounds((0x0E, 0x46, 0x42, 0x14), SKY), doc="in the sky"),
+        Category("Hornet", FLYER, doc="in the air"),
+        Category("Oil_Rig", Bounds((0x22, 0xCA), LOW, (1, 8)), doc="a goal: to be landed on"),
+        Category("Ship", Bounds((0x0A, 0x18, 0x42), LOW, (9, 8)), doc="without its smoke"),
+        Category(
+            "Diver", Bounds((0xC2, 0x18, 0x94), (8, 131, 160, 152), (1, 18)), doc="in the sea"
+        ),
+        Category(
+            "Submarine", Bounds((8, 0x72, 0x18), (8, 136, 160, 149), (9, 8)), doc="in the sea"
+        ),
+        Category("Torpedo", Bounds((0x18,), (8, 121, 160, 131), (1, 5)), doc="at the surface"),
+        Category("Eruption", Bounds((0xC2, 0x18), SEA, (10, 5)), doc="of a bomb in the sea"),
+        Category("Capsule", Bounds((0xCA, 0xC8, 0xC6), SEA, (1, 8)), doc="a goal: to be touched"),
+        Category("Bomb", blob(0x44, AIR, min_size=(2, 5), max_size=(4, 5)), count=2, doc="falls"),
+        Category("Rocket", ROCKETS, count=2, doc="rises: in the air, in the sea"),
+        Category("Missile", MISSILES, count=4, doc="rises: lane * 2 + copy"),
+        display("Score", POINTS, doc="points"),
+        display("Life", Bounds((0x26, 0x14, 0x0A), (9, 184, 49, 189)), doc="value: one more"),
+    ),
+)
