@@ -17,7 +17,7 @@ from ocjax import rem, vem
 from ocjax.boxes import WIDTH, Box
 from ocjax.objects import Objects
 from ocjax.ram import RAM_SIZE, RamMap
-from ocjax.rules import ATTRIBUTES, Blobs, Bounds, Category, Cells, Rule, Shades, names_by_alias
+from ocjax.rules import ATTRIBUTES, Blobs, Bounds, Category, Cells, Rule, Runs, Shades, names_by_alias
 from ocjax.vision import palette
 
 Decode = Callable[[Any], Mapping[str, Box]]
@@ -213,21 +213,28 @@ def _validate_fields(game: Game) -> None:
     need(huds == sorted(huds), where="categories", text=order)
 
 
+def _slots_of(rule: Rule) -> int | None:
+    """The number of slots that a rule implies, if any."""
+    if isinstance(rule, Bounds):
+        return None if rule.each else len(rule.slots)
+    return len(rule.x) if isinstance(rule, Cells) else rule.slots if isinstance(rule, Runs) else None
+
+
 def _validate_category(game: Game, c: Category) -> None:
     need = functools.partial(_need, game=game, where=f"category {c.name}")
     need(all(name.isidentifier() for name in (c.name, *c.aliases)), text=f"its names must be identifiers, got {(c.name, *c.aliases)}")
     need(isinstance(c.count, int) and c.count > 0, text=f"count must be a positive int, got {c.count!r}")
     need(set(c.attributes) <= set(ATTRIBUTES), text=f"attributes must be of {ATTRIBUTES}, got {c.attributes}")
-    need(isinstance(c.rule, Rule), text=f"rule must be one of Bounds, Blobs, Cells, got {c.rule!r}")
-    slots = len(c.rule.slots) if isinstance(c.rule, Bounds) else len(c.rule.x) if isinstance(c.rule, Cells) else c.count
-    need(slots == c.count or (isinstance(c.rule, Bounds) and c.rule.each > 0), text=f"its rule has {slots} slots, its count is {c.count}")
+    need(isinstance(c.rule, Rule), text=f"rule must be one of Bounds, Blobs, Cells, Runs, got {c.rule!r}")
+    slots = _slots_of(c.rule)
+    need(slots in (None, c.count), text=f"its rule has {slots} slots, its count is {c.count}")
     bottom = c.rule.bottom
     need(bottom <= game.screen[0], text=f"its rule reaches down to row {bottom}, the screen has {game.screen[0]} rows")
     reads = isinstance(c.rule, Bounds) and c.rule.value is not None
     need(not reads or "value" in c.attributes, text="its rule reads a value, but it has no attribute 'value'")
     may_need = {None, *(o.name for o in game.categories if c.hud or not o.hud)}  # a game without its display lacks the others
     need(c.needs in may_need, text=f"needs: {c.needs!r} is not a category" + ("" if c.hud else " outside the display"))
-    for name in (n for r in getattr(c.rule, "rules", (c.rule,)) for n in r.exclude):
+    for name in (n for r in getattr(c.rule, "rules", (c.rule,)) for n in getattr(r, "exclude", ())):
         other = next((o.rule for o in game.categories if o.name == name), None)
         allowed = (not isinstance(c.rule, Cells) and isinstance(other, Cells) and other.whole) or (
             isinstance(other, Blobs) and not isinstance(c.rule, Blobs)

@@ -238,7 +238,56 @@ class Cells:
             raise ValueError("every cell must lie on the screen")
 
 
-Rule = Bounds | Blobs | Cells
+@dataclass(frozen=True)
+class Runs:
+    """Walls and floors of known height, by the horizontal runs of pixels in one of their rows.
+
+    A run belongs to the first region in whose top row it begins and whose widths allow it. Its box reaches down to the bottom of that
+    region. Each row has `most` slots, from the left.
+
+    Args:
+        colors: of each region. Pixels of different colours of a region make one run.
+        regions: left, top and right edge of where the runs begin, and the bottom of their boxes; from the top row down.
+        widths: least and largest width of a run, for each region.
+        most: runs that are looked at in each row.
+    """
+
+    colors: tuple[tuple[int, ...], ...]
+    regions: tuple[Area, ...]
+    widths: tuple[tuple[int, int], ...]
+    most: int
+
+    @property
+    def palette(self) -> tuple[int, ...]:
+        """All colours."""
+        return tuple(sorted({c for colors in self.colors for c in colors}))
+
+    @property
+    def rows(self) -> tuple[tuple[int, tuple[int, ...]], ...]:
+        """Each row that is looked at, with its colours."""
+        return tuple(dict.fromkeys((region[1], colors) for region, colors in zip(self.regions, self.colors, strict=True)))
+
+    @property
+    def slots(self) -> int:
+        """Slots of all rows."""
+        return self.most * len(self.rows)
+
+    @property
+    def bottom(self) -> int:
+        """The row below the last row that the rule looks at."""
+        return max(top for top, _ in self.rows) + 1
+
+    def __post_init__(self) -> None:
+        if not len(self.colors) == len(self.regions) == len(self.widths):
+            raise ValueError(f"{len(self.regions)} regions need as many colors and widths, got {len(self.colors)} and {len(self.widths)}")
+        for area, colors in zip(self.regions, self.colors, strict=True):
+            _check_area(area)
+            _color_set(colors)
+        if self.most < 1:
+            raise ValueError(f"most must be at least 1, got {self.most}")
+
+
+Rule = Bounds | Blobs | Cells | Runs
 
 
 @dataclass(frozen=True)
@@ -295,6 +344,8 @@ class Category:
     @property
     def reads_color(self) -> bool:
         """Whether VEM reads an object's colour from the frame."""
+        if isinstance(self.rule, Runs):
+            return False
         several = [len(colors) for _, colors in self.rule.slots] if isinstance(self.rule, Bounds) else [len(self.rule.palette)]
         inverse = isinstance(self.rule, Bounds) and self.rule.inverse
         return self.rgb is None and (inverse or max(several) > 1)

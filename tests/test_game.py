@@ -13,7 +13,7 @@ from ocjax.digits import Digits, hex_font
 from ocjax.game import Game, GameError
 from ocjax.objects import UNKNOWN
 from ocjax.ram import RamMap, byte
-from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, display
+from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, Runs, display
 from ocjax.views import views
 from ocjax.vision import palette
 
@@ -129,6 +129,8 @@ def test_wrong_games(change, message):
         (lambda: Blobs(14, also=Blobs(16)), "also must"),
         (lambda: Bounds(((14,), (15,)), (0, 0, 9, 9)), "colors for 2 regions"),
         (lambda: Cells(14, (1, 2), (1,), 2, 2), "one entry per slot"),
+        (lambda: Runs(((14,),), ((0, 0, 9, 9),), (), 2), "as many colors and widths"),
+        (lambda: Runs(((14,),), ((0, 0, 9, 9),), ((1, 9),), 0), "most must"),
         (lambda: Cells(14, (159,), (1,), 2, 2), "on the screen"),
     ],
 )
@@ -203,6 +205,22 @@ def test_objects_of_two_shapes():
     seen = game.vem(frame)
     assert seen.xywh[:3].tolist() == [[100, 20, 1, 6], [36, 30, 4, 2], [0, 0, 0, 0]]
     assert (np.asarray(seen.rgb)[:2] == palette.NTSC[[16, 14]]).all()
+
+
+def test_walls_of_known_height():
+    regions = ((0, 20, 160, 60), (100, 20, 104, 80), (0, 60, 160, 80))
+    walls = Runs(((14, 16), (14, 16), (18,)), regions, ((8, 160), (4, 4), (1, 160)), most=3)
+    categories = (Category("A", walls, count=6), *CATEGORIES[1:])
+    game = dataclasses.replace(GAME, categories=categories, decode=lambda m: decode(m) | {"A": box(jnp.arange(6), 10, 4, 4)})
+    frame = np.zeros((210, 160), np.uint8)
+    frame[20:60, 0:8], frame[20:60, 8:40] = 14, 16  # one wall of two colours
+    frame[20:60, 50:54] = 14  # too narrow
+    frame[20:80, 100:104] = 14  # narrow walls there are high
+    frame[60:80, 31:33], frame[60:80, 120:160] = 18, 18  # the first one crosses the edge of a word
+    frame[30:32, 40:44] = 14  # beside a wall, below its first row
+    seen = game.vem(frame)
+    assert seen.xywh[:6].tolist() == [[0, 20, 40, 40], [0] * 4, [100, 20, 4, 60], [31, 60, 2, 20], [120, 60, 40, 20], [0] * 4]
+    assert not game.vem(np.zeros_like(frame)).valid.any()
 
 
 def test_objects_that_are_not_on_other_screens():

@@ -14,12 +14,13 @@ from jax import lax
 from ocjax import _xla
 from ocjax.boxes import WIDTH
 from ocjax.ops import pick
-from ocjax.rules import Blobs, Bounds, Category, Cells, Shades
+from ocjax.rules import Blobs, Bounds, Category, Cells, Runs, Shades
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.bounds import detect_bounds
 from ocjax.vision.cells import cell_pixels, detect_cells
 from ocjax.vision.components import Detected, components
+from ocjax.vision.runs import detect_runs
 from ocjax.vision.search import Search
 
 
@@ -121,6 +122,8 @@ def detect(categories: tuple[Category, ...], frames: jax.Array, shades: Shades |
     rows = [c for c in categories if isinstance(c.rule, Bounds) and c.rule.each]
     batch.found |= {c.name: _cut(batch.found[c.name], c.rule.each, c.count) for c in rows if isinstance(c.rule, Bounds)}
     batch.found |= {c.name: detect_cells(c.rule, batch.cell_mask(c.rule)) for c in categories if isinstance(c.rule, Cells)}
+    runs = {c.name: c.rule for c in categories if isinstance(c.rule, Runs)}
+    batch.found |= {name: detect_runs(rule, [batch.mask(colors) for _, colors in rule.rows]) for name, rule in runs.items()}
     _read_colors(batch, categories)
     return [_with_needed(batch.found, c) for c in categories]
 
