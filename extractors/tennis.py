@@ -1,0 +1,129 @@
+"""Tennis: two players who change ends, a ball and its shadow, and two scores.
+
+Player is pink, Enemy is blue. The boxes of the players hold their rackets. A score is what is on
+the display: points (0, 15, 30, 40), games, or its half of DEUCE or of an advantage. Its value
+counts the points won, four for each game, and none of the games that were lost, so that the
+difference of the values is the sum of the rewards as long as the losers of games had no points; the
+RAM does not keep those. The court, the net and the maker's name are scenery.
+
+RAM: ALE's source (points, games), OCAtari 2.2 (what the bytes are) and the ROM's code. Everything
+moves before the frame is drawn, so that the RAM has what is on the screen.
+
+Covered: all modes and difficulties, both ends, the end of the game. The ball is valid while it is
+on the screen; the net hides it, as do the edges. VEM does not see the part of the ball or of its
+shadow that a player covers, and not the ball beside the white lines; it does not read the scores.
+"""
+
+import functools
+
+import jax.numpy as jnp
+import numpy as np
+from ocjax.boxes import Box, box
+from ocjax.game import Game
+from ocjax.ops import among, lookup
+from ocjax.ram import RamMap, byte
+from ocjax.rom import Rom
+from ocjax.rules import Blobs, Bounds, Category, display
+
+ROM = Rom("tennis", "42cdd6a9e42a3639e190722b8ea3fc51")
+FIELD = (8, 14, 160, 192)  # columns 0-7 are blanked by the beam
+PINK, BLUE, WHITE, SHADE = 0x4C, 0x8C, 0x0E, 2
+HEIGHT, ENDS = 23, (166, 167)  # rows of a player; row of the top and y together: far, near
+SWINGS, WIDTHS = (0x84, 0x6C, 0x5B), (12, 15, 16, 13)  # pictures of the racket; with the body
+NEAR, FAR = range(2, 78), range(91, 172)  # `ball_y` at the ends; the net hides it between them
+NET_TOP = 99
+GAME_POINTS = 4
+SCORE_TOP, SCORE_ROWS, HALF_X, APART = 5, 7, 40, (64, 16)  # columns from one score to the other
+EAST, WEST = 4, 12
+
+
+def _texts() -> list[int]:
+    """Left edges and, above them, widths of what the halves of the display show; 0: nothing."""
+    out = []
+    for low, high in zip(ROM.bytes(0x73F, 18), ROM.bytes(0x72D, 18), strict=True):
+        rows = ROM.rows(0x700 + int(high), SCORE_ROWS) << 8 | ROM.rows(0x700 + int(low), SCORE_ROWS)
+        ink = int(np.bitwise_or.reduce(rows))
+        left, right = 16 - ink.bit_length(), 16 - ((ink & -ink).bit_length() - 1)
+        out.append(left | right - left << 8 if ink else 0)
+    return out
+
+
+TEXTS = np.array(_texts())
+
+
+class Ram(RamMap):
+    text = byte(7, 6)  # what the display shows: player, enemy
+    ball_x = byte(16)  # x + 2
+    y = byte(24, 25)  # of the players: far, near
+    x = byte(26, 27)  # left edge of the picture + 2
+    right_part = byte(28, 29)  # low byte of the picture's address
+    left_part = byte(30, 31)  # likewise
+    ball_y = byte(54, 55)  # of the ball, of its shadow
+    turned = byte(56, 57)  # 0: the racket is on the right
+    points = byte(69, 70)  # player, enemy
+    games = byte(71, 72)
+    swapped = byte(80)  # 0: the player is at the far end
+    advantage = byte(81)  # not 0: the display shows one text
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    players, ball, scores = _players(m), _ball(m), _scores(m)
+    return {
+        "Player": players[0],
+        "Enemy": players[1],
+        "Ball": ball[0],
+        "BallShadow": ball[1],
+        "PlayerScore": scores[0],
+        "EnemyScore": scores[1],
+    }
+
+
+def _players(m: Ram) -> Box:
+    """Both players; the body is on the left of the racket, or on the right if they are turned."""
+    turned = m.turned != 0
+    racket = jnp.where(turned, m.left_part, m.right_part)
+    w = jnp.full(2, WIDTHS[-1])
+    for picture, width in zip(SWINGS, WIDTHS, strict=False):
+        w = jnp.where(racket == picture, width, w)
+    x = m.x - 2 + jnp.where(turned, 16 - w, 0)
+    facing, y = jnp.where(turned, WEST, EAST), np.array(ENDS) - m.y
+    x, y, w, facing = (jnp.where(m.swapped == 0, v, v[::-1]) for v in (x, y, w, facing))
+    return box(x, y, w, HEIGHT, orientation=facing).clip(*FIELD)
+
+
+def _ball(m: Ram) -> Box:
+    """The ball and its shadow, which has none of its own while the ball is on the ground."""
+    near = among(m.ball_y, NEAR)
+    y = jnp.where(near, ENDS[1], ENDS[0]) + HEIGHT - m.ball_y
+    h = jnp.where(near, 2, jnp.minimum(NET_TOP - y, 2))
+    there = (near | among(m.ball_y, FAR)) & (m.ball_x >= FIELD[0] + 2)
+    there = there & (np.array((True, False)) | (m.ball_y[0] != m.ball_y[1]))
+    return box(jnp.repeat(m.ball_x, 2) - 2, y, 2, h, there).clip(*FIELD)
+
+
+def _scores(m: Ram) -> Box:
+    """The two halves of the display; they are closer together when it shows one text."""
+    packed = lookup(TEXTS, m.text)
+    apart = jnp.where(m.advantage != 0, APART[1], APART[0])
+    x, w = HALF_X + apart * np.arange(2) + (packed & 255), packed >> 8
+    return box(x, SCORE_TOP, w, SCORE_ROWS, w > 0, value=GAME_POINTS * m.games + m.points)
+
+
+player = functools.partial(Blobs, region=FIELD, gap=(1, 1), min_size=(8, 16), max_size=(18, 36))
+sportsman = functools.partial(Category, attributes=("orientation",))
+BALL = Blobs(WHITE, FIELD, min_size=(1, 1), max_size=(2, 2))
+GAME = Game(
+    name="Tennis",
+    rom=ROM.name,
+    md5=ROM.md5,
+    ram=Ram,
+    decode=decode,
+    categories=(
+        sportsman("Player", player(PINK, max_line=12), doc="the pink player"),
+        sportsman("Enemy", player(BLUE, max_line=12), doc="the blue player"),
+        Category("Ball", BALL, doc="the ball"),
+        Category("BallShadow", Bounds(SHADE, FIELD), doc="its shadow"),
+        display("PlayerScore", Bounds(PINK, (40, 5, 120, 12)), doc="of the pink player"),
+        display("EnemyScore", Bounds(BLUE, (40, 5, 120, 12)), doc="of the blue player"),
+    ),
+)
