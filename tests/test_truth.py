@@ -32,6 +32,7 @@ RARE = {
     "BeamRider": ("Torpedos",),
     "Berzerk": ("PlayerMissile", "EnemyMissile"),
     "Centipede": ("Flea", "Scorpion"),
+    "Seaquest": ("SurfaceSubmarine",),
 }
 
 

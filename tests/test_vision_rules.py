@@ -28,8 +28,8 @@ def test_colours_follow_the_level(key, color):
         Category("B", Bounds((20, 50), (0, 10, 160, 100))),
     )
     boxes, colors, _ = found(categories, frame, SHADES)
-    x = {20: 0, 30: 20}[color]
-    assert boxes[0] == [[x, 50, 4, 4]] and boxes[1] == [[x, 50, 64 - x, 4]]
+    x = 0 if color == 20 else 20
+    assert boxes == [[[x, 50, 4, 4]], [[x, 50, 64 - x, 4]]]
     assert colors == [[color], [color]]
 
 
