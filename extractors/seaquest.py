@@ -105,6 +105,7 @@ class Ram(RamMap):
 def decode(m: Ram) -> dict[str, Box]:
     enemies, balls = _enemies(m), _balls(m)
     width = jnp.minimum(m.oxygen, 63)
+    used = BAR[0] + jnp.where(m.oxygen > 0, width, -1)
     score_right = SCORE_LEFTS[-1] + FONT.width
     return {
         "Player": _player(m),
@@ -116,7 +117,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "SurfaceSubmarine": _patrol(m),
         "CollectedDiver": box(ICONS_X, 178, 8, 9, np.arange(6) < m.divers),
         "OxygenBar": box(BAR[0], BAR[1], width, 5, m.oxygen > 0, value=m.oxygen),
-        "OxygenBarDepleted": box(BAR[0] + width, BAR[1], 63 - width, 5, value=64 - m.oxygen),
+        "OxygenBarDepleted": box(used, BAR[1], BAR[2] - used, 5, value=64 - m.oxygen),
         "Lives": box(58, 22, 8 * m.icons - 1, 8, m.icons > 0, value=m.icons + 1),
         "PlayerScore": score_box(FONT, m.score, right=score_right, top=9, digits=6, value=m.score),
     }
@@ -205,6 +206,7 @@ ENEMY_SUBS = Blobs(GRAY, SEA, max_size=(8, 11))
 DIVERS = Bounds(SEA_BLUE, LANES, exclude=("EnemyMissile",))
 TORPEDOES = Blobs(SEA_BLUE, SEA, gap=(2, 2), min_size=(4, 4), max_size=(6, 4))
 BOARD = Bounds(NAVY, tuple((int(x), 178, int(x) + 8, 187) for x in ICONS_X))
+USED = Bounds(RED, (48, 170, 112, 175), value=Gauge(1, 0, 1))
 OXYGEN = Bounds((WHITE, FLASH), BAR, value=Gauge(1))
 LIVES = Bounds(YELLOW, (50, 20, 110, 31), value=Gauge(8, -1, 1))
 SCORE = Bounds(YELLOW, (58, 9, 106, 17), value=Digits(FONT, SCORE_LEFTS, 9))
@@ -225,7 +227,7 @@ GAME = Game(
         Category("SurfaceSubmarine", Bounds(GRAY, (8, 44, 160, 57)), doc="the patrol"),
         display("CollectedDiver", BOARD, count=6, attributes=(), blinks=True, doc="on board"),
         display("OxygenBar", OXYGEN, blinks=True, doc="oxygen that is left, 0-64"),
-        display("OxygenBarDepleted", Bounds(RED, BAR), doc="oxygen that was used"),
+        display("OxygenBarDepleted", USED, doc="oxygen that was used"),
         display("Lives", LIVES, doc="one more than the icons"),
         display("PlayerScore", SCORE, doc="points"),
     ),
