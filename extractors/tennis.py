@@ -109,7 +109,7 @@ def _scores(m: Ram) -> Box:
     return box(x, SCORE_TOP, w, SCORE_ROWS, w > 0, value=GAME_POINTS * m.games + m.points)
 
 
-player = functools.partial(Blobs, region=FIELD, gap=(1, 1), min_size=(8, 16), max_size=(18, 36))
+player = functools.partial(Blobs, region=FIELD, min_size=(8, 16), max_size=(18, 36))
 sportsman = functools.partial(Category, attributes=("orientation",))
 BALL = Blobs(WHITE, FIELD, min_size=(1, 1), max_size=(2, 2))
 GAME = Game(
@@ -123,7 +123,7 @@ GAME = Game(
         sportsman("Enemy", player(BLUE, max_line=12), doc="the blue player"),
         Category("Ball", BALL, doc="the ball"),
         Category("BallShadow", Bounds(SHADE, FIELD), doc="its shadow"),
-        display("PlayerScore", Bounds(PINK, (40, 5, 120, 12)), doc="of the pink player"),
-        display("EnemyScore", Bounds(BLUE, (40, 5, 120, 12)), doc="of the blue player"),
+        display("PlayerScore", Bounds(PINK, (40, 5, 56, 12)), doc="of the pink player"),
+        display("EnemyScore", Bounds((BLUE, PINK), (56, 5, 120, 12)), doc="of the blue player"),
     ),
 )
