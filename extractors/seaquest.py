@@ -227,7 +227,8 @@ GAME = Game(
         Category("SurfaceSubmarine", Bounds(GRAY, (8, 44, 160, 57)), doc="the patrol"),
         display("CollectedDiver", BOARD, count=6, attributes=(), blinks=True, doc="on board"),
         display("OxygenBar", OXYGEN, blinks=True, doc="oxygen that is left, 0-64"),
-        display("OxygenBarDepleted", USED, doc="oxygen that was used"),
+        # No graphics object draws it, but the background's colour does; so it blinks for good.
+        display("OxygenBarDepleted", USED, blinks=True, doc="oxygen that was used"),
         display("Lives", LIVES, doc="one more than the icons"),
         display("PlayerScore", SCORE, doc="points"),
     ),
