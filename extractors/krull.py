@@ -1,12 +1,12 @@
 """Krull: the wedding that Slayers attack, the ride of the fire mares, the web, the beast's lair.
 
-The byte `scene` says which it is. Slots of Slayers: record * 3 + copy; of Fire_Mare: the two mares,
-on which the player rides: his box is around both then. Castle: the wall of the wedding's castle,
-the Black Fortress that rises in the desert. Wall: the 4 x 16 pieces of the cage in the lair, row by
+The byte `scene` says which it is. Slots of Slayers: record * 3 + copy. Fire_Mare has a box around
+the two mares, which touch; so has the player then, who rides. Castle: the wall at the wedding, the
+Black Fortress that rises in the desert. Wall: the 4 x 16 pieces of the cage in the lair, row by
 row. Life and Weapon are found in the desert; those that the player has are Life_HUD and Weapon_HUD,
 a slot an icon. Sun is the time of day, the value of Hour_Glass the rows of its sand. The strands of
 the web and its moving lines (OCAtari's Line), the horizon and the ground are scenery; particles are
-none of the objects. On the title screen nothing is valid but the score.
+none of the objects. The title screen has the score and the icons.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (scenes, records), and the ROM's code: all of it moves
 between the vertical sync and the drawing, so that the RAM has what is on the screen; what is found
@@ -14,10 +14,9 @@ in the desert moves after it. The lair's and the wedding's bride and player shar
 drawn in pairs of rows, the second one first.
 
 Covered: both first rounds of all four scenes (the fortress and the lair reached by writing the
-state of the ride). Not in this file: Star and Slayer_Shot, a line in changing colours; the weapon
-that is thrown; broken pieces of the cage are read as OCAtari does and are not tested. VEM splits
-the two mares evenly, so that one is a column off, and misses the player while he flashes, his
-sword, and a spider that a line crosses.
+state of the ride). Not in this file: Star, Slayer_Shot (a line in changing colours) and
+the weapon that is thrown. Broken pieces of the cage are read as OCAtari does and are not tested.
+VEM misses the player while he flashes, his sword, and a spider that a line crosses.
 """
 
 import functools
@@ -54,6 +53,7 @@ def _page(page: int, height: int) -> Pictures:
 
 
 PEOPLE = Pictures.of([_figure(page, code) for page in (0xA00, 0xC00) for code in range(256)])
+STAY = ("Score", "Life_HUD", "Weapon_HUD")  # on the title screen after a game
 MARES = _page(0x900, 9)
 SPIDERS = _page(0x900, 10)
 
@@ -111,7 +111,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Slayers": _slayers(m).where(wedding),
         "Spider": SPIDERS.box(m.foe_picture, m.x[6] + 8, 2 * m.y[6] + 21, valid=web),
         "Window": box(76, 23, 8, 26, web),
-        "Fire_Mare": mares,
+        "Fire_Mare": _both(mares),
         "Weapon": _item(m, 0xE2, 0, 8).where(desert),
         "Life": _item(m, 0xE9, 1, 6).where(desert),
         "Castle": _castles(m),
@@ -128,7 +128,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Life_HUD": box(56 + 8 * i, 188, 6, 7, i < m.lives, value=m.lives + 1),
         "Weapon_HUD": box(79 + 8 * i, 188, 8, 7, i < m.weapons),
     }
-    return {name: b.where((name == "Score") | (m.over == 0)) for name, b in boxes.items()}
+    return {name: b.where((name in STAY) | (m.over == 0)) for name, b in boxes.items()}
 
 
 def _castles(m: Ram) -> Box:
@@ -164,11 +164,14 @@ def _player(m: Ram, mares: Box) -> Box:
     walks = PEOPLE.box(
         page + code, x, y, mirrored=(k(m.flags) & 16) > 0, valid=wedding | web | lair
     )
-    left = jnp.minimum(mares.x[0], mares.x[1])
-    right = jnp.maximum(mares.x[0] + mares.w[0], mares.x[1] + mares.w[1])
-    top = jnp.minimum(mares.y[0], mares.y[1])
-    rides = box(left, top, right - left, 154 - top, m.scene == DESERT)
-    return choose(m.scene == DESERT, rides, walks).clip(*FIELD)
+    return choose(m.scene == DESERT, _both(mares), walks).clip(*FIELD)
+
+
+def _both(mares: Box) -> Box:
+    """The box around the two mares, which run side by side."""
+    left, top = jnp.min(mares.x), jnp.min(mares.y)
+    right, bottom = jnp.max(mares.x + mares.w), jnp.max(mares.y + mares.h)
+    return box(left, top, right - left, bottom - top, jnp.all(mares.valid))
 
 
 def _left(x: jax.Array) -> jax.Array:
@@ -225,7 +228,7 @@ PLAYER = figure((*COLORS, 0xEE), FIELD, min_size=(4, 7), max_size=(16, 16))
 SLAYERS = figure(SLAYER, FIELD, min_size=(3, 4), max_size=(8, 17))
 SPIDER = figure(0x0E, FIELD, min_size=(7, 7), max_size=(8, 12))
 MARES_AT = (8, 145, 160, 154)
-RIDE = Blobs((0x38, 0xEE), MARES_AT, split=(8, 9), min_size=(7, 7), max_size=(16, 9), gap=(0, 1))
+RIDE = figure((0x38, 0xEE), MARES_AT, min_size=(12, 8), max_size=(16, 9))
 THROWN = Bounds(MAGENTA, (8, 60, 160, 173), min_size=(4, 2))
 CAGE = Cells(0x24, tuple(WALL_X.tolist()), tuple(WALL_Y.tolist()), 4, 4)
 GLASS = Blobs((0, 0x48), (120, 3, 127, 11), min_size=(5, 8), max_size=(5, 8))
@@ -244,7 +247,7 @@ GAME = Game(
         Category("Slayers", SLAYERS, count=15, doc="record * 3 + copy"),
         Category("Beast", Bounds((0x22, 0x42), (8, 60, 160, 95), (5, 15)), doc="in the lair"),
         Category("Spider", SPIDER, doc="in the web"),
-        Category("Fire_Mare", RIDE, count=2, needs="Hour_Glass", doc="the two mares"),
+        Category("Fire_Mare", RIDE, needs="Hour_Glass", doc="two mares that run side by side"),
         Category("Enemy_Weapon", THROWN, needs="Beast", doc="what the beast throws"),
         Category("Weapon", Bounds(0xC8, ITEMS, min_size=(7, 5)), doc="in the desert"),
         Category("Life", Blobs(0xC8, ITEMS, min_size=(5, 7), max_size=(6, 7)), doc="likewise"),
