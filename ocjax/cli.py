@@ -13,6 +13,7 @@ from rich.table import Table
 import ocjax
 from ocjax import _xla, excerpts, ocatari_runner, output, recordings, registry, render, report, report_formats, rom, tables
 from ocjax import demo as demonstration
+from ocjax.agents import commands as agents
 from ocjax.game import Game
 from ocjax.messages import Interruptible, errors_in_one_line
 from ocjax.ramtools.commands import app as ram
@@ -21,6 +22,8 @@ from ocjax.rollout import rollout
 
 app = typer.Typer(cls=Interruptible, add_completion=False, no_args_is_help=True, pretty_exceptions_show_locals=False)
 app.add_typer(ram, name="ram")
+app.command()(agents.train)
+app.command()(agents.play)
 console = Console()
 
 SEED = 12345  # of `ocjax evaluate`

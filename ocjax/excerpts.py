@@ -15,8 +15,8 @@ from ocjax import recordings
 from ocjax.envs import AlePool, Settings
 from ocjax.envs.pool import check_rom
 from ocjax.game import Game
+from ocjax.policies import HOLD, RandomPolicy
 from ocjax.recordings import Recording
-from ocjax.rollout import HOLD, RandomPolicy
 
 SAMPLES = 40
 SEEDS = (0, 1)
@@ -126,7 +126,7 @@ def _play(game: Game, runs: Sequence[Run], seeds: Sequence[int]) -> Iterator[tup
         total, over = np.zeros(len(runs)), np.zeros(len(runs), bool)
         last = max(step for run in runs for step in run.samples)
         for step in track(range(last + 1), description=f"playing {game.name}, {skip} frames a step", transient=True):
-            pool.send(act(pool.ram))
+            pool.send(act(pool.ram, pool.started))
             pool.wait()
             total = np.where(over, 0, total) + pool.reward
             over = pool.terminated | pool.truncated
@@ -160,7 +160,8 @@ def record_boundaries(game: Game, samples: int = BOUNDARY_SAMPLES, *, seed: int 
         if sum(map(len, kept.values())) >= samples:
             break
     every = [sample for of_kind in kept.values() for sample in of_kind][:samples]
-    return Recording(game, **{name: np.array([sample[name] for sample in every]) for name in every[0]})
+    arrays: dict[str, Any] = {name: np.array([sample[name] for sample in every]) for name in every[0]}
+    return Recording(game, **arrays)
 
 
 def _boundaries(game: Game, seed: int) -> Iterator[dict[str, Any]]:
@@ -177,7 +178,7 @@ def _boundaries(game: Game, seed: int) -> Iterator[dict[str, Any]]:
                 frames = {"rams": np.array(pool.ram[k]), "screens": latest, "previous": earlier}
                 yield frames | {"rewards": int(total[k]), "lives": np.int16(pool.lives[k]), "resets": resets[k], "ends": ends[k]}
             lives, resets = np.array(pool.lives), np.array(ends)
-            pool.send(act(pool.ram))
+            pool.send(act(pool.ram, pool.started))
             pool.wait()
             total = np.where(resets, 0, total + pool.reward)
             ends = pool.terminated | pool.truncated

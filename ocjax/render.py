@@ -114,10 +114,10 @@ def pictures(recording: Recording, objects: Mapping[str, Objects], samples: slic
         yield sheet([[overlay(recording.game, frame, o[i], scale=scale) for o in objects.values()]], titles)
 
 
-def save(images: Sequence[Image.Image], path: Path) -> None:
-    """Write one picture, or several as an animated .gif."""
+def save(images: Sequence[Image.Image], path: Path, *, frame_time: int = FRAME_TIME) -> None:
+    """Write one picture, or several as an animated .gif with so many milliseconds per frame."""
     if path.suffix == ".gif":
-        animation = {"save_all": True, "append_images": images[1:], "duration": FRAME_TIME, "loop": 0}
+        animation = {"save_all": True, "append_images": images[1:], "duration": frame_time, "loop": 0}
         output.write(path, lambda file: images[0].save(file, "GIF", **animation))
     else:
         output.write_picture(path, images[0])

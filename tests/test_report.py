@@ -10,7 +10,7 @@ from conftest import excerpt
 from test_cli import run
 
 import ocjax
-from ocjax import ocatari_runner, recordings, report, report_formats, rollout, tables
+from ocjax import ocatari_runner, policies, recordings, report, report_formats, rollout, tables
 
 
 @pytest.fixture(scope="module")
@@ -38,8 +38,8 @@ def test_saved_policy(tape, tmp_path):
     rng = np.random.default_rng(0)
     net = {"w0": rng.normal(size=(n, 8)), "b0": np.zeros(8), "w1": rng.normal(size=(8, 6)), "b1": np.array([0, 0, 0, 99.0, 0, 0])}
     np.savez(path, **net)
-    act = rollout.make_policy(str(path), tape.game, 6, 4, 0)
-    assert act(tape.rams[:4]).tolist() == [3] * 4
+    act = policies.make_policy(str(path), tape.game, 6, 4, 0)
+    assert act(tape.rams[:4], np.ones(4, bool)).tolist() == [3] * 4
     assert len(rollout.rollout(tape.game, 8, num_envs=4, policy=str(path))) == 8
     for change, message in (
         ({"w0": np.zeros((n + 1, 8))}, rf"w0 \[{n}, n\]"),
@@ -47,13 +47,13 @@ def test_saved_policy(tape, tmp_path):
         ({"w1": np.zeros((8, 5)), "b1": np.zeros(5)}, "must have 6 outputs"),
     ):
         np.savez(path, **(net | change))
-        with pytest.raises(rollout.PolicyError, match=message):
-            rollout.make_policy(str(path), tape.game, 6, 4, 0)
+        with pytest.raises(policies.PolicyError, match=message):
+            policies.make_policy(str(path), tape.game, 6, 4, 0)
     path.write_bytes(b"no")
-    with pytest.raises(rollout.PolicyError, match="not a readable policy"):
-        rollout.make_policy(str(path), tape.game, 6, 4, 0)
-    with pytest.raises(rollout.PolicyError, match="it must be random, repeat, or the path"):
-        rollout.make_policy("greedy", tape.game, 6, 4, 0)
+    with pytest.raises(policies.PolicyError, match="not a readable policy"):
+        policies.make_policy(str(path), tape.game, 6, 4, 0)
+    with pytest.raises(policies.PolicyError, match="it must be random, repeat, trained, or the path"):
+        policies.make_policy("greedy", tape.game, 6, 4, 0)
 
 
 def test_errors_show_in_all_formats():

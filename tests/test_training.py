@@ -1,4 +1,4 @@
-"""Training code of other projects on the environments; skipped unless the extra `rl` is installed."""
+"""Training code of other projects on the environments; skipped unless the extra `sb3` is installed."""
 
 import os
 import subprocess
@@ -10,8 +10,8 @@ import pytest
 
 import ocjax  # registers its environments with Gymnasium
 
-torch = pytest.importorskip("torch", reason="the extra `rl` is not installed")
-sb3 = pytest.importorskip("stable_baselines3", reason="the extra `rl` is not installed")
+torch = pytest.importorskip("torch", reason="the extra `sb3` is not installed")
+sb3 = pytest.importorskip("stable_baselines3", reason="the extra `sb3` is not installed")
 
 
 def test_stable_baselines3_on_vectors():

@@ -7,7 +7,7 @@ import numpy as np
 
 from ocjax.envs.pool import check_rom
 from ocjax.game import Game
-from ocjax.rollout import make_policy
+from ocjax.policies import make_policy
 
 if TYPE_CHECKING:
     import ale_py
@@ -58,6 +58,7 @@ class Session:
         self._random = make_policy("repeat", game, len(self.actions), 1, seed)
         self.policy = None if policy == "keyboard" else make_policy(policy, game, len(self.actions), 1, seed)
         self.paused = self.vision = self.done = False
+        self.started = True  # whether the game has just begun
         self.message = HELP
         self.typed: str | None = None  # the line after ":" while it is typed
         self.saved: Any = None
@@ -81,7 +82,7 @@ class Session:
     def action(self) -> "ale_py.Action":
         """The next action, from the policy or from the keys that are held."""
         if self.policy is not None:
-            return self.actions[int(self.policy(self.ram[None])[0])]
+            return self.actions[int(self.policy(self.ram[None], np.array([self.started]))[0])]
         # ALE names its actions by what is held: UPRIGHTFIRE, LEFT, FIRE, ...
         return self._by_name.get("".join(MOVES[k] for k in "wsda " if k in self.held), self._by_name["NOOP"])
 
@@ -95,8 +96,9 @@ class Session:
         """Emulate one frame. A game that is over restarts."""
         if self.ale.game_over():
             self.ale.reset_game()
-            self.reward = 0
+            self.reward, self.started = 0, True
         self.reward += self.ale.act(self.action())
+        self.started = False
         self.held = {k: n - 1 for k, n in self.held.items() if n > 1}
         self._observe()
 

@@ -1,0 +1,1 @@
+"""Agents that learn from objects, and games that they play. Training needs the extra `rl`; playing does not."""

@@ -1,0 +1,91 @@
+"""The networks of agents: parameters are pytrees of arrays, and applying a network is a pure function."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import lax
+from jax.nn.initializers import orthogonal
+
+Params = dict[str, list[dict[str, jax.Array]]]
+
+HIDDEN = (64, 64)
+CONVOLUTIONS = ((32, 8, 4), (64, 4, 2), (64, 3, 1))  # channels, kernel size and stride, as in Mnih et al. (2015)
+CONVOLUTION_OUTPUT, DENSE = 64 * 7 * 7, 512
+# The scales of initial weights as in the PPO implementations that Huang et al. (2022) compare.
+GAIN, ACTOR_GAIN, CRITIC_GAIN = 2**0.5, 0.01, 1.0
+
+
+class Network(NamedTuple):
+    """An actor and a critic."""
+
+    init: Callable[[jax.Array], Params]  # random key -> parameters
+    apply: Callable[[Params, jax.Array], tuple[jax.Array, jax.Array]]  # observations [B, ...] -> logits [B, A], values [B]
+
+
+def _dense_layers(key: jax.Array, sizes: Sequence[int], last_gain: float) -> list[dict[str, jax.Array]]:
+    gains = [GAIN] * (len(sizes) - 2) + [last_gain]
+    keys = jax.random.split(key, len(gains))
+    return [
+        {"w": orthogonal(gain)(k, (n, m), jnp.float32), "b": jnp.zeros(m, jnp.float32)}
+        for k, gain, n, m in zip(keys, gains, sizes[:-1], sizes[1:], strict=True)
+    ]
+
+
+def _dense(layers: Sequence[dict[str, jax.Array]], x: jax.Array, activation: Callable[[jax.Array], jax.Array]) -> jax.Array:
+    """A multilayer perceptron without activation after its last layer."""
+    for i, layer in enumerate(layers):
+        x = x @ layer["w"] + layer["b"][None]
+        x = activation(x) if i + 1 < len(layers) else x
+    return x
+
+
+def mlp(num_inputs: int, num_actions: int, hidden: Sequence[int] = HIDDEN) -> Network:
+    """Separate multilayer perceptrons with tanh for actor and critic, on float32 `[B, num_inputs]`."""
+
+    def init(key: jax.Array) -> Params:
+        actor, critic = jax.random.split(key)
+        return {
+            "actor": _dense_layers(actor, (num_inputs, *hidden, num_actions), ACTOR_GAIN),
+            "critic": _dense_layers(critic, (num_inputs, *hidden, 1), CRITIC_GAIN),
+        }
+
+    def apply(params: Params, x: jax.Array) -> tuple[jax.Array, jax.Array]:
+        return _dense(params["actor"], x, jnp.tanh), _dense(params["critic"], x, jnp.tanh)[:, 0]
+
+    return Network(init, apply)
+
+
+def nature_cnn(stack: int, num_actions: int) -> Network:
+    """The convolutional network of Mnih et al. (2015) with heads for actor and critic, on uint8 `[B, stack, 84, 84]`."""
+
+    def init(key: jax.Array) -> Params:
+        keys = jax.random.split(key, len(CONVOLUTIONS) + 3)
+        channels = (stack, *(n for n, _, _ in CONVOLUTIONS))
+        initial = orthogonal(GAIN, column_axis=0)  # a filter's weights [channels out, in, height, width]
+        torso = [
+            {"w": initial(k, (n, before, size, size), jnp.float32), "b": jnp.zeros(n, jnp.float32)}
+            for k, before, (n, size, _) in zip(keys, channels, CONVOLUTIONS, strict=False)
+        ]
+        return {
+            "torso": torso,
+            "dense": _dense_layers(keys[-3], (CONVOLUTION_OUTPUT, DENSE), GAIN),
+            "actor": _dense_layers(keys[-2], (DENSE, num_actions), ACTOR_GAIN),
+            "critic": _dense_layers(keys[-1], (DENSE, 1), CRITIC_GAIN),
+        }
+
+    def apply(params: Params, x: jax.Array) -> tuple[jax.Array, jax.Array]:
+        x = x.astype(jnp.float32) / jnp.float32(255)
+        for layer, (_, _, stride) in zip(params["torso"], CONVOLUTIONS, strict=True):
+            x = lax.conv(x, layer["w"], (stride, stride), "VALID") + layer["b"][None, :, None, None]
+            x = jax.nn.relu(x)
+        x = jax.nn.relu(_dense(params["dense"], x.reshape(len(x), -1), jax.nn.relu))
+        return _dense(params["actor"], x, jax.nn.relu), _dense(params["critic"], x, jax.nn.relu)[:, 0]
+
+    return Network(init, apply)
+
+
+def actor_layers(params: Any) -> list[dict[str, jax.Array]]:
+    """The layers of an `mlp`'s actor."""
+    return params["actor"]

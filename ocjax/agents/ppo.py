@@ -1,0 +1,252 @@
+"""Proximal Policy Optimization (Schulman et al., 2017) as pure, jit-compiled functions.
+
+`T` is the number of steps of a rollout, `B` the number of environments, and `D` the shape of an observation.
+"""
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optax
+from jax import lax
+
+from ocjax.agents.networks import Network, Params
+from ocjax.agents.statistics import Moments, initial_moments, merge_moments, scaled, standardized
+
+MAX_REWARD = 10.0  # of scaled rewards
+
+
+@dataclasses.dataclass(frozen=True)
+class Hyperparameters:
+    """Hyperparameters of PPO, the same for all games.
+
+    The OCAtari paper has 8 environments, a horizon of 128, 3 epochs, a learning rate of 2.5e-4 and a clipping range of 0.1; all else is as
+    in the paper. With more environments, these values learn more slowly per frame: after 1.3 million frames, they reach -18.4 points in
+    Pong, and the defaults -17.0. Learning rate and clipping range fall linearly to 0 over the training.
+
+    Args:
+        num_envs: environments; half of them step while the policy acts in the others.
+        horizon: steps of a rollout.
+        epochs: passes over a rollout.
+        minibatch: samples of a gradient step; divides `num_envs * horizon`.
+        learning_rate: initial step size of Adam.
+        clip: initial clipping range of probability ratios.
+        gamma: discount factor.
+        gae_lambda: decay of generalised advantage estimation.
+        value_coefficient: weight of the value loss.
+        entropy_coefficient: weight of the entropy bonus.
+        max_grad_norm: gradients are scaled down to this norm.
+
+    Raises:
+        ValueError: a number is not positive, the number of environments is odd, or the minibatch does not divide a rollout.
+    """
+
+    num_envs: int = 64
+    horizon: int = 32
+    epochs: int = 4
+    minibatch: int = 256
+    learning_rate: float = 1e-3
+    clip: float = 0.2
+    gamma: float = 0.99
+    gae_lambda: float = 0.95
+    value_coefficient: float = 1.0
+    entropy_coefficient: float = 0.01
+    max_grad_norm: float = 0.5
+
+    def __post_init__(self) -> None:
+        for field in dataclasses.fields(self):
+            if not getattr(self, field.name) > 0:
+                raise ValueError(f"{field.name} must be positive, got {getattr(self, field.name)}")
+        if self.num_envs % 2:
+            raise ValueError(f"num_envs must be even, because halves of the environments take turns, got {self.num_envs}")
+        if self.num_envs * self.horizon % self.minibatch:
+            raise ValueError(f"minibatch must divide num_envs * horizon = {self.num_envs * self.horizon}, got {self.minibatch}")
+
+
+class Rollout(NamedTuple):
+    """T steps of B environments."""
+
+    obs: np.ndarray  # [T + 1, B, *D]
+    action: np.ndarray  # int32 [T, B]
+    log_prob: np.ndarray  # float32 [T, B], of the action when it was chosen
+    reward: np.ndarray  # float32 [T, B]
+    terminated: np.ndarray  # bool [T, B]
+    truncated: np.ndarray  # bool [T, B]
+    resets: np.ndarray  # bool [T, B]: the step only began a new episode, whatever its action
+
+
+class Learner(NamedTuple):
+    """Everything that an update changes."""
+
+    params: Params
+    optimizer: optax.OptState
+    inputs: Moments  # of observations; not used for frames
+    returns: Moments  # of discounted sums of rewards
+    discounted: jax.Array  # float32 [B], the present sums
+    key: jax.Array  # uint32, random
+
+
+class Losses(NamedTuple):
+    """Averages over an update, float32 scalars."""
+
+    policy: jax.Array
+    value: jax.Array
+    entropy: jax.Array
+    kl: jax.Array  # approximate divergence from the policy that acted
+    clipped: jax.Array  # share of samples whose probability ratio was clipped
+    explained_variance: jax.Array  # of the returns by the values before the update
+
+
+NO_LOSSES = Losses(*[jnp.float32(float("nan"))] * len(Losses._fields))  # before the first update
+
+
+def _optimizer(h: Hyperparameters) -> optax.GradientTransformation:
+    adam = optax.inject_hyperparams(optax.adam)(learning_rate=h.learning_rate, eps=1e-5)
+    return optax.chain(optax.clip_by_global_norm(h.max_grad_norm), adam)
+
+
+def init(network: Network, h: Hyperparameters, num_inputs: int, seed: int) -> Learner:
+    """The state before training."""
+    key, own = jax.random.split(jax.random.key(seed))
+    params = network.init(own)
+    moments = initial_moments((num_inputs,)), initial_moments(())
+    return Learner(params, _optimizer(h).init(params), *moments, jnp.zeros(h.num_envs, jnp.float32), jax.random.key_data(key))
+
+
+def advantages(reward: jax.Array, value: jax.Array, terminated: jax.Array, ended: jax.Array, gamma: float, decay: float) -> jax.Array:
+    """Generalised advantage estimation (Schulman et al., 2016), float32 `[T, B]`.
+
+    A truncated episode continues in the value of its last observation; a terminated one is worth nothing from then on.
+
+    Args:
+        reward: float32 `[T, B]`.
+        value: float32 `[T + 1, B]`, of the observations before each step and after the last one.
+        terminated: bool `[T, B]`.
+        ended: bool `[T, B]`, terminated or truncated.
+        gamma: discount factor.
+        decay: lambda.
+    """
+    following = jnp.where(terminated, jnp.float32(0), value[1:])
+    delta = reward + gamma * following - value[:-1]
+
+    def back(later: jax.Array, step: tuple[jax.Array, jax.Array]) -> tuple[jax.Array, jax.Array]:
+        difference, over = step
+        advantage = difference + gamma * decay * jnp.where(over, jnp.float32(0), later)
+        return advantage, advantage
+
+    return lax.scan(back, jnp.zeros_like(delta[0]), (delta, ended), reverse=True)[1]
+
+
+def _scaled_rewards(learner: Learner, rollout: Rollout, gamma: float) -> tuple[jax.Array, Moments, jax.Array]:
+    """Rewards in units of the standard deviation of discounted returns, and the moments and present sums of these."""
+
+    def add(total: jax.Array, step: tuple[jax.Array, ...]) -> tuple[jax.Array, jax.Array]:
+        reward, over = step
+        total = gamma * total + reward
+        return jnp.where(over, jnp.float32(0), total), total
+
+    over = jnp.asarray(rollout.terminated | rollout.truncated)
+    discounted, totals = lax.scan(add, learner.discounted, (jnp.asarray(rollout.reward), over))
+    moments = merge_moments(learner.returns, totals.reshape(-1))
+    return jnp.clip(scaled(moments, rollout.reward), -MAX_REWARD, MAX_REWARD), moments, discounted
+
+
+class _Samples(NamedTuple):
+    """Samples of a rollout, `[n, ...]`."""
+
+    obs: jax.Array
+    action: jax.Array
+    log_prob: jax.Array
+    advantage: jax.Array
+    target: jax.Array  # of the value
+    weight: jax.Array  # float32: 0 for steps that only began an episode, else 1
+
+
+def _mean(x: jax.Array, weight: jax.Array) -> jax.Array:
+    return jnp.sum(x * weight) / jnp.maximum(jnp.sum(weight), 1)
+
+
+def _loss(params: Params, network: Network, h: Hyperparameters, clip: jax.Array, s: _Samples) -> tuple[jax.Array, Losses]:
+    """The clipped surrogate objective with value loss and entropy bonus."""
+    logits, value = network.apply(params, s.obs)
+    log_probs = jax.nn.log_softmax(logits)
+    log_ratio = jnp.take_along_axis(log_probs, s.action[:, None], axis=1)[:, 0] - s.log_prob
+    ratio = jnp.exp(log_ratio)
+    center = _mean(s.advantage, s.weight)
+    spread = jnp.sqrt(_mean((s.advantage - center) ** 2, s.weight)) + 1e-8
+    advantage = (s.advantage - center) / spread
+    gain = jnp.minimum(ratio * advantage, jnp.clip(ratio, 1 - clip, 1 + clip) * advantage)
+    policy = -_mean(gain, s.weight)
+    error = _mean((value - s.target) ** 2, s.weight) / 2
+    entropy = _mean(-jnp.sum(jnp.exp(log_probs) * log_probs, axis=1), s.weight)
+    kl = _mean(ratio - 1 - log_ratio, s.weight)
+    clipped = _mean((jnp.abs(ratio - 1) > clip).astype(jnp.float32), s.weight)
+    total = policy + h.value_coefficient * error - h.entropy_coefficient * entropy
+    return total, Losses(policy, error, entropy, kl, clipped, jnp.float32(0))
+
+
+def make_act(network: Network, *, standardize: bool) -> Callable[..., tuple[jax.Array, jax.Array]]:
+    """The compiled function that chooses actions.
+
+    Returns:
+        A function of parameters, moments of inputs, observations `[B, *D]`, the data of a key and the number of the step. It returns
+        actions, int32 `[B]`, and their log probabilities, float32 `[B]`.
+    """
+
+    def act(params: Params, inputs: Moments, obs: jax.Array, key: jax.Array, step: jax.Array) -> tuple[jax.Array, jax.Array]:
+        logits, _ = network.apply(params, standardized(inputs, obs) if standardize else obs)
+        own = jax.random.fold_in(jax.random.wrap_key_data(key), step)
+        action = jax.random.categorical(own, logits)
+        log_prob = jnp.take_along_axis(jax.nn.log_softmax(logits), action[:, None], axis=1)[:, 0]
+        return action, log_prob
+
+    return jax.jit(act)
+
+
+def make_update(network: Network, h: Hyperparameters, *, standardize: bool) -> Callable[..., tuple[Learner, Losses]]:
+    """The compiled update.
+
+    Returns:
+        A function of the learner, the moments of inputs with which the actions were chosen, the rollout and the share of the training
+        that is left. It returns the new learner and the losses.
+    """
+    optimizer = _optimizer(h)
+
+    def samples(learner: Learner, inputs: Moments, rollout: Rollout) -> tuple[_Samples, Learner, jax.Array]:
+        obs = standardized(inputs, rollout.obs) if standardize else jnp.asarray(rollout.obs)
+        value = lax.map(lambda x: network.apply(learner.params, x)[1], obs)
+        reward, returns, discounted = _scaled_rewards(learner, rollout, h.gamma)
+        ended = jnp.asarray(rollout.terminated | rollout.truncated)
+        advantage = advantages(reward, value, jnp.asarray(rollout.terminated), ended, h.gamma, h.gae_lambda)
+        target = advantage + value[:-1]
+        weight = 1 - jnp.asarray(rollout.resets).astype(jnp.float32)
+        residual, spread = _mean((target - value[:-1]) ** 2, weight), _mean((target - _mean(target, weight)) ** 2, weight)
+        fields = obs[:-1], jnp.asarray(rollout.action), jnp.asarray(rollout.log_prob), advantage, target, weight
+        flat = _Samples(*(f.reshape(-1, *f.shape[2:]) for f in fields))
+        seen = merge_moments(learner.inputs, rollout.obs[:-1].reshape(-1, *rollout.obs.shape[2:])) if standardize else learner.inputs
+        return flat, learner._replace(inputs=seen, returns=returns, discounted=discounted), 1 - residual / jnp.maximum(spread, 1e-8)
+
+    def update(learner: Learner, inputs: Moments, rollout: Rollout, left: jax.Array) -> tuple[Learner, Losses]:
+        all_samples, learner, explained = samples(learner, inputs, rollout)
+        n = h.num_envs * h.horizon
+        key, own = jax.random.split(jax.random.wrap_key_data(learner.key))
+
+        def step(state: tuple[Params, Any], index: jax.Array) -> tuple[tuple[Params, Any], Losses]:
+            params, opt = state
+            batch = jax.tree.map(lambda a: a[index], all_samples)
+            gradient, losses = jax.grad(_loss, has_aux=True)(params, network, h, h.clip * left, batch)
+            opt[1].hyperparams["learning_rate"] = h.learning_rate * left
+            with jax.numpy_dtype_promotion("standard"):  # optax mixes dtypes
+                change, opt = optimizer.update(gradient, opt, params)
+                params = optax.apply_updates(params, change)
+            return (params, opt), losses  # pyright: ignore[reportReturnType]
+
+        orders = jax.vmap(lambda k: jax.random.permutation(k, n))(jax.random.split(own, h.epochs))
+        (params, opt), losses = lax.scan(step, (learner.params, learner.optimizer), orders.reshape(-1, h.minibatch))
+        learner = learner._replace(params=params, optimizer=opt, key=jax.random.key_data(key))
+        return learner, jax.tree.map(jnp.mean, losses)._replace(explained_variance=explained)
+
+    return jax.jit(update)

@@ -1,0 +1,238 @@
+"""The training loop: rollouts and updates at the same time, checkpoints, and the saved policy."""
+
+import dataclasses
+import json
+import time
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import orbax.checkpoint as ocp
+from rich.console import Console
+
+from ocjax import output
+from ocjax.agents import networks, ppo
+from ocjax.agents.collect import Collector
+from ocjax.agents.metrics import Bar, Metrics
+from ocjax.agents.ppo import Hyperparameters, Learner, Losses, Rollout
+from ocjax.agents.statistics import Moments, deviation
+from ocjax.envs import ObjectVectorEnv, Vector, make_vec
+from ocjax.envs.settings import settings
+from ocjax.policies import SavedPolicy
+from ocjax.registry import load
+
+FEATURES = Vector(("x", "y", "dx", "dy", "orientation", "valid"), normalize=False)
+PRESET = "dqn"
+CHECKPOINT_SECONDS = 120.0
+STACK = 4  # grey frames of an observation of pixels
+ACTION_SEED = 2**31 - 1  # distinguishes the random numbers of actions from those of updates
+
+Inputs = Literal["objects", "pixels"]
+
+
+class TrainingError(ValueError):
+    """A training cannot be started or continued; the message says why."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Config:
+    """What a training is.
+
+    Args:
+        game: the game's name.
+        seed: of the environments, the network and the actions.
+        inputs: "objects" (from RAM, without the display) or "pixels" (the last four grey frames).
+        preset: the settings of the environments. Rewards are not clipped, whatever it says, but scaled by the spread of the returns.
+        hyperparameters: of PPO.
+    """
+
+    game: str
+    seed: int = 0
+    inputs: Inputs = "objects"
+    preset: str = PRESET
+    hyperparameters: Hyperparameters = dataclasses.field(default_factory=Hyperparameters)
+
+    def to_json(self) -> str:
+        """The configuration as JSON."""
+        return json.dumps(dataclasses.asdict(self), indent=2) + "\n"
+
+
+class _Acting(NamedTuple):
+    """What the policy needs to act."""
+
+    params: Any
+    inputs: Moments
+
+
+class _Updated(NamedTuple):
+    """The result of an update."""
+
+    learner: Learner
+    losses: Losses
+    seconds: float
+
+
+class Trainer:
+    """A training in a folder, which gets `config.json`, `metrics.csv`, `tensorboard/`, `checkpoints/` and, for objects, `policy.npz`.
+
+    While the emulators play a rollout, another thread computes the update from the rollout before. So the policy that acts is behind by
+    one update, always: what is computed does not depend on how fast either is.
+
+    Args:
+        config: of the training. If the folder holds a training, it must be the same one, which goes on from its latest checkpoint.
+        folder: is created if necessary.
+
+    Raises:
+        TrainingError: the folder holds another training.
+    """
+
+    def __init__(self, config: Config, folder: Path) -> None:
+        self.config, self.folder = config, folder.resolve()
+        _prepare(self.folder, config)
+        h, self._objects = config.hyperparameters, config.inputs == "objects"
+        game = load(config.game)
+        self.game = game.without_hud() if self._objects else game
+        self._settings = dataclasses.replace(settings(config.preset), clip_rewards=False)
+        first, second = (self._make_envs() for _ in range(2))
+        self._collector = Collector(first, second, h.horizon, config.seed)
+        self.frames_per_update = h.num_envs * h.horizon * _frames_per_step(self._settings.frame_skip)  # of an update
+        (inputs, *_), self.num_actions = first.single_observation_space.shape, first.single_action_space.n  # pyright: ignore
+        network = networks.mlp(inputs, self.num_actions) if self._objects else networks.nature_cnn(STACK, self.num_actions)
+        self._act = ppo.make_act(network, standardize=self._objects)
+        self._update = ppo.make_update(network, h, standardize=self._objects)
+        learner = ppo.init(network, h, inputs if self._objects else 1, config.seed)
+        self._acting = _Acting(learner.params, learner.inputs)
+        self._pending = _completed(_Updated(learner, ppo.NO_LOSSES, 0.0))
+        self._key = jax.random.key_data(jax.random.fold_in(jax.random.key(config.seed), ACTION_SEED))
+        self.updates, self.metrics = 0, Metrics(self.folder)
+        self._checkpoints = ocp.CheckpointManager(self.folder / "checkpoints", options=ocp.CheckpointManagerOptions(max_to_keep=1))
+        self._restore()
+
+    @property
+    def frames(self) -> int:
+        """Emulated frames of the updates so far."""
+        return self.updates * self.frames_per_update
+
+    def _make_envs(self) -> ObjectVectorEnv:
+        mode, obs = ("rem", FEATURES) if self._objects else ("raw", "dqn")
+        num_envs = self.config.hyperparameters.num_envs // 2
+        return make_vec(self.game, num_envs, mode=mode, obs=obs, hud=self.game.hud, preset=self.config.preset, clip_rewards=False)
+
+    def run(self, frames: int, console: Console) -> None:
+        """Train until so many emulated frames have been played, counted from the start of the training.
+
+        Learning rate and clipping range reach 0 at that number.
+
+        Args:
+            frames: emulated frames.
+            console: where progress is shown.
+        """
+        total, saved = -(-frames // self.frames_per_update), time.monotonic()
+        with ThreadPoolExecutor(1) as executor, Bar(console, self.game.name, frames) as bar:
+            while self.updates < total:
+                start, acting = time.monotonic(), self._acting
+                rollout = self._collector.collect(lambda obs, t, own=acting: self._act(*own, obs, self._key, jnp.int32(t)))
+                previous = self._pending.result()
+                self._acting = _Acting(previous.learner.params, previous.learner.inputs)
+                left = jnp.float32(1 - self.updates / total)
+                self._pending = executor.submit(self._compute, previous.learner, acting.inputs, rollout, left)
+                self.updates += 1
+                self._note(previous, time.monotonic() - start)
+                bar.update(self.frames, self.metrics.frames_per_second, self.metrics.mean_return)
+                if time.monotonic() - saved > CHECKPOINT_SECONDS or self.updates == total:
+                    self._save()
+                    saved = time.monotonic()
+
+    def _compute(self, learner: Learner, inputs: Moments, rollout: Rollout, left: jax.Array) -> _Updated:
+        start = time.monotonic()
+        learner, losses = jax.block_until_ready(self._update(learner, inputs, rollout, left))
+        return _Updated(learner, losses, time.monotonic() - start)
+
+    def _note(self, previous: _Updated, seconds: float) -> None:
+        """Add a row of metrics: games of the last rollout, and losses of the update that was computed meanwhile."""
+        shares = {f"{name}_share": value / seconds for name, value in self._collector.seconds.items()}
+        shares["update_share"] = previous.seconds / seconds  # at the same time as the others
+        losses = {name: float(value) for name, value in previous.losses._asdict().items()}
+        self.metrics.add(self.frames, seconds, self._collector.games, **losses, **shares)
+
+    def policy(self) -> SavedPolicy:
+        """The current policy.
+
+        Raises:
+            TrainingError: it reads pixels; saved policies read objects.
+        """
+        if not self._objects:
+            raise TrainingError("a policy that reads pixels cannot be saved as a file: its folder holds its checkpoint")
+        learner = self._pending.result().learner
+        layers = [(np.asarray(layer["w"]), np.asarray(layer["b"])) for layer in learner.params["actor"]]
+        mean, spread = np.asarray(learner.inputs.mean), np.asarray(deviation(learner.inputs))
+        known = {"settings": self._settings, "preset": self.config.preset, "frames": self.frames}
+        return SavedPolicy(self.game, layers, FEATURES, mean, spread, sampled=True, **known)
+
+    def _save(self) -> None:
+        """Write a checkpoint, the metrics and the policy."""
+        state = {"pending": self._pending.result(), "acting": self._acting}
+        progress = {"updates": self.updates, "metrics": self.metrics.save()}
+        items = {
+            "state": ocp.args.StandardSave(state),  # pyright: ignore[reportCallIssue]
+            "environments": ocp.args.StandardSave(self._collector.save()),  # pyright: ignore[reportCallIssue]
+            "progress": ocp.args.JsonSave(progress),  # pyright: ignore[reportCallIssue]
+        }
+        self.metrics.write()  # rows beyond the latest checkpoint are dropped when it is restored
+        self._checkpoints.save(self.updates, args=ocp.args.Composite(**items))
+        self._checkpoints.wait_until_finished()
+        if self._objects:
+            self.policy().write(self.folder / "policy.npz")
+
+    def _restore(self) -> None:
+        """Continue from the latest checkpoint, if there is one."""
+        step = self._checkpoints.latest_step()
+        if step is None:
+            return
+        state = {"pending": self._pending.result(), "acting": self._acting}
+        items = {
+            "state": ocp.args.StandardRestore(state),  # pyright: ignore[reportCallIssue]
+            "environments": ocp.args.StandardRestore(),  # pyright: ignore[reportCallIssue]
+            "progress": ocp.args.JsonRestore(),  # pyright: ignore[reportCallIssue]
+        }
+        saved = self._checkpoints.restore(step, args=ocp.args.Composite(**items))
+        self._pending, self._acting = _completed(saved["state"]["pending"]), saved["state"]["acting"]
+        self._collector.restore(saved["environments"])
+        self.updates = saved["progress"]["updates"]
+        self.metrics.restore(saved["progress"]["metrics"])
+
+    def close(self) -> None:
+        """Close the environments and the checkpoints."""
+        self._collector.close()
+        self._checkpoints.close()
+        self.metrics.close()
+
+
+def _completed(result: _Updated) -> Future[_Updated]:
+    future: Future[_Updated] = Future()
+    future.set_result(result)
+    return future
+
+
+def _frames_per_step(skip: int | tuple[int, int]) -> int:
+    if not isinstance(skip, int):
+        raise TrainingError(f"training needs a preset with a fixed frame skip, got one of {skip}")
+    return skip
+
+
+def _prepare(folder: Path, config: Config) -> None:
+    """Create the folder of a training, or check that it holds this one."""
+    path, text = folder / "config.json", config.to_json()
+    if path.exists():
+        if path.read_text() != text:
+            raise TrainingError(
+                f"{folder} holds another training: its config.json differs; continue with its options or use another folder"
+            )
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    if any(folder.iterdir()):
+        raise TrainingError(f"{folder} is not empty and holds no training: use another folder")
+    output.write_text(path, text)

@@ -1,0 +1,227 @@
+"""Training; skipped unless the extra `rl` is installed."""
+
+import csv
+import dataclasses
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from rich.console import Console
+from typer.testing import CliRunner
+
+import ocjax
+from ocjax import policies
+from ocjax.cli import app
+
+pytest.importorskip("optax", reason="the extra `rl` is not installed")
+pytest.importorskip("orbax.checkpoint", reason="the extra `rl` is not installed")
+
+from ocjax.agents import networks, ppo, statistics
+from ocjax.agents.ppo import Hyperparameters, Rollout
+from ocjax.agents.training import Config, Trainer, TrainingError
+
+pytestmark = pytest.mark.filterwarnings("default")  # warnings of other projects
+TINY = Hyperparameters(num_envs=4, horizon=16, minibatch=32, epochs=2)
+UPDATE = TINY.num_envs * TINY.horizon * 4  # emulated frames
+QUIET = Console(quiet=True)
+
+
+def test_advantages():
+    """Against the sum over later steps in its definition, through terminated and truncated episodes."""
+    rng, (t, b), gamma, decay = np.random.default_rng(0), (9, 40), 0.9, 0.8
+    reward, value = rng.normal(size=(t, b)), rng.normal(size=(t + 1, b))
+    terminated = rng.random((t, b)) < 0.15
+    ended = terminated | (rng.random((t, b)) < 0.15)
+    want = np.zeros((t, b))
+    for j in range(b):
+        for i in range(t):
+            weight = 1.0
+            for k in range(i, t):
+                want[i, j] += weight * (reward[k, j] + gamma * value[k + 1, j] * (not terminated[k, j]) - value[k, j])
+                if ended[k, j]:
+                    break
+                weight *= gamma * decay
+    reward, value, terminated, ended = (jnp.asarray(a) for a in (np.float32(reward), np.float32(value), terminated, ended))
+    got = ppo.advantages(reward, value, terminated, ended, gamma, decay)
+    assert np.allclose(got, want, atol=1e-5)
+
+
+def test_moments():
+    rng = np.random.default_rng(0)
+    parts = [rng.normal(3, 2, (n, 5)).astype(np.float32) for n in (7, 1, 300)]
+    moments = statistics.initial_moments((5,))
+    for part in parts:
+        moments = statistics.merge_moments(moments, part)
+    everything = np.concatenate(parts)
+    assert np.allclose(moments.mean, everything.mean(0), atol=1e-4)
+    assert np.allclose(moments.variance, everything.var(0), rtol=1e-3)
+    standard = np.asarray(statistics.standardized(moments, everything[None]))[0]
+    assert np.allclose(standard.std(0), 1, atol=1e-3)
+
+
+def bandit(rng, h, resets=None):
+    """A rollout in which action 1 is rewarded."""
+    shape = h.horizon, h.num_envs
+    action = rng.integers(3, size=shape).astype(np.int32)
+    no = np.zeros(shape, bool)
+    reward = (action == 1).astype(np.float32)
+    return Rollout(
+        rng.normal(size=(h.horizon + 1, h.num_envs, 4)).astype(np.float32),
+        action,
+        np.full(shape, -np.log(3), np.float32),
+        reward,
+        ~no,
+        no,
+        no if resets is None else resets,
+    )
+
+
+@pytest.fixture(scope="module")
+def learner():
+    network, fast = networks.mlp(4, 3), dataclasses.replace(TINY, learning_rate=5e-3)
+    update = ppo.make_update(network, fast, standardize=True)
+    return network, update, ppo.init(network, fast, 4, 0)
+
+
+def test_updates_prefer_what_is_rewarded(learner):
+    network, update, state = learner
+    rng, fixed = np.random.default_rng(0), statistics.initial_moments((4,))
+    losses = ppo.NO_LOSSES
+    for _ in range(12):
+        state, losses = update(state, fixed, bandit(rng, TINY), jnp.float32(1))
+    probabilities = jax.nn.softmax(network.apply(state.params, jnp.asarray(rng.normal(size=(50, 4)), jnp.float32))[0])
+    assert np.asarray(probabilities).mean(0)[1] > 0.5
+    assert all(np.isfinite(v) for v in losses)
+    assert float(state.inputs.total) == 12 * TINY.num_envs * TINY.horizon
+
+
+def test_nothing_is_learned_from_steps_that_only_begin_an_episode(learner):
+    """Their actions and rewards have no effect on the parameters, and neither has anything once nothing of the training is left."""
+    _, update, state = learner
+    fixed = statistics.initial_moments((4,))
+    resets = np.random.default_rng(1).random((TINY.horizon, TINY.num_envs)) < 0.3
+    a = bandit(np.random.default_rng(2), TINY, resets)
+    b = a._replace(action=np.where(resets, 2 - a.action, a.action))
+    one, other = (update(state, fixed, r, jnp.float32(1))[0].params for r in (a, b))
+    assert all(np.array_equal(p, q) for p, q in zip(jax.tree.leaves(one), jax.tree.leaves(other), strict=True))
+    still = update(state, fixed, a, jnp.float32(0))[0].params
+    assert all(np.array_equal(p, q) for p, q in zip(jax.tree.leaves(still), jax.tree.leaves(state.params), strict=True))
+
+
+def test_convolutional_network():
+    network = networks.nature_cnn(4, 6)
+    params = network.init(jax.random.key(0))
+    logits, value = network.apply(params, jnp.zeros((2, 4, 84, 84), jnp.uint8))
+    assert logits.shape == (2, 6)
+    assert value.shape == (2,)
+    assert sum(p.size for p in jax.tree.leaves(params)) == 1_687_719  # 1,684,128 up to the dense layer, 7 * 513 in the heads
+
+
+@pytest.mark.parametrize("change", [{"num_envs": 5}, {"minibatch": 100}, {"clip": 0.0}])
+def test_hyperparameters(change):
+    with pytest.raises(ValueError, match=next(iter(change))):
+        Hyperparameters(**change)
+
+
+def metrics(folder):
+    """The rows of the file without the columns of time."""
+    with (folder / "metrics.csv").open() as file:
+        return [{k: v for k, v in row.items() if k != "seconds" and not k.endswith("_share")} for row in csv.DictReader(file)]
+
+
+def parameters(trainer):
+    return [np.asarray(p) for p in jax.tree.leaves(trainer._pending.result().learner)]
+
+
+CHILD = """
+import os, sys
+from pathlib import Path
+from rich.console import Console
+from ocjax.agents import training
+from test_agents import TINY, UPDATE
+training.CHECKPOINT_SECONDS = 0
+save = training.Trainer._save
+def save_then_die(self):
+    save(self)
+    if self.updates == 3:
+        os._exit(9)  # as if killed
+training.Trainer._save = save_then_die
+trainer = training.Trainer(training.Config("Pong", 3, hyperparameters=TINY), Path(sys.argv[1]))
+trainer.run(6 * UPDATE, Console(quiet=True))
+"""
+
+
+def test_a_killed_training_goes_on_to_the_same_numbers(tmp_path):
+    config = Config("Pong", 3, hyperparameters=TINY)
+    whole = Trainer(config, tmp_path / "whole")
+    whole.run(6 * UPDATE, QUIET)
+    run = subprocess.run(
+        [sys.executable, "-c", CHILD, str(tmp_path / "killed")],
+        env=os.environ | {"PYTHONPATH": str(Path(__file__).parent)},
+        check=False,
+        capture_output=True,
+    )
+    assert run.returncode == 9, run.stderr[-2000:]
+    resumed = Trainer(config, tmp_path / "killed")
+    assert resumed.updates == 3
+    resumed.run(6 * UPDATE, QUIET)
+    assert all(np.array_equal(a, b) for a, b in zip(parameters(whole), parameters(resumed), strict=True))
+    assert metrics(tmp_path / "whole") == metrics(tmp_path / "killed")
+    assert len(metrics(tmp_path / "whole")) == 6
+    for trainer in (whole, resumed):
+        trainer.close()
+
+
+def test_more_frames_continue_a_training(tmp_path):
+    config = Config("Pong", 0, hyperparameters=TINY)
+    first = Trainer(config, tmp_path / "run")
+    first.run(2 * UPDATE, QUIET)
+    first.close()
+    second = Trainer(config, tmp_path / "run")
+    second.run(3 * UPDATE, QUIET)
+    assert second.frames == 3 * UPDATE
+    assert [int(row["frames"]) for row in metrics(tmp_path / "run")] == [UPDATE, 2 * UPDATE, 3 * UPDATE]
+    saved = policies.read(tmp_path / "run" / "policy.npz", ocjax.load("Pong"))
+    assert saved.frames == 3 * UPDATE
+    assert saved.settings == second.policy().settings
+    features = np.random.default_rng(0).uniform(0, 160, (3, len(saved.mean)))
+    assert np.allclose(saved.logits(features), second.policy().logits(features), atol=0.01)
+    second.close()
+    with pytest.raises(TrainingError, match="holds another training"):
+        Trainer(Config("Pong", 1, hyperparameters=TINY), tmp_path / "run")
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "file").touch()
+    with pytest.raises(TrainingError, match="is not empty"):
+        Trainer(config, tmp_path / "other")
+
+
+def test_training_from_pixels(tmp_path):
+    h = Hyperparameters(num_envs=2, horizon=8, minibatch=16, epochs=1)
+    trainer = Trainer(Config("Pong", 0, "pixels", hyperparameters=h), tmp_path / "run")
+    trainer.run(2 * 2 * 8 * 4, QUIET)
+    assert trainer.updates == 2
+    assert len(metrics(tmp_path / "run")) == 2
+    with pytest.raises(TrainingError, match="reads pixels"):
+        trainer.policy()
+    trainer.close()
+
+
+def test_train_command(tmp_path, monkeypatch):
+    folder = tmp_path / "run"
+    arguments = ["train", "pong", "--frames", "1", "--seed", "2", "--out", str(folder)]
+    monkeypatch.setattr("ocjax.agents.commands.EVALUATION_EPISODES", 1)
+    result = CliRunner().invoke(app, arguments, terminal_width=200)
+    assert result.exit_code == 0, result.output
+    assert {"config.json", "metrics.csv", "policy.npz", "agent.gif"} <= {p.name for p in folder.iterdir()}
+    assert list((folder / "tensorboard").iterdir())
+    again = CliRunner().invoke(app, arguments, terminal_width=200)
+    assert again.exit_code == 0, again.output
+    assert "has been trained for" in again.output
+    wrong = CliRunner().invoke(app, ["train", "Pong", "--inputs", "ram"], terminal_width=200)
+    assert wrong.exit_code == 2
+    assert "objects or pixels" in wrong.output

@@ -1,0 +1,127 @@
+"""Saved policies and the games that they play."""
+
+import csv
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import DATA
+from PIL import Image
+from typer.testing import CliRunner
+
+import ocjax
+from ocjax import policies
+from ocjax.agents.playing import play
+from ocjax.cli import app
+from ocjax.envs import Settings, Vector
+from ocjax.policies import PolicyError, SavedPolicy
+
+ACTIONS = 6  # of Pong
+
+
+@pytest.fixture
+def policy():
+    """A policy of Pong with random weights that looks at movements."""
+    game, rng = ocjax.load("Pong", hud=False), np.random.default_rng(0)
+    kind = Vector(("x", "y", "dx", "dy", "valid"), history=2, normalize=False)
+    n = len(kind.features_of(game))
+    layers = [(rng.normal(size=(n, 8)), rng.normal(size=8)), (rng.normal(size=(8, ACTIONS)), rng.normal(size=ACTIONS))]
+    settings = Settings(frame_skip=4, repeat_action_probability=0.0, noop_max=30, episodic_life=True)
+    return SavedPolicy(
+        game, layers, kind, rng.normal(size=n), rng.uniform(1, 50, n), sampled=True, settings=settings, preset="dqn", frames=7
+    )
+
+
+def test_a_policy_survives_its_file(policy, tmp_path):
+    path = tmp_path / "policy.npz"
+    policy.write(path)
+    again = policies.read(path, ocjax.load("Pong"))
+    features = np.random.default_rng(1).uniform(0, 160, (5, len(policy.mean)))
+    assert np.allclose(policy.logits(features), again.logits(features), atol=0.02)  # weights are kept in half precision
+    assert (again.game, again.observation, again.settings) == (policy.game, policy.observation, policy.settings)
+    assert (again.sampled, again.preset, again.frames) == (True, "dqn", 7)
+    assert path.stat().st_size < 10_000
+
+
+def test_a_policy_on_ram_sees_what_environments_show(policy):
+    """The same features, through the ends of games, and so the same actions."""
+    envs = ocjax.make_vec("Pong", 3, obs=policy.observation, hud=False, num_workers=0, max_episode_frames=120)
+    act, rng = policy.on_ram(3, seed=4), np.random.default_rng(4)
+    obs, _ = envs.reset(seed=0)
+    for _ in range(80):
+        actions = policy.choose(obs, rng)
+        assert np.array_equal(actions, act(envs.get_ram(), envs.pool.started))
+        obs, *_ = envs.step(actions)
+    envs.close()
+
+
+def test_sampled_actions_have_the_probabilities_of_the_logits(policy):
+    features = np.zeros((1, len(policy.mean)))
+    expected = np.exp(policy.logits(features)[0].astype(float))
+    actions = policy.choose(np.repeat(features, 20_000, axis=0), np.random.default_rng(0))
+    assert np.abs(np.bincount(actions, minlength=ACTIONS) / 20_000 - expected / expected.sum()).max() < 0.02
+
+
+def test_files_that_are_no_policies(policy, tmp_path):
+    path = tmp_path / "policy.npz"
+    policy.write(path)
+    with pytest.raises(PolicyError, match="is for Pong, not for Boxing"):
+        policies.read(path, ocjax.load("Boxing"))
+    with np.load(path) as file:
+        arrays: dict[str, Any] = dict(file)
+    for change, message in (
+        ({"description": np.array(json.dumps({"md5": policy.game.md5}))}, "description of the policy is damaged"),
+        ({"description": np.array("{")}, "not a readable policy"),
+        ({"deviation": np.zeros_like(policy.mean)}, "deviation must be positive"),
+        ({"mean": policy.mean[1:]}, "must have shape"),
+    ):
+        files: dict[str, Any] = arrays | change
+        np.savez(path, **files)
+        with pytest.raises(PolicyError, match=message):
+            policies.read(path, ocjax.load("Pong"))
+    np.savez(path, description=arrays["description"])
+    with pytest.raises(PolicyError, match="no layer w0"):
+        policies.read(path, ocjax.load("Pong"))
+
+
+def test_every_instance_plays_equally_many_games(policy, tmp_path, monkeypatch):
+    """Games are complete although training ends episodes with lives, and equal seeds play equal games."""
+    monkeypatch.setattr("ocjax.agents.playing.MOST_ENVS", 2)
+    path = tmp_path / "policy.npz"
+    policy.write(path)
+    played, again, other = (play(ocjax.load("Pong"), str(path), 3, seed=seed) for seed in (0, 0, 1))
+    assert len(played.returns) == len(played.frames) == 3
+    assert (np.abs(played.returns) <= 21).all()
+    assert (played.frames > 2_000).all()
+    assert np.array_equal(played.frames, again.frames)
+    assert not np.array_equal(played.frames, other.frames)
+    assert played.settings == policy.settings
+
+
+def test_a_game_has_all_of_its_lives():
+    played = play(ocjax.load("Breakout"), "random", 2, seed=3)
+    assert played.settings.episodic_life
+    assert (played.frames > 400).all()  # a life takes a random player about 150 frames
+
+
+def test_play_command(policy, tmp_path):
+    path, table, gif = tmp_path / "policy.npz", tmp_path / "returns.csv", tmp_path / "game.gif"
+    policy.write(path)
+    arguments = ["play", "pong", "--policy", str(path), "--episodes", "2", "--csv", str(table), "--gif", str(gif)]
+    result = CliRunner().invoke(app, arguments, terminal_width=200)
+    assert result.exit_code == 0, result.output
+    with table.open() as file:
+        rows = list(csv.DictReader(file))
+    assert [row["episode"] for row in rows] == ["0", "1"]
+    assert all(-21 <= float(row["return"]) <= 21 for row in rows)
+    with Image.open(gif) as picture:
+        assert getattr(picture, "n_frames", 1) > 100
+    for arguments, message in (
+        (["play", "Pong", "--policy", "greedy"], "it must be random, repeat, trained, or the path"),
+        (["play", "Pong", "--policy", str(DATA / "Pong.npz")], "no layer w0"),
+        (["play", "Pong", "--gif", "x.png"], "must end in .gif"),
+    ):
+        result = CliRunner().invoke(app, arguments, terminal_width=200)
+        assert result.exit_code == 2
+        assert message in result.output
