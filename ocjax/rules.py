@@ -342,6 +342,11 @@ class Category:
     needs: str | None = None
 
     @property
+    def has_places(self) -> bool:
+        """Whether each slot stands for a place on the screen, so that VEM's objects never change their slots."""
+        return isinstance(self.rule, Cells) or (isinstance(self.rule, Bounds) and not self.rule.each)
+
+    @property
     def reads_color(self) -> bool:
         """Whether VEM reads an object's colour from the frame."""
         if isinstance(self.rule, Runs):

@@ -16,7 +16,6 @@ from jax import lax
 from ocjax.boxes import WIDTH
 from ocjax.game import Game
 from ocjax.objects import Objects, whose
-from ocjax.rules import Blobs
 
 MERGE_RADIUS = 5.0  # pixels, for frames that are one emulated frame apart
 TRACK_RADIUS = 16.0  # pixels, for a step of four emulated frames with 4 pixels each
@@ -155,7 +154,7 @@ def _runs(game: Game) -> list[tuple[slice, bool]]:
     """
     runs: list[tuple[slice, bool]] = []
     for category, s in zip(game.categories, game.slices.values(), strict=True):
-        movable = isinstance(category.rule, Blobs) and category.count > 1
+        movable = not category.has_places and category.count > 1
         if runs and not movable and not runs[-1][1]:
             runs[-1] = (slice(runs[-1][0].start, s.stop), False)
         else:
@@ -234,8 +233,8 @@ def merge_frames(earlier: Objects, later: Objects, radius: float = MERGE_RADIUS)
 
     The result holds the later frame's objects in their slots, and those of the earlier frame without a counterpart in the later one, so an
     object that has moved does not count twice. Counterparts are matched one to one within a category, nearest centres first. Added objects
-    fill the category's free slots in order; those that do not fit are dropped. In categories whose slots are places (`Bounds` and `Cells`,
-    in which slot i is region or cell i), each slot holds the later object or else the earlier one, at any distance.
+    fill the category's free slots in order; those that do not fit are dropped. In categories whose slots are places
+    (`Category.has_places`: slot i is region or cell i), each slot holds the later object or else the earlier one, at any distance.
 
     This is a pure function that works under `jit`, `vmap` and `scan`.
 
@@ -259,8 +258,8 @@ def track(
     """Move current objects to the slots of the previous objects that they continue, so that slots become identities.
 
     Objects are matched one to one within a category, nearest centres first. An object that continues none gets the first slot that was
-    empty before, or else the first slot whose object is gone. In categories whose slots are places (`Bounds` and `Cells`, in which slot i
-    is region or cell i), objects stay in their slots. No object is added, lost or changed.
+    empty before, or else the first slot whose object is gone. In categories whose slots are places
+    (`Category.has_places`: slot i is region or cell i), objects stay in their slots. No object is added, lost or changed.
 
     This is a pure function that works under `jit`, `vmap` and `scan`. Its result is the next call's `previous`:
 

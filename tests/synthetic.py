@@ -9,7 +9,7 @@ from ocjax.digits import DIGITS_3X5, Digits, hex_font, score_box
 from ocjax.game import Game
 from ocjax.ops import div, lookup, pick, shared
 from ocjax.ram import RamMap, bcd, bits, byte, high, low, signed
-from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, display
+from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, Runs, Shades, display
 
 H, W = 210, 160
 GRID_X, GRID_Y = (20, 30, 40, 62), (150, 150, 150, 151)
@@ -43,6 +43,8 @@ def decode(m):
         "Background": box(5, 60, 20, 20),
         "Pebble": box(np.array(GRID_X), np.array(GRID_Y), 4, 4, present),
         "Pill": box(np.array(GRID_X) + 40, 170, 3, 3, ~present),
+        "Floor": box(m.x[:2] >> 1, np.array((141, 145)), 12, np.array((3, 2)), present[:2]),
+        "Link": box(10 + 4 * np.arange(3), 200, 4, 5, present[:3]),
         "Score": score_box(FONT, m.score, right=80, top=4, digits=4, value=m.score),
         "Fuel": box(100, 4, m.tops, 5, value=m.tops),
         "Tank": box(120, 4, 5, m.tops, value=m.tops),
@@ -66,11 +68,13 @@ GAME = Game(
         Category("Pebble", Cells(100, GRID_X, GRID_Y, 4, 4, margin=(1, 1)), count=4, doc="whole cells"),
         Category(
             "Pill",
-            Cells((100, 102), tuple(x + 40 for x in GRID_X), (170,) * 4, 3, 3, whole=False),
+            Cells((100, 102), tuple(x + 40 for x in GRID_X), (170,) * 4, 3, 3, whole=False, exclude=("Turner",)),
             count=4,
             blinks=True,
             doc="parts of cells",
         ),
+        Category("Floor", Runs(((24,), (24, 26)), ((0, 141, W, 144), (9, 145, 99, 147)), ((4, 30), (2, W)), most=1), count=2, doc="runs"),
+        Category("Link", Bounds((28,), ((0, 199, 80, 205), (80, 199, W, 205)), each=4), count=3, doc="side by side"),
         display(
             "Score",
             Bounds(120, (24, 4, 80, 14), value=Digits(FONT, (20, 36, 52, 68), 4, required=True)),
@@ -83,6 +87,7 @@ GAME = Game(
             doc="an upright bar",
         ),
     ),
+    shades=Shades((159, 0), (0, 2), ((40, 28), (28, 42))),
 )
 
 
@@ -107,6 +112,9 @@ def drawn():
             for dot in range(3):
                 if bits_ >> (2 - dot) & 1:
                     fill(120, 20 + 16 * cell + 4 * dot, 4 + 2 * row, 4, 2)
+    fill(24, 20, 141, 10, 3)
+    fill(26, 30, 145, 6, 2)
+    fill(28, 12, 200, 8, 5)
     fill(122, 100, 4, 9, 5)
     fill(122, 120, 4, 5, 11)
     return frame

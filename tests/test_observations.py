@@ -131,12 +131,14 @@ def test_vectors_match_their_feature_names():
         if before is not None:
             both = objects.valid & before.valid & ~started[:, None]
             moved = np.where(both[..., None], np.asarray(objects.center) - np.asarray(before.center), 0)
-        rows |= {"dx": moved[..., 0], "dy": moved[..., 1]}
+        centers, both = np.asarray(objects.center), objects.valid & objects.valid[:, :1]
+        near = np.where(both[..., None], np.tanh((centers - centers[:, :1]) / 8), 0)
+        rows |= {"dx": moved[..., 0], "dy": moved[..., 1], "nx": near[..., 0], "ny": near[..., 1]}
         earlier = states[-1] if states else rows
         states = [{f: np.where(started[:, None], rows[f], earlier[f]) for f in FEATURES}, rows]
         for k, (ago, category, i, feature) in enumerate(envs.features["plain"]):
             want = states[1 - ago][feature][:, game.slices[category].start + i]
-            assert np.allclose(observed["plain"][:, k], want), (t, ago, category, feature)
+            assert np.allclose(observed["plain"][:, k], want, atol=1e-6), (t, ago, category, feature)
             if feature == "value":
                 want = np.sign(want) * np.log1p(np.abs(want)) / np.log1p(1e6)
             assert np.allclose(observed["unit"][:, k], want / units.get(feature, 1), atol=1e-6)

@@ -21,7 +21,8 @@ from ocjax.game import Game
 from ocjax.objects import UNKNOWN, Objects
 from ocjax.tracking import track
 
-FEATURES = ("x", "y", "w", "h", "dx", "dy", "orientation", "value", "valid")
+FEATURES = ("x", "y", "w", "h", "dx", "dy", "nx", "ny", "orientation", "value", "valid")
+NEAR = 8.0  # pixels
 _VALUE_UNIT = np.log1p(1e6)  # a value of a million is normalised to 1
 
 
@@ -128,11 +129,13 @@ class Vector(Computed):
 
     Entries are ordered by time from the oldest state to the latest, then by slot in the game's order, then by feature in the order given;
     `features_of` names each entry. Slots that are not valid are zero. dx and dy are the movement of the centre since the previous step.
-    They are zero if the object was not valid before, or if an episode has just begun. In mode "vem", `ocjax.track` keeps objects in the
+    They are zero if the object was not valid before, or if an episode has just begun. nx and ny are tanh(d / 8) of the distance d in pixels
+    from the centre of the first slot's object, which is the player in most games, to the object's centre; they are zero while there is no
+    player. They resolve positions near the player finely. In mode "vem", `ocjax.track` keeps objects in the
     same slots from step to step.
 
     Args:
-        features: distinct names of x, y, w, h, dx, dy, orientation, value and valid.
+        features: distinct names of x, y, w, h, dx, dy, nx, ny, orientation, value and valid.
         history: number of states.
         normalize: whether features are scaled: lengths to units of the screen's width or height, orientations to turns, and values v to
             sign(v) log(1 + |v|) / log(1 + 10^6). Without it, lengths are in pixels and orientations are compass points 0 to 15.
@@ -166,7 +169,8 @@ class Vector(Computed):
         height, width = game.screen
         integers = np.iinfo(np.int32)
         most = {"x": width, "y": height, "w": width, "h": height, "orientation": 16, "valid": 1, "dx": width, "dy": height}
-        least = {"orientation": UNKNOWN, "dx": -width, "dy": -height}
+        most |= {"nx": 1, "ny": 1}
+        least = {"orientation": UNKNOWN, "dx": -width, "dy": -height, "nx": -1, "ny": -1}
         out = {f: (float(n) if self.normalize else 1.0, float(least.get(f, 0)), float(n)) for f, n in most.items()}
         out = {f: (unit, low / unit, high / unit) for f, (unit, low, high) in out.items()}
         limit = float(np.log1p(2.0**31) / _VALUE_UNIT)
@@ -194,9 +198,12 @@ class Vector(Computed):
             objects = track(previous, objects, is_first=snapshot.started)
         continued = objects.valid & previous.valid & ~snapshot.started[:, None]
         moved = jnp.where(continued[..., None], objects.center - previous.center, jnp.float32(0))
+        both = objects.valid & objects.valid[:, :1]
+        near = jnp.where(both[..., None], jnp.tanh((objects.center - objects.center[:, :1]) / jnp.float32(NEAR)), jnp.float32(0))
+        derived = {"dx": moved[..., 0], "dy": moved[..., 1], "nx": near[..., 0], "ny": near[..., 1]}
         scales, columns = self._scales(game), []
         for name in self.features:
-            column = moved[..., ("dx", "dy").index(name)] if name in ("dx", "dy") else getattr(objects, name).astype(jnp.float32)
+            column = derived[name] if name in derived else getattr(objects, name).astype(jnp.float32)
             if name == "value" and self.normalize:
                 column = jnp.sign(column) * jnp.log1p(jnp.abs(column)) / jnp.float32(_VALUE_UNIT)
             columns.append(column / jnp.float32(scales[name][0]))
