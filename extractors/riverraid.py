@@ -1,0 +1,263 @@
+"""River Raid: a jet flies up a river past ships, helicopters, jets, fuel depots and bridges.
+
+The river comes down in six blocks of 32 rows. Each has a record with at most one object: a house
+with its tree on the bank, a fuel depot, a bridge, a tanker, a helicopter or a jet. The records move
+on by one when a new block comes, so a slot is a record's place in a ring of eight. The eight
+columns at the left edge are blanked. Explosions, banks, roads and the gauge's frame are scenery;
+Fuel is the needle of the gauge.
+
+RAM: OCAtari, AtariARI and T. Jentzsch's disassembly (what the bytes are), ALE's source (score,
+lives), and the ROM's code: f027-f3ff draws, f85d-fa8c moves the river before that, f489-f75b moves
+all else after that, which `decode` takes back. Of what was hit after the frame was drawn, the RAM
+has the points, on the stack, and the missile's row by the time that its sound has still to last.
+
+Covered: levels 1 to 48, moving objects, both difficulties (the missile follows the jet, or flies
+straight), deaths, the new start, game over, modes with two players.
+Not exact: a missile that hits something 15 frames or more after it was fired, a carry in the points
+of what was hit (a depot is assumed then), the display of the score on the frame of a hit.
+Lives shows one less than the emulator counts; with the last one, and at first, it shows nothing.
+"""
+
+import functools
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.boxes import Box, box
+from ocjax.console import position
+from ocjax.digits import Digits, score_box
+from ocjax.game import Game
+from ocjax.ops import among, pick, shared
+from ocjax.ram import RamMap, bits, byte, high, low
+from ocjax.rom import Pictures, Rom
+from ocjax.rules import Blobs, Bounds, Category, display
+
+ROM = Rom("riverraid", "393948436d1f4cc3192410bb918f9724")
+FONT = ROM.font(0xB00, rows=8)
+
+VIEW, MISSILE_VIEW = (8, 2, 160, 163), (8, 2, 160, 145)
+JET, HELICOPTER, TURNED_ROTOR, TANKER, BRIDGE, HOUSE, DEPOT = range(4, 11)
+HIT, RAMMED = 1, 2  # kinds of what the missile, or the player, has just hit
+ZOOM = (1, 1, 1, 2, 4, 2, 1)  # pixels of a dot by kind
+BRIDGE_POINTS, HELICOPTER_POINTS, NO_POINTS = 0x28, 0x30, 0xF3  # `points`
+CRASH, WAITING = 0xDF, 0x30  # `mode` on the frame of a crash, and before the first move of a life
+STRAIGHT, TURNED = 0xBB, 0xCD  # `look` of the player
+OFF, FIRED, SPEED = 0xB4, 0x0D, 6
+MOVES, FLIPPED = 0x40, 0x10  # bits of `block`
+HORIZONTAL = 12  # of a joystick's bits: right and left, 1 where it is not pressed
+EAST, WEST = 4, 12
+WATER, PLAYER, NEEDLE, BLACK, WHITE, TREE, TRUNK, RED = 0x84, 28, 30, 0, 12, 218, 16, 72
+SCORE_LEFTS = range(56, 104, 8)
+RING, RECORDS, ROWS = 8, 6, 24
+HIDDEN = -21  # `y` of the highest block while it is not drawn yet
+
+
+def _rows(kind: int) -> np.ndarray:
+    """Rows of a picture, from two tables by turns, without those in the water's colour."""
+    even, odd, colors = (int(ROM.data[table + kind]) for table in (0xBBB, 0xFC8, 0xF23))
+    rows = np.stack([ROM.bytes(0xE00 + start, 13) for start in (even, odd)], axis=1)
+    rows[ROM.bytes(0xF00 + colors, 13) == WATER] = 0
+    return rows[:0:-1].reshape(ROWS)
+
+
+def _cut(rows: np.ndarray, cut: int) -> np.ndarray:
+    """The rows on the screen, where so many are beyond its bottom, or less than zero its top."""
+    at = np.arange(ROWS)
+    return np.where((at >= -cut) & (at < ROWS - cut), rows, 0)
+
+
+CUTS = range(1 - ROWS, ROWS)
+OBJECTS = Pictures.of([_cut(_rows(kind), cut) for kind in range(JET, DEPOT + 1) for cut in CUTS])
+JETS = ROM.pictures([0xC01 + look for look in (STRAIGHT, TURNED)], 18)
+
+
+class Ram(RamMap):
+    clock = bits(2)  # helicopters and tankers move when it is 0
+    sticks = high(4)  # joystick that led to what is drawn
+    stick = low(4)
+    thrust = byte(7)  # steps of 1 / 256 pixel a frame
+    offset = byte(11)  # rows by which the lowest block has come down
+    block = byte(14, 15, 16, 17, 18, 19)  # lowest block first
+    coarse = byte(20, 21, 22, 23, 24, 25)  # 15 pixels
+    fine = high(26, 27, 28, 29, 30, 31)
+    leftward = bits(26, 27, 28, 29, 30, 31, first=3)
+    wide = bits(26, 27, 28, 29, 30, 31)
+    kind = byte(32, 33, 34, 35, 36, 37)
+    missile_y = byte(50)
+    x = byte(51)
+    x_part = byte(52)  # 1 / 256 pixel
+    part = byte(54)  # block of a section, from 2 down
+    fuel = byte(55)
+    fuel_part = byte(56)
+    section = byte(57)  # of a level, from 16 down
+    look = byte(58)
+    level = byte(61)
+    icon = byte(64)  # lives: 8 times the digit that shows, or an empty picture
+    mode = byte(70)
+    digits = byte(77, 79, 81, 83, 85)  # 8 times a digit, or an empty picture
+    ones = byte(87)
+    shot = byte(98)  # record that the missile hit
+    shot_bank = bits(102, first=7)  # 0: the missile hit a bank
+    touched = byte(104)  # record that the player touches
+    missile_x = byte(117)  # x + 1
+    sound = byte(123)  # frames that the missile is still heard
+    points = byte(127)  # of a hit on this frame: 8 times a digit, 8 after a carry
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    kind, objects = _objects(m)
+    player_x = _player_x(m)
+    digits = [jnp.where(d < 88, d >> 3, 0) for d in m.digits]
+    tens = functools.reduce(lambda total, digit: total * 10 + digit, digits)
+    used = _fuel_before(m)
+    return {
+        "Player": _player(m, player_x),
+        "PlayerMissile": _missile(m, player_x),
+        "Bridge": _single(objects.where(kind == BRIDGE)),
+        "FuelDepot": objects.where(kind == DEPOT),
+        "Helicopter": objects.where(among(kind, (HELICOPTER, TURNED_ROTOR))),
+        "House": objects.where(kind == HOUSE),
+        "Jet": objects.where(kind == JET),
+        "Tanker": objects.where(kind == TANKER),
+        "Fuel": box(68 + (used >> 3), 179, 2, 10, value=m.fuel),
+        "PlayerScore": score_box(
+            FONT, tens * 10 + (m.ones >> 3), right=104, top=165, digits=6, value=tens * 10
+        ),
+        "Lives": score_box(
+            FONT,
+            m.icon >> 3,
+            right=64,
+            top=192,
+            digits=1,
+            valid=m.icon < 80,
+            value=(m.icon >> 3) + 1,
+        ),
+    }
+
+
+def _kinds(m: Ram) -> jax.Array:
+    """What the records' objects were when the frame was drawn."""
+    record = np.arange(RECORDS)
+    now = (m.kind == HIT) & (m.shot == record)
+    now = now | ((m.kind == RAMMED) & (m.touched == record) & (m.mode == CRASH))
+    now = now & (m.points != NO_POINTS)
+    narrow = pick(m.points - HELICOPTER_POINTS, (HELICOPTER, DEPOT))
+    narrow = jnp.where(m.points == BRIDGE_POINTS, BRIDGE, narrow)
+    rotor = among(m.kind, (HELICOPTER, TURNED_ROTOR)) & (m.clock == 0)
+    before = jnp.where(rotor, HELICOPTER + TURNED_ROTOR - m.kind, m.kind)
+    return jnp.where(now, jnp.where((m.wide & 1) == 1, TANKER, narrow), before)
+
+
+def _objects(m: Ram) -> tuple[jax.Array, Box]:
+    """Kinds and boxes of the objects of all blocks, in the ring."""
+    kind, left = _kinds(m), m.leftward
+    moving = among(m.mode, (0, CRASH)) & (m.level >= 2)
+    by_turns = among(kind, range(HELICOPTER, BRIDGE)) & (m.clock == 0) & (m.block & MOVES > 0)
+    steps = jnp.where(moving & (by_turns | (kind == JET)), 1, 0)
+    at = position(m.coarse, m.fine) + jnp.where(left == 1, steps, -steps)
+    left = jnp.where(moving & by_turns & (m.block & FLIPPED > 0), 1 - left, left)
+    zoom = pick(kind - JET, ZOOM)
+    y = 32 * (5 - np.arange(RECORDS)) + m.offset - 23
+    there = (kind >= JET) & (y > HIDDEN)
+    cut = jnp.clip(y + ROWS - VIEW[3], 0, 23) - jnp.clip(VIEW[1] - y, 0, 23)
+    x0, y0, w, h = OBJECTS.extent(len(CUTS) * (kind - JET) + ROWS - 1 + cut)
+    x = at - jnp.where(zoom == 1, 1, 0) + zoom * jnp.where(left == 1, 8 - x0 - w, x0)
+    shown = box(x, y + y0, zoom * w, h, there).clip(*VIEW)
+    packed = shown.x | shown.y << 8 | shown.w << 16 | shown.h << 22 | left << 27 | kind << 28
+    return _in_ring(m, shared(jnp.where(shown.valid, packed, 0)))
+
+
+def _in_ring(m: Ram, packed: jax.Array) -> tuple[jax.Array, Box]:
+    """Kinds and boxes, packed by record, in the ring."""
+    record = (np.arange(RING) + 2 * m.section + m.part) & (RING - 1)
+    own = sum(jnp.where(record == i, packed[i], 0) for i in range(RECORDS))
+    facing = jnp.where(own >> 27 & 1 == 1, WEST, EAST)
+    boxes = box(own & 255, own >> 8 & 255, own >> 16 & 63, own >> 22 & 31, orientation=facing)
+    return shared((own >> 28 & 15, boxes))
+
+
+def _single(b: Box) -> Box:
+    """The only object of some slots."""
+    x, y, w, h = (jnp.sum(jnp.where(b.valid, v, 0)) for v in (b.x, b.y, b.w, b.h))
+    return box(x, y, w, h, jnp.any(b.valid))
+
+
+def _player_x(m: Ram) -> jax.Array:
+    """The player's position before the last move."""
+    pressed = ((m.stick & HORIZONTAL) != HORIZONTAL) & (m.mode == 0)
+    left = (m.stick & 8) > 0
+    moved = jnp.where(left, m.x_part + m.thrust > 255, m.x_part < m.thrust) & pressed
+    return m.x + jnp.where(moved, jnp.where(left, 1, -1), 0)
+
+
+def _player(m: Ram, x: jax.Array) -> Box:
+    turned = ((m.sticks & HORIZONTAL) != HORIZONTAL) & (m.mode != WAITING)
+    start = (m.offset == 30) & (m.fuel == 255) & (m.fuel_part == 0xDF)  # of a life
+    turned = turned & ~start
+    mirrored = turned & (m.sticks & 8 > 0)
+    there = among(m.look, (STRAIGHT, TURNED)) | (m.mode == CRASH)
+    x = x + jnp.where(mirrored, 1, 0)
+    return JETS.box(jnp.where(turned, 1, 0), x, 145, mirrored=mirrored, valid=there)
+
+
+def _missile(m: Ram, player_x: jax.Array) -> Box:
+    """The missile; where it has just hit something, the time since it was fired tells its row."""
+    flies = among(m.missile_y, range(FIRED + 1, OFF))
+    struck = jnp.any((m.kind == HIT) & (m.shot == np.arange(RECORDS))) | (m.shot_bank == 0)
+    struck = struck & (m.missile_y == OFF) & among(m.sound, range(1, 14)) & (m.mode == 0)
+    y = jnp.where(flies, m.missile_y - SPEED, FIRED + SPEED * (FIRED - m.sound))
+    follows = flies & (m.missile_x == m.x + 5)
+    x = jnp.where(follows, player_x + 5, m.missile_x)
+    top = 156 - y + (y + m.offset & 1)  # it is turned on and off on every second row
+    first = 4 - (top & 1)
+    return box(x - 1, top, 1, 8, flies | struck).clip(8, first, *MISSILE_VIEW[2:])
+
+
+def _fuel_before(m: Ram) -> jax.Array:
+    """The fuel before some was used, which is a 1 / 8 on every frame, or taken in."""
+    before = jnp.where((m.fuel_part >= 0xE0) & (m.mode == 0), m.fuel + 1, m.fuel)
+    return jnp.minimum(before, 255)
+
+
+facing = functools.partial(Category, count=RING, attributes=("orientation",))
+blobs = functools.partial(Blobs, region=VIEW)
+
+PLAYER_RULE = Blobs(PLAYER, (8, 145, 160, 160), min_size=(5, 13), max_size=(7, 14))
+MISSILE = Blobs(PLAYER, MISSILE_VIEW, min_size=(1, 2), max_size=(6, 8))
+DEPOTS = blobs((RED, WHITE), min_size=(5, 1), max_size=(7, 24))
+HELICOPTERS = blobs((176, 128, 42), min_size=(3, 1), max_size=(8, 10))
+JETS_RULE = blobs((140, 156, 172), max_size=(8, 6))
+hull = functools.partial(Blobs, (50, 168, BLACK), VIEW)
+HULLS = hull(min_size=(10, 1), max_size=(10, 1))
+HULLS = hull(min_size=(12, 2), max_size=(12, 2), also=HULLS)
+HULLS = hull(min_size=(14, 3), max_size=(14, 3), area=(33, 99), also=HULLS)
+TANKERS = hull(min_size=(16, 4), max_size=(16, 8), also=HULLS)
+HOUSE_COLORS = (WHITE, BLACK, TREE, TRUNK)
+tree = functools.partial(Blobs, HOUSE_COLORS, (8, 2, 160, 15), gap=(0, 2))
+TREES = tree(min_size=(6, 3), max_size=(6, 3))
+TREES = tree(min_size=(10, 4), max_size=(10, 10), also=TREES)
+HOUSES = blobs(HOUSE_COLORS, gap=(0, 2), min_size=(14, 3), max_size=(16, 19), also=TREES)
+BRIDGES = Bounds((32, 18, 20, 24), VIEW)
+POINTS = Bounds(PLAYER, (56, 165, 104, 173), value=Digits(FONT, SCORE_LEFTS, 165))
+LIVES = Bounds(PLAYER, (56, 192, 64, 200), value=Digits(FONT, (56,), 192, base=1, required=True))
+
+GAME = Game(
+    name="Riverraid",
+    rom=ROM.name,
+    md5=ROM.md5,
+    ram=Ram,
+    decode=decode,
+    categories=(
+        Category("Player", PLAYER_RULE, doc="the jet"),
+        Category("PlayerMissile", MISSILE, doc="its missile"),
+        Category("Bridge", BRIDGES, doc="at the end of a level"),
+        Category("FuelDepot", DEPOTS, count=RING, doc="by record"),
+        facing("Helicopter", HELICOPTERS, doc="by record"),
+        Category("House", HOUSES, count=RING, doc="house and tree, by record"),
+        facing("Jet", JETS_RULE, doc="that crosses, by record"),
+        facing("Tanker", TANKERS, doc="by record"),
+        display("Fuel", Bounds(NEEDLE, (66, 176, 104, 189)), doc="needle of the gauge; 0-255"),
+        display("PlayerScore", POINTS, doc="points"),
+        display("Lives", LIVES, doc="one more than the digit that shows"),
+    ),
+)
