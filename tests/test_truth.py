@@ -25,6 +25,7 @@ STALE = {
     ("DemonAttack", "last"): 0.94,
     ("DonkeyKong", "last"): 0.92,
     ("DonkeyKong", "lost"): 0.9,
+    ("Qbert", "last"): 0.96,
 }
 # Objects that the other recordings hardly show, or that are easily taken for others.
 RARE = {
