@@ -194,7 +194,7 @@ def evaluate(
     what: Annotated[list[str], typer.Argument(metavar="GAME|RECORDING...", help="Games to play, or recordings (.npz) with frames.")],
     samples: Annotated[int, typer.Option(min=8, help="Samples of each game, seed, mode and difficulty.")] = 2000,
     policy: Annotated[
-        str, typer.Option(help="random, repeat (random actions held for 1 to 8 steps), or an .npz file of a saved policy.")
+        str, typer.Option(help="random, repeat (random actions held for 1 to 8 steps), trained, or an .npz file of a saved policy.")
     ] = "repeat",
     seed: Annotated[list[int] | None, typer.Option(min=0, help=f"Seed; may be repeated. Default: {SEED}.")] = None,
     game_mode: Annotated[
