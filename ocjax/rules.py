@@ -250,12 +250,15 @@ class Runs:
         regions: left, top and right edge of where the runs begin, and the bottom of their boxes; from the top row down.
         widths: least and largest width of a run, for each region.
         most: runs that are looked at in each row.
+        margins: columns on the left, rows above, and columns on the right by which the boxes of each region are larger than the runs, for
+            objects of known shape that the row crosses at their tip; none by default.
     """
 
     colors: tuple[tuple[int, ...], ...]
     regions: tuple[Area, ...]
     widths: tuple[tuple[int, int], ...]
     most: int
+    margins: tuple[tuple[int, int, int], ...] = ()
 
     @property
     def palette(self) -> tuple[int, ...]:
@@ -283,6 +286,8 @@ class Runs:
         for area, colors in zip(self.regions, self.colors, strict=True):
             _check_area(area)
             _color_set(colors)
+        if self.margins and len(self.margins) != len(self.regions):
+            raise ValueError(f"{len(self.regions)} regions need as many margins, got {len(self.margins)}")
         if self.most < 1:
             raise ValueError(f"most must be at least 1, got {self.most}")
 

@@ -131,6 +131,7 @@ def test_wrong_games(change, message):
         (lambda: Cells(14, (1, 2), (1,), 2, 2), "one entry per slot"),
         (lambda: Runs(((14,),), ((0, 0, 9, 9),), (), 2), "as many colors and widths"),
         (lambda: Runs(((14,),), ((0, 0, 9, 9),), ((1, 9),), 0), "most must"),
+        (lambda: Runs(((14,),), ((0, 0, 9, 9),), ((1, 9),), 1, ((0, 0, 0),) * 2), "as many margins"),
         (lambda: Cells(14, (159,), (1,), 2, 2), "on the screen"),
     ],
 )
@@ -221,6 +222,15 @@ def test_walls_of_known_height():
     seen = game.vem(frame)
     assert seen.xywh[:6].tolist() == [[0, 20, 40, 40], [0] * 4, [100, 20, 4, 60], [31, 60, 2, 20], [120, 60, 40, 20], [0] * 4]
     assert not game.vem(np.zeros_like(frame)).valid.any()
+
+
+def test_objects_of_known_shape_by_their_tips():
+    angles = Runs(((14,),) * 2, ((0, 50, 80, 60), (80, 50, 160, 60)), ((1, 1),) * 2, most=2, margins=((0, 20, 10), (10, 20, 0)))
+    categories = (Category("A", angles, count=2), *CATEGORIES[1:])
+    game = dataclasses.replace(GAME, categories=categories, decode=lambda m: decode(m) | {"A": box(jnp.arange(2), 10, 4, 4)})
+    frame = np.zeros((210, 160), np.uint8)
+    frame[50, 30] = frame[50, 120] = 14
+    assert game.vem(frame).xywh[:2].tolist() == [[30, 30, 11, 30], [110, 30, 11, 30]]
 
 
 def test_objects_that_are_not_on_other_screens():

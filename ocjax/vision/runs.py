@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from ocjax.boxes import WIDTH
 from ocjax.rules import Runs
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
@@ -30,11 +31,15 @@ def detect_runs(rule: Runs, masks: Sequence[Bitmap]) -> Detected:
 
     runs = lax.scan(next_run, words, length=rule.most)[1]
     x, end = (jnp.moveaxis(v, 0, 1) for v in runs)  # [rows, most, B]
-    bottom = jnp.zeros_like(x)
-    for (left, top, right, low), colors, (least, most) in reversed(list(zip(rule.regions, rule.colors, rule.widths, strict=True))):
-        row = np.array([key == (top, colors) for key in rule.rows])[:, None, None]
-        fits = (x >= left) & (x < right) & (end - x >= least) & (end - x <= most)
-        bottom = jnp.where(row & fits, low, bottom)
     y = jnp.broadcast_to(jnp.array([top for top, _ in rule.rows], jnp.int32)[:, None, None], x.shape)
-    boxes = (v.reshape(rule.slots, -1) for v in (x, y, end - x, bottom - y, bottom > 0))
-    return Detected(*boxes)
+    boxes = tuple(jnp.zeros_like(x) for _ in range(4))  # left, top, right and bottom
+    margins = rule.margins or ((0, 0, 0),) * len(rule.regions)
+    for (left, top, right, low), colors, (least, most), (before, above, after) in reversed(
+        list(zip(rule.regions, rule.colors, rule.widths, margins, strict=True))
+    ):
+        row = np.array([key == (top, colors) for key in rule.rows])[:, None, None]
+        fits = row & (x >= left) & (x < right) & (end - x >= least) & (end - x <= most)
+        edges = jnp.maximum(x - before, 0), y - above, jnp.minimum(end + after, WIDTH), jnp.full_like(x, low)
+        boxes = tuple(jnp.where(fits, new, old) for new, old in zip(edges, boxes, strict=True))
+    left, top, right, bottom = (v.reshape(rule.slots, -1) for v in boxes)
+    return Detected(left, top, right - left, bottom - top, bottom > 0)
