@@ -1,22 +1,25 @@
 """Krull: the wedding that Slayers attack, the ride of the fire mares, the web, the beast's lair.
 
-The byte `scene` says which it is. Slots of Slayers: record * 3 + copy. Fire_Mare has a box around
-the two mares, which touch; so has the player then, who rides. Castle: the wall at the wedding, the
-Black Fortress that rises in the desert. Wall: the 4 x 16 pieces of the cage in the lair, row by
-row. Life and Weapon are found in the desert; those that the player has are Life_HUD and Weapon_HUD,
-a slot an icon. Sun is the time of day, the value of Hour_Glass the rows of its sand. The strands of
-the web and its moving lines (OCAtari's Line), the horizon and the ground are scenery; particles are
-none of the objects. The title screen has the score and the icons.
+The byte `scene` says which it is. Slots of Slayers: record * 3 + copy; of Line: record * 3 + place;
+of Fire_Mare: the two mares; of Weapon: what is found in the desert, the player's own in the lair;
+of Star: where it flashes in the web while the player is at the window. In the desert the player has
+a box around both mares. Castle: the wall at the wedding, the Black Fortress that rises in the
+desert. Wall: the 4 x 16 pieces of the cage, row by row. Life and Weapon are found in the desert;
+those that the player has are Life_HUD and Weapon_HUD, a slot an icon. Sun is the time of day, the
+value of Hour_Glass the rows of its sand. Lines of the web carry the player, who scores where he
+jumps into them ($FA77 and $FAC7 of the second half). Each of two is drawn at three places in turn;
+those of the frame and of the one before are valid. The web itself, the horizon, the ground and
+particles are scenery. The title screen has the score and the icons.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (scenes, records), and the ROM's code: all of it moves
-between the vertical sync and the drawing, so that the RAM has what is on the screen; what is found
-in the desert moves after it. The lair's and the wedding's bride and player share a sprite, which is
-drawn in pairs of rows, the second one first.
+between the vertical sync and the drawing, so that the RAM has what is on the screen, save what is
+found in the desert. The lair's and the wedding's bride and player share a sprite.
 
-Covered: both first rounds of all four scenes (the fortress and the lair reached by writing the
-state of the ride). Not in this file: Star, Slayer_Shot (a line in changing colours) and
-the weapon that is thrown. Broken pieces of the cage are read as OCAtari does and are not tested.
-VEM misses the player while he flashes, his sword, and a spider that a line crosses.
+Covered: all four scenes; the fortress, the star, and the lair (whole and broken cage, the weapon in
+hand and thrown) by writes to the RAM. Not covered: later rounds, the weapon in flames. Not exact:
+shots whose first rows a sprite hides. VEM cuts mares that touch in the middle; it takes a weapon
+that the player holds for a part of him; it misses the player while he flashes, his sword, a spider
+that a line crosses, a line with its tip off the screen, a shot in Slayers' or player's colours.
 """
 
 import functools
@@ -28,10 +31,10 @@ from ocjax.boxes import Box, box, choose
 from ocjax.console import NUSIZ_COPIES, NUSIZ_SPACING
 from ocjax.digits import score_box
 from ocjax.game import Game
-from ocjax.ops import pick
+from ocjax.ops import among, mod, pick
 from ocjax.ram import RamMap, bcd, bits, byte, signed
 from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, Category, Cells, display
+from ocjax.rules import Blobs, Bounds, Category, Cells, Runs, display
 
 ROM = Rom("krull", "4baada22435320d185c95b7dd2bcdb24")
 FONT = ROM.font((0xB08, 0xB0E, *range(0xB15, 0xB4D, 7)), rows=7)
@@ -39,29 +42,31 @@ FONT = ROM.font((0xB08, 0xB0E, *range(0xB15, 0xB4D, 7)), rows=7)
 WEDDING, LAIR, WEB, DESERT = range(4)  # `scene`
 STRIDES = 0x70  # least picture of the beast that is 12 columns wide
 RISEN = 0x40  # greatest `castle` of a castle
-LONG = 0x16  # least picture of a figure of 16 rows; others have 20
+WEAPON, LIFE = 0xE2, 0xE9  # `item`
+STAR = 0x29  # `foe_picture` while the star is in the web in place of the spider
+TOP, BOTTOM = 18, 0x50  # least `shot_top` that is drawn; least `y` and `shot_top` that are not
+FREE = 15  # `shooter` of a shot that has left its Slayer
+LEFTWARD, RIGHTWARD = 1, 15  # `shot_slant`
+SLANTED_FROM = 45  # the row in which a slanted shot would be at `shot_x`
+TALLEST = 24  # rows of a figure; the bytes that are no figures may say more
 
 
 def _figure(page: int, code: int) -> np.ndarray:
-    """The rows of a figure. The game draws two rows a turn, the upper one last."""
-    height = 16 if code >= LONG else 20
+    """The rows of a figure, after their number; the game draws two a turn, the upper one last."""
+    height = min(int(ROM.bytes(page | code, 1)[0]) & ~1, TALLEST)
     return ROM.rows(page | code + 1, height).reshape(-1, 2)[:, ::-1].ravel()
 
 
-def _page(page: int, height: int) -> Pictures:
-    return Pictures.of([ROM.rows(page | code, height) for code in range(0xF8)])
-
-
 PEOPLE = Pictures.of([_figure(page, code) for page in (0xA00, 0xC00) for code in range(256)])
+STAR_X, STAR_Y = np.array([20, 137] * 4), 2 * ROM.bytes(0x1F7A, 4).repeat(2) + 21
+SECOND = 256  # the first picture of the second page
 STAY = ("Score", "Life_HUD", "Weapon_HUD")  # on the title screen after a game
-MARES = _page(0x900, 9)
-SPIDERS = _page(0x900, 10)
+MARES, SPIDERS = (ROM.pictures(range(0x900, 0x9F8), height) for height in (9, 10))
 
 FIELD = (8, 16, 160, 173)
-WALL_X = np.tile(48 + 4 * np.arange(16), 4)
-WALL_Y = np.repeat(39 + 4 * np.arange(4), 16)
-WALL_BYTE = np.repeat(np.arange(4), 16) + np.tile(np.repeat([0, 4], 8), 4)
-WALL_BIT = np.tile([*range(7, -1, -1), *range(8)], 4)
+ROW, COLUMN = np.repeat(np.arange(4), 16), np.tile(np.arange(16), 4)  # of the cage's pieces
+WALL_X, WALL_Y = 48 + 4 * COLUMN, 39 + 4 * ROW
+WALL_BYTE, WALL_BIT = 2 * ROW + COLUMN // 8, np.minimum(COLUMN, 15 - COLUMN)
 
 
 class Ram(RamMap):
@@ -78,14 +83,18 @@ class Ram(RamMap):
     player_picture = byte(66)
     foe_picture = byte(68)
     item = byte(70)
-    item_picture = byte(72)
-    speed = signed(76)
-    shot_y = byte(77)
-    item_x = byte(78)
+    speed = signed(76)  # 1/32 of a column a frame
+    shot_top = byte(76)  # (y - 13) / 2
+    shot_bottom = byte(77)  # likewise; what is found in the desert: steps of 1/32 of a column
+    shot_x = byte(78)  # x - 7; of what is found in the desert
+    shooter = bits(79, first=0, count=4)  # record of the Slayer
+    shot_slant = bits(79, first=4, count=4)
     castle = byte(80)  # rows that have risen
-    weapon_top = byte(76)
     cage = byte(*range(115, 123))  # a bit for each piece
+    line_x = byte(116, 115)  # x + 33 and x - 7 of the first place
+    next_place = byte(117)  # at which the lines are drawn on the next frame
     slayers = byte(82)
+    # The eight records.
     x = byte(*range(83, 91))
     y = byte(*range(91, 99))
     flags = byte(*range(99, 107))
@@ -94,36 +103,31 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     wedding, lair, web, desert = (m.scene == scene for scene in range(4))
-    mares = MARES.box(
-        jnp.stack([m.player_picture, m.foe_picture]),
-        jnp.stack([m.x[7], m.x[6]]) + 8,
-        jnp.full(2, 145),
-        mirrored=jnp.stack([m.flags[7], m.flags[6]]) >> 3 & 1 == 1,
-        valid=desert,
-    )
+    pictures, turned = jnp.stack([m.foe_picture, m.player_picture]), (m.flags[6:] & 8) > 0
+    mares = MARES.box(pictures, m.x[6:] + 8, np.full(2, 145), mirrored=turned, valid=desert)
     i = np.arange(3)
-    sun = jnp.minimum(m.sun_y - 25, 42 - m.sun_y)  # rows that show
-    inset = jnp.where(sun == 1, 2, jnp.where(sun == 2, 1, 0))
+    top, height = 2 * m.shot_top + 13, 2 * (m.shot_bottom - m.shot_top)
+    star, in_web = web & (m.foe_picture == STAR), 2 * m.y[6] + 21
+    inset = 2 - jnp.clip(jnp.minimum(m.sun_y - 26, 41 - m.sun_y), 0, 2)  # of the rows that show
     right = jnp.where(m.score < 100, 87, jnp.where(m.score < 10_000, 95, 103))
     boxes = {
         "Player": _player(m, mares),
         "Lyssa": _lyssa(m).where(wedding | lair),
         "Slayers": _slayers(m).where(wedding),
-        "Spider": SPIDERS.box(m.foe_picture, m.x[6] + 8, 2 * m.y[6] + 21, valid=web),
+        "Slayer_Shot": _shot(m).where(wedding),
+        "Spider": SPIDERS.box(m.foe_picture, m.x[6] + 8, in_web, valid=web & ~star),
+        "Star": box(STAR_X, STAR_Y, 3, 4, star & (m.x[6] + 10 == STAR_X) & (in_web == STAR_Y)),
+        "Line": _lines(m).where(web),
         "Window": box(76, 23, 8, 26, web),
-        "Fire_Mare": _both(mares),
-        "Weapon": _item(m, 0xE2, 0, 8).where(desert),
-        "Life": _item(m, 0xE9, 1, 6).where(desert),
+        "Fire_Mare": mares,
+        "Weapon": _weapons(m),
+        "Life": _item(m, 1, 6).where(desert & (m.item == LIFE)),
         "Castle": _castles(m),
         "Beast": _beast(m).where(lair),
-        "Enemy_Weapon": box(
-            m.item_x + 7, 2 * m.weapon_top + 13, 4, 2 * (m.shot_y - m.weapon_top) - 1
-        )
-        .clip(*FIELD)
-        .where(lair),
+        "Enemy_Weapon": box(m.shot_x + 7, top, 4, height - 1).clip(*FIELD).where(lair),
         "Wall": box(WALL_X, WALL_Y, 4, 4, lair & (m.cage[WALL_BYTE] >> WALL_BIT & 1 == 1)),
         "Sun": box(m.sun_x + 9 + inset, m.sun_y - 30, 7 - 2 * inset, 7).clip(0, 2, 160, 12),
-        "Hour_Glass": box(121, 3, 5, 8, value=_count(m.glass)),
+        "Hour_Glass": box(121, 3, 5, 8, value=jnp.sum(m.glass >> np.arange(8) & 1)),
         "Score": score_box(FONT, m.score, right=right, top=176, digits=6, value=m.score),
         "Life_HUD": box(56 + 8 * i, 188, 6, 7, i < m.lives, value=m.lives + 1),
         "Weapon_HUD": box(79 + 8 * i, 188, 8, 7, i < m.weapons),
@@ -146,32 +150,28 @@ def _beast(m: Ram) -> Box:
     return box(m.x[1] + left, 2 * m.y[1] + 15, jnp.where(wide, 12, 10), 22)
 
 
-def _count(b: jax.Array) -> jax.Array:
-    return sum((b >> i & 1 for i in range(8)), jnp.zeros_like(b))
+def _record(m: Ram, elsewhere: int, taken: int, free: int) -> jax.Array:
+    """x, y, flags and picture of a record, by whether the bride is taken at the wedding."""
+    fields = jnp.stack([m.x, m.y, m.flags, m.picture])
+    wedding = jnp.where(m.taken == 1, fields[:, taken], fields[:, free])
+    return jnp.where(m.scene == WEDDING, wedding, fields[:, elsewhere])
 
 
 def _player(m: Ram, mares: Box) -> Box:
-    wedding, lair, web = (m.scene == scene for scene in (WEDDING, LAIR, WEB))
-    taken = m.taken == 1
-
-    def k(v: jax.Array) -> jax.Array:
-        return jnp.where(web | lair, v[0], jnp.where(taken, v[7], v[6]))
-
-    x = k(m.x) + jnp.where(web, 8, _left(k(m.x)))
-    y = 2 * k(m.y) + jnp.where(web, 20, jnp.where(lair, 15, 16))
-    page = jnp.where(web & (m.shot_page == 0xBC), 256, 0)
-    code = jnp.where(web, m.player_picture, k(m.picture))
+    """The player; in the desert, the box around the mares."""
+    web, lair = m.scene == WEB, m.scene == LAIR
+    x, y, flags, picture = _record(m, 0, 7, 6)
+    page = jnp.where(web & (m.shot_page == 0xBC), SECOND, 0)
     walks = PEOPLE.box(
-        page + code, x, y, mirrored=(k(m.flags) & 16) > 0, valid=wedding | web | lair
+        page + jnp.where(web, m.player_picture, picture),
+        x + jnp.where(web, 8, _left(x)),
+        2 * y + jnp.where(web, 20, jnp.where(lair, 15, 16)),
+        mirrored=(flags & 16) > 0,
     )
-    return choose(m.scene == DESERT, _both(mares), walks).clip(*FIELD)
-
-
-def _both(mares: Box) -> Box:
-    """The box around the two mares, which run side by side."""
     left, top = jnp.min(mares.x), jnp.min(mares.y)
     right, bottom = jnp.max(mares.x + mares.w), jnp.max(mares.y + mares.h)
-    return box(left, top, right - left, bottom - top, jnp.all(mares.valid))
+    rides = box(left, top, right - left, bottom - top)
+    return choose(m.scene == DESERT, rides, walks).clip(*FIELD)
 
 
 def _left(x: jax.Array) -> jax.Array:
@@ -180,38 +180,61 @@ def _left(x: jax.Array) -> jax.Array:
 
 
 def _lyssa(m: Ram) -> Box:
-    taken = m.taken == 1
-    lair = m.scene == LAIR
-
-    def k(v: jax.Array) -> jax.Array:
-        return jnp.where(lair, v[2], jnp.where(taken, v[6], v[0]))
-
+    x, y, flags, picture = _record(m, 2, 6, 0)
     # Taken, she shares a sprite with the player, who is drawn first.
-    y = jnp.where(taken & ~lair, jnp.maximum(2 * m.y[6] + 16, 2 * m.y[7] + 44), 2 * k(m.y) + 15)
-    return PEOPLE.box(k(m.picture), k(m.x) + 8, y, mirrored=(k(m.flags) & 16) > 0).clip(*FIELD)
+    behind = jnp.maximum(2 * y + 16, 2 * m.y[7] + 44)
+    top = jnp.where((m.taken == 1) & (m.scene == WEDDING), behind, 2 * y + 15)
+    return PEOPLE.box(picture, x + 8, top, mirrored=(flags & 16) > 0).clip(*FIELD)
 
 
 def _slayers(m: Ram) -> Box:
-
-    def at(v: jax.Array) -> jax.Array:
-        return jnp.repeat(jnp.where(m.taken == 1, v[:5], v[1:6]), 3)
-
+    """Slayers, whose records begin after the bride's while she is free."""
     copy, record = np.tile(np.arange(3), 5), np.repeat(np.arange(5), 3)
-    size = at(m.flags) & 7
-    x = at(m.x) + _left(at(m.x)) + copy * pick(size, NUSIZ_SPACING)
-    there = (record < m.slayers) & (copy < pick(size, NUSIZ_COPIES))
+    fields = jnp.stack([m.x, m.y, m.flags, m.picture])
+    x, y, flags, picture = jnp.where(m.taken == 1, fields[:, record], fields[:, record + 1])
+    size = flags & 7
     return PEOPLE.box(
-        256 + at(m.picture),
-        x,
-        jnp.maximum(2 * at(m.y) + 15, 27),
-        mirrored=(at(m.flags) & 16) > 0,
-        valid=there,
+        SECOND + picture,
+        x + _left(x) + copy * pick(size, NUSIZ_SPACING),
+        jnp.maximum(2 * y + 15, 27),
+        mirrored=(flags & 16) > 0,
+        valid=(record < m.slayers) & (copy < pick(size, NUSIZ_COPIES)),
     ).clip(8, 27, 160, 173)
 
 
-def _item(m: Ram, kind: int, left: int, width: int) -> Box:
-    x = ((m.item_x << 8 | m.picture[7]) - (m.speed << 3)) >> 8
-    return box(x + 8 + left, 157, width, 7, m.item == kind)
+def _shot(m: Ram) -> Box:
+    """The Slayers' shot, which slants a column a row."""
+    top = 2 * m.shot_top + 13
+    height = 2 * (m.shot_bottom - m.shot_top) - jnp.where(m.shooter == FREE, 0, 1)
+    step = jnp.where(m.shot_slant == LEFTWARD, -1, jnp.where(m.shot_slant == RIGHTWARD, 1, 0))
+    width = jnp.where(step == 0, 1, height)
+    left = mod(m.shot_x + 167 + step * (top - SLANTED_FROM), 160)
+    left = left - jnp.where(step < 0, height - 1, 0)
+    return box(left, top, width, height, among(m.shot_top, range(TOP, BOTTOM))).clip(
+        8, 16, 160, 172
+    )
+
+
+def _lines(m: Ram) -> Box:
+    """The lines: those of this frame and of the one before."""
+    place = np.tile(np.arange(3), 2)
+    x = jnp.repeat(m.line_x + np.array([-33, 7]), 3) + 24 * place
+    return box(x, 16, 41, 156, place != m.next_place).clip(8, 16, 160, 172)
+
+
+def _weapons(m: Ram) -> Box:
+    """What is found in the desert, and the player's in the lair, held or thrown."""
+    found = _item(m, 0, 8).where((m.scene == DESERT) & (m.item == WEAPON))
+    there = (m.scene == LAIR) & (m.y[6] < BOTTOM)
+    x, y, turned = m.x[6] + _left(m.x[6]), 2 * m.y[6] + 16, (m.flags[6] & 16) > 0
+    thrown = PEOPLE.box(SECOND + m.picture[6], x, y, mirrored=turned, valid=there)
+    return jax.tree.map(lambda *parts: jnp.stack(parts), found, thrown)
+
+
+def _item(m: Ram, left: int, width: int) -> Box:
+    """What is found in the desert, which has been moved since it was drawn."""
+    moved = jnp.abs(m.speed) - m.shot_bottom + 31 >> 5
+    return box(m.shot_x - jnp.sign(m.speed) * moved + 8 + left, 157, width, 7)
 
 
 COLORS = (0x34, 0x36, 0x38, 0x3A)
@@ -221,17 +244,26 @@ BRIDE = (0x98, 0xA8, 0x88, 0xB8, 0x58, 0x68, 0x78, 0x48)
 OTHERS = (0, 6, 0x0E, 0x22, 0x42, 0xEE, 0xA0, *COLORS, *SLAYER, *BRIDE)
 STONES = tuple(c for c in range(0, 256, 2) if c not in OTHERS)
 CASTLES = Bounds(((0xD8,), STONES), ((32, 16, 128, 44), (48, 97, 112, 145)), min_size=(64, 3))
-MAGENTA = tuple(range(0x50, 0x60, 2))
 ITEMS = (8, 157, 160, 164)
 figure = functools.partial(Blobs, gap=(1, 1))
 PLAYER = figure((*COLORS, 0xEE), FIELD, min_size=(4, 7), max_size=(16, 16))
 SLAYERS = figure(SLAYER, FIELD, min_size=(3, 4), max_size=(8, 17))
 SPIDER = figure(0x0E, FIELD, min_size=(7, 7), max_size=(8, 12))
+STARS = Cells(
+    0x0E, tuple(STAR_X.tolist()), tuple(STAR_Y.tolist()), 3, 4, whole=False, margin=(1, 2)
+)
 MARES_AT = (8, 145, 160, 154)
-RIDE = figure((0x38, 0xEE), MARES_AT, min_size=(12, 8), max_size=(16, 9))
-THROWN = Bounds(MAGENTA, (8, 60, 160, 173), min_size=(4, 2))
+RIDE = Blobs((0x38, 0xEE), MARES_AT, min_size=(4, 5), max_size=(16, 9), split=(8, 9), area=(20, 80))
+MAGENTA = tuple(range(0x50, 0x60, 2))
+THROWN = Bounds(MAGENTA, (8, 60, 160, 173), min_size=(4, 1))
+WEAPONS = Bounds(((0xC8,), (0xEE,)), (ITEMS, (8, 56, 160, 173)), min_size=(2, 2), exclude=("Life",))
+HIT = range(0x6E, 0xEE, 16)  # the player's other colours when he flashes
+ANY = tuple(c for c in range(0, 256, 2) if c not in (0xA0, 0xD8, *SLAYER, *COLORS, *HIT))
+SHOT = Blobs(ANY, (8, 44, 160, 172), min_size=(1, 5), max_size=(8, 8), area=(5, 9))
+TIPS = (8, 97, 73, 172), (87, 97, 160, 172)  # where the lines have their tips: in one row
+LINES = Runs(((6, 0x0E), (6, *COLORS)), TIPS, ((1, 1),) * 2, 3, ((0, 81, 40), (40, 81, 0)))
 CAGE = Cells(0x24, tuple(WALL_X.tolist()), tuple(WALL_Y.tolist()), 4, 4)
-GLASS = Blobs((0, 0x48), (120, 3, 127, 11), min_size=(5, 8), max_size=(5, 8))
+GLASS = Cells((0, 0x48), (121,), (3,), 5, 8, whole=False, margin=(1, 0))
 LIVES = tuple((56 + 8 * i, 188, 62 + 8 * i, 195) for i in range(3))
 ARMS = tuple((79 + 8 * i, 188, 87 + 8 * i, 195) for i in range(3))
 
@@ -244,12 +276,15 @@ GAME = Game(
     categories=(
         Category("Player", PLAYER, needs="Hour_Glass", doc="Colwyn; in the desert both mares"),
         Category("Lyssa", figure(BRIDE, FIELD, min_size=(5, 8), max_size=(8, 17)), doc="the bride"),
-        Category("Slayers", SLAYERS, count=15, doc="record * 3 + copy"),
+        Category("Slayers", SLAYERS, count=15, needs="Castle", doc="record * 3 + copy"),
+        Category("Slayer_Shot", SHOT, needs="Slayers", doc="held by a Slayer or thrown"),
         Category("Beast", Bounds((0x22, 0x42), (8, 60, 160, 95), (5, 15)), doc="in the lair"),
         Category("Spider", SPIDER, doc="in the web"),
-        Category("Fire_Mare", RIDE, needs="Hour_Glass", doc="two mares that run side by side"),
+        Category("Star", STARS, count=8, blinks=True, needs="Window", doc="in the spider's place"),
+        Category("Line", LINES, count=6, needs="Window", doc="the web's moving lines"),
+        Category("Fire_Mare", RIDE, count=2, needs="Hour_Glass", doc="run side by side"),
         Category("Enemy_Weapon", THROWN, needs="Beast", doc="what the beast throws"),
-        Category("Weapon", Bounds(0xC8, ITEMS, min_size=(7, 5)), doc="in the desert"),
+        Category("Weapon", WEAPONS, count=2, doc="in the desert; the player's in the lair"),
         Category("Life", Blobs(0xC8, ITEMS, min_size=(5, 7), max_size=(6, 7)), doc="likewise"),
         Category("Window", Bounds(6, (76, 23, 84, 49), min_size=(8, 26)), doc="of the web"),
         Category("Castle", CASTLES, count=2, doc="the wall at the wedding, the Black Fortress"),

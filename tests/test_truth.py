@@ -33,6 +33,7 @@ RARE = {
     "BeamRider": ("Torpedos",),
     "Berzerk": ("PlayerMissile", "EnemyMissile"),
     "Centipede": ("Flea", "Scorpion"),
+    "Krull": ("Beast", "Line", "Star", "Wall", "Weapon"),
     "Seaquest": ("SurfaceSubmarine",),
 }
 
