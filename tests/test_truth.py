@@ -34,6 +34,8 @@ RARE = {
     "Berzerk": ("PlayerMissile", "EnemyMissile"),
     "Centipede": ("Flea", "Scorpion"),
     "Krull": ("Beast", "Line", "Star", "Wall", "Weapon"),
+    "Pacman": ("Vitamin",),
+    "Riverraid": ("Bridge", "Jet"),
     "Seaquest": ("SurfaceSubmarine",),
 }
 

@@ -1,0 +1,188 @@
+"""Pac-Man: a maze of wafers, four power pills, four ghosts and the vitamin.
+
+Score and lives stand below. The walls, all other pixels in the wafers' colour, are scenery. The
+ghosts take turns, each is drawn on every fourth frame; of the power pills the left and the right
+ones are drawn for eight frames each. Who is in the tunnel between top and bottom is not valid
+while nothing of him shows.
+
+RAM: OCAtari and ALE's source (score, lives), J. Mathes' disassembly of a hack (names of bytes), and
+the ROM's code: f0f4-f37a draws, f930-f983 moves the ghost whose turn it is before that, f621-f7bd
+moves Pac-Man after it. The remainders of his place by the maze's grid are from before the move, so
+that `decode` takes the move back. A wafer's bit is at the place that the ROM's own tables tell.
+
+On the frame on which a life begins, the screen still shows how the last one ended; nobody is valid.
+
+Covered: modes 0 to 7, both difficulties, scared ghosts, eyes, tunnel, deaths, cleared mazes, game
+over. Not exact: Pac-Man's width while only some rows of him are in the tunnel, and on the frame on
+which he turns around; what was eaten on this very frame; for VEM a ghost that touches a power pill,
+and whoever is behind a ghost. The ROM is one for PAL consoles, but the boxes' RGB values are those
+of the NTSC palette, as everywhere in the package; RGB frames of this game are not accepted.
+"""
+
+import functools
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.boxes import Box, box
+from ocjax.console import palette_rgb
+from ocjax.digits import Digits, score_box
+from ocjax.game import Game
+from ocjax.ops import mod, pick
+from ocjax.ram import RamMap, bcd, bits, byte
+from ocjax.rom import Rom
+from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, display
+
+ROM = Rom("pacman", "fc2233fc116faef0d3c31541717ca2db")
+FONT = ROM.font([0xE00 + int(low) for low in ROM.bytes(0xEF9, 10)], rows=7)
+BITS = tuple(int(mask) for mask in ROM.bytes(0xE6D, 8))
+
+
+def _wafers() -> dict[tuple[int, int], tuple[int, int]]:
+    """Left and top of every wafer, by its byte and the mask of its bit."""
+    places = {}
+    for row in range(8):
+        nodes = ROM.bytes(0xE16 + 40 * (row & 1), 40).tolist()
+        for column, node in enumerate(nodes):
+            if node & 0x81 == 1:  # a path, with a wafer
+                at = int(ROM.data[0xE7C + 2 * row + (node >> 1 & 1)])
+                x = 4 * column + (4 if column == 26 else 0)  # drawn one node further on
+                places[at, BITS[node >> 2 & 7]] = x, 32 + 22 * row
+    return places
+
+
+WAFERS = {bit: xy for bit, xy in sorted(_wafers().items()) if bit not in ((2, 1), (6, 128))}
+"""All but two bits, which are never set: their places belong to the pen."""
+WAFER_BYTE, WAFER_MASK = (tuple(bit[i] for bit in WAFERS) for i in (0, 1))
+WAFER_X, WAFER_Y = (tuple(xy[i] for xy in WAFERS.values()) for i in (0, 1))
+
+# The mouth's four phases, then how Pac-Man dies, the last picture first.
+LOOK_LOWS = (*ROM.bytes(0xDC5, 4), *ROM.bytes(0xDFD, 16))
+LOOKS = ROM.pictures([0xD00 + int(low) for low in LOOK_LOWS], 7)
+DYING = 4
+
+PATH_ROWS = 11  # steps from one row of the maze to the next
+TUNNEL, GOES = 0x20, 0x10  # bits of `state`: between top and bottom, and moving there
+UP, FACING = 3, (4, 12, 8, 0)  # ways, right, left, down and up, as compass points
+TUNNEL_END, ENTRY, ALL_ROWS = 98, 11, 6  # `y` below the maze, above it, and with all rows
+MAZE_TOP = 9  # steps to the first row that shows
+START_TIME, EATEN = 60, 0xBA  # `time` at a new start, `ate` on the frame of it
+POWER_X, POWER_Y = (6, 6, 150, 150), (39, 171, 39, 171)
+POWER_BITS = (32, 16, 8, 4)
+GHOST, SCARED, CALMING, YELLOW, WAFER, GREEN, BLACK = 110, 222, 218, 46, 42, 86, 0
+FIELD = (0, 19, 160, 199)
+SCORE_LEFTS = range(63, 103, 8)
+
+
+class Ram(RamMap):
+    frame = byte(0)  # 2 more than as Pac-Man's picture was chosen
+    game_over = byte(2)
+    row_part = byte(5)  # Pac-Man's `y` before the move, less the next row of the maze
+    column_part = byte(6)  # lowest bits of his `x` before the move
+    wafers = byte(*range(8, 24))  # a bit each
+    icons = byte(24)  # lives, less the one in play
+    power = byte(26)  # bits of the power pills
+    fright = bits(26, first=6)  # 0: the ghosts will be scared for a moment only
+    scared = bits(26, first=7)  # the ghosts
+    x = byte(49)
+    ghost_x = byte(50, 51, 52, 53)
+    y = byte(54)  # two rows
+    ghost_y = byte(55, 56, 57, 58)  # two rows
+    state = byte(59)  # way in the highest bits
+    ghost_state = byte(60, 61, 62, 63)
+    mirrored = bits(59)
+    eyes = bits(60, 61, 62, 63, first=3)
+    score = bcd((80, 78, 76))
+    time = byte(100)  # until a start, a death or the ghosts' fright is over
+    ate = byte(101)  # counts down to 127 while all stand still after a ghost was eaten
+    vitamin = bits(103, first=1)
+    dying = bits(103, first=6)
+    ready = bits(103, first=7)  # all wait, at a start or a death
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    there = (m.wafers[np.array(WAFER_BYTE)] & np.array(WAFER_MASK)) > 0
+    color = jnp.where(m.scared == 1, 2 - m.fright, 0)
+    power_rgb = palette_rgb(color, (GHOST, SCARED, CALMING))
+    power = (m.power & np.array(POWER_BITS)) > 0
+    return {
+        "Player": _player(m),
+        "Ghost": _ghosts(m, power_rgb),
+        "PowerPill": box(np.array(POWER_X), np.array(POWER_Y), 4, 10, power, rgb=power_rgb),
+        "Pill": box(np.array(WAFER_X), np.array(WAFER_Y), 4, 2, there),
+        "Vitamin": box(76, 115, 8, 11, m.vitamin == 1),
+        "Score": score_box(FONT, m.score, right=103, top=207, digits=5, value=m.score),
+        "Life": box(8, 217, 8 * m.icons - 4, 6, m.icons > 0, value=m.icons + 1),
+    }
+
+
+def _starts(m: Ram) -> jax.Array:
+    """Whether all have just been put at the start of a life, which does not show yet."""
+    return (m.time == START_TIME) & (m.ready == 1) & (m.dying == 0) & (m.frame & 1 == 0)
+
+
+def _rows(y: jax.Array, state: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
+    """The step that a picture begins at, how many of seven rows are hidden, whether any show."""
+    tunnel, up = (state & TUNNEL) > 0, (state >> 6) == UP
+    shows = ~tunnel | ((state & GOES) > 0) & ((y > 0) | up) & (y != TUNNEL_END)
+    inside = jnp.where(up & (y == ENTRY), ENTRY + 1, jnp.maximum(y, MAZE_TOP))
+    cut = tunnel & (y < ALL_ROWS)
+    return jnp.where(tunnel, inside, y + 12), jnp.where(cut, ALL_ROWS - y, 0), shows
+
+
+def _player(m: Ram) -> Box:
+    dx = ((m.x - m.column_part + 1) & 3) - 1
+    before = jnp.where(m.row_part > 127, m.row_part - 245, m.row_part)  # modulo a row
+    dy = mod(m.y - before + 5 + PATH_ROWS, PATH_ROWS) - 5
+    still = (m.game_over > 0) | ((m.state & TUNNEL) > 0)
+    x = jnp.where(still | (dx > 1), m.x, m.x - dx)
+    y = jnp.where(still | (jnp.abs(dy) > 1), m.y, m.y - dy)
+    first, cut, shows = _rows(y, m.state)
+    dies = DYING + ((m.time + (m.frame - 1 & 1)) >> 2 & 15)
+    left, top, width, height = LOOKS.extent(jnp.where(m.dying == 1, dies, (m.frame - 2) >> 3 & 3))
+    mirrored = (m.mirrored == 1) & (m.ate < 128) & (m.dying == 0)
+    x = x + jnp.where(mirrored, 8 - left - width, left)
+    rows = jnp.minimum(height, 7 - cut - top)
+    facing = pick(m.state >> 6, FACING)
+    y = 2 * (first + top) + 2
+    there = shows & ~_starts(m)
+    return box(x, y, width, 2 * rows, there, orientation=facing).clip(*FIELD)
+
+
+def _ghosts(m: Ram, rgb: jax.Array) -> Box:
+    first, cut, shows = _rows(m.ghost_y, m.ghost_state)
+    eaten_now = (m.ate == EATEN) & ((m.frame - 1 & 3) == np.arange(4))
+    eyes = (m.eyes == 1) & ~eaten_now
+    y = 2 * first + 1 + jnp.where(eyes, 2, 0)
+    height = jnp.where(eyes, 6, jnp.where(cut > 0, 14 - 2 * cut, 16))
+    return box(m.ghost_x, y, 8, height, shows & ~_starts(m), rgb=rgb).clip(*FIELD)
+
+
+PLAYER_RULE = Bounds(YELLOW, FIELD, ignore=((78, 118, 82, 123),))
+GHOST_COLORS = (GHOST, SCARED, CALMING)
+GHOST_RULE = Blobs(GHOST_COLORS, FIELD, gap=(2, 0), min_size=(8, 5), max_size=(8, 16))
+POWER_RULE = Cells(GHOST_COLORS, POWER_X, POWER_Y, 4, 10, margin=(1, 1))
+PILL_RULE = Cells(WAFER, WAFER_X, WAFER_Y, 4, 2, whole=False)
+VITAMIN_RULE = Bounds(WAFER, (76, 115, 84, 126), min_size=(8, 11))
+POINTS = Bounds(BLACK, (63, 207, 103, 214), value=Digits(FONT, SCORE_LEFTS, 207))
+LIVES = Bounds(GREEN, (0, 217, 80, 223), value=Gauge(8, -4, 1))
+
+facing = functools.partial(Category, attributes=("orientation",))
+
+GAME = Game(
+    name="Pacman",
+    rom=ROM.name,
+    md5=ROM.md5,
+    ram=Ram,
+    decode=decode,
+    screen=(250, 160),
+    categories=(
+        facing("Player", PLAYER_RULE, doc="Pac-Man"),
+        Category("Ghost", GHOST_RULE, count=4, blinks=True, doc="they are drawn in turn"),
+        Category("PowerPill", POWER_RULE, count=4, blinks=True, doc="two left, two right"),
+        Category("Pill", PILL_RULE, count=len(WAFER_X), doc="the maze's wafers"),
+        Category("Vitamin", VITAMIN_RULE, doc="below the pen"),
+        display("Score", POINTS, doc="points"),
+        display("Life", LIVES, doc="all icons; value: lives"),
+    ),
+)
