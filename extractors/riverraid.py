@@ -11,10 +11,11 @@ lives), and the ROM's code: f027-f3ff draws, f85d-fa8c moves the river before th
 all else after that, which `decode` takes back. Of what was hit after the frame was drawn, the RAM
 has the points, on the stack, and the missile's row by the time that its sound has still to last.
 
-Covered: levels 1 to 48, moving objects, both difficulties (the missile follows the jet, or flies
-straight), deaths, the new start, game over, modes with two players.
+Covered: levels 1 to 9, moving objects, both difficulties (the missile follows the jet, or flies
+straight), deaths, the new start, game over.
 Not exact: a missile that hits something 15 frames or more after it was fired, a carry in the points
-of what was hit (a depot is assumed then), the display of the score on the frame of a hit.
+of what was hit (a depot is assumed then), the display of the score on the frame of a hit, the rows
+of a jet that the left edge cuts; for VEM one or two rows of a missile, roof or tree at an edge.
 Lives shows one less than the emulator counts; with the last one, and at first, it shows nothing.
 """
 
