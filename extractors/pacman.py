@@ -15,8 +15,7 @@ On the frame on which a life begins, the screen still shows how the last one end
 Covered: modes 0 to 7, both difficulties, scared ghosts, eyes, tunnel, deaths, cleared mazes, game
 over. Not exact: Pac-Man's width while only some rows of him are in the tunnel, and on the frame on
 which he turns around; what was eaten on this very frame; for VEM a ghost that touches a power pill,
-and whoever is behind a ghost. The ROM is one for PAL consoles, but the boxes' RGB values are those
-of the NTSC palette, as everywhere in the package; RGB frames of this game are not accepted.
+and whoever is behind a ghost. The ROM is made for PAL consoles.
 """
 
 import functools
@@ -32,6 +31,7 @@ from ocjax.ops import mod, pick
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Rom
 from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, display
+from ocjax.vision.palette import PAL
 
 ROM = Rom("pacman", "fc2233fc116faef0d3c31541717ca2db")
 FONT = ROM.font([0xE00 + int(low) for low in ROM.bytes(0xEF9, 10)], rows=7)
@@ -103,7 +103,7 @@ class Ram(RamMap):
 def decode(m: Ram) -> dict[str, Box]:
     there = (m.wafers[np.array(WAFER_BYTE)] & np.array(WAFER_MASK)) > 0
     color = jnp.where(m.scared == 1, 2 - m.fright, 0)
-    power_rgb = palette_rgb(color, (GHOST, SCARED, CALMING))
+    power_rgb = palette_rgb(color, (GHOST, SCARED, CALMING), PAL)
     power = (m.power & np.array(POWER_BITS)) > 0
     return {
         "Player": _player(m),
@@ -176,6 +176,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     screen=(250, 160),
+    pal=True,
     categories=(
         facing("Player", PLAYER_RULE, doc="Pac-Man"),
         Category("Ghost", GHOST_RULE, count=4, blinks=True, doc="they are drawn in turn"),

@@ -78,7 +78,7 @@ def mirrored(rows: jax.Array) -> jax.Array:
     return rows
 
 
-def palette_rgb(index: jax.Array, colors: Sequence[int]) -> jax.Array:
+def palette_rgb(index: jax.Array, colors: Sequence[int], table: np.ndarray = palette.NTSC) -> jax.Array:
     """The colours of boxes, uint8 `[..., 3]`: of the few palette indices `colors`, the one at `index`."""
-    channels = palette.NTSC[np.array(colors)].T.tolist()
+    channels = table[np.array(colors)].T.tolist()
     return jnp.stack([pick(index, channel) for channel in channels], axis=-1).astype(jnp.uint8)

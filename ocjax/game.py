@@ -61,6 +61,7 @@ class Game:
         categories: the categories, display (`hud`) categories last.
         screen: (height, width) in pixels.
         shades: colours that change from level to level, if any.
+        pal: whether the ROM is made for PAL consoles, which have another palette.
     """
 
     name: str
@@ -71,6 +72,7 @@ class Game:
     categories: tuple[Category, ...]
     screen: tuple[int, int] = (210, WIDTH)
     shades: Shades | None = None
+    pal: bool = False
     hud: bool = field(default=True, kw_only=True)
 
     def __post_init__(self) -> None:
@@ -94,10 +96,15 @@ class Game:
         """Whether each slot belongs to the display, bool `[N]`."""
         return np.repeat(np.array([c.hud for c in self.categories], dtype=bool), [c.count for c in self.categories])
 
+    @property
+    def palette(self) -> np.ndarray:
+        """RGB of each palette index on the game's screen, uint8 `[256, 3]`."""
+        return palette.PAL if self.pal else palette.NTSC
+
     @functools.cached_property
     def slot_rgb(self) -> np.ndarray:
         """The default colour of each slot, uint8 `[N, 3]`."""
-        return np.concatenate([c.slot_rgb() for c in self.categories])
+        return np.concatenate([c.slot_rgb(self.palette) for c in self.categories])
 
     @property
     def num_slots(self) -> int:
@@ -157,7 +164,7 @@ class Game:
                 f"{self.name}: frames must have shape [..., {height}, {width}] (palette indices) or [..., {height}, {width}, 3] (RGB), "
                 f"got {list(frames.shape)}"
             )
-        if _is_channel_first(frames, self.screen):
+        if _is_channel_first(frames, self.screen, self.palette):
             raise ValueError(
                 f"{self.name}: frames of shape {list(frames.shape)} hold RGB with the channels first, not palette indices: "
                 "move the channels last, with numpy.moveaxis(frames, -3, -1)"
@@ -168,7 +175,7 @@ class Game:
         return f"Game({self.name}, {self.num_slots} slots: {', '.join(f'{c.name} {c.count}' for c in self.categories)})"
 
 
-def _is_channel_first(frames: jax.Array | np.ndarray, screen: tuple[int, int]) -> bool:
+def _is_channel_first(frames: jax.Array | np.ndarray, screen: tuple[int, int], table: np.ndarray) -> bool:
     """Whether frames are RGB `[..., 3, H, W]`, judged by the last of them.
 
     Three frames of palette indices, read as red, green and blue, do not make colours of the palette.
@@ -177,7 +184,7 @@ def _is_channel_first(frames: jax.Array | np.ndarray, screen: tuple[int, int]) -
     if frames.shape[-3:] != (3, *screen) or 0 in frames.shape or isinstance(frames, Tracer):
         return False
     last = np.moveaxis(np.asarray(frames[(-1,) * (frames.ndim - 3)]), 0, -1)
-    return bool(last.any() and palette.is_color(last).all())
+    return bool(last.any() and palette.is_color(last, table).all())
 
 
 # ------------------------------------------------------------------------------------------------------------ validation

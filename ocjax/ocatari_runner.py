@@ -13,7 +13,6 @@ import numpy as np
 from ocjax import _ocatari_program, evaluation
 from ocjax.evaluation import Detections
 from ocjax.recordings import Recording
-from ocjax.vision.palette import NTSC
 
 VERSION = "2.2.1"
 REQUIREMENTS = (f"ocatari=={VERSION}", "ale-py", "numpy<2")
@@ -80,7 +79,7 @@ def run(recording: Recording, python: Path) -> dict[str, OcatariMethod]:
     """
     if recording.screens is None:
         raise ValueError("the recording has no frames, which OCAtari's VEM needs: record it with screens")
-    screens = recording.screens if recording.screens.ndim == 4 else NTSC[recording.screens]
+    screens = recording.screens if recording.screens.ndim == 4 else recording.game.palette[recording.screens]
     resets = np.zeros(len(recording), bool) if recording.resets is None else recording.resets
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "samples.npz"

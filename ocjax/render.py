@@ -12,7 +12,6 @@ from ocjax import output
 from ocjax.game import Game
 from ocjax.objects import Objects
 from ocjax.recordings import Recording
-from ocjax.vision.palette import NTSC
 
 METHODS = {"rem": ("REM",), "vem": ("VEM",), "both": ("REM", "VEM")}
 
@@ -39,7 +38,7 @@ def overlay(game: Game, frame: np.ndarray, objects: Objects, *, scale: int = 3, 
         scale: picture pixels per screen pixel vertically; there are twice as many horizontally, because the console's pixels are wide.
         labels: whether to label the first object of each category, and every object that has a value or a known orientation.
     """
-    rgb = NTSC[frame] if frame.ndim == 2 else frame
+    rgb = game.palette[frame] if frame.ndim == 2 else frame
     sx, sy = 2 * scale, scale
     image = Image.fromarray(rgb).resize((rgb.shape[1] * sx, rgb.shape[0] * sy), Image.Resampling.NEAREST)
     draw = ImageDraw.Draw(image)

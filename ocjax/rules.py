@@ -360,14 +360,14 @@ class Category:
         inverse = isinstance(self.rule, Bounds) and self.rule.inverse
         return self.rgb is None and (inverse or max(several) > 1)
 
-    def slot_rgb(self) -> np.ndarray:
+    def slot_rgb(self, table: np.ndarray = palette.NTSC) -> np.ndarray:
         """The colour of each slot, uint8 `[count, 3]`; the rule's first colour where it is read from the frame."""
         if self.rgb is not None:
             colors = np.asarray(self.rgb)
         elif isinstance(self.rule, Bounds) and not self.rule.each:
-            colors = palette.NTSC[np.array([c[0] for _, c in self.rule.slots])]
+            colors = table[np.array([c[0] for _, c in self.rule.slots])]
         else:
-            colors = palette.NTSC[self.rule.palette[0]]
+            colors = table[self.rule.palette[0]]
         return np.broadcast_to(colors, (self.count, 3)).astype(np.uint8)
 
 

@@ -50,8 +50,8 @@ def _colors(game: Game, found: Sequence[Detected], lanes: int) -> jax.Array:
     own = palette.packed(game.slot_rgb)
     if all(f.color is None for f in found):
         return jnp.broadcast_to(jnp.asarray(own)[:, None], (len(own), lanes))
-    table = np.concatenate([palette.packed(palette.NTSC), own])
-    own_index = len(palette.NTSC) + np.arange(len(own))
+    table = np.concatenate([palette.packed(game.palette), own])
+    own_index = len(game.palette) + np.arange(len(own))
     index = _by_slot([f.color for f in found], [own_index[s] for s in game.slices.values()], lanes)
     return jnp.asarray(table)[index]
 
@@ -88,7 +88,7 @@ def extractor_with_overflow(game: Game) -> Callable[[jax.Array], tuple[Objects, 
 def extractor(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
     """The game's VEM: uint8 `[..., H, 160]` or `[..., H, 160, 3]` -> `Objects`."""
     by_index = _xla.any_batch(lambda frames: _xla.in_chunks(lambda chunk: _extract(game, chunk)[0], frames, CHUNK), 2)
-    to_index = _xla.any_batch(palette.to_index, 3)
+    to_index = _xla.any_batch(lambda rgb: palette.to_index(rgb, game.palette), 3)
 
     def extract(frames: jax.Array | np.ndarray) -> Objects:
         return by_index(to_index(frames) if frames.shape[-3:] == (*game.screen, 3) else frames)

@@ -8,7 +8,6 @@ from PIL import Image, ImageDraw
 
 from ocjax.evaluation import Agreement, Detections, match
 from ocjax.recordings import Recording
-from ocjax.vision.palette import NTSC
 
 COUNT = 6  # pictures
 DISTANCE = 20  # least number of samples between two of them
@@ -64,7 +63,7 @@ def _draw(recording: Recording, i: int, left: Detections, right: Detections, bef
 
     assert recording.screens is not None
     frame = recording.screens[i]
-    rgb = NTSC[frame] if frame.ndim == 2 else frame
+    rgb = recording.game.palette[frame] if frame.ndim == 2 else frame
     image = Image.fromarray(rgb).resize((rgb.shape[1] * 2 * SCALE, rgb.shape[0] * SCALE), Image.Resampling.NEAREST)
     draw = ImageDraw.Draw(image)
     for color, boxes, columns in ((AGREED, mine, agreed), (FALSE, mine, false), (MISSED, theirs, missed)):

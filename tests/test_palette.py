@@ -1,14 +1,38 @@
+import ale_py
+import jax
 import numpy as np
 import pytest
 
+import ocjax
+from ocjax.rom import rom_path
 from ocjax.vision import palette
 
 
-def test_there_and_back():
+@pytest.mark.parametrize("table", [palette.NTSC, palette.PAL], ids=["NTSC", "PAL"])
+def test_there_and_back(table):
     index = np.arange(0, 256, 2, dtype=np.uint8).reshape(16, 8)
-    assert np.array_equal(palette.to_index(palette.NTSC[index]), index)
-    assert np.array_equal(palette.to_rgb(index), palette.NTSC[index])
-    assert palette.to_index(palette.NTSC[index]).dtype == np.uint8
+    back = palette.to_index(table[index], table)
+    assert back.dtype == np.uint8
+    assert np.array_equal(table[back], table[index])
+    assert np.array_equal(palette.to_rgb(index, table), table[index])
+    hues = slice(2, 14) if table is palette.PAL else slice(None)  # PAL consoles have four hues of grey, of which the first counts
+    assert np.array_equal(back[hues], index[hues])
+    assert palette.is_color(table[index], table).all()
+
+
+@pytest.mark.parametrize("name", ["Pong", "Pacman"])
+def test_the_emulator_shows_these_colours(name):
+    """And a game of either kind finds the same in RGB frames and in indices."""
+    ale_py.ALEInterface.setLoggerMode(ale_py.LoggerMode.Error)
+    game, ale = ocjax.load(name), ale_py.ALEInterface()
+    ale.loadROM(rom_path(game.rom))
+    for _ in range(300):
+        ale.act(ale.getMinimalActionSet()[-1])
+    screen, rgb = ale.getScreen(), ale.getScreenRGB()
+    assert np.array_equal(game.palette[screen], rgb)
+    palette.check_rgb(rgb, game.palette)
+    for a, b in zip(jax.tree.leaves(game.vem(screen)), jax.tree.leaves(game.vem(rgb)), strict=True):
+        assert np.array_equal(a, b)
 
 
 def test_foreign_colours_are_reported():

@@ -14,7 +14,6 @@ from ocjax.objects import Objects
 from ocjax.ramtools import fits
 from ocjax.rules import Category
 from ocjax.tables import Cell, Table
-from ocjax.vision.palette import NTSC
 
 FIELDS = ("x", "y", "w", "h", "value")
 FRAME_SKIP = 4  # emulated frames per agent step of the play that leads to the state
@@ -251,7 +250,7 @@ def picture(c: Causes) -> Image.Image:
     size = across * (TILE_WIDTH + GAP), -(-len(addresses) // across) * (height + TITLE_HEIGHT + GAP)
     out = Image.new("RGB", size, (24, 24, 24))
     draw = ImageDraw.Draw(out)
-    dim = NTSC[c.screen].astype(float) * 0.4
+    dim = c.game.palette[c.screen].astype(float) * 0.4
     for i, address in enumerate(addresses):
         x, y = i % across * (TILE_WIDTH + GAP) + GAP // 2, i // across * (height + TITLE_HEIGHT + GAP)
         share = c.pixels[address][..., None]

@@ -17,7 +17,6 @@ from rich.text import Text
 
 from ocjax.ramtools.session import ARROWS, GLOW, RATE, Session
 from ocjax.render import category_colors
-from ocjax.vision.palette import NTSC
 
 RAM_WIDTH = 72  # characters of the right column
 RAM_HEIGHT = 11  # lines of the RAM and the heading of the objects
@@ -26,7 +25,7 @@ SCREEN_COLUMNS, SCREEN_ROWS, LEAST_COLUMNS, LEAST_ROWS = 160, 105, 20, 8  # char
 
 def screen_text(session: Session, columns: int, rows: int) -> Text:
     """The screen with boxes in half blocks, two pixels per character."""
-    frame = NTSC[session.screen].copy()
+    frame = session.game.palette[session.screen].copy()
     colors = category_colors(session.game)
     for r in session.objects.to_list():
         x, y, right, bottom = r["x"], r["y"], r["x"] + r["w"] - 1, r["y"] + r["h"] - 1

@@ -1,8 +1,8 @@
-"""The palette of the console: from RGB to the emulator's palette index and back.
+"""The palettes of the console: from RGB to the emulator's palette index and back.
 
 The emulator draws in palette indices (`ale.getScreen()`): hue in the high nibble, luminance in the upper three bits of the low one; the
-lowest bit is not used by NTSC consoles. Extraction works on indices, a quarter of RGB's memory traffic. The RGB values are those
-that ale-py 0.12.1 shows for NTSC games, read off its screens.
+lowest bit is not used. Extraction works on indices, a quarter of RGB's memory traffic. The RGB values of NTSC consoles are those that
+ale-py 0.12.1 shows, read off its screens; those of PAL consoles are the emulator's (Stella), checked against ale-py's screens of Pac-Man.
 """
 
 import functools
@@ -30,11 +30,37 @@ _NTSC_EVEN = """
     482c00 694d14 866a26 a28638 bb9f47 d2b656 e8cc63 fce070
 """
 
-NTSC = np.repeat(np.array([[int(c[i : i + 2], 16) for i in (0, 2, 4)] for c in _NTSC_EVEN.split()], dtype=np.uint8), 2, axis=0)
-"""uint8 `[256, 3]`: RGB of each palette index; an odd index shows as the even one below it."""
+_PAL_EVEN = """
+    000000 2b2b2b 525252 767676 979797 b6b6b6 d2d2d2 ececec
+    000000 2b2b2b 525252 767676 979797 b6b6b6 d2d2d2 ececec
+    805800 96711a ab8732 be9c48 cfaf5c dfc06f eed180 fce090
+    445c00 5e791a 769332 8cac48 a0c25c b3d76f c4ea80 d4fc90
+    703400 89511a a06b32 b68448 c99a5c dcaf6f ecc280 fcd490
+    006414 1a8035 329852 48b06e 5cc587 6fd99e 80ebb4 90fcc8
+    700014 891a35 a03252 b6486e c95c87 dc6f9e ec80b4 fc90c8
+    005c5c 1a7676 328e8e 48a4a4 5cb8b8 6fcbcb 80dcdc 90ecec
+    70005c 841a74 963289 a8489e b75cb0 c66fc1 d380d1 e090e0
+    003c70 195a89 2f75a0 448eb6 57a5c9 68badc 79ceec 88e0fc
+    580070 6e1a89 8332a0 9648b6 a75cc9 b76fdc c680ec d490fc
+    002070 193f89 2f5aa0 4474b6 578bc9 68a1dc 79b5ec 88c8fc
+    340080 4a1a96 5f32ab 7248be 835ccf 936fdf a280ee b090fc
+    000088 1a1a9d 3232b0 4848c2 5c5cd2 6f6fe1 8080ef 9090fc
+    000000 2b2b2b 525252 767676 979797 b6b6b6 d2d2d2 ececec
+    000000 2b2b2b 525252 767676 979797 b6b6b6 d2d2d2 ececec
+"""
 
-# A multiplicative hash of 24-bit colours without collisions among the 128 of the palette; `_hash_table` proves it.
-_MULTIPLIER, _SHIFT = 0x67ABF389, 22
+
+def _table(even: str) -> np.ndarray:
+    return np.repeat(np.array([[int(c[i : i + 2], 16) for i in (0, 2, 4)] for c in even.split()], dtype=np.uint8), 2, axis=0)
+
+
+NTSC = _table(_NTSC_EVEN)
+"""uint8 `[256, 3]`: RGB of each palette index; an odd index shows as the even one below it."""
+PAL = _table(_PAL_EVEN)
+"""The same for ROMs made for PAL consoles. Greys have several indices, of which RGB gives the lowest."""
+
+# A multiplicative hash of 24-bit colours without collisions among the colours of a palette; `_hash_table` proves it.
+_MULTIPLIER, _SHIFT = 0x2858FD51, 22
 
 
 class PaletteError(ValueError):
@@ -45,26 +71,30 @@ def _hash(red, green, blue):  # noqa: ANN001, ANN202  # uint32 scalars or arrays
     return (((red << 16) | (green << 8) | blue) * np.uint32(_MULTIPLIER)) >> _SHIFT
 
 
-@functools.cache
-def _hash_table() -> np.ndarray:
+def _hash_table(palette: np.ndarray) -> np.ndarray:
     """The palette index at each hash; 0 for hashes that no colour has."""
-    r, g, b = NTSC[::2].astype(np.uint32).T
-    slots = _hash(r, g, b)
+    return _hash_table_of(palette.tobytes())
+
+
+@functools.cache
+def _hash_table_of(palette: bytes) -> np.ndarray:
+    colors, first = np.unique(np.frombuffer(palette, np.uint8).reshape(-1, 3), axis=0, return_index=True)
+    slots = _hash(*colors.astype(np.uint32).T)
     assert len(np.unique(slots)) == len(slots), "the hash of the palette has collisions"
     table = np.zeros(1 << (32 - _SHIFT), np.uint8)
-    table[slots] = np.arange(0, 256, 2)
+    table[slots] = first
     return table
 
 
-def to_index(rgb: jax.Array) -> jax.Array:
+def to_index(rgb: jax.Array, palette: np.ndarray = NTSC) -> jax.Array:
     """Palette indices uint8 `[...]` of colours uint8 `[..., 3]`, all of which must be in the palette (`check_rgb` tells)."""
     r, g, b = (rgb[..., i].astype(jnp.uint32) for i in range(3))
-    return jnp.asarray(_hash_table())[_hash(r, g, b)]
+    return jnp.asarray(_hash_table(palette))[_hash(r, g, b)]
 
 
-def to_rgb(index: jax.Array) -> jax.Array:
+def to_rgb(index: jax.Array, palette: np.ndarray = NTSC) -> jax.Array:
     """Colours uint8 `[..., 3]` of palette indices uint8 `[...]`."""
-    return jnp.asarray(NTSC)[index]
+    return jnp.asarray(palette)[index]
 
 
 def packed(rgb: np.ndarray) -> np.ndarray:
@@ -73,17 +103,18 @@ def packed(rgb: np.ndarray) -> np.ndarray:
     return r | (g << 8) | (b << 16)
 
 
-def is_color(rgb: np.ndarray) -> np.ndarray:
+def is_color(rgb: np.ndarray, palette: np.ndarray = NTSC) -> np.ndarray:
     """Whether the console can draw each of the colours uint8 `[..., 3]`, bool `[...]`."""
     r, g, b = (rgb[..., i].astype(np.uint32) for i in range(3))
-    return (NTSC[_hash_table()[_hash(r, g, b)]] == rgb).all(-1)
+    return (palette[_hash_table(palette)[_hash(r, g, b)]] == rgb).all(-1)
 
 
-def check_rgb(rgb: np.ndarray | jax.Array) -> None:
+def check_rgb(rgb: np.ndarray | jax.Array, palette: np.ndarray = NTSC) -> None:
     """Check that every pixel has a colour that the console can draw.
 
     Args:
         rgb: uint8 `[..., 3]`.
+        palette: of the game (`game.palette`).
 
     Raises:
         TypeError: not uint8.
@@ -95,10 +126,10 @@ def check_rgb(rgb: np.ndarray | jax.Array) -> None:
         raise TypeError(f"RGB frames must be uint8, got {host.dtype}")
     if host.ndim == 0 or host.shape[-1] != 3:
         raise ValueError(f"RGB frames must have shape [..., 3], got {host.shape}")
-    wrong = ~is_color(host)
+    wrong = ~is_color(host, palette)
     if wrong.any():
         examples = np.unique(host[wrong], axis=0)[:3].tolist()
         raise PaletteError(
-            f"{int(wrong.sum())} of {wrong.size} pixels have colours that are not in the NTSC palette, such as {examples}: "
+            f"{int(wrong.sum())} of {wrong.size} pixels have colours that are not in the console's palette, such as {examples}: "
             "give the emulator's own screen, not one that was max-pooled, resized or compressed"
         )

@@ -1,0 +1,95 @@
+"""Draw learning curves from the folders of trainings, and keep their numbers.
+
+    python benchmarks/curves.py [FOLDER ...]
+
+The mean returns in each FOLDER (of `ocjax train`) are copied, thinned, to benchmarks/curves/<Game>-<seed>.csv. All curves that are kept
+there are drawn into docs/curves.png. Needs matplotlib (extra `dev`).
+"""
+
+import argparse
+import csv
+import json
+from pathlib import Path
+from typing import NamedTuple
+
+import matplotlib as mpl
+
+mpl.use("Agg")
+import matplotlib.pyplot as plt
+
+HERE = Path(__file__).parent
+KEPT, PICTURE = HERE / "curves", HERE.parent / "docs" / "curves.png"
+POINTS = 200  # of a curve that is kept
+COLUMNS = 4  # of the picture
+
+
+class Reference(NamedTuple):
+    """Mean returns to compare with."""
+
+    random: float
+    human: float
+    ocatari: float | None  # objects, 10 million steps; from training logs of the OCAtari project
+
+
+# Random and human: Mnih et al. (2015), Skiing: Wang et al. (2016).
+REFERENCES = {
+    "Asterix": Reference(210.0, 8503.0, 3300.0),
+    "Boxing": Reference(0.1, 4.3, 55.0),
+    "Breakout": Reference(1.7, 31.8, None),
+    "Freeway": Reference(0.0, 29.6, 32.5),
+    "Pong": Reference(-20.7, 9.3, 7.2),
+    "Skiing": Reference(-17098.0, -4337.0, None),
+    "SpaceInvaders": Reference(148.0, 1652.0, None),
+    "Tennis": Reference(-23.8, -8.9, -1.0),
+}
+COLORS = {"random": "tab:gray", "human": "tab:green", "ocatari": "tab:orange"}
+
+
+def keep(folder: Path) -> None:
+    """Copy the curve of a training."""
+    config = json.loads((folder / "config.json").read_text())
+    with (folder / "metrics.csv").open() as file:
+        rows = [(int(row["frames"]), float(row["return"])) for row in csv.DictReader(file) if row["return"] != "nan"]
+    step = max(1, len(rows) // POINTS)
+    KEPT.mkdir(exist_ok=True)
+    with (KEPT / f"{config['game']}-{config['seed']}.csv").open("w", newline="") as file:
+        out = csv.writer(file, lineterminator="\n")
+        out.writerow(("frames", "return"))
+        out.writerows([*rows[:-1:step], rows[-1]])
+
+
+def draw() -> None:
+    """Draw all curves that are kept."""
+    curves: dict[str, list[Path]] = {}
+    for path in sorted(KEPT.glob("*.csv")):
+        curves.setdefault(path.stem.rsplit("-", 1)[0], []).append(path)
+    columns = min(COLUMNS, len(curves))
+    rows = -(-len(curves) // columns)
+    figure, axes = plt.subplots(rows, columns, figsize=(4.2 * columns, 3.2 * rows), squeeze=False, layout="constrained")
+    for axis in axes.flat[len(curves) :]:
+        axis.axis("off")
+    for axis, (game, paths) in zip(axes.flat, curves.items(), strict=False):
+        for path in paths:
+            with path.open() as file:
+                points = [(float(row["frames"]) / 1e6, float(row["return"])) for row in csv.DictReader(file)]
+            axis.plot(*zip(*points, strict=True), color="tab:blue", label="ocjax" if path == paths[0] else None)
+        for name, value in REFERENCES[game]._asdict().items() if game in REFERENCES else ():
+            if value is not None:
+                axis.axhline(value, color=COLORS[name], linestyle="--", linewidth=1, label=name.replace("ocatari", "OCAtari, 40 M frames"))
+        axis.set(title=game, xlabel="million emulated frames", ylabel="mean return of 100 games")
+        axis.legend(fontsize="x-small", loc="lower right")
+    figure.savefig(PICTURE, dpi=80)
+
+
+def main() -> None:
+    """Keep and draw."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folders", nargs="*", type=Path, metavar="FOLDER", help="of trainings")
+    for folder in parser.parse_args().folders:
+        keep(folder)
+    draw()
+    print(f"written: {PICTURE}")
+
+
+if __name__ == "__main__":
+    main()
