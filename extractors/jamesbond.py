@@ -1,11 +1,12 @@
 """James Bond 007: a vehicle in the desert, on the sea and under it, in missions of several stages.
 
 The game has a record for each of three lanes: the air, the sea, the sky. Slots of Missile and Bomb:
-the object and its copy, in the air, then in the sea; of Rocket: in the air, in the sea; of
-Fire_Hole: the hole, and what of it is in columns 8-15, which it enters from both sides. Oil_Rig is
+the object and its copy, in the air, then in the sea; of Rocket: in the air, in the sea. Oil_Rig is
 valid while a flash lights it, for it has the sky's colour otherwise. Capsule leaves a Lab that was
-hit. Life has a box around the icons, three at most. Explosions in the air, smoke, stars, hills on
-the sea bed and the maker's name are scenery. Title screens show nothing but the score of a game.
+hit. Explosion is what a missile leaves above the sea, which kills, too; slots as Bomb's. Life has a
+box around the icons, three at most. A hole goes round at the edges; its box has the larger part.
+Smoke, stars, hills on the sea bed and the maker's name are scenery. Title screens show nothing but
+the score of a game.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (the first mission's bytes), and the ROM's code: the
 drawing at $F000 of pages 4-7, the records of kinds at $FD00, to which $FB53 of pages 0-2 points,
@@ -37,7 +38,7 @@ GRAPHICS = 0x1000  # offset of the pages that are at $F000 while the frame is dr
 FONT = ROM.font(GRAPHICS | 0x800, rows=7)
 
 MISSILE, ICE, ROCKET, DIVER, SATELLITE, SUBMARINE, BOMB, TORPEDO = range(8)
-SHIP, OIL_RIG, HELICOPTER, HORNET, EXPLOSION, ERUPTION, CAPSULE = range(8, 15)
+SHIP, OIL_RIG, HELICOPTER, *_ = range(8, 15)
 KINDS = 15  # each with a record of eleven bytes, which its picture follows
 RECORDS = GRAPHICS | (ROM.bytes(0xB62, KINDS) & 15) << 8 | ROM.bytes(0xB53, KINDS)
 RECORD = np.array([ROM.bytes(at, 11) for at in RECORDS])
@@ -60,7 +61,6 @@ def _picture(kind: int, toggle: int) -> np.ndarray:
 
 BOTH = [_picture(kind, toggle) for kind in range(KINDS) for toggle in (0, TOGGLE[kind])]
 SIZES = Pictures.of([rows & seen for rows in BOTH for seen in CUTS])
-
 
 PIT = np.unpackbits(ROM.rows(GRAPHICS | 0xB8F, 17).astype(np.uint8)[:, None], axis=1)
 DEPTHS = [6 + 3 * int(np.flatnonzero(column)[-1]) for column in PIT.T.repeat(2, 0)]
@@ -85,10 +85,9 @@ IN_AIR, IN_SEA, COPY = np.array([[1, 1, 0, 0, 0], [0, 0, 1, 1, 0], [0, 1, 0, 1, 
 BOTTOM = np.where(IN_SEA, SEA[3], AIR[3])
 BOMBED = (8, 57, 160, 168)  # below it, the sea bed covers the depth charges
 SKY, LOW = (8, 57, 160, 72), (8, 99, 160, 121)
-PARTS = ((16, 160), (8, 16))  # columns of the ground: most of it, the first eight
 NAMES = ("Missile", "Ice", "Rocket", "Diver", "Satellite", "Submarine", "Bomb", "Torpedo", "Ship")
-NAMES += ("Oil_Rig", "Helicopter", "Hornet", "", "Eruption", "Capsule")
-SLOTS = (slice(4), 4, slice(0, 3, 2), 2, 4, 2, slice(2), 2, 0, 0, 4, 0, 0, 2, 2)
+NAMES += ("Oil_Rig", "Helicopter", "Hornet", "Explosion", "Eruption", "Capsule")
+SLOTS = (slice(4), 4, slice(0, 3, 2), 2, 4, 2, slice(2), 2, 0, 0, 4, 0, slice(2), 2, 2)
 
 NOT_RUNNING, TITLE, OVER = 0xFE, 8, 32  # bits of `status`: no motion, a title, with the score
 DIES, ODD = 0x80, 0x40  # bits of `flags`; every other frame is odd
@@ -146,8 +145,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Life": box(9, life_y, icons, 4, m.lives > 0, value=m.lives + 1),
     }
     for kind, (name, slots) in enumerate(zip(NAMES, SLOTS, strict=True)):
-        if kind != EXPLOSION:
-            boxes[name] = objects[slots].where(m.kind[slots] == kind)
+        boxes[name] = objects[slots].where(m.kind[slots] == kind)
     boxes["Oil_Rig"] = boxes["Oil_Rig"].where(m.rig_colors == LIT)
     hidden = {name: TITLE | (OVER if name == "Score" else 0) for name in boxes}
     return {name: b.where((m.status & hidden[name]) != TITLE) for name, b in boxes.items()}
@@ -229,14 +227,14 @@ def _beam(m: Ram) -> Box:
 
 
 def _hole(m: Ram) -> Box:
-    """The hole in most columns, and in the first eight, which it enters from both sides."""
+    """The hole; at an edge, the larger part of what is in columns 8-159, for it goes round."""
     x = _column(m.ground_x) + 1
-    x = jnp.stack([x, jnp.where(x > 144, x - 160, x)])
-    first, last = (jnp.clip(np.array(edge) - x, 0, 16) for edge in zip(*PARTS, strict=True))
+    x = jnp.where(x > 156, x - 160, x)
+    first, last = jnp.clip(8 - x, 0, 16), jnp.clip(160 - x, 0, 16)
     depth = jnp.minimum(pick(last, DEPTH_LEFT), pick(16 - first, DEPTH_RIGHT))
     apart = (m.ground_x >= 9) & (m.ground_x < 15)  # the flames are two columns beside the hole
     hole = box(x, 122, jnp.where(apart, 18, 16), depth, m.mission == 0)
-    return hole.clip(np.array([16, 8]), 122, np.array([160, 16]), 170)
+    return hole.clip(8, 122, 160, 170)
 
 
 def _lab(m: Ram) -> Box:
@@ -248,17 +246,18 @@ def _lab(m: Ram) -> Box:
     return box(left, 156, right - left, 23, there).clip(*FIELD)
 
 
-# A vehicle that is lost flashes in all colours; these are left out, for other things have them.
+# A vehicle that is lost flashes in all colours, but other things have these.
 TAKEN = bytes.fromhex("0002040608 0a101214 182434 828488 9498 c0c2c4 f0f4f6fe")
 PLAYER = tuple(c for c in range(0, 256, 2) if c not in TAKEN)
 VEHICLE = Blobs(PLAYER, FIELD, min_size=(4, 4), max_size=(8, 4), area=(9, 17))
 UPWARD = Blobs(PLAYER, FIELD, min_size=(1, 3), max_size=(1, 6))
 CHARGE = Blobs((0, 0xC4), BOMBED, min_size=(1, 2), max_size=(1, 6))
-HOLE = Bounds((0xF0, 0x34), tuple((a, 122, b, 170) for a, b in PARTS), (1, 8))
 blob = functools.partial(Blobs, gap=(1, 1), max_size=(8, 16))
-FLYER = blob((0x08, 0x94, 0x34), (8, 75, 160, 89), gap=(3, 4), first=0x08)
+HOLE = blob((0xF0, 0x34), (8, 122, 160, 170), gap=(2, 6), min_size=(4, 8), max_size=(20, 48))
+FLYER = blob((0x08, 0x94, 0x34), (8, 75, 160, 89), gap=(3, 4), first=0x08, min_size=(1, 5))
 rocket = functools.partial(blob, (0x0A, 6, 0x98, 0x9C, 0x18, 0x44), FIELD, first=0x0A)
 ROCKETS = rocket(min_size=(7, 9), also=rocket(min_size=(2, 4), max_size=(8, 8)))
+SPARKS = Blobs((0x44, 0x6A), (8, 75, 160, 121), gap=(5, 2), min_size=(5, 1), max_size=(8, 16))
 MISSILES = blob((6, 0x34, 0x1A), FIELD, min_size=(3, 5), first=6)
 POINTS = Bounds(0x18, (54, 15, 102, 22), value=Digits(FONT, range(54, 102, 8), 15))
 
@@ -274,7 +273,7 @@ GAME = Game(
         Category("Depth_Charge", CHARGE, doc="the shot that falls; from the second mission on"),
         Category("Enemy_Shot", Bounds(0xFE, (8, 74, 160, 156), (1, 2)), doc="of all enemies"),
         Category("Laser", Bounds(0xFE, (8, 63, 160, 74), (2, 6)), doc="a helicopter's beam"),
-        Category("Fire_Hole", HOLE, count=2, doc="the hole; what is in columns 8-15"),
+        Category("Fire_Hole", HOLE, doc="in the ground"),
         Category("Lab", Bounds((0x18, 0x22, 0x36), (8, 156, 160, 179)), doc="on the sea bed"),
         Category("Ice", Bounds((0x94, 0x08, 0x98), SKY, (1, 10)), doc="a diamond"),
         Category("Satellite", Bounds((0x5A, 0x56, 0x52), SKY, (1, 8)), doc="in the sky"),
@@ -291,6 +290,7 @@ GAME = Game(
         Category("Torpedo", Bounds((0x18,), (8, 121, 160, 131), (1, 5)), doc="at the surface"),
         Category("Eruption", Bounds((0xC2, 0x18), SEA, (10, 5)), doc="of a bomb in the sea"),
         Category("Capsule", Bounds((0xCA, 0xC8, 0xC6), SEA, (1, 8)), doc="a goal: to be touched"),
+        Category("Explosion", SPARKS, count=2, doc="above the sea; deadly"),
         Category("Bomb", blob(0x44, AIR, min_size=(2, 5), max_size=(4, 5)), count=2, doc="falls"),
         Category("Rocket", ROCKETS, count=2, doc="rises: in the air, in the sea"),
         Category("Missile", MISSILES, count=4, doc="rises: lane * 2 + copy"),

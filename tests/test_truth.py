@@ -33,6 +33,7 @@ RARE = {
     "BeamRider": ("Torpedos",),
     "Berzerk": ("PlayerMissile", "EnemyMissile"),
     "Centipede": ("Flea", "Scorpion"),
+    "Jamesbond": ("Explosion", "Submarine", "Torpedo"),
     "Krull": ("Beast", "Line", "Star", "Wall", "Weapon"),
     "Pacman": ("Vitamin",),
     "Riverraid": ("Bridge", "Jet"),
