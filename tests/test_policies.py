@@ -105,6 +105,24 @@ def test_a_game_has_all_of_its_lives():
     assert (played.frames > 400).all()  # a life takes a random player about 150 frames
 
 
+@pytest.mark.parametrize("path", sorted(policies.SHIPPED.glob("*.npz")), ids=lambda path: path.stem)
+def test_trained_policies(path):
+    game = ocjax.load(path.stem)
+    policy = policies.read(policies.find("trained", game), game)
+    assert path.stat().st_size < 200_000
+    assert policy.settings is not None
+    assert policy.frames > 0
+
+
+def test_the_trained_policy_wins():
+    assert (play(ocjax.load("Pong"), "trained", 2, seed=7).returns > 0).all()
+
+
+def test_games_without_trained_policy():
+    with pytest.raises(PolicyError, match=r"no trained policy of Boxing .* there are those of .*Pong"):
+        play(ocjax.load("Boxing"), "trained", 1)
+
+
 def test_play_command(policy, tmp_path):
     path, table, gif = tmp_path / "policy.npz", tmp_path / "returns.csv", tmp_path / "game.gif"
     policy.write(path)
