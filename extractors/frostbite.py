@@ -25,7 +25,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.boxes import Box, box
-from ocjax.console import signed_nibble
+from ocjax.console import EDGE_CUTS, signed_nibble
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
 from ocjax.ops import lookup, mod, pick, reached
@@ -37,9 +37,7 @@ ROM = Rom("frostbite", "4ca73eb959299471788f0b685c3ba0b5")
 FONT = ROM.font(0xF00, rows=8)
 BAILEYS = ROM.pictures(range(0xC00, 0xD00), 19)
 BEARS = ROM.pictures([0xD00 + low for low in ROM.bytes(0xEE7, 8)], 19)
-CUTS = tuple(0xFF << cut & 0xFF if cut > 0 else 0xFF >> -cut for cut in range(-8, 9))
-"""The columns of an animal that are on the screen, by how many are beyond an edge."""
-ANIMALS = Pictures.of([ROM.rows(0xD00 + low, 8) & seen for seen in CUTS for low in range(256)])
+ANIMALS = Pictures.of([ROM.rows(0xD00 + low, 8) & seen for seen in EDGE_CUTS for low in range(256)])
 POSES = ROM.bytes(0xCAA, 6)  # low bytes of the addresses of Bailey's pictures
 
 WHITE, ICE, BIRD, FISH, CRAB, CLAM = 12, 152, 142, 202, 56, 26

@@ -24,6 +24,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 from ocjax.boxes import Box, box, choose
+from ocjax.console import EDGE_CUTS
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
 from ocjax.ops import among, div, lookup, pick
@@ -78,9 +79,8 @@ BEINGS += ((0x4C, 0x33), (0x58, 0x33), (0x7F, 0x17), (0x92, 0x17), (0x64, 0x8E))
 SNAKES, LAMP, TENTACLES = (0x7F, 0x92), 0x64, (0xA6, 0xB2, 0xBE, 0xCA, 0xD6)
 KINDS = np.full(256, len(BEINGS))
 KINDS[[picture for picture, _ in BEINGS]] = np.arange(len(BEINGS))
-CUTS = tuple(0xFF << -cut & 0xFF if cut < 0 else 0xFF >> cut for cut in range(-8, 9))  # by rocks
 BEING_ROWS = [ROM.rows(0xB00 + p, 13) * (ROM.rows(0xD00 + c, 13) > 1) for p, c in BEINGS]
-BEING_PICTURES = Pictures.of([rows & cut for cut in CUTS for rows in (*BEING_ROWS, NOTHING)])
+BEING_PICTURES = Pictures.of([b & cut for cut in EDGE_CUTS[::-1] for b in (*BEING_ROWS, NOTHING)])
 BOMBS, FIRES, MINERS, RAFT = (0x26, 0x33, 0x40), (0x4D, 0x58, 0x65), (0x71, 0x7E), 0x97
 LOW = dict.fromkeys(BOMBS, 0x68) | dict.fromkeys(FIRES, 0x40) | dict.fromkeys(MINERS, 0x26)
 LOW |= dict.fromkeys(TENTACLES, 0xC4) | {RAFT: 0x05}

@@ -26,6 +26,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.boxes import Box, box
+from ocjax.console import EDGE_CUTS
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
 from ocjax.ops import among, pick
@@ -48,8 +49,6 @@ STEP_X[TORPEDO], STEP_Y[TORPEDO] = -2, 0
 ANIMATION = [frames & 15 for frames in ANIMATION]
 PICTURE = [at + 11 & 0xFF for at in RECORDS]  # low byte of the first picture's address
 
-# The columns of a picture that are on the screen, by how many are beyond an edge.
-CUTS = tuple(0xFF << cut & 0xFF if cut > 0 else 0xFF >> -cut for cut in range(-8, 9))
 SMOKE_ROWS = 15  # of the ship's pictures
 
 
@@ -60,7 +59,7 @@ def _picture(kind: int, toggle: int) -> np.ndarray:
 
 
 BOTH = [_picture(kind, toggle) for kind in range(KINDS) for toggle in (0, TOGGLE[kind])]
-SIZES = Pictures.of([rows & seen for rows in BOTH for seen in CUTS])
+SIZES = Pictures.of([rows & seen for rows in BOTH for seen in EDGE_CUTS])
 
 PIT = np.unpackbits(ROM.rows(GRAPHICS | 0xB8F, 17).astype(np.uint8)[:, None], axis=1)
 DEPTHS = [6 + 3 * int(np.flatnonzero(column)[-1]) for column in PIT.T.repeat(2, 0)]
@@ -187,7 +186,7 @@ def _objects(m: Ram) -> Box:
     # The larger part of what the edges cut; columns 0-7 are black.
     left = jnp.where(left < 0, left + 160, jnp.where(2 * left + width > 328, left - 160, left))
     beyond = jnp.clip(left + width - 160 >> zoom, 0, 8) - jnp.clip(8 - left >> zoom, 0, 8)
-    dx, dy, w, h = SIZES.extent(len(CUTS) * other + 8 + beyond)
+    dx, dy, w, h = SIZES.extent(len(EDGE_CUTS) * other + 8 + beyond)
     there = (m.height < NONE) & (m.object_y < NONE) & (~COPY | among(m.size, COPIES))
     return box(left + (dx << zoom), y + dy, w << zoom, h, there).clip(8, 57, 160, BOTTOM)
 

@@ -25,7 +25,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.boxes import Box, box
-from ocjax.console import palette_rgb
+from ocjax.console import EDGE_CUTS, palette_rgb
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
 from ocjax.ops import pick
@@ -51,9 +51,6 @@ FLASHES = 15  # least `dying` at which the submarine is whole
 SURFACE, FOOT = 13, (53, 57)  # `y` at the surface; rows at the foot of the waves
 EAST, WEST = 4, 12
 
-CUTS = tuple(0xFF << cut & 0xFF if cut > 0 else 0xFF >> -cut for cut in range(-8, 9))
-"""The columns of a picture that are on the screen, by how many are beyond an edge."""
-
 
 def _rows(pointers: int, index: int, height: int) -> np.ndarray:
     """Rows of a picture from the top, whose address is in a table of pointers."""
@@ -74,9 +71,11 @@ def _ball_rows(look: int) -> np.ndarray:
 
 
 SUBS = ROM.pictures([0xD00 + int(low) for low in ROM.bytes(0xCFB, 3)], 12)
-PATROLS = Pictures.of([_rows(0xCFB, look, 12)[:7] & cut for cut in CUTS for look in range(3)])
-ENEMIES = Pictures.of([_rows(0xFA2, look, LANE_ROWS) & cut for cut in CUTS for look in range(8)])
-BALLS = Pictures.of([_ball_rows(look) & cut for cut in CUTS for look in range(16)])
+PATROLS = Pictures.of([_rows(0xCFB, look, 12)[:7] & cut for cut in EDGE_CUTS for look in range(3)])
+ENEMIES = Pictures.of(
+    [_rows(0xFA2, look, LANE_ROWS) & cut for cut in EDGE_CUTS for look in range(8)]
+)
+BALLS = Pictures.of([_ball_rows(look) & cut for cut in EDGE_CUTS for look in range(16)])
 
 
 class Ram(RamMap):

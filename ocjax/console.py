@@ -19,6 +19,8 @@ COARSE = 15  # pixels that the beam moves during one turn of the positioning loo
 NUSIZ_COPIES = (1, 2, 2, 3, 2, 1, 3, 1)
 NUSIZ_SPACING = (0, 16, 32, 16, 64, 0, 32, 0)  # pixels from one copy to the next
 NUSIZ_WIDTH = (8, 8, 8, 8, 8, 16, 8, 32)  # pixels of a player
+EDGE_CUTS = tuple(0xFF << cut & 0xFF if cut > 0 else 0xFF >> -cut for cut in range(-8, 9))
+"""Masks of the columns of a picture that are on the screen, for -8 to 8 columns beyond the right edge (less than 0: the left edge)."""
 
 
 def position(coarse: jax.Array, fine: jax.Array) -> jax.Array:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from ocjax import output, registry, render, rom, tables
+from ocjax import output, registry, render, tables
 from ocjax.agents.playing import Played
 from ocjax.agents.playing import play as play_games
 from ocjax.game import Game
@@ -20,12 +20,6 @@ console = Console()
 
 EVALUATION_EPISODES = 10
 FRAME_TIME = 66  # milliseconds per agent step of an animation: four emulated frames
-
-
-def _load(name: str) -> Game:
-    game = registry.load(name)
-    rom.read_rom(game.rom, game.md5)
-    return game
 
 
 def train(
@@ -43,7 +37,7 @@ def train(
     if inputs not in ("objects", "pixels"):
         raise typer.BadParameter(f"inputs must be objects or pixels, got {inputs!r}")
     with errors_in_one_line():
-        spec = _load(game)
+        spec = registry.load(game)
         trainer_of, config_of = _import_training()
         folder = out or Path(f"ocjax-{spec.name}-{seed}")
         trainer = trainer_of(config_of(spec.name, seed, inputs), folder)
@@ -87,7 +81,7 @@ def play(
 ) -> None:
     """Let a policy play complete games, under the settings that it was trained with."""
     with errors_in_one_line():
-        spec = _load(game)
+        spec = registry.load(game)
         if gif is not None:
             output.check_suffix(gif, (".gif",))
         output.check(csv, gif)

@@ -17,7 +17,7 @@ RECENT_GAMES = 100  # of which the mean return is reported
 
 
 class Metrics:
-    """One row per update. The file is written completely at every checkpoint, so it never is ahead of the checkpoint.
+    """One row per update. The file is written before every checkpoint; `restore` drops rows that are later than the checkpoint.
 
     Args:
         folder: of the training; gets `metrics.csv` and `tensorboard/`.
@@ -25,18 +25,14 @@ class Metrics:
     Attributes:
         recent: the returns of the last games.
         seconds: of training so far.
+        frames_per_second: of the last update.
     """
 
     def __init__(self, folder: Path) -> None:
         self._folder, self._writer = folder, None
         self.rows: list[dict[str, Any]] = []
         self.recent: deque[float] = deque(maxlen=RECENT_GAMES)
-        self.seconds = self._speed = 0.0
-
-    @property
-    def frames_per_second(self) -> float:
-        """Of the last update."""
-        return self._speed
+        self.seconds = self.frames_per_second = 0.0
 
     @property
     def mean_return(self) -> float:
@@ -53,7 +49,7 @@ class Metrics:
             numbers: the other columns.
         """
         before = float(self.rows[-1]["frames"]) if self.rows else 0.0
-        self._speed = (frames - before) / seconds
+        self.frames_per_second = (frames - before) / seconds
         self.recent.extend(games)
         self.seconds += seconds
         row = {"frames": frames, "seconds": round(self.seconds, 3), "games": len(games), "return": round(self.mean_return, 3)}

@@ -1,7 +1,7 @@
 """The networks of agents: parameters are pytrees of arrays, and applying a network is a pure function."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -84,8 +84,3 @@ def nature_cnn(stack: int, num_actions: int) -> Network:
         return _dense(params["actor"], x, jax.nn.relu), _dense(params["critic"], x, jax.nn.relu)[:, 0]
 
     return Network(init, apply)
-
-
-def actor_layers(params: Any) -> list[dict[str, jax.Array]]:
-    """The layers of an `mlp`'s actor."""
-    return params["actor"]

@@ -96,9 +96,9 @@ class Trainer:
         game = load(config.game)
         self.game = game.without_hud() if self._objects else game
         self._settings = dataclasses.replace(settings(config.preset), clip_rewards=False)
+        self.frames_per_update = h.num_envs * h.horizon * _frames_per_step(self._settings.frame_skip)
         first, second = (self._make_envs() for _ in range(2))
         self._collector = Collector(first, second, h.horizon, config.seed)
-        self.frames_per_update = h.num_envs * h.horizon * _frames_per_step(self._settings.frame_skip)  # of an update
         (inputs, *_), self.num_actions = first.single_observation_space.shape, first.single_action_space.n  # pyright: ignore
         network = networks.mlp(inputs, self.num_actions) if self._objects else networks.nature_cnn(STACK, self.num_actions)
         self._act = ppo.make_act(network, standardize=self._objects)
