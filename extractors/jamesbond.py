@@ -13,11 +13,12 @@ drawing at $F000 of pages 4-7, the records of kinds at $FD00, to which $FB53 of 
 and the steps at $F652, after the drawing, which `decode` takes back. The beam is drawn on every
 other frame, in place of what is in the air; both are where they were drawn last.
 
-Covered: all 30 stages (written to RAM: random play shows the first mission), both modes, lost
-vehicles, the end of the game. Not exact: shots near the sea bed, noise above the hole, rockets cut
-by the surface; what is hit or leaves is gone from the RAM a frame early. VEM does not see black
-parts of the rig, nor the enemies' shot in the colours of an object beside it; a lost vehicle, in
-most of the colours in which it flashes, but not what it touches then.
+Covered: both modes, lost vehicles, the end of the game; all 30 stages by writes to the RAM, where
+F1 is 96 (random play shows only the first mission). Not exact: depth charges and eruptions there,
+shots near the sea bed, noise above the hole, rockets cut by the surface; what is hit or leaves is
+gone from the RAM a frame early. VEM does not see black parts of the rig, nor the enemies' shot in
+the colours of an object beside it; a lost vehicle, in most of the colours in which it flashes, but
+not what it touches then.
 """
 
 import functools

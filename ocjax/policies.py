@@ -115,7 +115,7 @@ class SavedPolicy:
         game, kind = self.game, self.observation
 
         def features(ram: jax.Array, started: jax.Array, memory: Any) -> tuple[Any, Any]:
-            return kind.update(game, "rem", Snapshot(game.rem(ram), None, None, started), memory)
+            return kind.update(game, "rem", Snapshot(game.rem(ram), None, None, None, started), memory)
 
         observe, memory, rng = jax.jit(features), kind.initial(game, "rem", num_envs), np.random.default_rng(seed)
 

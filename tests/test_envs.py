@@ -110,6 +110,35 @@ def test_screens_are_the_last_two_emulated_frames(actions):
     pool.close()
 
 
+@pytest.mark.parametrize("skip", [1, 4])
+def test_pooled_frames_are_the_brighter_of_the_last_two(actions, skip):
+    """Also directly after a state was restored, at the beginning of an episode, and with one frame per step."""
+    settings = Settings(frame_skip=skip, repeat_action_probability=0.0, max_episode_frames=25 * skip)
+    pool = AlePool(ocjax.load("Asteroids"), 2, settings, screens=("screen", "pooled"), num_workers=1)  # objects flicker
+    shades = np.round(pool.game.palette @ [0.2989, 0.587, 0.114]).astype(np.uint8)  # as ALE converts colours
+
+    def check():
+        frames = shades[pool.screen]
+        assert np.array_equal(pool.gray[:, 0], frames[:, 1])
+        assert np.array_equal(pool.pooled[:, 0], frames.max(axis=1))
+        return (frames[:, 0] != frames[:, 1]).any()
+
+    pool.reset([0, 1])
+    check()
+    saved, changed = None, 0
+    for k, row in enumerate(actions[:60, :2]):
+        if k == 20:
+            saved = pool.clone_state()
+        if k == 40:
+            pool.restore_state(saved)
+            check()
+        pool.send(row % len(pool.actions))
+        pool.wait()
+        changed += check()
+    assert changed > 20
+    pool.close()
+
+
 @pytest.mark.parametrize("mode", ["rem", "vem", "both", "raw"])
 def test_vector_env(mode, actions):
     envs = ocjax.make_vec("Pong", 5, mode=mode)
@@ -268,8 +297,8 @@ def test_workers_do_not_outlive_their_parent(how):
 def test_states_are_saved_and_restored(actions, sticky):
     """From a restored state the same actions give the same RAM, frames and rewards. Emulators outside the mask do not change."""
     settings = Settings(repeat_action_probability=sticky)
-    pool = AlePool(ocjax.load("Breakout"), 4, settings, screens=("screen", "gray", "rgb"), num_workers=2)
-    names = ("ram", "screen", "gray", "rgb", "reward", "lives", "frame_number", "episode_return", "episode_length")
+    pool = AlePool(ocjax.load("Breakout"), 4, settings, screens=("screen", "pooled", "rgb"), num_workers=2)
+    names = ("ram", "screen", "gray", "pooled", "rgb", "reward", "lives", "frame_number", "episode_return", "episode_length")
 
     def snapshot():
         return {name: getattr(pool, name).copy() for name in names}
@@ -299,7 +328,7 @@ def test_states_are_saved_and_restored(actions, sticky):
     assert same(snapshot(), late, ~some)
     pool.restore_state(saved[2])
     assert np.array_equal(pool.ram, np.repeat(before["ram"][2:3], 4, axis=0))
-    other = AlePool(ocjax.load("Breakout"), 4, settings, screens=("screen", "gray", "rgb"), num_workers=0)
+    other = AlePool(ocjax.load("Breakout"), 4, settings, screens=("screen", "pooled", "rgb"), num_workers=0)
     other.restore_state(saved)  # this pool has never been reset
     other.send(actions[100, :4] % len(pool.actions))
     assert np.array_equal(other.ram, first[0]["ram"])
@@ -468,9 +497,9 @@ def test_worker_configuration_survives_json():
 
 def test_arrays_that_are_not_recorded_are_refused():
     pool = AlePool(ocjax.load("Pong"), 1, num_workers=0, screens=("gray",))
-    assert pool.gray.shape == (1, 2, 210, 160)
+    assert pool.gray.shape == (1, 1, 210, 160)
     assert pool.arrays.final is None
-    for name in ("screen", "rgb"):
+    for name in ("screen", "pooled", "rgb"):
         with pytest.raises(ValueError, match=f"does not record '{name}': request it with screens"):
             getattr(pool, name)
     pool.close()

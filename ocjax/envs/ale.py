@@ -21,7 +21,7 @@ from gymnasium.error import AlreadyPendingCallError, NoAsyncCallError
 
 from ocjax.envs import states as saved
 from ocjax.envs._worker import interface
-from ocjax.envs._worker.interface import AUTORESET_MODES, NEXT_STEP, SCREENS, WorkerConfig
+from ocjax.envs._worker.interface import AUTORESET_MODES, GRAY, NEXT_STEP, POOLED, SCREENS, WorkerConfig
 from ocjax.envs._worker.program import EmulatorBlock
 from ocjax.envs.checks import NOT_RESET, action_array, integer, mask_array, seed_list
 from ocjax.envs.hooks import Hook, pickled_hooks
@@ -49,7 +49,8 @@ class AlePool(EmulatorPool):
         settings: what a step and an episode are; by default those of "v5".
         num_workers: number of processes; by default one per core that this process may use, at most `num_envs`. With 0 the emulators are
             stepped in this process.
-        screens: the pixel arrays to record, of "screen", "gray" and "rgb" (see `EmulatorPool`). Without any, no pixel is touched.
+        screens: the pixel arrays to record, of "screen", "gray", "pooled" (with "gray") and "rgb" (see `EmulatorPool`). Without any, no
+            pixel is touched.
         autoreset: what happens after the step that ends an episode: "next step" (the next step starts an episode, and its action is
             ignored), "same step" (the same step starts an episode, and `arrays.final` preserves the end of the last one), or "disabled"
             (the environment must be reset; the next step is an error).
@@ -89,7 +90,7 @@ class AlePool(EmulatorPool):
         self.actions = action_set(ale, self.settings)
         modes = self._one_each("mode", game_mode, ale.getAvailableModes())
         difficulties = self._one_each("difficulty", game_difficulty, ale.getAvailableDifficulties())
-        config = self._config(tuple(screens), autoreset, modes, difficulties, pickled_hooks(hook))
+        config = self._config(_in_order(screens), autoreset, modes, difficulties, pickled_hooks(hook))
         size = interface.memory_size(config)
         self._workers = Workers(worker_timeout)
         self._local: EmulatorBlock | None = None  # the emulators, where they are in this process
@@ -373,6 +374,12 @@ def _check(num_envs: Any, num_workers: Any, screens: Sequence[str], autoreset: s
     if worker_timeout is not None and not (isinstance(worker_timeout, int | float) and 0 < worker_timeout < math.inf):
         raise ValueError(f"worker_timeout must be a number of seconds above 0, or None for no limit, got {worker_timeout!r}")
     return num_envs, num_workers
+
+
+def _in_order(screens: Sequence[str]) -> tuple[str, ...]:
+    """The pixel arrays in the order in which they are filled."""
+    needed = {*screens, GRAY} if POOLED in screens else screens
+    return tuple(name for name in SCREENS if name in needed)
 
 
 def _available_cores() -> int:

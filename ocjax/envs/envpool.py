@@ -393,7 +393,7 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
             terminated, truncated, ram, lives, reward = (
                 a[order] for a in (terminated, truncated, info["ram"], info["lives"], info["reward"])
             )
-            observed = observer(ram, None, None, ended, memory)
+            observed = observer({"ram": ram, "started": ended}, memory)
             out = (self._traced_observation(ram, observed), jnp.sign(reward) if clip_rewards else reward, terminated, truncated)
             return (handle, observed.memory, terminated | truncated), (*out, {"lives": lives, "ram": ram})
 
@@ -415,7 +415,7 @@ def _refuse_unsupported(
     """Raise a ValueError with the reason if envpool cannot do what is asked of it."""
     screens = required_screens(mode, kinds)
     reasons = {
-        "envpool gives no grey frames that are not pooled and resized": "gray" in screens,
+        "envpool gives no grey frames that are not pooled and resized": bool(screens & {"gray", "pooled"}),
         "envpool shows the brighter of two frames where it skips some, so frames need frame_skip=1": screens and settings.frame_skip != 1,
         f"envpool crops screens to {ROWS} rows, {game.name} has {game.screen[0]}": screens and game.screen[0] != ROWS,
         "envpool has next-step autoreset only": autoreset_mode != AutoresetMode.NEXT_STEP,

@@ -31,7 +31,8 @@ class Snapshot(NamedTuple):
 
     rem: Objects | None  # of batch shape [B]
     vem: Objects | None  # of batch shape [B]
-    gray: jax.Array | None  # uint8 [B, 2, H, 160], the last two emulated frames
+    gray: jax.Array | None  # uint8 [B, H, 160], the last emulated frame
+    pooled: jax.Array | None  # uint8 [B, H, 160], the pixelwise maximum of the last two
     started: jax.Array  # bool [B], whether an episode has just begun
 
     @property
@@ -236,7 +237,7 @@ class Dqn(Computed):
     @property
     def screens(self) -> tuple[str, ...]:
         """The pixel arrays that it needs."""
-        return ("gray",)
+        return ("pooled",) if self.max_pool else ("gray",)
 
     def space(self, game: Game, mode: str) -> gym.Space[Any]:
         """The observation space of one environment."""
@@ -248,8 +249,8 @@ class Dqn(Computed):
 
     def update(self, game: Game, mode: str, snapshot: Snapshot, memory: Any) -> tuple[Any, Any]:
         """The observation and the new memory, which are the same."""
-        assert snapshot.gray is not None  # the environment records what `screens` names
-        frame = jnp.maximum(snapshot.gray[:, 0], snapshot.gray[:, 1]) if self.max_pool else snapshot.gray[:, 1]
+        frame = snapshot.pooled if self.max_pool else snapshot.gray
+        assert frame is not None  # the environment records what `screens` names
         memory = _push(snapshot.started, masks.resize(frame, self.size), memory)
         return memory, memory
 
@@ -301,8 +302,7 @@ class Masks(Computed):
 
     def update(self, game: Game, mode: str, snapshot: Snapshot, memory: Any) -> tuple[Any, Any]:
         """The observation and the new memory."""
-        gray = None if snapshot.gray is None else snapshot.gray[:, 1]
-        drawn = masks.masks(snapshot.objects, self.kind, gray=gray, size=self.size, draw=self.draw, pixels=self.pixels)
+        drawn = masks.masks(snapshot.objects, self.kind, gray=snapshot.gray, size=self.size, draw=self.draw, pixels=self.pixels)
         memory = _push(snapshot.started, drawn, memory)
         return memory.reshape(memory.shape[0], -1, *memory.shape[3:]), memory
 

@@ -201,12 +201,21 @@ class EmulatorPool(ABC):
 
     @property
     def gray(self) -> np.ndarray:
-        """The last two emulated frames in shades of grey, the latest last, uint8 `[N, 2, H, 160]`.
+        """The last emulated frame in shades of grey, uint8 `[N, 1, H, 160]`.
 
         Raises:
             ValueError: the pool does not record it.
         """
         return self._recorded("gray")
+
+    @property
+    def pooled(self) -> np.ndarray:
+        """The pixelwise maximum of the last two emulated frames in shades of grey, uint8 `[N, 1, H, 160]`.
+
+        Raises:
+            ValueError: the pool does not record it.
+        """
+        return self._recorded("pooled")
 
     @property
     def rgb(self) -> np.ndarray:

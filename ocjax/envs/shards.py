@@ -20,8 +20,8 @@ class Observed(NamedTuple):
     objects: dict[str, Objects]  # by method, "rem" or "vem"
 
 
-# (ram, screen, gray, started, memory) -> Observed. Arrays that neither the mode nor the observations need are None.
-Observer = Callable[[Any, Any, Any, Any, dict[str, Any]], Observed]
+Observer = Callable[[Mapping[str, Any], dict[str, Any]], Observed]  # (arrays of the emulators, memory) -> Observed
+FRAMES = ("screen", "gray", "pooled")  # pixel arrays that something is computed from
 
 
 def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
@@ -33,18 +33,19 @@ def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
         kinds: the observations by name; copied ones are left out.
 
     Returns:
-        A function of the RAM, uint8 `[B, 128]`; the last frame, uint8 `[B, H, 160]` or `[B, H, 160, 3]`; the last two grey frames, uint8
-        `[B, 2, H, 160]`; whether an episode began, bool `[B]`; and the memory.
+        A function of the emulators' arrays and of the memory. The arrays are "ram", uint8 `[B, 128]`; "started", bool `[B]`, whether an
+        episode began; and, where the mode or the observations need them, the last frame as "screen", uint8 `[B, H, 160]` or
+        `[B, H, 160, 3]`, "gray" and "pooled", uint8 `[B, H, 160]`.
     """
     computed_kinds = {name: kind for name, kind in kinds.items() if isinstance(kind, Computed)}
 
-    def observe(ram: Any, screen: Any, gray: Any, started: Any, memory: dict[str, Any]) -> Observed:
+    def observe(arrays: Mapping[str, Any], memory: dict[str, Any]) -> Observed:
         objects = {}
         if mode in ("rem", "both"):
-            objects["rem"] = game.rem(ram)
+            objects["rem"] = game.rem(arrays["ram"])
         if mode in ("vem", "both"):
-            objects["vem"] = game.vem(screen)
-        snapshot = Snapshot(objects.get("rem"), objects.get("vem"), gray, started)
+            objects["vem"] = game.vem(arrays["screen"])
+        snapshot = Snapshot(objects.get("rem"), objects.get("vem"), arrays.get("gray"), arrays.get("pooled"), arrays["started"])
         computed, new_memory = {}, dict(memory)
         for name, kind in computed_kinds.items():
             computed[name], new_memory[name] = kind.update(game, mode, snapshot, memory[name])

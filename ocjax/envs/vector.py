@@ -18,7 +18,7 @@ from ocjax.envs.observations import Computed, Mode, Request, Vector, requested_k
 from ocjax.envs.pool import EmulatorPool
 from ocjax.envs.progress import start_bar
 from ocjax.envs.settings import Settings
-from ocjax.envs.shards import Observed, Shard, concatenate_rows, make_observer, row, select_rows
+from ocjax.envs.shards import FRAMES, Observed, Shard, concatenate_rows, make_observer, row, select_rows
 from ocjax.envs.states import States, check_carries
 from ocjax.objects import Objects
 from ocjax.render import overlay
@@ -135,8 +135,8 @@ class ObjectVectorEnv(VectorEnv):
 
     def _observe(self, arrays: Mapping[str, np.ndarray], memory: dict[str, Any]) -> Observed:
         """Extract the objects and compute the observations of a block of environments."""
-        screen = arrays["screen"][:, -1] if "screen" in arrays else None
-        return self._observer(arrays["ram"], screen, arrays.get("gray"), arrays["started"], memory)
+        latest = {name: arrays[name][:, -1] for name in FRAMES if name in arrays}
+        return self._observer({"ram": arrays["ram"], "started": arrays["started"], **latest}, memory)
 
     def _assemble(self, blocks: Sequence[tuple[Observed, Mapping[str, np.ndarray]]]) -> Any:
         """The observation of all blocks in new arrays, from each block's results and the emulators' arrays."""

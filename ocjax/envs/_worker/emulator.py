@@ -9,7 +9,7 @@ import ale_py
 import numpy as np
 
 from . import snapshot
-from .interface import OBSERVED, SAME_STEP, SCREENS, STATE_BYTES, CommandArrays, EmulatorArrays, WorkerConfig
+from .interface import GRAY, OBSERVED, POOLED, SAME_STEP, SCREENS, STATE_BYTES, CommandArrays, EmulatorArrays, WorkerConfig
 from .snapshot import Snapshot
 
 UNTAKEN = 1e-9  # the acceptable probability that a sticky emulator has not yet taken over a repeated action
@@ -69,11 +69,13 @@ class Emulator:
         self.phase = Phase.UNLOADED
         self.ram = shown.ram[i]
         self.screens: dict[str, np.ndarray] = {name: getattr(shown, name)[i] for name in config.screens}
-        self.two_frames = [name for name in self.screens if SCREENS[name] > 1]
+        self.previous = {name: frames[-2] for name, frames in self.screens.items() if SCREENS[name] > 1}
+        if POOLED in self.screens:
+            self.previous[GRAY] = np.zeros(config.screen_size, np.uint8)
         self.actions = [ale_py.Action(a) for a in config.actions]
         self.least_skip, self.most_skip = config.frame_skip[0], config.frame_skip[1] - 1
         # One call of `act` emulates all frames of a step, unless single frames are needed.
-        self.whole_steps = self.least_skip == self.most_skip and not hooks and not self.two_frames and not config.noop_max
+        self.whole_steps = self.least_skip == self.most_skip and not hooks and not self.previous and not config.noop_max
         self.last_action = NOOP  # as ale-py numbers it, in which no-op is 0, too
         self.start_totals = (0.0, 0)  # return and length with which the next episode starts
         self.shown_state = b""  # NEXT_READY: the state of the game that is shown
@@ -115,8 +117,7 @@ class Emulator:
         reward, frames = 0.0, low if low == high else int(self.rng.integers(low, high + 1))
         for k in range(frames):
             if visible and k == frames - 1:
-                for name in self.two_frames:
-                    self.copy_screen(name, -2) if k else self.shift_screen(name)
+                self.keep_previous(shown=k == 0)
             reward += self.frame(action)
         return reward
 
@@ -138,19 +139,30 @@ class Emulator:
         for address in np.flatnonzero(edited != before).tolist():
             self.ale.setRAM(address, int(edited[address]))
 
-    def copy_screen(self, name: str, place: int) -> None:
-        """Copy the latest emulated frame to a place of a pixel array."""
-        out = self.screens[name][place]
+    def copy_frame(self, name: str, out: np.ndarray) -> None:
+        """Copy the latest emulated frame, in the form of the pixel array of that name."""
         if name == "screen":
             self.ale.getScreen(out)
-        elif name == "gray":
+        elif name == GRAY:
             self.ale.getScreenGrayscale(out)
         else:
             self.ale.getScreenRGB(out)
 
-    def shift_screen(self, name: str) -> None:
-        """Make the latest frame the one before the latest."""
-        self.screens[name][-2] = self.screens[name][-1]
+    def keep_previous(self, *, shown: bool) -> None:
+        """Keep the latest frame before the next is emulated: from the arrays if they show it, else from the emulator."""
+        for name, out in self.previous.items():
+            if shown:
+                out[:] = self.screens[name][-1]
+            else:
+                self.copy_frame(name, out)
+
+    def show_screens(self) -> None:
+        """Write the latest frame to the pixel arrays."""
+        for name, frames in self.screens.items():
+            if name == POOLED:
+                np.maximum(self.screens[GRAY][-1], self.previous[GRAY], out=frames[-1])
+            else:
+                self.copy_frame(name, frames[-1])
 
     def reset(self) -> None:
         """Show the beginning of the next episode: of the next life if only a life was lost, else of a new game."""
@@ -165,10 +177,8 @@ class Emulator:
         shown.episode_return[i], shown.episode_length[i] = self.start_totals
         shown.lives[i], shown.frame_number[i] = ale.lives(), ale.getEpisodeFrameNumber()
         ale.getRAM(self.ram)
-        for name in self.screens:
-            self.copy_screen(name, -1)
-        for name in self.two_frames:
-            self.shift_screen(name)
+        self.keep_previous(shown=False)
+        self.show_screens()
 
     def prepare_next(self) -> None:
         """Begin the next game while the end of this one is still shown."""

@@ -84,7 +84,8 @@ class ObservedArrays:
     episode_return: np.ndarray = field(metadata=_array("float64"))  # unclipped rewards since the game began
     episode_length: np.ndarray = field(metadata=_array("int64"))  # agent steps since the game began
     screen: np.ndarray | None = field(default=None, metadata=_screen(2))  # palette indices of the last two emulated frames, the latest last
-    gray: np.ndarray | None = field(default=None, metadata=_screen(2))  # the same frames in shades of grey
+    gray: np.ndarray | None = field(default=None, metadata=_screen(1))  # the last emulated frame in shades of grey
+    pooled: np.ndarray | None = field(default=None, metadata=_screen(1))  # the pixelwise maximum of the last two in shades of grey
     rgb: np.ndarray | None = field(default=None, metadata=_screen(1, 3))  # the last emulated frame
 
 
@@ -115,6 +116,7 @@ class CommandArrays:
 
 
 SCREENS: dict[str, int] = {f.name: f.metadata["frames"] for f in dataclasses.fields(ObservedArrays) if "frames" in f.metadata}
+GRAY, POOLED = "gray", "pooled"
 OBSERVED: tuple[str, ...] = tuple(f.name for f in dataclasses.fields(ObservedArrays))
 
 _Arrays = TypeVar("_Arrays", ObservedArrays, EmulatorArrays, CommandArrays)

@@ -86,8 +86,7 @@ class EmulatorBlock:
         shown.episode_length[rows] += 1
         for e, ale in zip(self.emulators, ales, strict=True):
             ale.getRAM(e.ram)
-            for name in e.screens:
-                e.copy_screen(name, -1)
+            e.show_screens()
         return game_over, life_over
 
     def prepare_next_games(self, interrupted: Callable[[], bool]) -> None:
