@@ -38,6 +38,7 @@ RARE = {
     "Pacman": ("Vitamin",),
     "Riverraid": ("Bridge", "Jet"),
     "Seaquest": ("SurfaceSubmarine",),
+    "TimePilot": ("Enemy_Black", "Enemy_Yellow", "Enemy_Blue", "Enemy_Orange"),
 }
 
 
