@@ -10,8 +10,8 @@ of Enemies_Left stand for four enemies each.
 
 RAM: ALE's source (score, lives), OCAtari 2.2, and the ROM's code. The sync at F051 is followed by
 the steps at F346 and the drawing at F8E6, after which only F0AB changes the states and the pictures
-of a hit. Every lane of 16 rows has a place for a plane. The shots are drawn on even rows: the two of
-the enemies by turns, and the jet's shot by turns at its place and at the place before.
+of a hit. Every lane of 16 rows has a place for a plane. Shots are drawn on even rows: the enemies'
+two by turns, the jet's shot by turns at its place and at the place before.
 
 Covered: all eras and mother ships (written to RAM), all difficulties, the flight through time, lost
 lives, the end of the game. Not exact: clouds in the lower half hide shots and parts of planes, and
@@ -39,7 +39,7 @@ ROM = Rom("time_pilot", "fc2104dd2dadf9a6176c1c1c8f87ced9")
 FONT = ROM.font(0xD00, rows=10)
 BANK = 0x1000  # offset of the pictures, which are at $D000
 
-ERAS = ("Green", "Black", "Yellow", "Blue", "Orange")
+ERAS = "Green", "Black", "Yellow", "Blue", "Orange"
 HEAVEN, CLOUDS, JET, ENEMY = (
     ROM.bytes(at, 5).tolist() for at in (0xD88, 0xD8D, 0xD92, 0xD97)
 )  # colours by era
@@ -54,12 +54,12 @@ JET_LOOKS = tuple(int(p) for p in ROM.bytes(0xECD, 8))  # by way
 JET_EXPLODES, JET_GONE = 0x7C, 0x8C  # `look`
 
 SKY, LANE = (0, 33, 160, 177), 16
-LATE = 20  # `x` up to which the first row is over before the picture is set
+LATE = 20  # least `x` at which the picture is set before the first row is over
 NOSE = (76, 97, 84, 113)  # around the jet
 READY, FLIES = 1, 2  # `state`
 BLANKED = 0x80  # least `idle` of a blank screen
-HIT, DONE, SHOWN = 0x80, 0x40, 0x80  # of `flags` of an enemy; of `player`: era done, texts shown
-MOTHER = 0x40  # of `flags` of an enemy
+HIT, MOTHER = 0x80, 0x40  # of `flags`
+DONE, SHOWN = 0x40, 0x80  # of `player`: the era is over, the texts were shown
 STEP_X = np.array([0, 4, 4, 4, 0, -4, -4, -4]).tolist()  # of shots, by way
 STEP_Y = np.array([4, 4, 0, -4, -4, -4, 0, 4]).tolist()  # upwards
 SPAWN, MOVES = 5, (2, 7)  # of the clock, modulo 8: enemies shoot, shots move
@@ -275,11 +275,10 @@ COLORS_BY_ERA = tuple(
     (JET[era], *(ENEMY[k] if era == k else (1, *UNUSED[1:])[k] for k in range(5)))
     for era in range(5)
 )
-CLOUDED = 1, 2, 4  # eras whose clouds have a colour of their own
 BY_ERA = Shades(
     (156, 33),
-    (*HEAVEN, *(CLOUDS[era] for era in CLOUDED)),
-    (*COLORS_BY_ERA, *(COLORS_BY_ERA[era] for era in CLOUDED)),
+    (*HEAVEN, *(CLOUDS[era] for era in (1, 2, 4))),
+    (*COLORS_BY_ERA, *(COLORS_BY_ERA[era] for era in (1, 2, 4))),
 )
 
 GAME = Game(
