@@ -11,20 +11,19 @@ in parentheses. The paper's F1 (paper.csv) is from the OCAtari paper's appendix,
 
 import argparse
 import csv
-import re
 import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from extraction import HERE, SOURCES, bind, recorded, repeated, timed
+from _page import HERE, PageTable
+from extraction import SOURCES, bind, recorded, repeated, timed
 
 if TYPE_CHECKING:
     from ocjax import Game
     from ocjax.report import Evaluation
 
-PAGE = HERE / "README.md"
 BEGIN, END = "<!-- games: python benchmarks/table.py -->", "<!-- end of games -->"
 HEADER = ["game", "F1", "IoU", "exact", "score", "lives", "OCAtari's F1", "paper's F1", "drawn: F1", "sprites", "boxes", "REM us", "VEM us"]
 BATCHES = {"rem": 4096, "vem": 1024}
@@ -49,9 +48,9 @@ def agreement_cells(e: "Evaluation") -> list[str]:
 
 
 def paper_cell(name: str) -> str:
-    """The OCAtari paper's F1, "-" for games that it lacks."""
+    """The OCAtari paper's F1 for its DQN agent, "-" for games that it lacks."""
     with (HERE / "paper.csv").open() as file:
-        return next((row["f1"] for row in csv.DictReader(file) if row["game"] == name), "-")
+        return next((row["f1"] for row in csv.DictReader(file) if (row["game"], row["agent"]) == (name, "dqn")), "-")
 
 
 def truth_cells(name: str, folders: Iterable[str]) -> list[str]:
@@ -92,18 +91,6 @@ def measure(name: str, arguments: argparse.Namespace) -> list[str]:
     return [game.name, *agreement_cells(e), paper_cell(game.name), *truth_cells(game.name, arguments.truth), *speed_cells(game, e)]
 
 
-def rows_of(table: str) -> dict[str, list[str]]:
-    """The rows of the table in the page, by game."""
-    lines = [[cell.strip() for cell in re.findall(r"[^|]+", line)] for line in table.split("\n")[4:]]
-    return {cells[0]: cells for cells in lines if cells}
-
-
-def to_markdown(rows: dict[str, list[str]]) -> str:
-    """The table, games in alphabetical order."""
-    lines = [HEADER, ["---"] * len(HEADER), *(rows[name] for name in sorted(rows))]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
-
-
 def main() -> None:
     """Measure, and update the page after each game."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -118,14 +105,11 @@ def main() -> None:
 
     import ocjax
 
-    before, rest = PAGE.read_text().split(BEGIN)
-    old, after = rest.split(END)
-    rows = rows_of(old)
+    table = PageTable(BEGIN, END, HEADER)
     for name in arguments.games or ocjax.games():
         row = measure(name, arguments)
-        rows[row[0]] = row
         print(" | ".join(row), file=sys.stderr, flush=True)
-        PAGE.write_text(f"{before}{BEGIN}\n\n{to_markdown(rows)}\n\n{END}{after}")
+        table.replace(row)
 
 
 if __name__ == "__main__":

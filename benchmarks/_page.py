@@ -1,0 +1,32 @@
+"""Tables in benchmarks/README.md that programs keep up to date."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+HERE = Path(__file__).parent
+PAGE = HERE / "README.md"
+
+
+class PageTable:
+    """A table of games between two comments on the page. The first cell of a row is the game, and rows are sorted by it.
+
+    Args:
+        begin: the comment before the table.
+        end: the comment after it.
+        header: headings of the columns.
+    """
+
+    def __init__(self, begin: str, end: str, header: Sequence[str]) -> None:
+        self._begin, self._end, self._header = begin, end, list(header)
+        table = PAGE.read_text().split(begin)[1].split(end)[0]
+        lines = [[cell.strip() for cell in re.findall(r"[^|]+", line)] for line in table.split("\n")[4:]]
+        self._rows = {cells[0]: cells for cells in lines if cells}
+
+    def replace(self, row: Sequence[str]) -> None:
+        """Replace or add a row, and write the page."""
+        self._rows[row[0]] = list(row)
+        lines = [self._header, ["---"] * len(self._header), *(self._rows[name] for name in sorted(self._rows))]
+        table = "\n".join("| " + " | ".join(line) + " |" for line in lines)
+        before, rest = PAGE.read_text().split(self._begin)
+        PAGE.write_text(f"{before}{self._begin}\n\n{table}\n\n{self._end}{rest.split(self._end)[1]}")

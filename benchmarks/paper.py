@@ -1,0 +1,83 @@
+"""Repeat the OCAtari paper's tables: how well REM and VEM agree, beside the paper's figures and OCAtari's on the same frames.
+
+    python benchmarks/paper.py [GAME ...] [--ocatari PYTHON] [--samples 500] [--seed 20261122]
+
+The rows of the named games (default: all) are measured on random play, and updated in benchmarks/README.md. PYTHON is an interpreter that
+has OCAtari. Figures are percentages by the paper's rule: a match has the same category and centres within 5 pixels, on one frame, and HUD
+objects count. paper.csv and detectors.csv hold the paper's figures (Delfosse et al., RLJ 2024: the detailed table, and the table with SPACE
+and SPOC).
+"""
+
+import argparse
+import csv
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from _page import HERE, PageTable
+
+if TYPE_CHECKING:
+    from ocjax.evaluation import Agreement
+
+BEGIN, END = "<!-- paper: python benchmarks/paper.py -->", "<!-- end of paper -->"
+AGENTS = ("random", "dqn", "c51")
+DETECTORS = ("SPACE", "SPOC")
+HEADER = ["game", "ocjax", "flicker-aware F1", "OCAtari 2.2.1", *(f"paper: {name}" for name in ("random", "DQN", "C51")), *DETECTORS]
+FIGURES = ("precision", "recall", "f1", "iou")
+
+
+def joined(figures: list[str]) -> str:
+    """Precision, recall, F1 and IoU in one cell."""
+    return " / ".join(figures)
+
+
+def cell(agreement: "Agreement | None") -> str:
+    """The cell of a measured agreement."""
+    if agreement is None:
+        return "-"
+    a = agreement.sum()
+    return joined([f"{100 * float(x):.1f}" for x in (a.precision, a.recall, a.f1, a.mean_iou)])
+
+
+def published(game: str) -> list[str]:
+    """The paper's cells: each agent, then the F1 of each detector."""
+    with (HERE / "paper.csv").open() as file:
+        agents = {row["agent"]: joined([row[name] for name in FIGURES]) for row in csv.DictReader(file) if row["game"] == game}
+    with (HERE / "detectors.csv").open() as file:
+        detectors = next((row for row in csv.DictReader(file) if row["game"] == game), {})
+    return [*(agents.get(name, "-") for name in AGENTS), *(detectors.get(name, "-") for name in DETECTORS)]
+
+
+def measure(name: str, arguments: argparse.Namespace) -> list[str]:
+    """One row of the table."""
+    import ocjax
+    from ocjax import ocatari_runner, report
+    from ocjax.rollout import rollout
+
+    game = ocjax.load(name)
+    tape = rollout(game, arguments.samples, seed=arguments.seed)
+    e = report.evaluate(tape, "", ocatari_runner.run(tape, Path(arguments.ocatari)) if arguments.ocatari else None)
+    aware = f"{100 * float(e.flicker_aware.sum().f1):.1f}"
+    return [game.name, cell(e.single_frame), aware, cell(e.ocatari_agreement), *published(game.name)]
+
+
+def main() -> None:
+    """Measure, and update the page after each game."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("games", nargs="*", help="default: all games")
+    parser.add_argument("--ocatari", metavar="PYTHON", help="Python interpreter that has OCAtari")
+    parser.add_argument("--samples", type=int, default=500, help="samples to play per game")
+    parser.add_argument("--seed", type=int, default=20261122, help="seed of the play")
+    arguments = parser.parse_args()
+
+    import ocjax
+
+    table = PageTable(BEGIN, END, HEADER)
+    for name in arguments.games or ocjax.games():
+        row = measure(name, arguments)
+        print(" | ".join(row), file=sys.stderr, flush=True)
+        table.replace(row)
+
+
+if __name__ == "__main__":
+    main()
