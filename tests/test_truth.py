@@ -35,6 +35,7 @@ RARE = {
     "Centipede": ("Flea", "Scorpion"),
     "Jamesbond": ("Explosion", "Submarine", "Torpedo"),
     "Krull": ("Beast", "Line", "Star", "Wall", "Weapon"),
+    "MontezumaRevenge": ("Amulet", "Beam", "Disappearing_Platform", "Ruby", "Snake", "Spider"),
     "Pacman": ("Vitamin",),
     "Riverraid": ("Bridge", "Jet"),
     "Seaquest": ("SurfaceSubmarine",),
