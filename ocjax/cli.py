@@ -14,6 +14,7 @@ import ocjax
 from ocjax import _xla, excerpts, ocatari_runner, output, recordings, registry, render, report, report_formats, rom, tables
 from ocjax import demo as demonstration
 from ocjax.agents import commands as agents
+from ocjax.files import commands as files
 from ocjax.game import Game
 from ocjax.messages import Interruptible, errors_in_one_line
 from ocjax.ramtools.commands import app as ram
@@ -24,6 +25,7 @@ app = typer.Typer(cls=Interruptible, add_completion=False, no_args_is_help=True,
 app.add_typer(ram, name="ram")
 app.command()(agents.train)
 app.command()(agents.play)
+app.command()(files.extract)
 console = Console()
 
 SEED = 12345  # of `ocjax evaluate`

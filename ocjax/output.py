@@ -55,7 +55,7 @@ def write(path: Path, to_file: Callable[[BinaryIO], object]) -> None:
         return
     unfinished = target.with_name(f".{target.name}.{os.getpid()}.tmp")
     try:
-        with unfinished.open("xb") as file:
+        with unfinished.open("x+b") as file:
             to_file(file)
         unfinished.replace(target)
     finally:

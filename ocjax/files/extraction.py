@@ -1,0 +1,220 @@
+"""Extract objects from an input to a file, block by block, so that an interrupted extraction goes on where it stopped."""
+
+import dataclasses
+import functools
+import json
+import shutil
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import jax
+import numpy as np
+from jax.sharding import Mesh, NamedSharding, PartitionSpec
+
+from ocjax import output, registry
+from ocjax.files import outputs
+from ocjax.files.blocks import compact
+from ocjax.files.inputs import Input, InputError, open_input
+from ocjax.game import Game
+from ocjax.objects import Objects
+from ocjax.ram import RAM_SIZE
+from ocjax.vision import palette
+
+BLOCK_ROWS = {"rem": 65_536, "vem": 2_048}  # of a file of the work folder
+BATCH = {"rem": 4_096, "vem": 256}  # rows of a call, per device; more take longer a row
+PLAN = "plan.json"
+
+Report = Callable[[int, int], object]  # called with how many rows are done, and how many there are
+
+
+@dataclasses.dataclass(frozen=True)
+class Plan:
+    """What an extraction is. It is written to the work folder, and one that goes on must have the same."""
+
+    input: str
+    array: str | None
+    rows: int
+    stamp: tuple[int, int]  # size and time of the last change of the input file; zeros if it is no file
+    game: str
+    md5: str
+    hud: bool
+    method: str
+    block_rows: int
+    version: str  # of ocjax
+
+    def to_json(self) -> str:
+        """The plan as JSON."""
+        return json.dumps(dataclasses.asdict(self), indent=2) + "\n"
+
+
+def extract(
+    source: str | Path,
+    out: str | Path,
+    game: str | None = None,
+    *,
+    array: str | None = None,
+    hud: bool = True,
+    report: Report | None = None,
+) -> None:
+    """Extract the objects of all rows of an input, with REM from RAM or with VEM from frames.
+
+    The work is kept in the folder `OUT.parts` until the output is complete. Called again after an interruption, the extraction goes on from
+    there, and the output is the same as without the interruption. Rows are extracted in batches on all local devices.
+
+    Args:
+        source: the input; see `open_input`.
+        out: an .npz, .h5, .hdf5 or .parquet file of objects, a .json file in COCO's format, or a .txt file in MOT's; see
+            `ocjax.files.outputs`. An existing file is replaced.
+        game: the game's name; needed if neither the input's metadata nor the file's name (`Pong.npy`) tell it.
+        array: name of the input's array; see `open_input`.
+        hud: whether display objects are included.
+        report: called after each block with the number of rows that are done, and of all rows.
+
+    Raises:
+        FileNotFoundError: there is no such input.
+        InputError: a ValueError; the input is damaged, its rows have another shape, a frame has colours that the console does not have, or
+            it was made with another ROM.
+        UnknownGameError: a ValueError; there is no game of that name.
+        ValueError: the output's format is not supported, or the work folder is of another extraction.
+        OSError: the output cannot be written.
+    """
+    out = Path(out)
+    writer = outputs.writer(out)
+    output.check(out)
+    with open_input(source, array) as rows:
+        spec = game_of(rows, source, game, hud=hud)
+        method = method_of(rows, spec)
+        plan = _plan(rows, source, array, spec, method, hud=hud)
+        folder = out.with_name(out.name + ".parts")
+        _prepare(folder, plan)
+        for done in _blocks(rows, spec, method, folder):
+            if report is not None:
+                report(done, rows.rows)
+    count = -(-plan.rows // plan.block_rows)
+    blocks = outputs.Blocks(spec, plan.method, plan.rows, plan.block_rows, [_part(folder, k) for k in range(count)])
+    output.write(out, lambda file: writer(blocks, file))
+    shutil.rmtree(folder)
+
+
+def game_of(rows: Input, source: str | Path, name: str | None, *, hud: bool) -> Game:
+    """The game of an input, from the name that is given, the input's metadata, or the name of the file.
+
+    Raises:
+        InputError: it is of another game or ROM.
+        UnknownGameError: there is no such game.
+    """
+    found = registry.load(rows.facts.get("game") or name or Path(source).stem, hud=hud)
+    if name is not None and registry.load(name, hud=hud) is not found:
+        raise InputError(f"{rows.name} is of {found.name}, not of {registry.load(name).name}")
+    if rows.facts.get("md5", found.md5) != found.md5:
+        raise InputError(
+            f"{rows.name} was made with the ROM of md5 {rows.facts['md5']}, but the decoder of {found.name} is for {found.md5}"
+        )
+    return found
+
+
+def method_of(rows: Input, game: Game) -> str:
+    """The method that extracts from an input: "rem" or "vem".
+
+    Raises:
+        InputError: its frames have another size than the game's.
+    """
+    if rows.row_shape == (RAM_SIZE,):
+        return "rem"
+    if rows.row_shape[:2] != game.screen:
+        raise InputError(
+            f"{rows.name} has frames of {list(rows.row_shape)}, those of {game.name} are {list(game.screen)} or {[*game.screen, 3]}"
+        )
+    return "vem"
+
+
+def extractor(game: Game, method: str) -> Callable[[np.ndarray], Objects]:
+    """The function that extracts the objects of any number of rows, in batches of one size that are divided among the local devices."""
+    devices = jax.local_devices()
+    size = BATCH[method] * len(devices)
+    sharding = NamedSharding(Mesh(np.array(devices), ("rows",)), PartitionSpec("rows"))
+    function = getattr(game, method)
+
+    def call(rows: np.ndarray) -> Objects:
+        padded = np.concatenate([rows, np.repeat(rows[:1], -len(rows) % size, axis=0)])
+        parts = [function(jax.device_put(padded[i : i + size], sharding)) for i in range(0, len(padded), size)]
+        return jax.tree.map(lambda *a: np.concatenate([np.asarray(x) for x in a])[: len(rows)], *parts)
+
+    return call
+
+
+def check_colors(frames: np.ndarray, game: Game, name: str, first: int) -> None:
+    """Check that RGB frames have colours of the console only. RAM and palette indices are not checked.
+
+    Args:
+        frames: uint8 `[n, H, 160, 3]`, or others.
+        game: the game, whose console has the palette.
+        name: of the input, for errors.
+        first: number of the first row, for errors.
+
+    Raises:
+        InputError: a frame has another colour, for example because it was compressed as JPEG, resized, or is the maximum of two.
+    """
+    if frames.ndim != 4:
+        return
+    wrong = np.asarray(_wrong_colors(game)(frames))
+    if wrong.any():
+        i = int(wrong.argmax())
+        y, x = np.argwhere(~palette.is_color(frames[i], game.palette))[0].tolist()
+        raise InputError(
+            f"{name}, row {first + i}: the console has no colour {frames[i, y, x].tolist()}, which is at column {x}, row {y}. VEM needs "
+            "frames as the emulator draws them: not resized, not compressed as JPEG, not the maximum of two"
+        )
+
+
+@functools.cache
+def _wrong_colors(game: Game) -> Callable[[np.ndarray], jax.Array]:
+    """The compiled function that tells which RGB frames have a colour that the console does not have, bool `[n]`."""
+    own = np.asarray(game.palette)
+    return jax.jit(lambda frames: (palette.to_rgb(palette.to_index(frames, own), own) != frames).any(axis=(1, 2, 3)))
+
+
+def _plan(rows: Input, source: str | Path, array: str | None, game: Game, method: str, *, hud: bool) -> Plan:
+    import ocjax
+
+    path = Path(source)
+    stat = path.stat() if path.is_file() else None
+    stamp = (stat.st_size, stat.st_mtime_ns) if stat else (0, 0)
+    return Plan(str(source), array, rows.rows, stamp, game.name, game.md5, hud, method, BLOCK_ROWS[method], ocjax.__version__)
+
+
+def _prepare(folder: Path, plan: Plan) -> None:
+    """Make the work folder, or check that it is of this extraction."""
+    path = folder / PLAN
+    if any(folder.glob("*.npz")) and path.read_text() != plan.to_json():
+        raise ValueError(f"{folder} is the work of another extraction, or its input has changed: delete it, or use another output")
+    folder.mkdir(exist_ok=True)
+    output.write_text(path, plan.to_json())
+
+
+def _part(folder: Path, k: int) -> Path:
+    return folder / f"{k:06}.npz"
+
+
+def _blocks(rows: Input, game: Game, method: str, folder: Path) -> Iterator[int]:
+    """Extract the blocks that are missing; yields how many rows are done after each block.
+
+    A block is written while the next one is extracted.
+    """
+    size, call = BLOCK_ROWS[method], extractor(game, method)
+    with ThreadPoolExecutor(1) as executor:
+        writing: Any = None
+        for k, start in enumerate(range(0, rows.rows, size)):
+            stop = min(start + size, rows.rows)
+            if not _part(folder, k).exists():
+                block = rows.read(start, stop)
+                check_colors(block, game, rows.name, start)
+                found = compact(call(block))
+                if writing is not None:
+                    writing.result()
+                writing = executor.submit(found.write, _part(folder, k))
+            yield stop
+        if writing is not None:
+            writing.result()

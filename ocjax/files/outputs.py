@@ -1,0 +1,179 @@
+"""Files of objects, for n rows and the N slots of a game.
+
+- `.npz`, `.h5` and `.hdf5`: the fields of `Objects` with all slots (`xywh` int16 `[n, N, 4]`, `valid` bool `[n, N]`, `orientation` int8
+  `[n, N]`, `value` int32 `[n, N]`, `rgb` uint8 `[n, N, 3]`), the category of each slot, `categories` `[N]`, and `hud` bool `[N]`.
+- `.parquet`: a line per object with the columns row, category, index (within the category), x, y, w, h, orientation, value, r, g, b, hud.
+- `.json`: COCO's format for detection, with a picture `000000.png` per row, and without the values.
+- `.txt`: MOT's format: frame and slot from 1 on, left, top, width, height, confidence 1, category from 1 on, visibility 1.
+
+All but MOT's also name the game, the md5 of its ROM, the method and the version of ocjax. Equal objects give equal bytes.
+"""
+
+import dataclasses
+import io
+import json
+import zipfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from ocjax.files.blocks import Block
+from ocjax.files.inputs import require
+from ocjax.game import Game
+
+FIELDS: Mapping[str, tuple[type, tuple[int, ...]]] = {
+    "xywh": (np.int16, (4,)),
+    "valid": (np.bool_, ()),
+    "orientation": (np.int8, ()),
+    "value": (np.int32, ()),
+    "rgb": (np.uint8, (3,)),
+}
+HDF5_CHUNK = 1024  # rows
+
+
+@dataclasses.dataclass(frozen=True)
+class Blocks:
+    """The files of all blocks of an extraction.
+
+    Args:
+        game: the game, whose slots are written.
+        method: "rem" or "vem".
+        rows: number of rows in all blocks.
+        block_rows: rows of each block but the last.
+        paths: of the blocks.
+    """
+
+    game: Game
+    method: str
+    rows: int
+    block_rows: int
+    paths: Sequence[Path]
+
+    def __iter__(self) -> Iterator[tuple[int, int, Block]]:
+        """Each block with its first row and its number of rows."""
+        for k, path in enumerate(self.paths):
+            first = k * self.block_rows
+            yield first, min(self.block_rows, self.rows - first), Block.read(path)
+
+    @property
+    def facts(self) -> dict[str, str]:
+        """What files say about themselves."""
+        import ocjax
+
+        return {"game": self.game.name, "md5": self.game.md5, "method": self.method, "ocjax": ocjax.__version__}
+
+    @property
+    def slot_names(self) -> list[str]:
+        """The category of each slot."""
+        return [c.name for c in self.game.categories for _ in range(c.count)]
+
+
+def _write_npz(blocks: Blocks, file: BinaryIO) -> None:
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+
+        def member(name: str, header: np.ndarray, shape: tuple[int, ...], parts: Iterator[np.ndarray]) -> None:
+            info = zipfile.ZipInfo(f"{name}.npy")  # without the time, so that equal objects give equal bytes
+            info.compress_type = zipfile.ZIP_DEFLATED
+            with archive.open(info, "w", force_zip64=True) as out:
+                description = np.lib.format.header_data_from_array_1_0(header) | {"shape": shape}
+                np.lib.format.write_array_header_1_0(out, description)  # pyright: ignore[reportArgumentType]
+                for part in parts:
+                    out.write(np.ascontiguousarray(part).data)
+
+        for name, (dtype, tail) in FIELDS.items():
+            padded = (block.padded(rows, blocks.game)[name] for _, rows, block in blocks)
+            member(name, np.zeros(0, dtype), (blocks.rows, blocks.game.num_slots, *tail), padded)
+        single = {"categories": np.array(blocks.slot_names), "hud": blocks.game.slot_hud}
+        for name, value in (single | {k: np.array(v) for k, v in blocks.facts.items()}).items():
+            member(name, value, value.shape, iter([value]))
+
+
+def _write_hdf5(blocks: Blocks, file: BinaryIO) -> None:
+    h5py = require("h5py")
+    buffer = h5py.File(file, "w")
+    with buffer:
+        n = blocks.game.num_slots
+        for name, (dtype, tail) in FIELDS.items():
+            shape = (blocks.rows, n, *tail)
+            storage = {"chunks": (min(HDF5_CHUNK, blocks.rows), *shape[1:]), "compression": "gzip", "compression_opts": 1}
+            buffer.create_dataset(name, shape, dtype, **(storage if blocks.rows else {}))
+        for first, rows, block in blocks:
+            for name, array in block.padded(rows, blocks.game).items():
+                buffer[name][first : first + rows] = array
+        buffer["categories"], buffer["hud"] = blocks.slot_names, blocks.game.slot_hud
+        buffer.attrs.update(blocks.facts)
+
+
+def _write_parquet(blocks: Blocks, file: BinaryIO) -> None:
+    pa, parquet = require("pyarrow"), require("pyarrow.parquet")
+    names = list(dict.fromkeys(blocks.slot_names))
+    category = np.array([names.index(name) for name in blocks.slot_names], np.int32)
+    index = np.concatenate([np.arange(c.count) for c in blocks.game.categories]).astype(np.int32)
+    numbers = (
+        {"index": pa.int32()}
+        | dict.fromkeys("xywh", pa.int16())
+        | {"orientation": pa.int8(), "value": pa.int32()}
+        | dict.fromkeys("rgb", pa.uint8())
+    )
+    fields = [("row", pa.int64()), ("category", pa.dictionary(pa.int32(), pa.string())), *numbers.items(), ("hud", pa.bool_())]
+    schema = pa.schema(fields, metadata=blocks.facts)
+    with parquet.ParquetWriter(file, schema, compression="zstd") as writer:
+        for first, _, block in blocks:
+            columns = [block.row + first, pa.DictionaryArray.from_arrays(category[block.slot], names), index[block.slot]]
+            columns += [*block.xywh.T, block.orientation, block.value, *block.rgb.T, np.asarray(blocks.game.slot_hud)[block.slot]]
+            arrays = [a if isinstance(a, pa.Array) else pa.array(a, t.type) for a, t in zip(columns, schema, strict=True)]
+            writer.write_table(pa.Table.from_arrays(arrays, schema=schema))
+
+
+def _write_coco(blocks: Blocks, file: BinaryIO) -> None:
+    out, (height, width) = io.TextIOWrapper(file, "utf-8", write_through=True), blocks.game.screen
+    numbers = {c.name: i + 1 for i, c in enumerate(blocks.game.categories)}
+    of_slot = [numbers[name] for name in blocks.slot_names]
+    categories = [{"id": i, "name": name, "supercategory": blocks.game.name} for name, i in numbers.items()]
+    out.write(f'{{"info": {json.dumps(blocks.facts)},\n"categories": {json.dumps(categories)},\n"images": [')
+    for i in range(blocks.rows):
+        out.write(",\n"[: 2 * (i > 0)] + json.dumps({"id": i, "file_name": f"{i:06}.png", "width": width, "height": height}))
+    out.write('],\n"annotations": [')
+    number = 0
+    for first, _, block in blocks:
+        for row, slot, box in zip(block.row.tolist(), block.slot.tolist(), block.xywh.tolist(), strict=True):
+            number += 1
+            one = {"id": number, "image_id": first + row, "category_id": of_slot[slot], "bbox": box, "area": box[2] * box[3], "iscrowd": 0}
+            out.write(",\n"[: 2 * (number > 1)] + json.dumps(one))
+    out.write("]}\n")
+    out.detach()
+
+
+def _write_mot(blocks: Blocks, file: BinaryIO) -> None:
+    numbers = np.repeat(np.arange(1, len(blocks.game.categories) + 1), [c.count for c in blocks.game.categories])
+    for first, _, block in blocks:
+        ones = np.ones(len(block.row), np.int64)
+        columns = (block.row + first + 1, block.slot + 1, *block.xywh.T, ones, numbers[block.slot], ones)
+        np.savetxt(file, np.stack(columns, axis=1), fmt="%d", delimiter=",")
+
+
+Writer = Callable[[Blocks, BinaryIO], None]
+WRITERS: Mapping[str, Writer] = {
+    ".npz": _write_npz,
+    ".h5": _write_hdf5,
+    ".hdf5": _write_hdf5,
+    ".parquet": _write_parquet,
+    ".json": _write_coco,
+    ".txt": _write_mot,
+}
+
+
+def writer(path: Path) -> Writer:
+    """The function that writes a file of this suffix.
+
+    Raises:
+        InputError: a ValueError; there is none, or its library is missing.
+    """
+    if path.suffix not in WRITERS:
+        raise ValueError(f"the output must end in {', '.join(WRITERS)}, got {path}")
+    for suffixes, module in (((".h5", ".hdf5"), "h5py"), ((".parquet",), "pyarrow")):
+        if path.suffix in suffixes:
+            require(module)  # before the work, not after it
+    return WRITERS[path.suffix]

@@ -1,0 +1,350 @@
+"""Objects of files: every format of input and output, damaged inputs, and interruptions."""
+
+import gc
+import io
+import os
+import signal
+import subprocess
+import sys
+
+import jax
+import numpy as np
+import pytest
+from conftest import excerpt
+from PIL import Image
+from typer.testing import CliRunner
+
+import ocjax
+from ocjax import files
+from ocjax.cli import app
+from ocjax.files import InputError, extraction, open_input
+
+FIELDS = ("xywh", "valid", "orientation", "value", "rgb")
+
+
+@pytest.fixture(scope="module")
+def pong():
+    return ocjax.load("Pong")
+
+
+@pytest.fixture(scope="module")
+def rams():
+    return excerpt("Pong")["rams"]
+
+
+@pytest.fixture(scope="module")
+def frames(pong):
+    """RGB frames."""
+    return pong.palette[excerpt("Pong")["screens"][:10]]
+
+
+@pytest.fixture(autouse=True)
+def small_blocks(monkeypatch):
+    monkeypatch.setattr(extraction, "BLOCK_ROWS", {"rem": 16, "vem": 4})
+
+
+def write_hdf5(path, data):
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(path, "w") as file:
+        file["a/observations"], file.attrs["game"] = data, "Pong"
+
+
+def write_zarr(path, data):
+    zarr = pytest.importorskip("zarr")
+    zarr.create_group(path, attributes={"game": "Pong"}).create_array("frames", data=data)
+
+
+def columns(data):
+    """The rows as Arrow arrays of each type that holds bytes."""
+    pa = pytest.importorskip("pyarrow")
+    flat = pa.array(data.reshape(-1))
+    rows = [row.tobytes() for row in data]
+    return {
+        "fixed_size_list": pa.FixedSizeListArray.from_arrays(flat, data.shape[1]),
+        "list": pa.array(data.tolist(), pa.list_(pa.uint8())),
+        "list_of_int64": pa.array(data.tolist()),
+        "binary": pa.array(rows),
+        "fixed_size_binary": pa.array(rows, pa.binary(data.shape[1])),
+    }
+
+
+def png(frame):
+    buffer = io.BytesIO()
+    Image.fromarray(frame).save(buffer, "PNG")
+    return buffer.getvalue()
+
+
+def expect(path, game, source):
+    """The file has the game's objects for the RAM or the frames."""
+    objects = (game.rem if source.shape[1:] == (128,) else game.vem)(source)
+    with np.load(path) as found:
+        for name in FIELDS:
+            assert np.array_equal(found[name], getattr(objects, name)), name
+        assert found["categories"].tolist() == [c.name for c in game.categories for _ in range(c.count)]
+        assert (found["game"], found["md5"], found["ocjax"]) == (game.name, game.md5, ocjax.__version__)
+
+
+@pytest.mark.parametrize("suffix", ["npy", "npz", "hdf5", "zarr"])
+def test_arrays(tmp_path, pong, rams, frames, suffix):
+    for name, data in (("rams", rams), ("screens", frames), ("screens", frames[..., 0] * 0)):
+        path = tmp_path / f"Pong{data.ndim}.{suffix}"
+        if suffix == "npy":
+            np.save(path, data)
+        elif suffix == "npz":
+            np.savez_compressed(path, other=np.zeros(3), **{name: data})
+        else:
+            (write_hdf5 if suffix == "hdf5" else write_zarr)(path, data)
+        files.extract(path, tmp_path / "out.npz", "Pong")
+        expect(tmp_path / "out.npz", pong, data)
+        assert not (tmp_path / "out.npz.parts").exists()
+
+
+@pytest.mark.parametrize("kind", ["fixed_size_list", "list", "list_of_int64", "binary", "fixed_size_binary"])
+def test_tables(tmp_path, pong, rams, kind):
+    pa = pytest.importorskip("pyarrow")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    table = pa.table({"n": np.arange(len(rams)), "ram": columns(rams)[kind]}).replace_schema_metadata({"game": "Pong"})
+    parquet.write_table(table, tmp_path / "x.parquet", row_group_size=7)
+    with pa.OSFile(str(tmp_path / "file.arrow"), "wb") as sink, pa.ipc.new_file(sink, table.schema) as writer:
+        writer.write_table(table, max_chunksize=9)
+    with pa.OSFile(str(tmp_path / "stream.arrow"), "wb") as sink, pa.ipc.new_stream(sink, table.schema) as writer:
+        writer.write_table(table, max_chunksize=9)
+    for name in ("x.parquet", "file.arrow", "stream.arrow"):
+        files.extract(tmp_path / name, tmp_path / "out.npz")
+        expect(tmp_path / "out.npz", pong, rams)
+
+
+def test_pictures(tmp_path, pong, frames):
+    """A folder of pictures, and pictures in a table, with or without a path beside them."""
+    pa = pytest.importorskip("pyarrow")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    folder = tmp_path / "pong"
+    folder.mkdir()
+    for i, frame in enumerate(frames):
+        (folder / f"{i}.png").write_bytes(png(frame))  # "10.png" comes last
+    single = [png(frame) for frame in frames]
+    parquet.write_table(pa.table({"image": single}), tmp_path / "a.parquet")
+    parquet.write_table(pa.table({"image": [{"bytes": one, "path": ""} for one in single]}), tmp_path / "b.parquet")
+    for source in (folder, tmp_path / "a.parquet", tmp_path / "b.parquet"):
+        files.extract(source, tmp_path / "out.npz", "Pong")
+        expect(tmp_path / "out.npz", pong, frames)
+
+
+@pytest.mark.filterwarnings("ignore:`:UserWarning", "ignore:Implicitly cleaning up:ResourceWarning")  # in minari
+def test_minari(tmp_path, pong, monkeypatch):
+    minari = pytest.importorskip("minari")
+    import gymnasium
+
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    collector = minari.DataCollector(gymnasium.make("ALE/Pong-v5", obs_type="ram", max_num_frames_per_episode=100))
+    rows = []
+    for seed in range(2):
+        obs, over = collector.reset(seed=seed)[0], False
+        rows.append(obs)
+        while not over:
+            obs, _, terminated, truncated, _ = collector.step(2)
+            over = terminated or truncated
+            rows.append(obs)
+    collector.create_dataset(
+        dataset_id="pong/test-v0", author="x", author_email="x@y.zz", code_permalink="x", algorithm_name="x", description="x"
+    )
+    collector.close()
+    del collector
+    gc.collect()  # or its folder is noticed in another test
+    files.extract("minari:pong/test-v0", tmp_path / "out.npz")
+    expect(tmp_path / "out.npz", pong, np.stack(rows))
+
+
+@pytest.mark.parametrize("hud", [True, False])
+def test_outputs_hold_the_same_objects(tmp_path, rams, hud):
+    np.save(tmp_path / "Pong.npy", rams)
+    game, suffixes = ocjax.load("Pong", hud=hud), ("npz", "h5", "parquet", "json", "txt")
+    h5py, parquet = pytest.importorskip("h5py"), pytest.importorskip("pyarrow.parquet")
+    for suffix in suffixes:
+        files.extract(tmp_path / "Pong.npy", tmp_path / f"out.{suffix}", hud=hud)
+    expect(tmp_path / "out.npz", game, rams)
+    objects = jax.tree.map(np.asarray, game.rem(rams))
+    with h5py.File(tmp_path / "out.h5") as file:
+        for name in FIELDS:
+            assert np.array_equal(file[name], getattr(objects, name))
+        assert file.attrs["md5"] == game.md5
+        assert [c.decode() for c in file["categories"]] == [c.name for c in game.categories for _ in range(c.count)]
+    table = parquet.read_table(tmp_path / "out.parquet")
+    assert table.schema.metadata[b"method"] == b"rem"
+    lines = table.to_pylist()
+    records = [(i, r) for i in range(len(rams)) for r in objects[i].to_list()]
+    assert len(lines) == len(records)
+    for line, (i, record) in zip(lines, records, strict=True):
+        assert (line["row"], line["category"], line["index"]) == (i, record["category"], record["slot"])
+        assert [line[k] for k in "xywh"] == [record[k] for k in "xywh"]
+        assert line["value"] == record.get("value", 0)
+        assert line["orientation"] == record.get("orientation", 0)
+        assert [line[k] for k in "rgb"] == list(record["rgb"])
+        assert line["hud"] == record["hud"]
+
+
+@pytest.mark.filterwarnings("ignore:Operation with tuple")  # in motmetrics
+def test_coco_and_mot_are_read_by_their_libraries(tmp_path, rams, pong):
+    coco_module = pytest.importorskip("pycocotools.coco")
+    motmetrics = pytest.importorskip("motmetrics")
+    np.save(tmp_path / "Pong.npy", rams)
+    for suffix in ("json", "txt"):
+        files.extract(tmp_path / "Pong.npy", tmp_path / f"out.{suffix}")
+    objects = jax.tree.map(np.asarray, pong.rem(rams))
+    rows, slots = np.nonzero(objects.valid)
+    coco = coco_module.COCO(str(tmp_path / "out.json"))
+    assert [c["name"] for c in coco.loadCats(coco.getCatIds())] == [c.name for c in pong.categories]
+    assert coco.getImgIds() == list(range(len(rams)))
+    annotations = coco.loadAnns(coco.getAnnIds())
+    assert [a["bbox"] for a in annotations] == objects.xywh[rows, slots].tolist()
+    assert [a["image_id"] for a in annotations] == rows.tolist()
+    names = [c.name for c in pong.categories for _ in range(c.count)]
+    assert [coco.cats[a["category_id"]]["name"] for a in annotations] == [names[s] for s in slots]
+    found = motmetrics.io.loadtxt(str(tmp_path / "out.txt"), fmt=motmetrics.io.Format.MOT15_2D)
+    assert found.index.tolist() == [(r + 1, s + 1) for r, s in zip(rows.tolist(), slots.tolist(), strict=True)]
+    assert found[["Width", "Height"]].to_numpy().tolist() == objects.xywh[rows, slots, 2:].tolist()
+
+
+def test_no_rows(tmp_path):
+    pytest.importorskip("h5py")
+    pytest.importorskip("pyarrow")
+    np.save(tmp_path / "Pong.npy", np.zeros((0, 128), np.uint8))
+    for suffix in ("npz", "h5", "parquet", "json", "txt"):
+        files.extract(tmp_path / "Pong.npy", tmp_path / f"out.{suffix}")
+    assert np.load(tmp_path / "out.npz")["xywh"].shape == (0, ocjax.load("Pong").num_slots, 4)
+
+
+INTERRUPTED = """
+import os, signal, sys
+from ocjax import files
+from ocjax.files import extraction
+extraction.BLOCK_ROWS = {"rem": 16, "vem": 4}
+def report(done, total):
+    if done >= 64:
+        os.kill(os.getpid(), signal.SIGKILL)
+files.extract(sys.argv[1], sys.argv[2], report=report)
+"""
+
+
+@pytest.mark.parametrize("suffix", ["npz", "h5", "parquet", "json", "txt"])
+def test_killed_and_resumed_equals_uninterrupted(tmp_path, rams, suffix):
+    if suffix in ("h5", "parquet"):
+        pytest.importorskip({"h5": "h5py", "parquet": "pyarrow"}[suffix])
+    np.save(tmp_path / "Pong.npy", np.tile(rams, (5, 1)))
+    whole, parts = tmp_path / f"whole.{suffix}", tmp_path / f"resumed.{suffix}"
+    files.extract(tmp_path / "Pong.npy", whole)
+    done = subprocess.run([sys.executable, "-c", INTERRUPTED, tmp_path / "Pong.npy", parts])
+    assert done.returncode == -signal.SIGKILL
+    assert not parts.exists()
+    times = {p.name: p.stat().st_mtime_ns for p in tmp_path.glob("*.parts/0*.npz")}
+    assert len(times) >= 3
+    kept = []
+
+    def report(done, total):
+        kept.append({p.name: p.stat().st_mtime_ns for p in tmp_path.glob("*.parts/0*.npz")})
+
+    files.extract(tmp_path / "Pong.npy", parts, report=report)
+    assert times.items() <= kept[-1].items(), "finished blocks are not extracted again"
+    assert parts.read_bytes() == whole.read_bytes()
+
+
+def test_work_of_another_extraction_is_refused(tmp_path, rams):
+    np.save(tmp_path / "Pong.npy", rams)
+
+    def stop(done, total):
+        raise InterruptedError
+
+    with pytest.raises(InterruptedError):
+        files.extract(tmp_path / "Pong.npy", tmp_path / "out.npz", report=stop)
+    with pytest.raises(ValueError, match=r"out\.npz\.parts is the work of another extraction"):
+        files.extract(tmp_path / "Pong.npy", tmp_path / "out.npz", hud=False)
+    os.utime(tmp_path / "Pong.npy", ns=(1, 1))
+    with pytest.raises(ValueError, match="or its input has changed"):
+        files.extract(tmp_path / "Pong.npy", tmp_path / "out.npz")
+
+
+def refused(error, match, *args, **options):
+    with pytest.raises(error, match=match):
+        files.extract(*args, **options)
+
+
+def test_wrong_inputs_are_refused(tmp_path, rams, frames):
+    out = tmp_path / "out.npz"
+    refused(FileNotFoundError, "no input", tmp_path / "Pong.npy", out)
+    (tmp_path / "Pong.csv").write_text("1")
+    refused(InputError, "of no known format", tmp_path / "Pong.csv", out)
+    (tmp_path / "empty").mkdir()
+    refused(InputError, "holds no PNG", tmp_path / "empty", out, "Pong")
+    np.save(tmp_path / "Pong.npy", rams)
+    refused(ValueError, r"must end in \.npz", tmp_path / "Pong.npy", tmp_path / "out.csv")
+    refused(NotADirectoryError, "no folder", tmp_path / "Pong.npy", tmp_path / "none" / "out.npz")
+    refused(ocjax.registry.UnknownGameError, "no game 'Chess'", tmp_path / "Pong.npy", out, "Chess")
+    np.savez(tmp_path / "a.npz", rams=rams, game="Pong", md5="0" * 32)
+    refused(InputError, "made with the ROM of md5 0000", tmp_path / "a.npz", out)
+    refused(InputError, "is of Pong, not of Boxing", tmp_path / "a.npz", out, "Boxing")
+    refused(InputError, "has no array 'x': it has rams", tmp_path / "a.npz", out, array="x")
+    np.savez(tmp_path / "b.npz", x=rams)
+    refused(InputError, "has no RAM or frames named rams", tmp_path / "b.npz", out, "Pong")
+    for wrong in (rams.astype(int), rams[:, :127], rams[0], frames[:, :, :80]):
+        np.save(tmp_path / "wrong.npy", wrong)
+        refused(InputError, r"wrong\.npy must be uint8", tmp_path / "wrong.npy", out, "Pong")
+    np.save(tmp_path / "high.npy", np.zeros((2, 250, 160), np.uint8))
+    refused(InputError, r"has frames of \[250, 160\], those of Pong are \[210, 160\]", tmp_path / "high.npy", out, "Pong")
+    assert not out.exists()
+    assert not (tmp_path / "out.npz.parts").exists()
+
+
+def test_damaged_inputs_are_refused_with_the_row(tmp_path, rams, frames):
+    out = tmp_path / "out.npz"
+    np.save(tmp_path / "Pong.npy", rams)
+    content = (tmp_path / "Pong.npy").read_bytes()
+    (tmp_path / "Pong.npy").write_bytes(content[: 128 + 20 * 128])
+    refused(InputError, rf"Pong\.npy ends in row 20 of {len(rams)}", tmp_path / "Pong.npy", out)
+    (tmp_path / "Pong.npy").write_bytes(content[:100])
+    refused(InputError, r"Pong\.npy cannot be read", tmp_path / "Pong.npy", out)
+    np.savez(tmp_path / "Pong.npz", rams=np.tile(rams, (200, 1)))
+    content = (tmp_path / "Pong.npz").read_bytes()
+    (tmp_path / "Pong.npz").write_bytes(content[: len(content) // 2])
+    refused(InputError, r"Pong\.npz cannot be read", tmp_path / "Pong.npz", out)
+    flipped = bytearray(content)
+    flipped[len(content) // 2] ^= 1
+    (tmp_path / "Pong.npz").write_bytes(flipped)
+    refused(InputError, r"rows \d+ to \d+, cannot be read: BadZipFile", tmp_path / "Pong.npz", tmp_path / "c.npz")
+    folder = tmp_path / "pong"
+    folder.mkdir()
+    for i, frame in enumerate(frames):
+        (folder / f"{i}.png").write_bytes(png(frame))
+    (folder / "6.png").write_bytes(png(frames[0])[:200])
+    refused(InputError, r"row 6, .*6\.png, is not a readable picture", folder, tmp_path / "a.npz")
+    (folder / "6.png").write_bytes(png(frames[0][:100]))
+    refused(InputError, r"row 6, has the shape \[100, 160, 3\]", folder, tmp_path / "b.npz")
+
+
+def test_frames_with_other_colours_are_refused(tmp_path, frames):
+    jpeg = io.BytesIO()
+    Image.fromarray(frames[5]).save(jpeg, "JPEG")
+    lossy, pooled = frames.copy(), frames.copy()
+    lossy[5] = np.asarray(Image.open(jpeg))
+    pooled[7, 100, 80] = (1, 2, 3)
+    for wrong, row in ((lossy, 5), (pooled, 7)):
+        np.save(tmp_path / "Pong.npy", wrong)
+        refused(InputError, f"row {row}: the console has no colour", tmp_path / "Pong.npy", tmp_path / f"{row}.npz")
+
+
+def test_blocks_are_read_in_any_order(tmp_path, rams):
+    np.savez_compressed(tmp_path / "x.npz", rams=rams, game="Pong")
+    with open_input(tmp_path / "x.npz") as rows:
+        assert rows.facts == {"game": "Pong"}
+        for start, stop in ((10, 20), (0, 5), (5, 30)):
+            assert np.array_equal(rows.read(start, stop), rams[start:stop])
+
+
+def test_command(tmp_path, rams, pong):
+    np.save(tmp_path / "Pong.npy", rams)
+    done = CliRunner().invoke(app, ["extract", str(tmp_path / "Pong.npy"), "--out", str(tmp_path / "out.npz")])
+    assert done.exit_code == 0, done.output
+    assert "Written" in done.output
+    expect(tmp_path / "out.npz", pong, rams)
+    wrong = CliRunner().invoke(app, ["extract", str(tmp_path / "Pong.npy"), "--out", str(tmp_path / "out.csv")])
+    assert wrong.exit_code == 2
+    assert "must end in" in wrong.output
