@@ -114,13 +114,14 @@ def test_trained_policies(path):
     assert policy.frames > 0
 
 
-def test_the_trained_policy_wins():
-    assert (play(ocjax.load("Pong"), "trained", 2, seed=7).returns > 0).all()
+@pytest.mark.parametrize("name", ["Boxing", "Pong"])
+def test_trained_policies_win(name):
+    assert (play(ocjax.load(name), "trained", 2, seed=7).returns > 0).all()
 
 
 def test_games_without_trained_policy():
-    with pytest.raises(PolicyError, match=r"no trained policy of Boxing .* there are those of .*Pong"):
-        play(ocjax.load("Boxing"), "trained", 1)
+    with pytest.raises(PolicyError, match=r"no trained policy of Alien .* there are those of .*Pong"):
+        play(ocjax.load("Alien"), "trained", 1)
 
 
 def test_play_command(policy, tmp_path):
