@@ -1,0 +1,254 @@
+"""Pitfall: Harry runs through 255 scenes of a jungle with pits, tar, logs, beasts and treasures.
+
+A scene has up to three objects of one kind on the ground; below the ground there is a scorpion, or
+a brick wall and a ladder. StairPit: the hole above the ladder, with a Pit on either side in some
+scenes. Tarpit and Waterhole open and close in some; holes are background, which nothing draws.
+Rope: its brown part, below the leaves, without what trunks of its colour hide. PlayerScore has the
+value of the points won, 2,000 less than shown. Scenery: trees, the ground (OCAtari's Platform), the
+maker's name.
+
+RAM: ALE's source (score, lives), OCAtari 2.2 (what the bytes are), and the ROM's code. Everything
+moves at F66D-FA72, before a scene is drawn at F0CE-F58E, but for the first step into a hole and
+Harry's new start; his column is then still in the position of the sprite. Harry's row of line 117
+is drawn after column 34, so that left of it the row above is seen again.
+
+Covered: all scenes, objects and treasures (by writing RAM), falls, ladders, ropes, deaths, the end.
+Not exact: a box that has lost columns to the edge, the ground or another object keeps its rows.
+VEM misses ropes that are mostly behind trunks or beside trunks behind Harry, and tar of two rows.
+"""
+
+import functools
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from ocjax import console
+from ocjax.boxes import Box, box
+from ocjax.digits import Digits, score_box
+from ocjax.game import Game
+from ocjax.ops import among, div, pick
+from ocjax.ram import RamMap, bcd, bits, byte, high
+from ocjax.rom import Pictures, Rom
+from ocjax.rules import Blobs, Bounds, Category, Gauge, display
+
+ROM = Rom("pitfall", "3e90cf23106f2e08b2781e41299de556")
+FONT = ROM.font(0xF00, rows=8)
+POSES, TALL, NO_ROW = 9, 22, 24  # Harry's pictures and their rows
+
+
+def _harrys() -> Pictures:
+    """Harry's pictures, with each row once more in place of the next one, or with none."""
+    out = []
+    for pose in range(POSES):
+        rows = np.append(ROM.rows(0xB00 + TALL * pose, TALL), (0, 0))
+        out += [np.where(np.arange(NO_ROW) == row, np.roll(rows, 1), rows) for row in range(NO_ROW)]
+        out.append(rows)
+    return Pictures.of(out)
+
+
+HARRYS = _harrys()
+OBJECTS = Pictures.of([ROM.rows(0xD00 + low, 15) for low in range(0xF1)])
+SCORPIONS = Pictures.of([ROM.rows(0xD90 + 16 * i, 16) for i in range(2)])
+# Scenes: with a hole, with three, with a rope, with crocodiles, with a treasure; with tar or water.
+HOLE, HOLES, CROCODILES, TREASURES, TAR, WATER = 0, 1, 4, 5, (2, 5, 6), (3, 4, 7)
+ROPES = ROM.bytes(0xCA1, 8).tolist()
+# Objects by their pictures: below which low byte.
+LOGS, FIRES, SNAKES, TEETH, BAGS, BARS, RINGS = 0x20, 0x40, 0x60, 0x80, 0xC0, 0xE0, 0xF0
+SILVER, GOLD = 1, 2
+VIEW = (8, 0, 160, 210)
+TOP, HANG, ROPE_TOP, ROPE_X = 72, 118, 65, 78  # first line of Harry; ends of a rope; where it hangs
+RUNS, SUNK, BELOW_AGAIN, FLOOR, ABOVE = 0x20, 0x36, 0x40, 0x56, 0xDF  # `y`; ABOVE: or more
+TRUNKS = (48, 56, 64, 68)  # left columns of the left one of two in the middle, by `trees`
+EARLY, EARLY_ROW, LATE, LATE_ROW = 97, 20, 30, 45
+GROUND, BELOW = (
+    53,
+    (75, 60),
+)  # row that the ground hides, first one below it without and with a hole
+CLOSED, MARK, START, START_X = 0xFF, 0x80, 2000, 20
+FALLS, INTO_HOLE = 0x20, 0x1F  # `jump` and `stick` of one who falls, and falls into a hole
+LEFTS, RIGHTS = FONT.left.tolist(), FONT.right.tolist()
+
+
+class Ram(RamMap):
+    tally = byte(0)  # marks for lives
+    rope = byte(18)  # 117 - its lowest line
+    kind = byte(19)  # of the objects
+    scene = byte(20)
+    ladder = byte(29)
+    holes = byte(*range(32, 39))  # playfield of the rows of a hole, from its middle; 0: open
+    pose = byte(53)  # low byte of Harry's picture
+    picture = byte(55)  # likewise, of the objects
+    scorpion = byte(65)  # likewise
+    copies = bits(84, count=3)
+    score = bcd((85, 86, 87))
+    minutes, seconds = bcd(88), bcd(89)
+    slope = byte(92)  # 1/256 columns a line
+    swing = bits(93, first=7)  # to the right
+    fine, coarse = high(21, 22, 23), byte(24, 25, 26)  # x + 1: Harry, object, below the ground
+    x = byte(97)
+    mirrored = bits(101, first=3)
+    turned = bits(102, first=3)  # scorpion
+    jump = byte(103)  # step of a jump
+    stick = byte(104)  # as a jump began
+    y = byte(105)
+    trees = byte(107)
+    sunk = byte(114)  # rows that Harry is lower, hit by a log
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    open_rows = jnp.sum(m.holes != CLOSED)
+    middle = 4 * lax.population_count(m.holes[0])
+    hole = box(48 + middle, 125 - open_rows, 64 - 2 * middle, 2 * open_rows, open_rows > 0)
+    things, one = _things(m), m.kind & 3
+    return {
+        "Player": _harry(m),
+        "Logs": things.where(m.picture < LOGS),
+        "Fire": things.where(among(m.picture, range(LOGS, FIRES)))[:1],
+        "Snake": things.where(among(m.picture, range(FIRES, SNAKES)))[:1],
+        "Crocodile": things.where(among(m.picture, range(SNAKES, TEETH))),
+        "MoneyBag": things.where(among(m.picture, range(TEETH, BAGS)))[:1],
+        "SilverBar": things.where(among(m.picture, range(BAGS, BARS)) & (one == SILVER))[:1],
+        "GoldenBar": things.where(among(m.picture, range(BAGS, BARS)) & (one == GOLD))[:1],
+        "DiamondRing": things.where(among(m.picture, range(BARS, RINGS)))[:1],
+        "Scorpion": _scorpion(m),
+        "Wall": box(_at(m, 2), 148, 7, 32, m.ladder != 0),
+        "Stair": box(78, 136, 4, 42, m.ladder != 0),
+        "StairPit": box(76, 122, 8, 6, among(m.scene, (HOLE, HOLES))),
+        "Pit": box(np.array((48, 100)), 122, 12, 6, m.scene == HOLES),
+        "Tarpit": hole.where(among(m.scene, TAR)),
+        "Waterhole": hole.where(among(m.scene, WATER)),
+        "Rope": _rope(m),
+        "LifeCount": _tally(m),
+        "Timer": _timer(m),
+        "PlayerScore": score_box(FONT, m.score, right=69, top=9, digits=6, value=m.score - START),
+    }
+
+
+def _again(m: Ram) -> jax.Array:
+    """Whether Harry has just been put to his new place, after the frame was drawn."""
+    return among(m.y, (ABOVE, BELOW_AGAIN)) & (m.jump == FALLS) & (m.x == START_X)
+
+
+def _tally(m: Ram) -> Box:
+    """The marks for lives, of which one has just been taken where Harry begins again."""
+    marks = jnp.where(_again(m), m.tally >> 2 | MARK, m.tally)
+    lives = 1 + lax.population_count(m.tally)
+    return box(21, 22, jnp.where(marks == 5 * MARK >> 2, 3, 1), 8, marks > 0, value=lives)
+
+
+def _at(m: Ram, sprite: int) -> jax.Array:
+    """The first column of Harry, the object on the ground, or what is below it."""
+    return console.position(m.coarse[sprite], m.fine[sprite]) - 1
+
+
+def _line(row: jax.Array) -> jax.Array:
+    """The line of a row of Harry's band; the ground hides seven rows, and lines repeat after it."""
+    return TOP + row + jnp.where(row >= 60, jnp.where(row > 62, 1, 2), 0)
+
+
+def _harry(m: Ram) -> Box:
+    """Harry; those of his rows that the ground hides are not shown."""
+    died = jnp.where(m.y == BELOW_AGAIN, FLOOR, jnp.where(m.scene <= HOLES, RUNS, SUNK))
+    steps = (m.y == RUNS + 1) & (m.jump == FALLS) & (m.stick == INTO_HOLE)
+    y = jnp.where(_again(m), died, m.y - jnp.where(steps, 1, 0))
+    x, y = _at(m, 0), jnp.where(y >= ABOVE, y - 256, y) + m.sunk - 1
+    late = jnp.where((x < LATE) & (y < LATE_ROW) & (y > LATE_ROW - NO_ROW), LATE_ROW - y, NO_ROW)
+    pose = (NO_ROW + 1) * div(m.pose, TALL) + late
+    whole = HARRYS.box(pose, x, y, mirrored=m.mirrored == 1)
+    first, last = whole.y, whole.y + whole.h - 1
+    below = jnp.where(m.ladder == 0, BELOW[0], BELOW[1])
+    first = jnp.maximum(jnp.where((first >= GROUND) & (first < below), below, first), 0)
+    last = jnp.where((last >= GROUND) & (last < below), GROUND - 1, last)
+    top = _line(first) - jnp.where((first <= EARLY_ROW) & (x > EARLY), 1, 0)
+    there = whole.valid & (last >= first)
+    return box(whole.x, top, whole.w, _line(last) + 1 - top, there).clip(*VIEW)
+
+
+def _things(m: Ram) -> Box:
+    """The objects on the ground."""
+    copy = np.arange(3)
+    x = console.wrap(_at(m, 1) + copy * console.spacing(m.copies))
+    there = copy < console.copies(m.copies)
+    return OBJECTS.box(m.picture, x, 118, valid=there).clip(*VIEW)
+
+
+def _scorpion(m: Ram) -> Box:
+    look, west = m.scorpion >> 4 & 1, m.turned == 1
+    there = m.ladder == 0
+    return SCORPIONS.box(1 - look, _at(m, 2), 164, mirrored=west, valid=there).clip(*VIEW)
+
+
+def _rope(m: Ram) -> Box:
+    """The lines of the rope that are not in a trunk."""
+    line = np.arange(ROPE_TOP, HANG)
+    way = (line - 33) * m.slope >> 8
+    x = ROPE_X + jnp.where(m.swing == 1, way, -way)
+    trunk = pick(m.trees, TRUNKS)
+    free = ((x < trunk) | (x >= trunk + 4)) & ((x < 156 - trunk) | (x >= 160 - trunk))
+    seen = free & (line <= 116 - m.rope)
+    first = jnp.min(jnp.where(seen, line, 255))
+    last = jnp.max(jnp.where(seen, line, 0))
+    a, b = jnp.min(jnp.where(seen, x, 255)), jnp.max(jnp.where(seen, x, 0))
+    there = (pick(m.scene, ROPES) > 0) & ((m.scene != CROCODILES) | ((m.kind & 2) > 0))
+    return box(a, first, b + 1 - a, last + 1 - first, there & (last >= first))
+
+
+def _timer(m: Ram) -> Box:
+    """The time left, in seconds; tens of minutes are blank when they are 0."""
+    tens, ones = m.minutes // 10, m.minutes % 10
+    left = jnp.where(tens > 0, 29 + pick(tens, LEFTS), 37 + pick(ones, LEFTS))
+    right = 61 + pick(m.seconds % 10, RIGHTS)
+    return box(left, 22, right - left, 8, value=60 * m.minutes + m.seconds)
+
+
+HAIR, FACE, SHIRT, LEGS, BLACK, BROWN, WHITE, SHINE = 0x12, 0x4A, 0xC8, 0xD2, 0, 0x10, 0x0C, 0x0E
+GRAY, SILVERY, GOLDEN, RED, GREEN, EARTH, BLUE = 4, 6, 0x1E, 0x42, 0xD0, 0x14, 0xA4
+HARRY = Bounds((HAIR, FACE, SHIRT, LEGS), (8, 66, 160, 181), exclude=("Logs", "MoneyBag"))
+ground = functools.partial(Blobs, region=(8, 117, 160, 134), min_size=(5, 8), max_size=(8, 15))
+still = functools.partial(Bounds, regions=(113, 117, 142, 134), min_size=(5, 10))
+LOG = ground(HAIR, gap=(1, 1), min_size=(1, 6), max_size=(8, 14))
+FIRE = Bounds((BROWN, 0x3E, 0x2E), (8, 117, 160, 134), min_size=(5, 8))
+BAG = ground((HAIR, GRAY), gap=(2, 1), first=GRAY)
+JAWS = Bounds(GREEN, tuple((x, 117, x + 8, 134) for x in (60, 76, 92)))
+GOLDS = Bounds((SHINE, GOLDEN), (113, 117, 142, 134), min_size=(7, 10))
+RING = ground((SHINE, GOLDEN), gap=(1, 1), min_size=(4, 8), max_size=(6, 15))
+BRICKS = Bounds((SILVERY, RED), (8, 148, 160, 180), min_size=(4, 8))
+STAIR = Bounds(EARTH, (78, 136, 82, 178), min_size=(4, 20))
+PITS = Bounds(BLACK, ((48, 122, 60, 128), (100, 122, 112, 128)))
+SLIME = Blobs(BLACK, (48, 118, 112, 132), gap=(8, 0), min_size=(30, 3), max_size=(64, 10))
+rope = functools.partial(Blobs, BROWN, (44, 65, 116, 117), max_run=44, gap=(4, 16))
+ROPE = rope(min_size=(6, 20), max_size=(33, 41), also=rope(min_size=(1, 41), max_size=(10, 42)))
+CLOCK = Digits(FONT, (29, 37, 53, 61), 22, weights=(600, 60, 10, 1))
+POINTS = Digits(FONT, range(21, 69, 8), 9, base=-START)
+hole = functools.partial(Category, rgb=(0, 0, 0), blinks=True)  # background, so never drawn
+dark = functools.partial(Category, rgb=(74, 74, 74))
+GAME = Game(
+    name="Pitfall",
+    rom=ROM.name,
+    md5=ROM.md5,
+    ram=Ram,
+    decode=decode,
+    categories=(
+        Category("Player", HARRY, rgb=(92, 186, 92), doc="Harry"),
+        Category("Logs", LOG, count=3, doc="rolling or lying"),
+        Category("Fire", FIRE, rgb=(236, 200, 96), doc="a fire"),
+        dark("Snake", still((BLACK, RED)), doc="a cobra"),
+        Category("Crocodile", JAWS, count=3, doc="in the water"),
+        dark("MoneyBag", BAG, doc="2,000 points"),
+        Category("SilverBar", still((SHINE, SILVERY)), rgb=(111, 111, 111), doc="3,000 points"),
+        Category("GoldenBar", GOLDS, rgb=(252, 252, 84), doc="4,000 points"),
+        Category("DiamondRing", RING, rgb=(236, 236, 236), doc="5,000 points"),
+        Category("Scorpion", Bounds(SHINE, (8, 164, 160, 181)), doc="below the ground"),
+        Category("Wall", BRICKS, rgb=(167, 26, 26), doc="bricks below the ground"),
+        Category("Stair", STAIR, doc="the ladder"),
+        hole("StairPit", Bounds(BLACK, (76, 122, 84, 128)), needs="Stair", doc="above the ladder"),
+        hole("Pit", PITS, count=2, needs="Stair", doc="left and right of it"),
+        hole("Tarpit", SLIME, doc="tar or quicksand"),
+        Category("Waterhole", Bounds(BLUE, (48, 118, 112, 132)), doc="a pond"),
+        Category("Rope", ROPE, doc="a liana"),
+        display("LifeCount", Bounds(WHITE, (21, 22, 29, 30), value=Gauge(2, -1, 1)), doc="lives"),
+        display("Timer", Bounds(WHITE, (29, 22, 69, 30), value=CLOCK), doc="seconds left"),
+        display("PlayerScore", Bounds(WHITE, (21, 9, 69, 17), value=POINTS), doc="points won"),
+    ),
+)
