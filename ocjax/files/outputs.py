@@ -119,7 +119,7 @@ def _write_parquet(blocks: Blocks, file: BinaryIO) -> None:
     )
     fields = [("row", pa.int64()), ("category", pa.dictionary(pa.int32(), pa.string())), *numbers.items(), ("hud", pa.bool_())]
     schema = pa.schema(fields, metadata=blocks.facts)
-    with parquet.ParquetWriter(file, schema, compression="zstd") as writer:
+    with parquet.ParquetWriter(file, schema, compression="zstd", use_dictionary=["category"]) as writer:
         for first, _, block in blocks:
             columns = [block.row + first, pa.DictionaryArray.from_arrays(category[block.slot], names), index[block.slot]]
             columns += [*block.xywh.T, block.orientation, block.value, *block.rgb.T, np.asarray(blocks.game.slot_hud)[block.slot]]
@@ -130,18 +130,20 @@ def _write_parquet(blocks: Blocks, file: BinaryIO) -> None:
 def _write_coco(blocks: Blocks, file: BinaryIO) -> None:
     out, (height, width) = io.TextIOWrapper(file, "utf-8", write_through=True), blocks.game.screen
     numbers = {c.name: i + 1 for i, c in enumerate(blocks.game.categories)}
-    of_slot = [numbers[name] for name in blocks.slot_names]
+    of_slot = np.array([numbers[name] for name in blocks.slot_names])
     categories = [{"id": i, "name": name, "supercategory": blocks.game.name} for name, i in numbers.items()]
     out.write(f'{{"info": {json.dumps(blocks.facts)},\n"categories": {json.dumps(categories)},\n"images": [')
     for i in range(blocks.rows):
         out.write(",\n"[: 2 * (i > 0)] + json.dumps({"id": i, "file_name": f"{i:06}.png", "width": width, "height": height}))
     out.write('],\n"annotations": [')
+    line = '{"id": %d, "image_id": %d, "category_id": %d, "bbox": [%d, %d, %d, %d], "area": %d, "iscrowd": 0}'
     number = 0
     for first, _, block in blocks:
-        for row, slot, box in zip(block.row.tolist(), block.slot.tolist(), block.xywh.tolist(), strict=True):
-            number += 1
-            one = {"id": number, "image_id": first + row, "category_id": of_slot[slot], "bbox": box, "area": box[2] * box[3], "iscrowd": 0}
-            out.write(",\n"[: 2 * (number > 1)] + json.dumps(one))
+        m, (x, y, w, h) = len(block.row), block.xywh.astype(np.int64).T
+        columns = (np.arange(number + 1, number + m + 1), block.row + first, of_slot[block.slot], x, y, w, h, w * h)
+        lines = ",\n".join([line] * m) % tuple(np.stack(columns, axis=1).ravel().tolist())
+        out.write(",\n"[: 2 * (number > 0 and m > 0)] + lines)
+        number += m
     out.write("]}\n")
     out.detach()
 
@@ -151,7 +153,9 @@ def _write_mot(blocks: Blocks, file: BinaryIO) -> None:
     for first, _, block in blocks:
         ones = np.ones(len(block.row), np.int64)
         columns = (block.row + first + 1, block.slot + 1, *block.xywh.T, ones, numbers[block.slot], ones)
-        np.savetxt(file, np.stack(columns, axis=1), fmt="%d", delimiter=",")
+        line = ",".join(["%d"] * len(columns)) + "\n"
+        numbers_of_lines = np.stack(columns, axis=1).ravel().tolist()
+        file.write((line * len(ones) % tuple(numbers_of_lines)).encode())  # five times as fast as numpy.savetxt
 
 
 Writer = Callable[[Blocks, BinaryIO], None]
