@@ -247,6 +247,9 @@ def _validate_category(game: Game, c: Category) -> None:
         allowed = {Blobs: whole_cells, Cells: blobs, Bounds: blobs or whole_cells}[type(c.rule)]
         kinds = {Blobs: "whole Cells", Cells: "Blobs", Bounds: "Blobs or whole Cells"}[type(c.rule)]
         need(allowed, text=f"exclude: {name!r} is not a category of {kinds}")
+    if isinstance(c.rule, Blobs) and c.rule.above is not None:
+        other = next((o.rule for o in game.categories if o.name == c.rule.above and o is not c), None)
+        need(isinstance(other, Blobs), text=f"above: {c.rule.above!r} is not another category of Blobs")
     try:
         c.slot_rgb()
     except ValueError as error:

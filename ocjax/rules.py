@@ -137,6 +137,8 @@ class Blobs:
         exclude: categories of whole `Cells`; pixels of their objects do not count.
         also: another rule of the same colours; what it finds belongs to the category, too. This is for objects that have
             two shapes, such as a shot that flies upright or across.
+        above: another category of `Blobs`. A box ends above the objects of that category that begin inside it, such as a driver's above
+            the car of which he has a colour. The limits of sizes count for the whole box.
     """
 
     colors: Colors
@@ -154,6 +156,7 @@ class Blobs:
     ignore: tuple[Area, ...] = ()
     exclude: tuple[str, ...] = ()
     also: Blobs | None = None
+    above: str | None = None
 
     @property
     def rules(self) -> tuple[Blobs, ...]:

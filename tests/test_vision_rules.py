@@ -54,6 +54,17 @@ def test_cells_under_other_objects():
         assert boxes[1] == expected
 
 
+def test_objects_on_top_of_others():
+    frame = np.zeros((210, 160), np.uint8)
+    frame[40:50, 30:50] = 20
+    frame[32:42, 34:38] = 30  # covers a part of it
+    car = Category("Car", Blobs(20, min_size=(9, 9)))
+    for above, height in ((None, 18), ("Car", 8)):
+        rule = Blobs((20, 30), first=30, max_size=(20, 18), above=above)
+        boxes, _, _ = found((Category("Driver", rule, count=2), car), frame)
+        assert boxes == [[[30, 32, 20, height]], [[30, 40, 20, 10]]]
+
+
 def test_wrong_declarations():
     with pytest.raises(ValueError, match="each level needs a key"):
         Shades((0, 0), (8,), ((20, 30), (30, 40)))

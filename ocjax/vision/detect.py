@@ -116,6 +116,8 @@ def detect(categories: tuple[Category, ...], frames: jax.Array, shades: Shades |
     """
     batch = _Frames(categories, frames, shades)
     batch.found |= _detect_blobs(batch, [c for c in categories if isinstance(c.rule, Blobs)])
+    on_top = {c.name: c.rule.above for c in categories if isinstance(c.rule, Blobs) and c.rule.above is not None}
+    batch.found |= {name: _cut_off(batch.found[name], batch.found[below]) for name, below in on_top.items()}
     bounds = {c.name: c.rule for c in categories if isinstance(c.rule, Bounds)}
     masks = [[batch.counted(rule, colors) for _, colors in rule.slots] for rule in bounds.values()]
     batch.found |= dict(zip(bounds, detect_bounds(tuple(bounds.values()), masks), strict=True))
@@ -143,6 +145,13 @@ def _cut(rows: Detected, width: int, count: int) -> Detected:
     total = jnp.sum(parts, axis=0)
     valid = rank[:, 0] < total[None]
     return Detected(x, of_row(rows.y), w, of_row(rows.h), valid, overflow=jnp.maximum(total - count, 0))
+
+
+def _cut_off(upper: Detected, lower: Detected) -> Detected:
+    """The upper boxes down to where the lower ones begin that reach into them from below."""
+    (x, y, w, h), (x2, y2, w2) = ([v[:, None] for v in upper[:4]], [v[None] for v in lower[:3]])
+    inside = lower.valid[None] & (x2 < x + w) & (x < x2 + w2) & (y2 > y) & (y2 < y + h)
+    return upper._replace(h=jnp.minimum(upper.h, jnp.min(jnp.where(inside, y2 - y, h), axis=1)))
 
 
 def _with_needed(found: dict[str, Detected], c: Category) -> Detected:
