@@ -38,6 +38,7 @@ RARE = {
     "MontezumaRevenge": ("Amulet", "Beam", "Disappearing_Platform", "Ruby", "Snake", "Spider"),
     "Pacman": ("Vitamin",),
     "Pitfall": ("DiamondRing", "Fire", "GoldenBar", "MoneyBag", "Pit", "SilverBar", "Snake"),
+    "PrivateEye": ("Barrier", "Brick", "Dove", "Gun", "Lizard", "Money_Bag", "Necklace", "Pottet_Plant", "Shoe_Sole", "Stamp"),
     "Riverraid": ("Bridge", "Jet"),
     "Seaquest": ("SurfaceSubmarine",),
     "TimePilot": ("Enemy_Black", "Enemy_Yellow", "Enemy_Blue", "Enemy_Orange"),
