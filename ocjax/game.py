@@ -243,7 +243,7 @@ def _validate_category(game: Game, c: Category) -> None:
     need(c.needs in may_need, text=f"needs: {c.needs!r} is not a category" + ("" if c.hud else " outside the display"))
     for name in (n for r in getattr(c.rule, "rules", (c.rule,)) for n in getattr(r, "exclude", ())):
         other = next((o.rule for o in game.categories if o.name == name), None)
-        blobs, whole_cells = isinstance(other, Blobs), isinstance(other, Cells) and other.whole
+        blobs, whole_cells = isinstance(other, Blobs), isinstance(other, Cells) and other.whole and not other.floats
         allowed = {Blobs: whole_cells, Cells: blobs, Bounds: blobs or whole_cells}[type(c.rule)]
         kinds = {Blobs: "whole Cells", Cells: "Blobs", Bounds: "Blobs or whole Cells"}[type(c.rule)]
         need(allowed, text=f"exclude: {name!r} is not a category of {kinds}")

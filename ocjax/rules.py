@@ -135,8 +135,8 @@ class Blobs:
             count. This finds objects that hang on lines of their colour.
         ignore: areas of the screen whose pixels do not count.
         exclude: categories of whole `Cells`; pixels of their objects do not count.
-        also: another rule of the same colours; what it finds belongs to the category, too. This is for objects that have
-            two shapes, such as a shot that flies upright or across.
+        also: another rule of the same colours, or of some of them; what it finds belongs to the category, too. This is for objects that
+            have two shapes, such as a shot that flies upright or across, or that only some colours tell apart in a part of the screen.
         above: another category of `Blobs`. A box ends above the objects of that category that begin inside it, such as a driver's above
             the car of which he has a colour. The limits of sizes count for the whole box.
     """
@@ -194,8 +194,8 @@ class Blobs:
             raise ValueError(f"max_run and max_line must be numbers of pixels, got {self.max_run} and {self.max_line}")
         if self.split is not None and min(self.split) < 1:
             raise ValueError(f"split must be (width, height) of at least 1 pixel, got {self.split}")
-        if self.also is not None and self.also.palette != self.palette:
-            raise ValueError("also must have the same colors")
+        if self.also is not None and not set(self.also.palette) <= set(self.palette):
+            raise ValueError("also must have no other colors")
         if not all(0 <= g < 32 for g in self.gap):
             raise ValueError(f"gap must be (dx, dy) of 0 to 31 pixels, got {self.gap}")
 
@@ -212,6 +212,8 @@ class Cells:
             that have them.
         margin: (columns, rows) beside, and above and below, the cell that must be free of the colours. This tells a pellet from a wall.
         exclude: categories of `Blobs`; pixels inside their objects' boxes do not count, except for rules that exclude these cells.
+        floats: whether the grid moves up and down as a whole. The last row that has pixels of the colours in the cells' columns is then the
+            last row of the grid. Slots stand for no places, because the last cells may be gone.
     """
 
     colors: Colors
@@ -222,6 +224,7 @@ class Cells:
     whole: bool = True
     margin: tuple[int, int] = (0, 0)
     exclude: tuple[str, ...] = ()
+    floats: bool = False
 
     @property
     def palette(self) -> tuple[int, ...]:
@@ -352,7 +355,9 @@ class Category:
     @property
     def has_places(self) -> bool:
         """Whether each slot stands for a place on the screen, so that VEM's objects never change their slots."""
-        return isinstance(self.rule, Cells) or (isinstance(self.rule, Bounds) and not self.rule.each)
+        if isinstance(self.rule, Cells):
+            return not self.rule.floats
+        return isinstance(self.rule, Bounds) and not self.rule.each
 
     @property
     def reads_color(self) -> bool:

@@ -65,6 +65,19 @@ def test_objects_on_top_of_others():
         assert boxes == [[[30, 32, 20, height]], [[30, 40, 20, 10]]]
 
 
+@pytest.mark.parametrize("down", [0, 7, 60])
+def test_cells_of_a_grid_that_moves(down):
+    frame = np.zeros((210, 160), np.uint8)
+    frame[down : down + 3, 124:132] = frame[down + 7 : down + 11, 128:132] = 20  # the first row of cells lacks its first row
+    frame[150, 90] = 20  # not in a column of the grid
+    cells = Cells(20, (124, 128) * 4, (0, 0, 4, 4, 8, 8, 12, 12), 4, 4, whole=False, floats=True)
+    category = Category("Brick", cells, count=8)
+    boxes, _, _ = found((category,), frame)
+    assert boxes == [[[124, down, 4, 3], [128, down, 4, 3], [128, down + 7, 4, 4]]]
+    assert not category.has_places
+    assert found((category,), np.zeros((210, 160), np.uint8))[0] == [[]]
+
+
 def test_wrong_declarations():
     with pytest.raises(ValueError, match="each level needs a key"):
         Shades((0, 0), (8,), ((20, 30), (30, 40)))

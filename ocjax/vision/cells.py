@@ -20,6 +20,34 @@ def cell_pixels(rule: Cells, mask: Bitmap) -> Bitmap:
 
 def detect_cells(rule: Cells, mask: Bitmap) -> Detected:
     """The objects of a rule in a mask `[5, H, B]`."""
+    if not rule.floats:
+        return _detect(rule, mask)
+    moved, down = _to_last_row(rule, mask)
+    found = _detect(rule, moved)
+    return found._replace(y=found.y + down[None])
+
+
+def _to_last_row(rule: Cells, mask: Bitmap) -> tuple[Bitmap, jax.Array]:
+    """The pixels in the cells' columns, moved up so that the last row that has any is the last row of the grid.
+
+    Returns:
+        Them, and by how many rows they were moved, int32 `[B]`.
+    """
+    height = mask.shape[1]
+    first, last = min(rule.x) >> 5, (max(rule.x) + rule.w - 1) >> 5
+    columns = bm.areas(1, ((x, 0, x + rule.w, 1) for x in rule.x))
+    inside = (mask & jnp.asarray(columns))[first : last + 1]
+    row = jnp.arange(1, height + 1, dtype=jnp.int32)[:, None]
+    end = jnp.max(jnp.where(bm.any_of(inside) != 0, row, 0), axis=0)
+    inside = jnp.pad(inside, ((0, 0), (rule.bottom, 0), (0, 0)))
+    for bit in range(height.bit_length()):
+        inside = jnp.where((end >> bit & 1) != 0, bm.shift_up(inside, 1 << bit), inside)
+    inside = inside[:, : rule.bottom]
+    return jnp.pad(inside, ((first, len(mask) - 1 - last), (0, 0), (0, 0))), end - rule.bottom
+
+
+def _detect(rule: Cells, mask: Bitmap) -> Detected:
+    """The cells of a mask at the rule's own places."""
     beside, above = rule.margin
     cells = _with_margin(rule, mask)
     inner = _columns(cells.shape[1], beside, beside + rule.w)

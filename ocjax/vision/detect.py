@@ -192,8 +192,8 @@ def _search(rule: Blobs, count: int, top: int, also: tuple[Search, ...] = ()) ->
 def _of_equal_pixels(rules: Sequence[Blobs]) -> Iterable[list[Blobs]]:
     """Rules that differ only in what sizes they accept, together."""
     groups: dict[tuple[object, ...], list[Blobs]] = {}
-    for r in rules:  # all have the same colours
-        pixels = r.region, r.connectivity, r.gap, r.split_by_color, r.max_run, r.max_line, tuple(r.ignore), tuple(r.exclude)
+    for r in rules:
+        pixels = r.palette, r.region, r.connectivity, r.gap, r.split_by_color, r.max_run, r.max_line, tuple(r.ignore), tuple(r.exclude)
         groups.setdefault(pixels, []).append(r)
     return groups.values()
 
