@@ -52,7 +52,10 @@ LIGHTS = tuple(hue | light for hue in range(0, 256, 16) for light in range(2, 16
 DIM = tuple(hue | light for hue in range(0, 256, 16) for light in (0, 2, 4, 6) if hue | light)
 ZONE = (52, 3, 80, 195)
 ROWS, COLUMNS = np.arange(128) // 8, np.arange(128) % 8
-CELLS_X, CELLS_Y = tuple(128 + 4 * COLUMNS.tolist()[i] for i in range(128)), tuple((8 * ROWS).tolist())
+CELLS_X, CELLS_Y = (
+    tuple(128 + 4 * COLUMNS.tolist()[i] for i in range(128)),
+    tuple((8 * ROWS).tolist()),
+)
 SCORE_LEFTS = range(55, 103, 8)
 
 
@@ -247,6 +250,7 @@ def _turned_back(shield: jax.Array) -> jax.Array:
 
 
 facing = functools.partial(Category, attributes=("orientation",))
+between = functools.partial(display, blinks=True)  # two rounds
 
 PLAYER = Blobs(YAR, gap=(3, 3), min_size=(4, 8), max_size=(10, 18))
 SHOT = Blobs(YAR, gap=(3, 3), max_size=(1, 2))
@@ -293,7 +297,7 @@ GAME = Game(
         Category("Zorlon_Cannon", CANNON, doc="at the left edge, and its shot"),
         Category("Shield_Block", BLOCKS, count=128, doc="by row and column"),
         Category("Barrier", STRIPES, doc="the neutral zone"),
-        display("Score", POINTS, blinks=True, doc="points, between two rounds"),
-        display("Life", LIVES, blinks=True, doc="lives, between two rounds"),
+        between("Score", POINTS, doc="points"),
+        between("Life", LIVES, doc="lives"),
     ),
 )
