@@ -197,12 +197,14 @@ def _bonus(m: Ram) -> Box:
 
 
 ROAD_VIEW = (8, 90, 152, 182)
-PLAYER = Blobs(PLAYER_COLORS, ROAD_VIEW, gap=(1, 1), min_size=(6, 16), max_size=(14, 36))
+PLAYER = Bounds(
+    PLAYER_COLORS, ROAD_VIEW, min_size=(6, 16), exclude=("Seed", "AcmeMine", "SteelShot")
+)
 COYOTE = Blobs(COYOTE_COLORS, ROAD_VIEW, gap=(1, 1), min_size=(5, 6), max_size=(9, 31))
 LANES = functools.partial(Blobs, PLAYER_COLORS, (8, 118, 152, 172), gap=(1, 1))
 SEEDS = LANES(min_size=(1, 3), max_size=(5, 3), area=(1, 18))
 MINES = LANES(min_size=(4, 3), max_size=(4, 3), area=(19, 99))
-SHOTS = LANES(min_size=(9, 3), max_size=(10, 3))
+SHOTS = LANES(min_size=(6, 3), max_size=(10, 3))
 CACTI = Bounds(24, ((8, 46, 152, 54), (8, 55, 152, 63)))
 SIGN = Bounds((BLACK, 72, 136), (8, 73, 152, 88))
 TRUCK = Blobs((254, 54), ROAD_VIEW, gap=(0, 3), first=254, min_size=(4, 8), max_size=(16, 18))

@@ -6,10 +6,10 @@ before. Score and Life are valid while they are shown, which is between two roun
 Enemy until it becomes a Swirl. A shield block has the slot row * 8 + column, from the top left.
 The explosion of the Qotile, which fills the screen, is scenery.
 
-RAM: D. Debro's disassembly (what the bytes are), ALE's source (score, lives), and the ROM's code.
-f000 draws the shield, f06c the zone, f0d6 the explosion and f11c the score; ram[126] holds what the
-stack had last: the kernel that was drawn, or where the program was after it. f7a1-fcb0 moves all
-before the frame is drawn, but HMOVE follows after it, so that columns are those of the last move.
+RAM: D. Debro's disassembly (what bytes are), ALE's source (score, lives), and the ROM's code. f000
+draws the shield, f06c the zone, f0d6 the explosion and f11c the score; ram[126] holds what the stack
+had last: the kernel that was drawn, or where the program was after it. f7a1-fcb0 moves all before
+the frame is drawn, but HMOVE comes after it, so that columns are those before the last move.
 
 Covered: all modes and difficulties, both shields, the cannon, rounds without the zone.
 Not exact: the columns of a Yar that has just reached the edge, or that the shield threw back while
@@ -33,6 +33,7 @@ from ocjax.rules import Blobs, Bounds, Category, Cells, display
 
 ROM = Rom("yars_revenge", "c5930d0e8cdae3e037349bfa08e871be")
 FONT = ROM.font(0xE00, rows=7, stride=8)
+number = functools.partial(score_box, FONT, right=103)
 
 SHIELD_DRAWN, ZONE_DRAWN, EXPLOSION_DRAWN, SCORE_DRAWN = 0xFF, 0x6B, 0xD5, 0x1B  # `stack`
 WAITING = 6  # `status` between two rounds
@@ -42,7 +43,7 @@ LIFE_LOST = (0x9A, 0xA3)  # `stack` when the Yar has dissolved
 LAST_PICTURE = 0x59  # of a Yar that dissolves
 SHOT_HIT = (0x1D, 0x37, 0x3F, 0x47, 0x50)  # `stack` after a shot was compared with the shield
 FIRST_SWIRL, QOTILE = 0xC4, 0xDF  # `enemy_look`
-HIT, EXPLODES = 0xC0, 0x40  # `explosion` on the frame of the hit, and a bit of it
+HIT, EXPLODES = 0xC0, 0x40  # `explosion` on the frame of a hit, and a bit of it
 HOME_X, LAUNCH_X = 0x96, 0x9A  # of the Qotile and its missile
 NO_CANNON = 0xF0  # `cannon_y`
 YAR = 0x7C
@@ -151,13 +152,9 @@ def decode(m: Ram) -> dict[str, Box]:
         "Zorlon_Cannon": _cannon(m, zone_clock).where(plays),
         "Shield_Block": _shield(m, clock).where(plays & ~(begins & (odd == 1))),
         "Barrier": box(52, zone >> 8, 28, zone & 255, plays & (m.zone > 0)),
-        "Score": _number(m.score, 48, 6, shows_score),
-        "Life": _number(m.lives, 74, 1, shows_score & (m.lives > 0)),
+        "Score": number(m.score, top=48, digits=6, valid=shows_score, value=m.score),
+        "Life": number(m.lives, top=74, digits=1, valid=shows_score & (m.lives > 0), value=m.lives),
     }
-
-
-def _number(number: jax.Array, top: int, digits: int, shown: jax.Array) -> Box:
-    return score_box(FONT, number, right=103, top=top, digits=digits, valid=shown, value=number)
 
 
 def _step(x: jax.Array, heading: jax.Array) -> jax.Array:

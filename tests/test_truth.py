@@ -40,6 +40,7 @@ RARE = {
     "Pitfall": ("DiamondRing", "Fire", "GoldenBar", "MoneyBag", "Pit", "SilverBar", "Snake"),
     "PrivateEye": ("Barrier", "Brick", "Dove", "Gun", "Lizard", "Money_Bag", "Necklace", "Pottet_Plant", "Shoe_Sole", "Stamp"),
     "Riverraid": ("Bridge", "Jet"),
+    "RoadRunner": ("AcmeMine", "Truck"),
     "Seaquest": ("SurfaceSubmarine",),
     "TimePilot": ("Enemy_Black", "Enemy_Yellow", "Enemy_Blue", "Enemy_Orange"),
 }
