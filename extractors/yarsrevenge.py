@@ -7,15 +7,16 @@ Enemy until it becomes a Swirl. A shield block has the slot row * 8 + column, fr
 The explosion of the Qotile, which fills the screen, is scenery.
 
 RAM: D. Debro's disassembly (what bytes are), ALE's source (score, lives), and the ROM's code. f000
-draws the shield, f06c the zone, f0d6 the explosion and f11c the score; ram[126] holds what the stack
-had last: the kernel that was drawn, or where the program was after it. f7a1-fcb0 moves all before
-the frame is drawn, but HMOVE comes after it, so that columns are those before the last move.
+draws the shield, f06c the zone, f0d6 the explosion and f11c the score; ram[126] holds what the
+stack had last: the kernel that was drawn, or where the program was after it. f7a1-fcb0 moves all
+before the frame is drawn, but HMOVE comes after it, so that columns are those before the last move.
 
 Covered: all modes and difficulties, both shields, the cannon, rounds without the zone.
-Not exact: the columns of a Yar that has just reached the edge, or that the shield threw back while
-a shot flew; the swirl's in the fast modes with difficulty 1; shield blocks, missile and swirl on
-the frame of a hit. VEM sees of what is behind the zone, and of missiles in front of it, only parts
-or nothing; it takes the Qotile in a shield's colours for blocks, and misses it.
+Not exact: the columns of a Yar that has just reached the edge, that the shield threw back while a
+shot flew, or that dies in motion; the swirl's in the fast modes with difficulty 1; shield blocks,
+missile and swirl on the frame of a hit. VEM sees of what is behind the zone, and of missiles in
+front of it, only parts or nothing, a shot not while it touches the Yar, and the Qotile inside a
+shield that rotates only on frames on which the shield is not drawn.
 """
 
 import functools
@@ -194,7 +195,7 @@ def _shot(m: Ram, odd: jax.Array, zone_clock: jax.Array, before: jax.Array) -> B
     there = (m.shot_flies == 1) | among(m.stack, SHOT_HIT)
     x = x - dx
     late = jnp.where(x < _beam_on_even(m, zone_clock, y, 39), 3, 2)
-    return box(x, y + late, 1, 2, there & ~new, orientation=8 - m.shot_heading & 15)
+    return box(x, y + late, 1, 2, there & ~new & (m.dies == 0), orientation=8 - m.shot_heading & 15)
 
 
 def _enemy(m: Ram, odd: jax.Array) -> Box:
@@ -213,7 +214,7 @@ def _missile(m: Ram, odd: jax.Array, zone_clock: jax.Array) -> Box:
     beam = _beam_on_even(m, zone_clock, y, 45)
     late = jnp.where(x <= beam - 4, 3, 2)
     height = jnp.where((x > beam - 4) & (x < beam), 3, 2)
-    there = (m.missile_flies == 1) & (m.missile_x != LAUNCH_X)
+    there = (m.missile_flies == 1) & (m.missile_x != LAUNCH_X) & (m.dies == 0)
     return box(x, y + late, 4, height, there)
 
 
@@ -251,12 +252,7 @@ between = functools.partial(display, blinks=True)  # two rounds
 
 PLAYER = Blobs(YAR, gap=(3, 3), min_size=(4, 8), max_size=(10, 18))
 SHOT = Blobs(YAR, gap=(3, 3), max_size=(1, 2))
-ENEMY = Bounds(
-    tuple(c for c in LIGHTS if c not in SHIELDS),
-    (150, 55, 158, 142),
-    min_size=(8, 17),
-    exclude=("Player",),
-)
+ENEMY = Blobs(LIGHTS, (150, 0, 158, 195), min_size=(8, 17), max_size=(8, 18))
 SWIRL = Blobs(SWIRLS, gap=(1, 1), min_size=(6, 10), max_size=(8, 16))
 IN_ZONE = Blobs(tuple(c for c in LIGHTS if c & 8 and c not in (YAR, 0x5A)), ZONE, max_size=(4, 3))
 MISSILE = Blobs(
@@ -274,7 +270,7 @@ CANNON = Blobs(
     max_size=(8, 8),
     ignore=(ZONE,),
 )
-BLOCKS = Cells(SHIELDS, CELLS_X, CELLS_Y, 4, 8, whole=False, floats=True)
+BLOCKS = Cells(SHIELDS, CELLS_X, CELLS_Y, 4, 8, whole=False, exclude=("Enemy",), floats=True)
 STRIPES = Bounds(DIM, ZONE, min_size=(28, 150))
 POINTS = Bounds(YAR, (55, 48, 103, 55), value=Digits(FONT, SCORE_LEFTS, 48, required=True))
 LIVES = Bounds(YAR, (95, 74, 103, 81), value=Digits(FONT, (95,), 74, required=True))
