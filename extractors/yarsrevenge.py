@@ -270,7 +270,9 @@ CANNON = Blobs(
     max_size=(8, 8),
     ignore=(ZONE,),
 )
-BLOCKS = Cells(SHIELDS, CELLS_X, CELLS_Y, 4, 8, whole=False, exclude=("Enemy",), floats=True)
+BLOCKS = Cells(
+    SHIELDS, CELLS_X, CELLS_Y, 4, 8, whole=False, exclude=("Enemy", "Enemy_Missile"), floats=True
+)
 STRIPES = Bounds(DIM, ZONE, min_size=(28, 150))
 POINTS = Bounds(YAR, (55, 48, 103, 55), value=Digits(FONT, SCORE_LEFTS, 48, required=True))
 LIVES = Bounds(YAR, (95, 74, 103, 81), value=Digits(FONT, (95,), 74, required=True))
