@@ -129,12 +129,11 @@ def decode(m: Ram) -> dict[str, Box]:
     for name, group in GROUPS.items():
         slots = SLOTS[name]
         boxes[name] = objects[slots].where(among(kinds[slots], group))
-    boxes["Badguy"] = _of_kind(m, objects, BADGUY)
+    boxes["Badguy"] = _of_kind(m, objects, np.array([BADGUY]))
     way = objects[0]
     to = m.kind[0] == np.array((ALLEY_KIND, WOODS_KIND))
     boxes["Passage"] = box(way.x, way.y, way.w, way.h, way.valid & to)
-    for i, name in enumerate(ITEMS):
-        boxes[name] = _item_boxes(m, objects, FIRST_ITEM + i)
+    boxes |= _items(m, objects)
     for name, scenes in (*SIGNS.items(), ("Shop_Sign", SHOPS)):
         boxes[name] = box(64, 29, 32, 21, among(m.scene, scenes))
     points = m.score - STARTS
@@ -166,22 +165,23 @@ def _objects(m: Ram) -> Box:
     return box(x, y, w, h, drawn & (copy < n)).clip(*FIELD)
 
 
-def _of_kind(m: Ram, objects: Box, kind: int) -> Box:
-    """The object of a kind of which there is one at most."""
-    last = choose(m.kind[1] == kind, objects[3], objects[6])
-    return choose(m.kind[0] == kind, objects[0], last).where(jnp.any(m.kind == kind))
+def _of_kind(m: Ram, objects: Box, kind: np.ndarray) -> Box:
+    """The objects of some kinds of which there is one at most."""
+    first, second, third = (m.kind[i] == kind for i in range(3))
+    here = choose(first, objects[0], choose(second, objects[3], objects[6]))
+    return here.where(first | second | third)
 
 
-def _item_boxes(m: Ram, objects: Box, kind: int) -> Box:
-    """A thing in the scene, and carried."""
-    left, top, width, height = (int(v[MOST_CUT * kind]) for v in EXTENTS)
-    carried = (140 + left, 45 - int(HEIGHTS[kind]) + top, width, height)
-    here = _of_kind(m, objects, kind)
-    x, y, w, h = (
-        jnp.stack([v, jnp.full_like(v, c)])
-        for v, c in zip((here.x, here.y, here.w, here.h), carried, strict=True)
-    )
-    return box(x, y, w, h, jnp.stack([here.valid, m.held == kind]))
+def _items(m: Ram, objects: Box) -> dict[str, Box]:
+    """What is looked for: in the scene, and carried."""
+    kinds = FIRST_ITEM + np.arange(len(ITEMS))
+    left, top, width, height = (v[MOST_CUT * kinds] for v in EXTENTS)
+    carried = box(140 + left, 45 - HEIGHTS[kinds] + top, width, height, m.held == kinds)
+    pairs = [
+        jnp.stack([getattr(b, field) for b in (_of_kind(m, objects, kinds), carried)], axis=1)
+        for field in ("x", "y", "w", "h", "valid")
+    ]
+    return {name: box(*(v[i] for v in pairs)) for i, name in enumerate(ITEMS)}
 
 
 def _facing(m: Ram) -> jax.Array:
@@ -238,16 +238,16 @@ BRICKS_AT = {  # columns of the bricks of walls, by row
 WALL = tuple((x, y, x + 4, y + 4) for y, columns in BRICKS_AT.items() for x in columns)
 SKIN = (0x46, 0x4A, 0x16, 0x1A, 0x1E, 0x82)
 figure = functools.partial(Blobs, first=(0, 0x82), above="Car")
-DETECTIVES = figure((0, *SKIN), (8, 48, 160, 163), gap=(0, 1), min_size=(7, 9), max_size=(28, 44))
+DETECTIVES = figure((0, *SKIN), (8, 48, 160, 163), gap=(0, 1), min_size=(7, 9), max_size=(22, 40))
 CARS = Blobs(0, (8, 110, 160, 183), gap=(1, 1), min_size=(8, 8), max_size=(28, 17))
-ALLEY, WOODS = (0x06, 0x0A, 0x62, 0x74, 0x86), (0x14,)
+ALLEY, WOODS = (0x06, 0x0A, 0x86), (0x14,)
 PASSAGES = Bounds((ALLEY, WOODS), ((64, 140, 96, 172), (64, 167, 96, 172)), (30, 5))
 BARRIERS = Blobs((0, 0x1E), LOW, min_size=(5, 17), max_size=(8, 18))
 MUDS = Bounds(0, (8, 174, 160, 181), min_size=(8, 4), exclude=("Car", "Shatterd_Object"))
 PLANTS = Blobs((0x32, 0xD6, 0x1A), HOUSE, gap=(1, 1), min_size=(5, 2), max_size=(6, 16))
 BRICKS = Blobs(0x44, (14, 50, 156, 183), min_size=(4, 4), max_size=(4, 4), ignore=WALL)
 PIECES = Blobs(0, (8, 174, 160, 181), min_size=(6, 3), max_size=(8, 4), area=(6, 11))
-DOVES = Blobs(0x0E, (8, 52, 160, 183), min_size=(8, 5), max_size=(8, 6))
+DOVES = Blobs(0x0E, (8, 56, 160, 150), min_size=(8, 5), max_size=(8, 6))
 LIZARDS = Bounds(0x1A, (8, 173, 160, 183), min_size=(7, 4))
 JAIL = tuple((x, 50, x + 8, 70) for x in (44, 76, 108))
 GUYS = Bounds(0x80, HOUSE, (4, 2), ignore=JAIL)
@@ -258,17 +258,20 @@ RULES = BARRIERS, MUDS, PLANTS, BRICKS, PIECES, DOVES, LIZARDS, GUYS, HEADS, CLU
 sign = functools.partial(Bounds, regions=(64, 29, 96, 50), min_size=(30, 20))
 DIGITS = Digits(FONT, range(58, 106, 8), 8, base=-STARTS)
 POINTS = Bounds(0x0E, (58, 8, 106, 16), value=DIGITS)
-CARRIED = (138, 28, 150, 46)
+CARRIED, NOWHERE = (138, 28, 150, 46), (0, 0, 1, 1)
+LARGER = {"Gun": ("Comb", "Shoe_Sole"), "Button": ("Necklace",)}  # things of the same colours
 
 
-def _item(kind: int) -> Blobs:
-    """A whole picture of a kind."""
+def _carried(name: str) -> Blobs | Bounds:
+    """A whole picture; in a scene, it is not looked for."""
+    kind = FIRST_ITEM + ITEMS.index(name)
     rows = KIND_ROWS[kind]
     at = int(PLACES[kind]) + int(ROM.bytes(0xCC8 + kind, 1)[0])
-    colors = ROM.bytes(at, len(rows))[::-1][rows > 0]
+    shades = tuple(sorted({int(c) & 0xFE for c in ROM.bytes(at, len(rows))[::-1][rows > 0]}))
     size = int(EXTENTS[2][MOST_CUT * kind]), int(EXTENTS[3][MOST_CUT * kind])
-    shades = tuple(sorted({int(c) & 0xFE for c in colors}))
-    return Blobs(shades, CARRIED, gap=(2, 2), min_size=size, max_size=size)
+    if any(name in larger for larger in LARGER.values()):
+        return Blobs(shades, CARRIED, gap=(2, 2), min_size=size, max_size=size)
+    return Bounds(shades, (NOWHERE, CARRIED), size, exclude=LARGER.get(name, ()))
 
 
 GAME = Game(
@@ -285,10 +288,7 @@ GAME = Game(
             Category(name, rule, count=len(range(9)[SLOTS[name]]), doc="record * 3 + copy")
             for name, rule in zip(GROUPS, RULES, strict=True)
         ),
-        *(
-            Category(name, _item(FIRST_ITEM + i), count=2, doc="in a scene, carried")
-            for i, name in enumerate(ITEMS)
-        ),
+        *(Category(name, _carried(name), count=2, doc="in a scene, carried") for name in ITEMS),
         Category("Police_Sign", sign(0), doc="at the police station"),
         Category("Bank_Sign", sign(0xD4), doc="at the bank"),
         Category("Gun_Sign", sign(0x8E), doc="at the gun shop"),
