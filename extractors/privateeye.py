@@ -1,12 +1,12 @@
 """Private Eye: a detective in a car that jumps, in the streets and the woods of a city.
 
-Player is the detective, whose lower part is in the car unless both jump. A scene has three records
-of objects, each drawn up to three times side by side: slots record * 3 + copy, of the records that
-hold the kind. Slots of things that are looked for: the records, and what the detective carries (at
-the top right). Badguy and Badguy_Head look out of windows, as Clue does. Passage leads to another
-street or a park. Shop_Sign stands for all signs but those of Police, Bank and Guns. Hydrants,
-curtains, branches, bricks of the walls, jail windows, and the maker's name are scenery. A game
-begins with 1,000 points; the value of Score is what was won since.
+Player is the detective, whose lower part is in the car unless he jumps higher. A scene has three
+records of objects, each drawn up to three times side by side: slots record * 3 + copy, of the
+records that hold the kind. Slots of things that are looked for: in a scene, carried (at the top
+right). Badguy and Badguy_Head look out of windows and doors, as Clue does. Passage leads to another
+street or into the woods. Shop_Sign stands for all signs but those of Police, Bank and Guns.
+Hydrants, curtains, branches, bricks of walls, jail windows, and the maker's name are scenery. A
+game begins with 1,000 points; the value of Score is what was won since. Clock's is in seconds.
 
 RAM: ALE's source (score), OCAtari 2.2 (kinds, what the bytes are), and the ROM's code: the steps at
 F513 of the second bank are made before the drawing, and what collisions change at F1FF and the
@@ -14,8 +14,8 @@ clock's step at F8CE of the first bank after it. The kinds' pictures are listed 
 
 Covered: all scenes and signs of all five cases (written to RAM), the end of the game.
 Not exact: what a collision has taken or broken is gone from the RAM a frame early. VEM does not see
-the detective who is landing in the car, and things behind others; a
-window hides the lower parts of who looks out.
+things in a scene that can be carried, who is about to look out, the car while it flashes, or what
+is behind others; its boxes of who lands in the car and of Badguy are of a part, or too wide.
 """
 
 import functools
