@@ -26,6 +26,7 @@ STALE = {
     ("DonkeyKong", "last"): 0.92,
     ("DonkeyKong", "lost"): 0.9,
     ("Qbert", "last"): 0.96,
+    ("Venture", "lost"): 0.6,
 }
 # Objects that the other recordings hardly show, or that are easily taken for others.
 RARE = {
@@ -43,6 +44,7 @@ RARE = {
     "RoadRunner": ("AcmeMine", "Truck"),
     "Seaquest": ("SurfaceSubmarine",),
     "TimePilot": ("Enemy_Black", "Enemy_Yellow", "Enemy_Blue", "Enemy_Orange"),
+    "Venture": ("Dragon", "Serpant", "Skeleton", "Spider", "Troll", "TwoHeaded", "Wall"),
 }
 
 

@@ -1,0 +1,241 @@
+"""Venture: a hunter in two halls, from which he enters rooms with monsters and treasures.
+
+Player: the dot in a hall. In a room he is Winky, and the dot is his Shot, which he carries until he
+shoots. Six Hallmonsters roam a hall; one of them, larger, comes into a room in which he stays too
+long. A room has three monsters, alive or dead, and a treasure, which is named by its colour; room 3
+has four moving walls instead of monsters. Sprites take turns: 0-2 on a frame and 3-5 on the next.
+Room: the rooms on the map of a hall, in the first four slots. Chamber: the upper wall of the room
+that he is in. Other walls are scenery.
+
+RAM: ALE's source (score, lives), OCAtari 2.2 (what the bytes are), and the ROM's code. Sprites move
+at F4FE-F6DF, after every second frame, and a shot after each one; `_moves` takes that back. The
+larger hall monster changes places with a monster at FB00, every other turn. The last frame of a
+scene is older than the RAM, which has the next scene already: only Score, Life and Room are valid.
+
+Covered: both halls and all rooms (by running the ROM's own F8F9), deaths, the end of the game.
+Not exact: at a wall a sprite turns round, which its timer mostly tells. VEM does not see a dot that
+touches a wall of its colour, or monsters that touch each other, and takes dead trolls for skeletons
+and dead spiders for nothing.
+"""
+
+import functools
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.boxes import Box, box, choose
+from ocjax.digits import Digits
+from ocjax.game import Game
+from ocjax.ops import among, pick
+from ocjax.ram import RamMap, bcd, byte
+from ocjax.rom import Pictures, Rom
+from ocjax.rules import Blobs, Bounds, Category, Gauge, Runs, display
+
+ROM = Rom("venture", "3e899eba0ca8cd2972da1ae5479b4f0d")
+FONT = ROM.font(0xF00, rows=8)
+ROWS = (5, 7, 9, 13)  # rows of pictures, two lines each
+PAGE = np.append(ROM.bytes(0xE00, 256), ROM.bytes(0xF00, 16))
+PICTURES = Pictures.of(PAGE[low : low + rows] for rows in ROWS for low in range(256))
+SPEEDS = ROM.bytes(0xE48, 8).tolist()  # by the lowest bits of `status`
+SPRITE, FIRST_LINE = np.arange(6), np.array((26, 27, 27, 26, 27, 27))
+THIRDS = (7, 7, 7, 1, 1, 1, 1, 1, 7, 7)  # shift of the third sprite of a frame, by room
+DOT, PAUSED, BEGINS, START, FULL = 6, 0x80, 0x40, (0x44, 0x4C), 3
+SPLITS = (0x28, 0x26)  # rows in which the halls have the third sprite from
+WALLS_ROOM, HALLS, GONE, NO_GUEST, DEAD, COUNTER_TURN = 3, (8, 9), 0x51, 0x80, 0xF2, 1
+MONSTERS = {"Skeleton": 0, "Goblin": 1, "Serpant": 2, "TwoHeaded": 4, "Troll": 5, "Dragon": 6}
+MONSTERS |= {"Spider": 7}
+COLORS = ("Purple", "Yellow", "Pink", "Grey", "Green")  # of treasures, by rooms
+OF_ROOMS = zip(COLORS, ((0,), (1, 5), (2, 6), (3, 4), (7,)), strict=True)
+TREASURES = {f"{color}_Collectable": rooms for color, rooms in OF_ROOMS}
+TREASURE_FIRST = (5, 6, 7)  # rooms whose treasure is sprite 1, not 2
+VIEW = (0, 24, 160, 186)
+# The top walls of the rooms: left, width.
+TOP_WALLS = (44, 16, 16, 28, 16, 16, 64, 64), (100, 100, 128, 104, 128, 128, 32, 32)
+ROOMS = np.array([  # of the halls, on the map
+    ((20, 36, 32, 48), (88, 32, 52, 56), (16, 96, 48, 68), (92, 100, 52, 68)),
+    ((16, 32, 48, 56), (84, 32, 60, 48), (56, 64, 52, 48), (16, 120, 128, 52)),
+])  # fmt: skip
+
+
+class Ram(RamMap):
+    picture = byte(0, 2, 4, 6, 8, 10)  # low byte of its address, less the row
+    guest_picture = byte(14)
+    y = byte(20, 21, 22, 23, 24, 25)  # in two lines
+    dot_y = byte(26)
+    guest_y = byte(27)
+    status = byte(28, 29, 30, 31, 32, 33, 34)  # the last one of the dot
+    height = byte(42, 43, 44, 45, 46, 47)  # 256 less the rows
+    timer = byte(50, 51, 52, 53, 54, 55, 56)
+    turns = byte(58, 59, 60)  # bits go round: who moves
+    next_turn = byte(61)  # first sprite of the next frame
+    flags = byte(63)
+    icons = byte(70)  # lives left
+    score = bcd((71, 72))  # hundreds
+    pause = byte(76)  # frames until a scene begins
+    x = byte(79, 80, 81, 82, 83, 84)
+    dot_x = byte(85)  # x + 1
+    guest_x = byte(86)
+    guest = byte(89)  # the sprite that the larger hall monster has a turn with
+    room = byte(90)
+    swapped = byte(91)
+    split = byte(105)  # row from which the third sprite of the frame is drawn
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    start = (m.dot_x == START[0]) & (m.dot_y == START[1])
+    # The scene before is on the screen, but not where the game itself begins.
+    old = (m.pause == BEGINS) & (m.flags >= PAUSED) & ~(start & (m.icons == FULL))
+    hall, room = (~old & there for there in (among(m.room, HALLS), ~among(m.room, HALLS)))
+    icons = m.icons + jnp.where(old & start, 1, 0)
+    dx, dy = _moves(m)
+    dot = box(m.dot_x - 1 - dx[DOT], 25 + 2 * (m.dot_y - dy[DOT]), 1, 2)
+    dx, dy = dx[:DOT], dy[:DOT]
+    swap = (m.swapped > 0) & (m.guest == SPRITE)
+    x = jnp.where(swap, m.guest_x, m.x) - dx
+    y = jnp.where(swap, m.guest_y, m.y) - dy
+    picture = jnp.where(swap, m.guest_picture - dy, m.picture + dy)
+    sprites = _sprites(m, x, y, picture + y).where((y != GONE) & ~old)
+    three, four = sprites[1:4], sprites[2:5]
+    first = among(m.room, TREASURE_FIRST)
+    pairs = choose(np.arange(3) == 0, three, four)  # sprites 1, 3 and 4
+    monsters = choose(first, four, pairs)
+    kinds = {name: monsters.where(m.room == room) for name, room in MONSTERS.items()}
+    treasure = choose(m.room == WALLS_ROOM, sprites[3], choose(first, sprites[1], sprites[2]))
+    finds = {name: treasure.where(among(m.room, rooms)) for name, rooms in TREASURES.items()}
+    x0 = pick(m.room, TOP_WALLS[0])
+    walls = choose(np.arange(4) < 2, _spread(sprites[1:5]), _spread(sprites[2:6]))
+    score = 100 * m.score
+    return {
+        "Player": dot.where(hall),
+        "Winky": box(x[0] - 1, 26 + 2 * y[0], 8, 12, room),
+        "Shot": dot.where(room),
+        "Hallmonsters": choose(hall, sprites, _guest(m, dx, dy).where(~old)),
+        **kinds,
+        **finds,
+        "Wall": walls.where(m.room == WALLS_ROOM),
+        "Chamber": box(x0, 24, pick(m.room, TOP_WALLS[1]), 4, room),
+        "Room": _rooms(m, jnp.where(old, among(m.split, SPLITS), hall)),
+        "Life": box(112, 9, 8 * icons - 4, 8, icons > 0, value=m.icons + 1),
+        "Score": box(1, 9, 46, 8, value=score),
+    }
+
+
+def _spread(boxes: Box) -> Box:
+    """Pictures with four columns a dot."""
+    return box(boxes.x + 1, boxes.y, 4 * boxes.w, boxes.h, boxes.valid)
+
+
+def _rooms(m: Ram, hall: jax.Array) -> Box:
+    second = (m.split == SPLITS[1]) | (m.room == HALLS[1])
+    x, y, w, h = jnp.moveaxis(jnp.where(second, ROOMS[1], ROOMS[0]), 1, 0)
+    there = hall & (np.arange(MAPPED.slots) < len(ROOMS[0]))
+    x, y, w, h = (jnp.pad(side, (0, MAPPED.slots - 4)) for side in (x, y, w, h))
+    return box(x, y, w, h, there)
+
+
+def _sprites(m: Ram, x: jax.Array, y: jax.Array, picture: jax.Array) -> Box:
+    """The six sprites; `picture` has the low byte of the address before the first row."""
+    size = jnp.where(m.height == 251, 0, jnp.where(m.height == 249, 1, 2))
+    size = jnp.where(m.height == 243, 3, size)
+    left, top, width, rows = PICTURES.extent(256 * size + (picture + 1 & 255))
+    row = jnp.where(y >= 128, y - 256, y) + top
+    shift = jnp.where(SPRITE % 3 == 2, pick(m.room, THIRDS), 1)
+    spread = jnp.where((m.room == WALLS_ROOM) & (SPRITE % 3 > 0), 4, 1)
+    sprites = box(x - shift + spread * left, FIRST_LINE + 2 * row, width, 2 * rows, rows > 0)
+    return sprites.clip(*VIEW)
+
+
+def _guest(m: Ram, dx: jax.Array, dy: jax.Array) -> Box:
+    """The larger hall monster in a room, in the first slot."""
+    swapped = m.swapped > 0
+    own = [jnp.where(m.guest == 4, side[4], side[3]) for side in (m.x - dx, m.y - dy)]
+    x, y = (jnp.where(swapped, a, b) for a, b in zip(own, (m.guest_x, m.guest_y), strict=True))
+    line = jnp.where(m.guest == 4, FIRST_LINE[4], FIRST_LINE[3])
+    there = (m.guest < NO_GUEST) & (np.arange(6) == 0) & (y != GONE)
+    return box(x - 1, line + 2 * y, 8, 16, there).clip(*VIEW)
+
+
+def _moves(m: Ram) -> tuple[jax.Array, jax.Array]:
+    """How far the sprites and the dot have moved since they were drawn: `[7]`."""
+    just, kind, dot = m.next_turn == 0, m.status & 7, np.arange(7) == DOT
+    before = jnp.stack((m.turns[0] >> 1 | (m.turns[0] & 1) << 7, m.turns[1] >> 1, m.turns[2] >> 1))
+    turns = jnp.where(just, m.turns, before)
+    turn = jnp.where((kind == 1) | (kind == 5), turns[1], turns[2])
+    turn = jnp.where(among(kind, (0, 2, 4)), turns[0], turn)
+    since = just | ((np.arange(7) >= 3) & ~dot)
+    moved = since & ((turn & pick(kind, SPEEDS)) > 0) & (m.status != DEAD)
+    moved = (moved | (dot & ~just & ~among(m.room, HALLS))) & (m.flags < PAUSED)
+    winky = (np.arange(7) == 0) & ~among(m.room, HALLS)
+    back = (m.timer == COUNTER_TURN) & ~dot & ~winky
+    way = jnp.where(moved, jnp.where(back, -1, 1), 0)
+    right, left, down, up = (m.status >> bit & 1 == 0 for bit in (7, 6, 5, 4))
+    dx = jnp.where(right, 1, jnp.where(left, -1, 0))
+    return way * dx, way * jnp.where(down, 1, jnp.where(up, -1, 0))
+
+
+WALL_COLORS, PINK_FACE, GREEN, BLUE, GREY = (0x54, 0x94), 0x42, 0xD4, 0x74, 4
+ORANGE, GOLD, RED, PINKS, EMERALD = 0x34, 0x14, 0x44, (0x52, 0x54), 0xC4
+DEAD_DOTS = (78, 82)  # pixels of a dead monster
+field = functools.partial(Blobs, region=(0, 24, 160, 186))
+big = functools.partial(field, min_size=(5, 10), max_size=(8, 16))
+SPOT = field(WALL_COLORS, max_run=3, min_size=(1, 2), max_size=(1, 2))
+LARGE = field((GREEN, ORANGE), min_size=(8, 16), max_size=(8, 16), area=(44, 52))
+ROAMERS = field((GREEN, ORANGE), min_size=(4, 6), max_size=(5, 8), also=LARGE)
+SNAKES = field(GREEN, min_size=(7, 10), max_size=(8, 14), also=big(GREEN, area=DEAD_DOTS))
+YELLOW = big(GOLD, area=(40, 49), also=big(GOLD, area=(70, 76)))
+GREYS = big(GREY, area=(20, 49), also=big(GREY, area=(70, 76)))
+UPRIGHT = field(ORANGE, min_size=(4, 20), max_size=(4, 26))
+MOVING = field(ORANGE, min_size=(16, 6), max_size=(20, 8), also=UPRIGHT)
+MAPPED = Runs(
+    (WALL_COLORS,) * 8,
+    ((88, 32, 89, 88), (84, 32, 85, 80), (20, 36, 21, 84), (32, 84, 33, 88), (84, 108, 85, 112),
+     (16, 160, 17, 164), (92, 164, 93, 168), (68, 168, 69, 172)),
+    ((52, 52), (60, 60), (32, 32), (16, 16), (20, 20), (48, 48), (52, 52), (24, 24)),
+    3,
+    ((0, 0, 0),) * 3 + ((16, 52, 16), (28, 44, 4), (0, 64, 0), (0, 64, 0), (52, 48, 52)),
+)  # fmt: skip
+ICONS = Bounds(WALL_COLORS, (104, 9, 152, 17), value=Gauge(8, -4, 1))
+SCORE = Digits(FONT, range(0, 48, 8), 9)
+
+
+def _monster(name: str, color: int, area: tuple[int, int], doc: str) -> Category:
+    alive, dead = functools.partial(big, color, area=area), big(color, area=DEAD_DOTS)
+    return Category(name, alive(also=dead), count=3, doc=doc)
+
+
+GAME = Game(
+    name="Venture",
+    rom=ROM.name,
+    md5=ROM.md5,
+    ram=Ram,
+    decode=decode,
+    categories=(
+        Category("Player", SPOT, rgb=(183, 57, 161), needs="Room", doc="the hunter in a hall"),
+        Category("Winky", big(PINK_FACE), doc="the hunter in a room"),
+        Category("Shot", SPOT, rgb=(183, 57, 161), needs="Chamber", doc="his arrow"),
+        Category("Hallmonsters", ROAMERS, count=6, doc="in a hall, or one in a room"),
+        _monster("Skeleton", GREY, (50, 62), "of room 0"),
+        _monster("Goblin", BLUE, (50, 66), "of room 1"),
+        Category("Serpant", SNAKES, count=3, doc="of room 2"),
+        Category("TwoHeaded", big(RED), count=3, doc="of room 4"),
+        Category("Troll", big(GREY, area=(64, 69)), count=3, doc="of room 5"),
+        _monster("Dragon", GOLD, (50, 62), "of room 6"),
+        Category(
+            "Spider", field(ORANGE, min_size=(7, 12), max_size=(8, 14)), count=3, doc="of room 7"
+        ),
+        Category("Purple_Collectable", big(BLUE, area=(67, 70)), doc="of room 0"),
+        Category("Yellow_Collectable", YELLOW, doc="of rooms 1 and 5"),
+        Category(
+            "Pink_Collectable",
+            field(PINKS, min_size=(7, 9), max_size=(8, 14)),
+            doc="of rooms 2 and 6",
+        ),
+        Category("Grey_Collectable", GREYS, doc="of rooms 3 and 4"),
+        Category("Green_Collectable", field(EMERALD, max_size=(8, 8)), doc="of room 7"),
+        Category("Wall", MOVING, count=4, needs="Chamber", doc="of room 3"),
+        Category("Chamber", Bounds(WALL_COLORS, (8, 24, 152, 28)), doc="upper wall of a room"),
+        Category("Room", MAPPED, count=MAPPED.slots, rgb=(183, 57, 161), doc="on the map"),
+        display("Life", ICONS, doc="one more than the icons"),
+        display("Score", Bounds(8, (0, 9, 48, 17), value=SCORE), doc="points"),
+    ),
+)
