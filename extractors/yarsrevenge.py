@@ -2,8 +2,8 @@
 
 The shield and the neutral zone, Barrier, are drawn by turns, on every other frame; missiles and the
 cannon are drawn with the zone. What is not drawn on a frame has the box that it had on the one
-before. Score and Life are valid while they are shown, which is between two rounds. The Qotile is an
-Enemy until it becomes a Swirl. A shield block has the slot row * 8 + column, from the top left.
+before. Score and Life are shown between two rounds, stay valid and keep their values. The Qotile is
+an Enemy until it becomes a Swirl. A shield block has the slot row * 8 + column, from the top left.
 The explosion of the Qotile, which fills the screen, is scenery.
 
 RAM: D. Debro's disassembly (what bytes are), ALE's source (score, lives), and the ROM's code. f000
@@ -153,8 +153,8 @@ def decode(m: Ram) -> dict[str, Box]:
         "Zorlon_Cannon": _cannon(m, zone_clock).where(plays),
         "Shield_Block": _shield(m, clock).where(plays & ~(begins & (odd == 1))),
         "Barrier": box(52, zone >> 8, 28, zone & 255, plays & (m.zone > 0)),
-        "Score": number(m.score, top=48, digits=6, valid=shows_score, value=m.score),
-        "Life": number(m.lives, top=74, digits=1, valid=shows_score & (m.lives > 0), value=m.lives),
+        "Score": number(m.score, top=48, digits=6, value=m.score),
+        "Life": number(m.lives, top=74, digits=1, valid=m.lives > 0, value=m.lives),
     }
 
 
@@ -248,7 +248,7 @@ def _turned_back(shield: jax.Array) -> jax.Array:
 
 
 facing = functools.partial(Category, attributes=("orientation",))
-between = functools.partial(display, blinks=True)  # two rounds
+between = functools.partial(display, blinks=True)  # shown between two rounds
 
 PLAYER = Blobs(YAR, gap=(3, 3), min_size=(4, 8), max_size=(10, 18))
 SHOT = Blobs(YAR, gap=(3, 3), max_size=(1, 2))

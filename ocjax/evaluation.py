@@ -321,8 +321,7 @@ def value_shares(rem: Objects, rewards: np.ndarray, lives: np.ndarray) -> dict[s
     """Shares of samples in which REM's score and lives are right.
 
     The score is right if it equals the sum of rewards. In games in which the enemy has a score, too, the difference of the two scores must
-    equal it. Lives are right if they equal the emulator's. Samples in which the game does not show the lives do not count, nor do those in
-    which it does not show the score if it shows that only now and then (`Category.blinks`).
+    equal it. Lives are right if they equal the emulator's; samples in which the game does not show them do not count.
 
     Args:
         rem: REM's objects, batch shape `[B]`.
@@ -340,7 +339,7 @@ def value_shares(rem: Objects, rewards: np.ndarray, lives: np.ndarray) -> dict[s
                 value, valid = np.asarray(rem.value)[:, slot], np.asarray(rem.valid)[:, slot]
                 if names is SCORE_NAMES and "EnemyScore" in game.slices:
                     value = value - np.asarray(rem.value)[:, game.slices["EnemyScore"].start]
-                counts = valid | (names is SCORE_NAMES and not c.blinks)
+                counts = valid | (names is SCORE_NAMES)
                 out[c.name] = float(_ratio((value == expected)[counts].sum(), counts.sum()))
     return out
 
