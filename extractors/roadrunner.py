@@ -14,9 +14,10 @@ Covered: the roads with seed, steel shot, mines, trucks and signs (scenes 0, 2, 
 lives, the end of the game. Play that is not good at it does not leave scene 0.
 Not exact: the columns of a bird that stops at the place where it keeps still while the road moves,
 or that a truck pushes, and the coyote's where the road is narrow; the last of 30 frames of a bonus;
-figures that an edge cuts. Of the other scenes (1, 3, 5 and 7: a cliff, cannons, falling rocks) only
-the bird and the coyote are decoded, to a few pixels, and VEM takes some details of these scenes for
-seed: RoadCrack, Rock, Turret and TurretBall are missing.
+figures that an edge cuts; with boxes that cover each other, in scenes 2, 4 and 6, 70 to 94 %.
+Missing: the other scenes (1, 3, 5 and 7: a cliff, cannons, falling rocks), with RoadCrack, Rock,
+Turret and TurretBall. There, half of the birds and coyotes are within five pixels, and VEM takes
+some details for seed.
 """
 
 import functools

@@ -54,6 +54,18 @@ def test_cells_under_other_objects():
         assert boxes[1] == expected
 
 
+def test_only_some_colours_in_a_part_of_the_screen():
+    frame = np.zeros((210, 160), np.uint8)
+    frame[20:22, 10:14] = frame[20:22, 100:104] = 20
+    frame[60:62, 10:14] = frame[60:62, 100:104] = 30
+    inside = Blobs(30, (90, 0, 160, 210))
+    rule = Blobs((20, 30), ignore=((90, 0, 160, 210),), also=inside)
+    boxes, _, _ = found((Category("Shot", rule, count=4),), frame)
+    assert boxes == [[[10, 20, 4, 2], [10, 60, 4, 2], [100, 60, 4, 2]]]
+    with pytest.raises(ValueError, match="also must have no other colors"):
+        Blobs(20, also=inside)
+
+
 def test_objects_on_top_of_others():
     frame = np.zeros((210, 160), np.uint8)
     frame[40:50, 30:50] = 20
