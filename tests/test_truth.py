@@ -26,6 +26,7 @@ STALE = {
     ("DonkeyKong", "last"): 0.92,
     ("DonkeyKong", "lost"): 0.9,
     ("Qbert", "last"): 0.96,
+    ("UpNDown", "lost"): 0.85,
     ("Venture", "lost"): 0.6,
 }
 # Objects that the other recordings hardly show, or that are easily taken for others.

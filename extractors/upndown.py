@@ -1,0 +1,279 @@
+"""Up'n Down: a jumping car drives along two roads that cross, past other cars, and collects flags.
+
+Slots are the game's own records: three for what is on the roads besides the player, each of which
+holds a car, a flag, a collectable or nothing. The sprites share the rows of the screen: where two
+of them are near each other, the upper one loses its last rows on one frame and the lower one its
+first rows on the next; where they are closer still, they take turns. Roads, trees and explosions
+are scenery, and the number of the round is not an object.
+
+RAM: OCAtari and stable-retro (what some bytes are), ALE's source (score, lives), and the ROM's
+code. Bank 1 sorts the records and prepares the drawing at f6d2-f8e2, bank 0 draws the road at
+f000-f3ff, and bank 1 moves all at f173-f5ef, after the frame was drawn but before the vertical
+sync ends. That `decode` takes back: cars take a step where their speed reaches a limit that the
+frame counter makes (f3a9), their columns follow from the road's table (f454), and the road scrolls
+by the player's last step but one (f275).
+
+Covered: round 1, lost lives, the end of the game, all modes and difficulties; the other rounds by
+the ROM's tables alone.
+Not exact: the frame of a lost life, which still shows cars and flags, while the RAM is as at the
+new start (f224); those on which a car is hit, a flag is collected or a record begins anew,
+because the new state has overwritten the old one; all rows but the player's on some frames on
+which he speeds up or slows down, because the joystick is not kept; the column of a car that
+changes sides in a crossing.
+For VEM: cars that touch, parts of cars of a few rows, and flags in the road's colour.
+Life shows at most four of the five in reserve.
+"""
+
+import functools
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.boxes import Box, box
+from ocjax.console import mirrored
+from ocjax.digits import Digits, score_box
+from ocjax.game import Game
+from ocjax.ops import among, lookup
+from ocjax.ram import RamMap, bcd, bits, byte
+from ocjax.rom import Pictures, Rom
+from ocjax.rules import Blobs, Bounds, Category, display
+
+ROM = Rom("up_n_down", "a499d720e7ee35c62424de882a3351b6")
+BANK = 0x1000  # of the tables
+FONT = ROM.font(BANK + 0xF01, rows=7, stride=8)
+
+VIEW = (8, 27, 160, 194)
+PLAYER, FLAG, COLLECTABLE, TAKEN_FLAG, HIDDEN = 0x10, 8, 0x18, 0x28, 0x17  # `kind`
+CAR_LOOK, FLAG_LOOK, COLLECTABLE_LOOK = 3, 4, 5  # in `PICTURES`; the player's is that of a car
+GROUND = 0x58  # `y` of the player on the road
+LANDED, TAKEOFF, SINKS = 24, 255, 224  # `jump`
+NEAR, ROWS, FAR = 4, 16, 255  # rows between sprites, of a picture, and where there is none
+SPACE, BOTTOM = 24, 0x98  # rows that a sprite out of the way needs, and where they end
+RIGHT = 142  # from this column on, the last row of a picture is cleared before it is drawn
+LAST_ROW = 0x9E  # beyond it a record begins anew
+MIDDLE, CROSSING = 0x48, 0x47
+DYING, LIFE_TAKEN = 0x40, 0x20  # `pause` and `attract` on the frame of a lost life
+STARTING, IDLE = (0x3F, 0x40), 0x22  # likewise while a text replaces the score
+BLACK, GREY = 0, 10
+CAR_COLORS = (56, 72, 200, 168, 104, 120, 136, 152)
+FLAG_COLORS = (118, 102, 86, 70, 54, 38, 134)  # but one, which the road has, too
+HUD_COLORS = (116, 20, 100, 84, 68, 52, 36, 132)
+HUD_LEFTS = (91, 19, 107, 127, 71, 55, 35, 143)  # by bit of `collected`
+
+
+def _picture(kind: int) -> np.ndarray:
+    """Rows of both players of a picture from its last row up to its first."""
+    low, page = (int(ROM.data[BANK + table + kind]) for table in (0xA5F, 0xA8F))
+    first = ((page & 15) << 8) + low
+    return ROM.bytes(first, ROWS + 1) | ROM.bytes(first | 0x100, ROWS + 1)
+
+
+def _extents() -> Pictures:
+    """Extents of the pictures where only the rows from `low` + 1 to `high` show, last row first."""
+    at = np.arange(ROWS + 1)
+    kinds = (*range(4), FLAG, *range(COLLECTABLE, COLLECTABLE + 4))
+    shown = [
+        np.where((at > low) & (at <= high), _picture(kind), 0)[:0:-1]
+        for kind in kinds
+        for high in range(ROWS + 1)
+        for low in range(ROWS + 1)
+    ]
+    return Pictures.of(shown)
+
+
+PICTURES = _extents()
+ROAD_PAGES = (ROM.bytes(BANK + 0xBE3, 10) & 15).tolist()
+ROADS = ROM.bytes(BANK + 0xC00, 3 * 256)  # of three rounds
+
+
+class Ram(RamMap):
+    score = bcd((0, 1, 2))
+    level = byte(3)
+    collected = byte(4)  # a bit for each flag
+    lives = bits(6, count=4)
+    counter = byte(16)
+    pause = byte(20)  # frames
+    fine = byte(21)  # rows by which the road has come down, 0-3
+    coarse = byte(22)  # 4 rows
+    flight = byte(23)  # of a jump to the other road
+    jump = byte(24)
+    mirrored = bits(28, 29, 30, 31, first=7)
+    speed = byte(32)
+    speeds = byte(33, 34, 35)
+    kind = byte(36)
+    kinds = byte(37, 38, 39)
+    x = byte(41, 42, 43)
+    y = byte(49, 50, 51)
+    player_y = byte(56)
+    attract = byte(61)
+    limit = byte(65, 66, 67)  # that a speed has to reach for a step
+    player_x = byte(84)  # before the last move
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    limit = mirrored((m.counter - 1) & 255) & 255
+    scroll = jnp.where(m.pause == 0, _steps(m.speed, limit), 0)
+    x, y = _before(m, scroll)
+    kinds = jnp.concatenate([m.kind[None], m.kinds])
+    objects = _objects(m, kinds, x, y, scroll)
+    others, kind = objects[1:], m.kinds
+    score = jnp.where(((m.counter & 63) == 0) & (m.pause == 0), m.score - 10, m.score)
+    icons = m.lives + jnp.where((m.pause == DYING) & (m.attract >> 1 == LIFE_TAKEN >> 1), 1, 0)
+    icon = np.arange(4)
+    flag = np.arange(8)
+    return {
+        "Player": objects[0].where(m.kind == PLAYER),
+        "Truck": others.where(kind < FLAG),
+        "Flag": others.where(among(kind & ~0x20, range(FLAG, PLAYER))),
+        "Collectable": others.where(among(kind, range(COLLECTABLE, 0x20))),
+        "HUD_Flag": box(np.array(HUD_LEFTS), 15, 5, 11, ((m.collected >> flag) & 1) == 0),
+        "Score": score_box(
+            FONT,
+            jnp.maximum(score, 0),
+            right=63,
+            top=6,
+            digits=6,
+            valid=~(among(m.pause, STARTING) & (m.attract == IDLE) & (m.score == 0)),
+            value=m.score,
+        ),
+        "Life": box(16 + 8 * icon, 196, 4, 8, icon < icons),
+    }
+
+
+def _steps(speed: jax.Array, limit: jax.Array) -> jax.Array:
+    """By how many rows a car moves on a frame: -1, 0 or 1."""
+    ahead = speed >= 0x80
+    amount = jnp.where(ahead, 2 * (speed & 127), 255 - 2 * (speed & 127))
+    return jnp.where((amount > 0) & (amount >= limit), jnp.where(ahead, -1, 1), 0)
+
+
+def _before(m: Ram, scroll: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Columns and rows before the last move, the player's first."""
+    step = jnp.where(m.pause == 0, _steps(m.speeds, m.limit), 0)
+    x = jnp.where(step == 0, m.x, _column(m, step))
+    y = m.y - step + scroll
+    return jnp.concatenate([m.player_x[None], x]), jnp.concatenate([_player_y(m)[None], y])
+
+
+def _column(m: Ram, step: jax.Array) -> jax.Array:
+    """The cars' columns on the road before their last step."""
+    way = m.y + 4 * m.coarse + m.fine - step
+    start = 256 * (lookup(ROAD_PAGES, m.level) - 12)
+    at = 2 * (way >> 3)
+    here, there = (lookup(ROADS, start + ((at + i) & 255)) for i in (0, 2))
+    bend = ((there & 0x3E) - (here & 0x3E)) * (way & 7) >> 3
+    column = (here & 0x3E) + 16 + bend + jnp.where(bend < 0, 1, 0)
+    double = here >= 0x80  # both roads lead the same way
+    right = m.x >= jnp.where(double, MIDDLE + 4, MIDDLE)
+    other = jnp.where(double, column + 80, 144 - column)
+    cross = jnp.where(m.x >= MIDDLE, CROSSING + 2, CROSSING)
+    return jnp.where(column >= MIDDLE, cross, jnp.where(right, other, column))
+
+
+def _height(jump: jax.Array) -> jax.Array:
+    """Rows of the player below the road, less than 0 in a jump."""
+    up = jnp.where(jump >= 0xEC, jump - 256, 0xD7 - jump)
+    return jnp.where(jump >= 0xD8, up + (up >> 1), 0)
+
+
+def _player_y(m: Ram) -> jax.Array:
+    landing = (m.jump == LANDED) & (m.player_y == GROUND)
+    jump = jnp.where((m.jump == LANDED) & ~landing, SINKS - 2, m.jump)
+    quick = among(jump, range(0xD8, SINKS)) & (m.flight == 0)
+    before = jnp.where(quick, jnp.minimum(jump + 3, SINKS), jump + 1)
+    before = jnp.where(landing, 0xD9, before)
+    there = (jump >= 0xD8) & (jump < TAKEOFF) | landing
+    before = GROUND + jnp.where(there, _height(before), 0)
+    return jnp.where(m.pause == 0, before, m.player_y)
+
+
+def _ranks(y: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Rows by which each sprite is below each other one, and the sprites' order from the top."""
+    apart = y[:, None] - y[None, :]
+    tie = np.arange(4)[:, None] > np.arange(4)[None, :]
+    return apart, jnp.sum(jnp.where((apart > 0) | (apart == 0) & tie, 1, 0), axis=1)
+
+
+def _least(condition: jax.Array, values: jax.Array) -> jax.Array:
+    return jnp.min(jnp.where(condition, values, FAR), axis=-1)
+
+
+def _sprites(m: Ram, y: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Which sprites take a turn in not being drawn, and the rows with those out of the way."""
+    apart, rank = _ranks(y)
+    other = ~np.eye(4, dtype=bool)
+    near = jnp.any((jnp.abs(apart) < NEAR) & other, axis=1)
+    skipped = near & (((rank + m.counter) & 1) == 0)
+    below = jnp.minimum(_least((apart < 0) & other, -apart), BOTTOM - y)
+    place = jnp.where(jnp.min(y) >= SPACE, 2, _least(below >= SPACE, y)) + NEAR
+    return skipped, jnp.where(skipped, place, y)
+
+
+def _rows(m: Ram, kind: jax.Array, y: jax.Array, fine: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """The rows of the pictures that show, `low` + 1 to `high`, the last row first."""
+    skipped, y = _sprites(m, y)
+    apart, rank = _ranks(y)
+    above = _least(apart >= NEAR, apart)
+    hidden = jnp.where(skipped | (kind == HIDDEN), 1, 0)
+    below = _least(apart <= -NEAR, 2 * -apart + hidden[None, :])
+    late = jnp.where(((y - above + fine + 1) & 2) == 0, 1, 0)
+    room = jnp.where(above == FAR, y + 1 - ((fine & 2) >> 1), above - 2 - late)
+    turn = ((m.counter - 1 + rank) & 1) == 0  # to lose its last rows, else its first
+    lost = jnp.minimum(ROWS + 3 - (below >> 1), room - 2)
+    low = jnp.where(turn & (rank < 3) & ((below & 1) == 0), lost, 0)
+    cut = turn | (rank == 0) | (rank == 3) & ((m.counter & 1) == 0)
+    high = jnp.where(cut, room, ROWS)
+    low, high = (jnp.clip(v, 0, ROWS) for v in (low, high))
+    return jnp.where(skipped, 0, low), jnp.where(skipped, ROWS, high)
+
+
+def _objects(m: Ram, kind: jax.Array, x: jax.Array, y: jax.Array, scroll: jax.Array) -> Box:
+    """The boxes of all four sprites, with the rows that the others leave them."""
+    low, high = _rows(m, kind, y, m.fine - scroll)
+    low = jnp.where(x >= RIGHT, jnp.maximum(low, 1), low)
+    look = jnp.where(kind < FLAG, kind & 3, FLAG_LOOK)
+    look = jnp.where(among(kind, range(COLLECTABLE, 0x20)), COLLECTABLE_LOOK + (kind & 3), look)
+    look = jnp.where(kind == PLAYER, CAR_LOOK, look)
+    x0, y0, w, h = PICTURES.extent((look * (ROWS + 1) + high) * (ROWS + 1) + low)
+    x0 = jnp.where(m.mirrored == 1, 8 - x0 - w, x0)
+    wide = look < FLAG_LOOK
+    x = jnp.where(wide, x + 2 * x0, x + x0 - 1)
+    drawn = y <= LAST_ROW
+    return box(x, y + ROWS + y0, jnp.where(wide, 2 * w, w), h, drawn & (h > 0)).clip(*VIEW)
+
+
+blobs = functools.partial(Blobs, region=VIEW)
+own = functools.partial(blobs, (BLACK, GREY))
+PLAYER_RULE = own(min_size=(14, 5), max_size=(16, 5), area=(57, 99))
+PLAYER_RULE = own(min_size=(14, 6), max_size=(16, 8), area=(84, 150), also=PLAYER_RULE)
+PLAYER_RULE = own(min_size=(14, 9), max_size=(16, 11), area=(118, 200), also=PLAYER_RULE)
+PLAYER_RULE = own(min_size=(14, 12), max_size=(16, 13), area=(134, 230), also=PLAYER_RULE)
+PLAYER_RULE = own(min_size=(14, 14), max_size=(16, 16), area=(165, 256), also=PLAYER_RULE)
+car = functools.partial(blobs, (BLACK, *CAR_COLORS))
+CARS = car(min_size=(10, 4), max_size=(16, 6), area=(36, 96))
+CARS = car(min_size=(10, 7), max_size=(16, 9), area=(70, 256), also=CARS)
+CARS = car(min_size=(12, 10), max_size=(16, 13), area=(106, 256), also=CARS)
+CARS = car(min_size=(14, 14), max_size=(16, 16), area=(140, 256), also=CARS)
+small = functools.partial(blobs, (BLACK, *FLAG_COLORS))
+FLAGS = small(min_size=(4, 7), max_size=(7, 16), area=(14, 52))
+COLLECTABLES = small(min_size=(6, 14), max_size=(8, 16), area=(53, 90))
+HUD = Bounds(tuple((c,) for c in HUD_COLORS), tuple((x, 15, x + 5, 26) for x in HUD_LEFTS))
+POINTS = Bounds(84, (15, 6, 63, 13), value=Digits(FONT, range(15, 63, 8), 6, required=True))
+ICONS = Bounds(54, tuple((x, 196, x + 4, 204) for x in range(16, 48, 8)))
+
+GAME = Game(
+    name="UpNDown",
+    rom=ROM.name,
+    md5=ROM.md5,
+    ram=Ram,
+    decode=decode,
+    categories=(
+        Category("Player", PLAYER_RULE, doc="its car"),
+        Category("Truck", CARS, count=3, doc="the other cars, by record"),
+        Category("Flag", FLAGS, count=3, doc="on the road, by record"),
+        Category("Collectable", COLLECTABLES, count=3, doc="by record"),
+        display("HUD_Flag", HUD, count=8, attributes=(), doc="the flags still to collect"),
+        display("Score", POINTS, doc="points"),
+        display("Life", ICONS, count=4, attributes=(), doc="lives in reserve"),
+    ),
+)
