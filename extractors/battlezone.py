@@ -1,15 +1,15 @@
 """Battlezone: a plain seen from inside a tank, with up to two enemies and two shots on it.
 
 A radar stands above, score and spare tanks below. An enemy is a blue or yellow tank, a red flyer, a
-boss, or an explosion; the slots of each of these categories are the game's two records. The
-player's shot is drawn on odd frames, the enemy's on even ones. Radar_Content is the radar's hand
-and two blips. Mountains and the lines of a crash are scenery. When the player is hit, the rest is
-drawn on every other frame, and then only score and tanks stay valid.
+boss, or an explosion; the slots of each of these categories are the game's two records. Shots are
+drawn on odd frames (the player's) and even ones. Radar_Content is the radar's hand and two blips.
+Mountains and the lines of a crash are scenery. When the player is hit, the rest is drawn on every
+other frame, and then only score and tanks stay valid.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 and AtariARI (what the records are), a public
 disassembly by Manuel Polik, and the ROM's drawing loop, which keeps columns, sizes, edge masks and
-pointers to pictures as drawn. A shot is projected before that; its step and the player's own turn
-since then are taken back. What the loop draws left of the beam shows a row lower, shots apart.
+pointers to pictures as drawn. A shot is projected before that; its step and the player's turn since
+then are taken back. What the loop draws left of the beam shows a row lower, shots apart.
 
 Covered: modes 1-3, all enemies, explosions, crashes, game over, attract mode. Not in RAM: where
 blips were before an odd frame, a pixel off. VEM cannot see an enemy that stands behind another one,
@@ -53,9 +53,9 @@ def _picture_rows() -> np.ndarray:
 
 def _zooms() -> np.ndarray:
     """Of all pictures in all sizes, log2 of the pixels of a dot: `[picture, size]`."""
-    nusiz = ROM.bytes(0xE8D, EXPLOSIONS)  # of tanks; 5 and 7 make dots wider
-    tanks = np.where(nusiz == 7, 2, np.where(nusiz == 5, 1, 0))
-    return np.vstack([tanks[:, None].repeat(SIZES, 1), [(0, 0, 0, 0, 1, 1, 2, 2, 2, 2)] * 23])
+    nusiz = ROM.bytes(0xE8D, EXPLOSIONS)[:, None]  # of tanks; 5 and 7 make dots wider
+    tanks = np.where(nusiz == 7, 2, np.where(nusiz == 5, 1, 0)).repeat(SIZES, 1)
+    return np.vstack([tanks, np.tile((0, 0, 0, 0, 1, 1, 2, 2, 2, 2), (23, 1))])
 
 
 ROWS = _picture_rows()
