@@ -1,11 +1,26 @@
 """Tables in benchmarks/README.md that programs keep up to date."""
 
 import re
-from collections.abc import Sequence
+import sys
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ocjax.report import Evaluation
 
 HERE = Path(__file__).parent
 PAGE = HERE / "README.md"
+
+
+def evaluated(name: str, samples: int, seed: int, ocatari: str | None) -> "Evaluation":
+    """REM against VEM on random play of a game, with OCAtari's methods on the same frames if its interpreter is given."""
+    import ocjax
+    from ocjax import ocatari_runner, report
+    from ocjax.rollout import rollout
+
+    tape = rollout(ocjax.load(name), samples, seed=seed)
+    return report.evaluate(tape, "", ocatari_runner.run(tape, Path(ocatari)) if ocatari else None)
 
 
 class PageTable:
@@ -23,7 +38,14 @@ class PageTable:
         lines = [[cell.strip() for cell in re.findall(r"[^|]+", line)] for line in table.split("\n")[4:]]
         self._rows = {cells[0]: cells for cells in lines if cells}
 
-    def replace(self, row: Sequence[str]) -> None:
+    def measure(self, games: Iterable[str], row_of: Callable[[str], list[str]]) -> None:
+        """Measure a row of each game, print it, and write it to the page."""
+        for name in games:
+            row = row_of(name)
+            print(" | ".join(row), file=sys.stderr, flush=True)
+            self._replace(row)
+
+    def _replace(self, row: Sequence[str]) -> None:
         """Replace or add a row, and write the page."""
         self._rows[row[0]] = list(row)
         lines = [self._header, ["---"] * len(self._header), *(self._rows[name] for name in sorted(self._rows))]

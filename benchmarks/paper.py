@@ -10,11 +10,9 @@ and SPOC).
 
 import argparse
 import csv
-import sys
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from _page import HERE, PageTable
+from _page import HERE, PageTable, evaluated
 
 if TYPE_CHECKING:
     from ocjax.evaluation import Agreement
@@ -50,15 +48,9 @@ def published(game: str) -> list[str]:
 
 def measure(name: str, arguments: argparse.Namespace) -> list[str]:
     """One row of the table."""
-    import ocjax
-    from ocjax import ocatari_runner, report
-    from ocjax.rollout import rollout
-
-    game = ocjax.load(name)
-    tape = rollout(game, arguments.samples, seed=arguments.seed)
-    e = report.evaluate(tape, "", ocatari_runner.run(tape, Path(arguments.ocatari)) if arguments.ocatari else None)
+    e = evaluated(name, arguments.samples, arguments.seed, arguments.ocatari)
     aware = f"{100 * float(e.flicker_aware.sum().f1):.1f}"
-    return [game.name, cell(e.single_frame), aware, cell(e.ocatari_agreement), *published(game.name)]
+    return [e.game.name, cell(e.single_frame), aware, cell(e.ocatari_agreement), *published(e.game.name)]
 
 
 def main() -> None:
@@ -72,11 +64,7 @@ def main() -> None:
 
     import ocjax
 
-    table = PageTable(BEGIN, END, HEADER)
-    for name in arguments.games or ocjax.games():
-        row = measure(name, arguments)
-        print(" | ".join(row), file=sys.stderr, flush=True)
-        table.replace(row)
+    PageTable(BEGIN, END, HEADER).measure(arguments.games or ocjax.games(), lambda name: measure(name, arguments))
 
 
 if __name__ == "__main__":

@@ -11,13 +11,12 @@ in parentheses. The paper's F1 (paper.csv) is from the OCAtari paper's appendix,
 
 import argparse
 import csv
-import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from _page import HERE, PageTable
+from _page import HERE, PageTable, evaluated
 from extraction import SOURCES, bind, recorded, repeated, timed
 
 if TYPE_CHECKING:
@@ -81,14 +80,9 @@ def speed_cells(game: "Game", e: "Evaluation") -> list[str]:
 
 def measure(name: str, arguments: argparse.Namespace) -> list[str]:
     """Measure one row of the table."""
-    import ocjax
-    from ocjax import ocatari_runner, report
-    from ocjax.rollout import rollout
-
-    game = ocjax.load(name)
-    tape = rollout(game, arguments.samples, seed=arguments.seed)
-    e = report.evaluate(tape, "", ocatari_runner.run(tape, Path(arguments.ocatari)) if arguments.ocatari else None)
-    return [game.name, *agreement_cells(e), paper_cell(game.name), *truth_cells(game.name, arguments.truth), *speed_cells(game, e)]
+    e = evaluated(name, arguments.samples, arguments.seed, arguments.ocatari)
+    game = e.game.name
+    return [game, *agreement_cells(e), paper_cell(game), *truth_cells(game, arguments.truth), *speed_cells(e.game, e)]
 
 
 def main() -> None:
@@ -105,11 +99,7 @@ def main() -> None:
 
     import ocjax
 
-    table = PageTable(BEGIN, END, HEADER)
-    for name in arguments.games or ocjax.games():
-        row = measure(name, arguments)
-        print(" | ".join(row), file=sys.stderr, flush=True)
-        table.replace(row)
+    PageTable(BEGIN, END, HEADER).measure(arguments.games or ocjax.games(), lambda name: measure(name, arguments))
 
 
 if __name__ == "__main__":
