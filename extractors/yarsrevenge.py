@@ -13,11 +13,11 @@ before the frame is drawn, but HMOVE comes after it, so that columns are those b
 
 Covered: all modes and difficulties, both shields, the cannon, rounds without the zone.
 Not exact: the columns of a Yar that has just reached the edge, that the shield threw back while a
-shot flew, or that dies in motion; the swirl's in the fast modes with difficulty 1; shield blocks,
-missile and swirl on the frame of a hit; 3 of 100 shots, of which the cause is not known. VEM sees
-of what is behind the zone, and of missiles in front of it, only parts or nothing, a shot not while
-it touches the Yar, and the Qotile inside a shield that rotates only on frames on which the shield
-is not drawn.
+shot flew, or that dies in motion (up to 4 off until it is gone; no byte tells); the swirl's in the
+fast modes with difficulty 1; shield blocks, missile and swirl on the frame of a hit; 3 of 100
+shots, of which the cause is not known. VEM sees of what is behind the zone, and of missiles in
+front of it, only parts or nothing, a shot not while it touches the Yar, and the Qotile inside a
+shield that rotates only on frames on which the shield is not drawn.
 """
 
 import functools
