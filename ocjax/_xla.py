@@ -176,7 +176,7 @@ QUICK_COMPILATION = {"xla_cpu_use_fusion_emitters": False, "xla_cpu_parallel_cod
 
 
 @functools.cache
-def _compiler_options() -> dict[str, Any] | None:
+def compiler_options() -> dict[str, Any] | None:
     """Options for compilation on the CPU; None where this version of XLA does not know them."""
     if not on_cpu():
         return None
@@ -196,7 +196,7 @@ def jit(f: Callable[..., Any]) -> Callable[..., Any]:
 
     @functools.cache
     def compiled() -> Callable[..., Any]:
-        return jax.jit(f, compiler_options=_compiler_options())
+        return jax.jit(f, compiler_options=compiler_options())
 
     return lambda *args: compiled()(*args)
 

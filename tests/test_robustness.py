@@ -10,6 +10,7 @@ import struct
 import subprocess
 import sys
 import textwrap
+import threading
 import time
 import zlib
 from pathlib import Path
@@ -384,7 +385,7 @@ def test_hooks_that_fail_are_named(workers):
     for wrong, message in (
         (3, "hook must be a function of the RAM or a sequence of such functions, got 3"),
         ([fine, "fine"], "got 'fine'"),
-        (functools.partial(fine, sys.stderr), r"the hook \S*fine cannot be sent to worker processes: "),
+        (functools.partial(fine, threading.Lock()), r"the hook \S*fine cannot be sent to worker processes: "),
     ):
         with pytest.raises(TypeError, match=message):
             AlePool(PONG, 2, num_workers=workers, hook=wrong)

@@ -125,7 +125,8 @@ def detect(categories: tuple[Category, ...], frames: jax.Array, shades: Shades |
     batch.found |= {c.name: _cut(batch.found[c.name], c.rule.each, c.count) for c in rows if isinstance(c.rule, Bounds)}
     batch.found |= {c.name: detect_cells(c.rule, batch.cell_mask(c.rule)) for c in categories if isinstance(c.rule, Cells)}
     runs = {c.name: c.rule for c in categories if isinstance(c.rule, Runs)}
-    batch.found |= {name: detect_runs(rule, [batch.mask(colors) for _, colors in rule.rows]) for name, rule in runs.items()}
+    of_rows = [[batch.mask(colors) for _, colors in rule.rows] for rule in runs.values()]
+    batch.found |= dict(zip(runs, detect_runs(tuple(runs.values()), of_rows), strict=True))
     _read_colors(batch, categories)
     return [_with_needed(batch.found, c) for c in categories]
 

@@ -1,12 +1,16 @@
 """`Runs` rules: walls and floors, by the horizontal runs of pixels in one of their rows."""
 
+import functools
+import itertools
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from ocjax._xla import materialize
 from ocjax.boxes import WIDTH
 from ocjax.rules import Runs
 from ocjax.vision import bitmap as bm
@@ -20,26 +24,70 @@ def _from(words: jax.Array, column: jax.Array) -> jax.Array:
     return words & jnp.where(start < 32, bm.ALL >> jnp.minimum(start, 31).astype(U), U(0))
 
 
-def detect_runs(rule: Runs, masks: Sequence[Bitmap]) -> Detected:
-    """The objects of a rule in the masks `[5, H, B]` of its rows' colours."""
-    words = jnp.concatenate([mask[:, top : top + 1] for (top, _), mask in zip(rule.rows, masks, strict=True)], axis=1)
+def detect_runs(rules: Sequence[Runs], masks: Sequence[Sequence[Bitmap]]) -> list[Detected]:
+    """The objects of several rules, whose rows are searched together.
 
-    def next_run(words: jax.Array, _: None) -> tuple[jax.Array, tuple[jax.Array, jax.Array]]:
-        first = bm.columns(words)[0]
-        end = bm.columns(_from(~words, first))[0]
-        return _from(words, end), (first, end)
-
-    runs = lax.scan(next_run, words, length=rule.most)[1]
+    Args:
+        rules: each with its rows.
+        masks: for each rule the pixels of the colours of its rows, one bitmap `[5, H, B]` per row.
+    """
+    if not rules:
+        return []
+    rows = [mask[:, top : top + 1] for rule, own in zip(rules, masks, strict=True) for (top, _), mask in zip(rule.rows, own, strict=True)]
+    runs = lax.scan(_next_run, jnp.concatenate(rows, axis=1), length=max(rule.most for rule in rules))[1]
     x, end = (jnp.moveaxis(v, 0, 1) for v in runs)  # [rows, most, B]
-    y = jnp.broadcast_to(jnp.array([top for top, _ in rule.rows], jnp.int32)[:, None, None], x.shape)
-    boxes = tuple(jnp.zeros_like(x) for _ in range(4))  # left, top, right and bottom
-    margins = rule.margins or ((0, 0, 0),) * len(rule.regions)
-    for (left, top, right, low), colors, (least, most), (before, above, after) in reversed(
-        list(zip(rule.regions, rule.colors, rule.widths, margins, strict=True))
-    ):
-        row = np.array([key == (top, colors) for key in rule.rows])[:, None, None]
-        fits = row & (x >= left) & (x < right) & (end - x >= least) & (end - x <= most)
-        edges = jnp.maximum(x - before, 0), y - above, jnp.minimum(end + after, WIDTH), jnp.full_like(x, low)
-        boxes = tuple(jnp.where(fits, new, old) for new, old in zip(edges, boxes, strict=True))
-    left, top, right, bottom = (v.reshape(rule.slots, -1) for v in boxes)
-    return Detected(left, top, right - left, bottom - top, bottom > 0)
+    edges = materialize(functools.partial(_boxes, _regions(rules)), x, end)
+    ends = np.cumsum([len(rule.rows) for rule in rules]).tolist()
+    out = []
+    for rule, stop in zip(rules, ends, strict=True):
+        left, top, right, bottom = (v[stop - len(rule.rows) : stop, : rule.most].reshape(rule.slots, -1) for v in edges)
+        out.append(Detected(left, top, right - left, bottom - top, bottom > 0))
+    return out
+
+
+def _next_run(words: jax.Array, _: None) -> tuple[jax.Array, tuple[jax.Array, jax.Array]]:
+    """The rows `[words, n, B]` without the first run of each, and where that begins and ends, int32 `[n, B]`."""
+    first = bm.columns(words)[0]
+    end = bm.columns(_from(~words, first))[0]
+    return _from(words, end), (first, end)
+
+
+class _Region(NamedTuple):
+    """A region of each row, int32 `[rows, 1, 1]` each; a row that has no more regions accepts no width."""
+
+    left: np.ndarray  # where a run begins, at least
+    right: np.ndarray  # and before
+    least: np.ndarray  # widths of a run
+    most: np.ndarray
+    before: np.ndarray  # columns by which its box begins earlier
+    after: np.ndarray  # and ends later
+    top: np.ndarray  # rows of the box
+    bottom: np.ndarray
+
+
+NO_REGION = _Region(*np.array([0, 0, 1, 0, 0, 0, 0, 0]))
+
+
+def _regions(rules: Sequence[Runs]) -> list[_Region]:
+    """The first region of every row of all rules, the second of every row, and so on."""
+    of_rows = []
+    for rule in rules:
+        own: dict[tuple[int, tuple[int, ...]], list[_Region]] = {key: [] for key in rule.rows}
+        margins = rule.margins or ((0, 0, 0),) * len(rule.regions)
+        for (left, top, right, low), colors, (least, most), (before, above, after) in zip(
+            rule.regions, rule.colors, rule.widths, margins, strict=True
+        ):
+            own[top, colors].append(_Region(*np.array([left, right, least, most, before, after, top - above, low])))
+        of_rows += own.values()
+    by_rank = itertools.zip_longest(*of_rows, fillvalue=NO_REGION)
+    return [_Region(*np.array(regions, np.int32).T[..., None, None]) for regions in by_rank]
+
+
+def _boxes(regions: Sequence[_Region], x: jax.Array, end: jax.Array) -> tuple[jax.Array, ...]:
+    """Left, top, right and bottom of runs, int32 `[rows, most, B]`, by the first region that accepts each; zeros where none does."""
+    edges = tuple(jnp.zeros_like(x) for _ in range(4))
+    for r in reversed(regions):
+        fits = (x >= r.left) & (x < r.right) & (end - x >= r.least) & (end - x <= r.most)
+        new = jnp.maximum(x - r.before, 0), r.top, jnp.minimum(end + r.after, WIDTH), r.bottom
+        edges = tuple(jnp.where(fits, n, old) for n, old in zip(new, edges, strict=True))
+    return edges
