@@ -11,6 +11,7 @@ RAM: ALE's source (score, lives), OCAtari 2.2 (what the bytes are), and the ROM'
 at F4FE-F6DF, after every second frame, and a shot after each one; `_moves` takes that back. The
 larger hall monster changes places with a monster at FB00, every other turn. The last frame of a
 scene is older than the RAM, which has the next scene already: only Score, Life and Room are valid.
+(On 20 such frames of a hall, no byte, shifted or doubled, gives a column of the dot or a monster.)
 
 Covered: both halls and all rooms (by running the ROM's own F8F9), deaths, the end of the game.
 Not exact: at a wall a sprite turns round, which its timer mostly tells. VEM does not see a dot that
