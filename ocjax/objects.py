@@ -7,10 +7,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ocjax import records
+from ocjax.records import UNKNOWN
+
 if TYPE_CHECKING:
     from ocjax.game import Game
-
-UNKNOWN = -1  # the orientation of an object that has one, which the method cannot tell
 
 
 @jax.tree_util.register_dataclass
@@ -86,7 +87,7 @@ class Objects:
         host = jax.tree.map(np.asarray, self)
         if host.valid.ndim > 1:
             return [host[i].to_list() for i in range(len(host.valid))]
-        records = []
+        out = []
         for slot in np.flatnonzero(host.valid):
             category = game.categories[game.slot_category[slot]]
             x, y, w, h = host.xywh[slot].tolist()
@@ -95,8 +96,73 @@ class Objects:
             record |= {name: int(getattr(host, name)[slot]) for name in category.attributes}
             if record.get("orientation") == UNKNOWN:
                 del record["orientation"]
-            records.append(record)
-        return records
+            out.append(record)
+        return out
+
+    def to_dict(self) -> Any:
+        """Convert the valid objects to a dict of lists by category, of the records of `to_list` without their category.
+
+        Categories without a valid object are left out.
+
+        Returns:
+            A dict for one state; nested lists of dicts for a batch.
+
+        Raises:
+            ValueError: as `to_list`.
+        """
+        return records.per_state(records.by_category, self)
+
+    def to_text(self) -> Any:
+        """Describe the valid objects in plain text, for people and language models.
+
+        Each object is a line such as `Player 0: 4 x 16 at (140, 100)`: category, slot, width x height, and left and top in pixels, then
+        `, value 12` and `, facing NNE` where the object has them.
+
+        Returns:
+            A string for one state, empty if nothing is valid; nested lists of strings for a batch.
+
+        Raises:
+            ValueError: as `to_list`.
+        """
+        return records.per_state(records.text, self)
+
+    def to_logic(self) -> Any:
+        """Convert the valid objects to ground atoms in the syntax of Prolog and Datalog, without the final period.
+
+        An object is a constant: its category in lower case with underscores, an underscore and its slot, such as `player_score_0`. All
+        numbers are integers. The atoms are `type(object,category)`, `at(object,left,top)`, `size(object,width,height)`,
+        `rgb(object,red,green,blue)`, `value(object,number)` and `orientation(object,point)` where the object has them, and `hud(object)`
+        for display objects.
+
+        Returns:
+            A list of strings for one state; nested lists for a batch.
+
+        Raises:
+            ValueError: as `to_list`.
+        """
+        return records.per_state(records.atoms, self)
+
+    def to_frame(self) -> Any:
+        """Convert the valid objects to a pandas data frame with one row per object, ordered by state and slot.
+
+        Its columns are `category` (categorical), `slot` (within the category), `x`, `y`, `w`, `h`, `r`, `g`, `b`, `hud`, and the nullable
+        integers `value` and `orientation`. For a batch, `row` is the index of the state; if the batch has several dimensions, these are
+        `row_0`, `row_1`, ...
+
+        Raises:
+            ValueError: as `to_list`.
+            ModuleNotFoundError: pandas is not installed.
+        """
+        return records.frame(self, whose(self))
+
+    def to_arrow(self) -> Any:
+        """Convert the valid objects to a `pyarrow.Table` with the columns of `to_frame`.
+
+        Raises:
+            ValueError: as `to_list`.
+            ModuleNotFoundError: pyarrow is not installed.
+        """
+        return records.arrow(self, whose(self))
 
 
 def whose(objects: Objects) -> "Game":
