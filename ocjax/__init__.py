@@ -15,6 +15,7 @@ from ocjax.boxes import Box
 from ocjax.game import Game, GameError
 from ocjax.objects import Objects, velocity
 from ocjax.registry import UnknownGameError, games, load
+from ocjax.relations import Relations, relations
 from ocjax.rules import Category
 from ocjax.tracking import merge_frames, track
 
@@ -26,12 +27,14 @@ __all__ = [
     "Game",
     "GameError",
     "Objects",
+    "Relations",
     "UnknownGameError",
     "games",
     "load",
     "make_vec",
     "merge_frames",
     "ocatari",
+    "relations",
     "retain_freed_memory",
     "track",
     "velocity",
