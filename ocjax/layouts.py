@@ -1,0 +1,167 @@
+"""Layouts of the flat object tensors of other projects, so that their policies and logic rules read ocjax's objects.
+
+Each function takes what `game.rem` or `game.vem` returned, with or without display objects, of any batch shape. It is a pure function that
+works under `jit`, `vmap` and `scan`. A slot of a layout whose object is missing is zero.
+
+OCAtari's slots are used, so every layout has its categories, in its order and with its numbers of slots. If ocjax has fewer slots of a
+category, they are the first ones; if it has more, the valid objects are moved to the front. Categories that ocjax does not have are missing
+in every state. Positions are ocjax's exact boxes, and orientations its compass points 0-15.
+"""
+
+import functools
+import json
+from collections.abc import Mapping
+from importlib import resources
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ocjax.game import Game
+from ocjax.objects import Objects, whose
+
+# What OCAtari's slots of these categories hold instead of the position alone.
+_OCATARI_FIELDS = {
+    ("Asteroids", "Player"): ("x", "y", "orientation"),
+    ("Skiing", "Player"): ("x", "y", "orientation"),
+    ("Seaquest", "OxygenBar"): ("w",),
+}
+
+# BlendRL's slots of games that it defines for OCAtari 1, in the order of the rows.
+_BLENDRL_SLOTS: Mapping[str, Mapping[str, int]] = {
+    "Kangaroo": {"Player": 1, "Child": 1, "Fruit": 3, "Bell": 1, "Platform": 20, "Ladder": 6, "Monkey": 4, "FallingCoconut": 1,
+                 "ThrownCoconut": 3, "Lives": 8, "Time": 1},
+    "Seaquest": {"Player": 1, "Diver": 4, "Shark": 12, "Submarine": 12, "SurfaceSubmarine": 1, "PlayerMissile": 1, "EnemyMissile": 4,
+                 "Lives": 1, "OxygenBar": 1, "CollectedDiver": 6},
+}  # fmt: skip
+_BLENDRL_VALUES = ("OxygenBar", "Time")  # categories whose row is (visible, value, 0, 0)
+
+# NUDGE's categories of each game, in the order of its rows, with the column that tells the category and the number of rows.
+_NUDGE_ROWS: Mapping[str, Mapping[str, tuple[int, int]]] = {
+    "Asterix": {"Player": (0, 1), "Enemy": (1, 8), "Reward": (2, 8), "Consumable": (3, 8)},
+    "Freeway": {"Chicken": (0, 1), "Car": (1, 10)},
+}
+_NUDGE_OBJECTS, _NUDGE_KINDS = 11, 4
+
+
+@functools.cache
+def _ocatari_table() -> Mapping[str, Mapping[str, Mapping[str, int]]]:
+    return json.loads(resources.files("ocjax").joinpath("ocatari_slots.json").read_text())
+
+
+def ocatari_slots(game: Game, hud: bool | None = None) -> dict[str, int]:
+    """OCAtari 2.2.1's number of slots of each category, in its order.
+
+    Args:
+        game: the game.
+        hud: whether what OCAtari counts as display is included; by default if the game includes its display.
+
+    Raises:
+        ValueError: OCAtari declares no slots of the game.
+    """
+    table = _ocatari_table().get(game.name)
+    if table is None:
+        raise ValueError(f"OCAtari 2.2.1 declares no slots of {game.name}; it does for {', '.join(_ocatari_table())}")
+    return {**table["objects"], **(table["hud"] if (game.hud if hud is None else hud) else {})}
+
+
+def _taken(objects: Objects, slots: jax.Array) -> Objects:
+    """The objects in slots, int32 `[..., K]`; slots out of range give empty ones."""
+
+    def one(field: jax.Array) -> jax.Array:
+        index = slots.reshape(*slots.shape, *[1] * (field.ndim - slots.ndim))
+        return jnp.take_along_axis(field, index, axis=slots.ndim - 1, mode="fill", fill_value=0)
+
+    return jax.tree.map(one, objects)
+
+
+def _front(valid: jax.Array) -> jax.Array:
+    """The slots with the valid ones first, otherwise in their order, int32 `[..., n]`."""
+    return jnp.argsort(~valid, axis=-1, stable=True).astype(jnp.int32)
+
+
+def _arranged(objects: Objects, slots: Mapping[str, int], *, packed: bool) -> Objects:
+    """The objects in the slots of a layout; `packed` moves the valid ones of every category to its front."""
+    game, batch, parts = whose(objects), objects.valid.shape[:-1], []
+    for name, count in slots.items():
+        ours = game.slices.get(name, slice(0, 0))
+        number = ours.stop - ours.start
+        if number > count or (packed and number > 1):
+            index = _front(objects.valid[..., ours])[..., :count] + jnp.int32(ours.start)
+        else:
+            index = jnp.broadcast_to(jnp.arange(ours.start, ours.stop, dtype=jnp.int32), (*batch, number))
+        parts += [index, jnp.full((*batch, count - index.shape[-1]), game.num_slots, jnp.int32)]
+    return _taken(objects, jnp.concatenate(parts, axis=-1))
+
+
+def _known(orientation: jax.Array) -> jax.Array:
+    """Orientations, with 0 for those that VEM does not tell."""
+    return jnp.maximum(orientation, jnp.int8(0))
+
+
+@functools.partial(jax.jit, static_argnames="hud")
+def ocatari(objects: Objects, hud: bool | None = None) -> jax.Array:
+    """OCAtari 2.2.1's `ns_state`: left and top of each of its slots, float32 `[..., K]`.
+
+    `ocatari_slots` gives the slots. The player of Asteroids and of Skiing has an orientation as a third number, and Seaquest's OxygenBar
+    has only its width.
+
+    Args:
+        objects: the objects.
+        hud: whether what OCAtari counts as display is included; by default if the game includes its display. With `hud=False`, load the
+            game with its display all the same where OCAtari counts an object as part of the scene, such as Seaquest's OxygenBar.
+
+    Raises:
+        ValueError: OCAtari declares no slots of the game, or the objects do not know their game.
+    """
+    game = whose(objects)
+    slots = ocatari_slots(game, hud)
+    arranged = _arranged(objects, slots, packed=False)
+    columns = {"x": arranged.x, "y": arranged.y, "w": arranged.w, "orientation": _known(arranged.orientation)}
+    names = [name for name, count in slots.items() for _ in range(count)]
+    numbers = [columns[f][..., i] for i, name in enumerate(names) for f in _OCATARI_FIELDS.get((game.name, name), ("x", "y"))]
+    return jnp.stack([n.astype(jnp.float32) for n in numbers], axis=-1)
+
+
+@jax.jit
+def blendrl(objects: Objects) -> jax.Array:
+    """BlendRL's logic state: visible, centre x, centre y, orientation, int32 `[..., n, 4]`.
+
+    The rows of Kangaroo (49) and Seaquest (43) are those of the published agents; in other games they are OCAtari's slots without the
+    display. The visible objects of a category come first. The rows of Kangaroo's Time and Seaquest's OxygenBar are (1, value, 0, 0); like
+    Lives, they are missing if the game is loaded without its display. Centres are rounded down.
+
+    Raises:
+        ValueError: OCAtari declares no slots of the game, or the objects do not know their game.
+    """
+    game = whose(objects)
+    slots = _BLENDRL_SLOTS.get(game.name) or ocatari_slots(game, hud=False)
+    arranged = _arranged(objects, slots, packed=True)
+    values = np.array([name in _BLENDRL_VALUES for name, count in slots.items() for _ in range(count)])
+    x, y = (arranged.center[..., i].astype(jnp.int32) for i in (0, 1))
+    orientation = jnp.where(values, jnp.int32(0), _known(arranged.orientation).astype(jnp.int32))
+    x, y = jnp.where(values, arranged.value, x), jnp.where(values, jnp.int32(0), y)
+    return jnp.stack([arranged.valid.astype(jnp.int32), x, y, orientation], axis=-1)
+
+
+@jax.jit
+def nudge(objects: Objects) -> jax.Array:
+    """NUDGE's logic state of Asterix and Freeway, float32 `[..., 11, 6]`: four columns that tell the category, left and top.
+
+    The columns stand for the player, enemies or cars, rewards, and consumables. In Freeway, row 0 is the left chicken, and the other rows
+    are the cars. In Asterix, the visible objects come first, in the order of the columns; those after the eleventh are left out.
+
+    Raises:
+        ValueError: NUDGE does not define the layout for the game, or the objects do not know their game.
+    """
+    game = whose(objects)
+    if game.name not in _NUDGE_ROWS:
+        raise ValueError(f"NUDGE defines this layout for {' and '.join(_NUDGE_ROWS)} only, got {game.name}")
+    rows = _NUDGE_ROWS[game.name]
+    column = jnp.asarray(np.repeat([c for c, _ in rows.values()], [count for _, count in rows.values()]), jnp.int32)
+    arranged = _arranged(objects, {name: count for name, (_, count) in rows.items()}, packed=True)
+    kind = jnp.where(arranged.valid, column, jnp.int32(_NUDGE_KINDS))
+    if len(column) > _NUDGE_OBJECTS:
+        order = _front(arranged.valid)[..., :_NUDGE_OBJECTS]
+        arranged, kind = _taken(arranged, order), jnp.take_along_axis(kind, order, axis=-1)
+    return jnp.concatenate([jax.nn.one_hot(kind, _NUDGE_KINDS), arranged.xywh[..., :2].astype(jnp.float32)], axis=-1)
