@@ -132,7 +132,7 @@ class SavedPolicy:
             "game": self.game.name,
             "md5": self.game.md5,
             "hud": self.game.hud,
-            "features": list(self.observation.features),
+            "features": self.observation.features,
             "history": self.observation.history,
             "normalize": self.observation.normalize,
             "sampled": self.sampled,
@@ -174,7 +174,7 @@ def read(path: str | Path, game: Game) -> SavedPolicy:
         raise PolicyError(f"{path}: the description of the policy is damaged: {error}") from error
     if description:
         game = load(game.name, hud=bool(description["hud"]))
-    inputs = kind.history * len(kind.features) * game.num_slots
+    inputs = len(kind.features_of(game))
     units = np.tile(np.array(PLAIN_UNITS, np.float32), game.num_slots) if kind is PLAIN else np.ones(inputs, np.float32)
     mean, deviation = arrays.get("mean", np.zeros(inputs, np.float32)), arrays.get("deviation", units)
     if mean.shape != (inputs,) or deviation.shape != (inputs,) or not (deviation > 0).all():
@@ -185,7 +185,7 @@ def read(path: str | Path, game: Game) -> SavedPolicy:
 def _observation(description: Mapping[str, Any]) -> Vector:
     if not description:
         return PLAIN
-    return Vector(tuple(description["features"]), history=int(description["history"]), normalize=bool(description["normalize"]))
+    return Vector(description["features"], history=int(description["history"]), normalize=bool(description["normalize"]))
 
 
 def _known(description: Mapping[str, Any]) -> dict[str, Any]:

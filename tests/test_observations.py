@@ -148,6 +148,25 @@ def test_vectors_match_their_feature_names():
     envs.close()
 
 
+def test_default_vectors_have_what_an_agent_can_use():
+    """Values of scores instead of their boxes, and orientations and values of the objects that have them."""
+    pong, kind = ocjax.load("Pong"), Vector(normalize=False)
+    names = kind.features_of(pong)
+    box = ("x", "y", "w", "h", "dx", "dy")
+    assert [f for _, category, _, f in names if category == "Ball"] == [*box, "valid"]
+    assert [f for _, category, _, f in names if category == "EnemyScore"] == ["value", "valid"]
+    seaquest = Vector(history=2).features_of(ocjax.load("Seaquest"))
+    assert [f for ago, category, i, f in seaquest if (ago, category, i) == (1, "Player", 0)] == [*box, "orientation", "valid"]
+    envs = ocjax.make_vec("Pong", 2, obs={"default": kind, "all": Vector(FEATURES, normalize=False)}, num_workers=0)
+    observed, _ = envs.reset(seed=0)
+    for _ in range(3):
+        observed, *_ = envs.step(np.array([2, 3]))
+    where = [envs.features["all"].index(name) for name in envs.features["default"]]
+    assert np.array_equal(observed["default"], observed["all"][:, where])
+    assert observed["default"] in envs.observation_space["default"]
+    envs.close()
+
+
 def test_vectors_from_pixels_track_objects():
     """In mode "vem", too, dx and dy are the movement of one object."""
     envs = ocjax.make_vec("Freeway", 2, mode="vem", obs=Vector(("x", "dx", "valid"), normalize=False), num_workers=1)
@@ -187,7 +206,7 @@ def test_dqn_frames():
 
 def test_wrong_vector_options_are_refused():
     for features in ((), ("x", "speed"), ("x", "x")):
-        with pytest.raises(ValueError, match="features must be distinct names of"):
+        with pytest.raises(ValueError, match="features must be None or distinct names of"):
             Vector(features)
     with pytest.raises(ValueError, match="history must be at least 1"):
         Vector(history=0)

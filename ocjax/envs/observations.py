@@ -19,6 +19,7 @@ import numpy as np
 from ocjax import masks
 from ocjax.game import Game
 from ocjax.objects import UNKNOWN, Objects
+from ocjax.rules import Category
 from ocjax.tracking import track
 
 FEATURES = ("x", "y", "w", "h", "dx", "dy", "nx", "ny", "orientation", "value", "valid")
@@ -126,7 +127,7 @@ class ObjectFields(Copied):
 
 @dataclass(frozen=True)
 class Vector(Computed):
-    """Features of all slots as one flat vector, float32 `[history * slots * features]`.
+    """Features of all slots as one flat vector, float32 `[history * n]`, where n is the number of features of all slots.
 
     Entries are ordered by time from the oldest state to the latest, then by slot in the game's order, then by feature in the order given;
     `features_of` names each entry. Slots that are not valid are zero. dx and dy are the movement of the centre since the previous step.
@@ -136,7 +137,9 @@ class Vector(Computed):
     same slots from step to step.
 
     Args:
-        features: distinct names of x, y, w, h, dx, dy, nx, ny, orientation, value and valid.
+        features: distinct names of x, y, w, h, dx, dy, nx, ny, orientation, value and valid, the same for all slots. With None, a slot has
+            x, y, w, h, dx and dy, then orientation and value if its category has them, and valid. Display objects that have a value, such
+            as scores, do not have x to dy: their boxes only tell how many digits are shown.
         history: number of states.
         normalize: whether features are scaled: lengths to units of the screen's width or height, orientations to turns, and values v to
             sign(v) log(1 + |v|) / log(1 + 10^6). Without it, lengths are in pixels and orientations are compass points 0 to 15.
@@ -148,22 +151,41 @@ class Vector(Computed):
 
     needs_objects = True
 
-    features: tuple[str, ...] = ("x", "y", "w", "h", "dx", "dy", "valid")
+    features: tuple[str, ...] | None = None
     _: KW_ONLY
     history: int = 1
     normalize: bool = True
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "features", tuple(self.features))
-        if not self.features or not set(self.features) <= set(FEATURES) or len(set(self.features)) < len(self.features):
-            raise ValueError(f"features must be distinct names of {', '.join(FEATURES)}, got {self.features}")
+        if self.features is not None:
+            object.__setattr__(self, "features", tuple(self.features))
+            if not self.features or not set(self.features) <= set(FEATURES) or len(set(self.features)) < len(self.features):
+                raise ValueError(f"features must be None or distinct names of {', '.join(FEATURES)}, got {self.features}")
         if self.history < 1:
             raise ValueError(f"history must be at least 1, got {self.history}")
 
     def features_of(self, game: Game) -> tuple[tuple[int, str, int, str], ...]:
         """The meaning of each number: (steps ago, category, index within the category, feature)."""
-        slots = [(c.name, i) for c in game.categories for i in range(c.count)]
-        return tuple((ago, name, i, f) for ago in reversed(range(self.history)) for name, i in slots for f in self.features)
+        slots = [(c.name, i, self._features(c)) for c in game.categories for i in range(c.count)]
+        return tuple((ago, name, i, f) for ago in reversed(range(self.history)) for name, i, features in slots for f in features)
+
+    def _features(self, category: Category) -> tuple[str, ...]:
+        """The features of a category's slots."""
+        if self.features is not None:
+            return self.features
+        box = () if category.hud and "value" in category.attributes else ("x", "y", "w", "h", "dx", "dy")
+        return (*box, *(name for name in ("orientation", "value") if name in category.attributes), "valid")
+
+    def _runs(self, game: Game) -> list[tuple[slice, tuple[str, ...]]]:
+        """The slots in as few runs as possible that have the same features, with these features."""
+        runs: list[tuple[slice, tuple[str, ...]]] = []
+        for category, s in zip(game.categories, game.slices.values(), strict=True):
+            features = self._features(category)
+            if runs and runs[-1][1] == features:
+                runs[-1] = (slice(runs[-1][0].start, s.stop), features)
+            else:
+                runs.append((s, features))
+        return runs
 
     def _scales(self, game: Game) -> dict[str, tuple[float, float, float]]:
         """The unit of each feature, and its least and greatest number in this unit."""
@@ -180,16 +202,16 @@ class Vector(Computed):
 
     def space(self, game: Game, mode: str) -> gym.Space[Any]:
         """The observation space of one environment."""
-        bounds = np.array([self._scales(game)[f][1:] for f in self.features], np.float32)
-        low, high = np.tile(bounds, (self.history * game.num_slots, 1)).T
+        scales = self._scales(game)
+        low, high = np.array([scales[f][1:] for *_, f in self.features_of(game)], np.float32).T
         return gym.spaces.Box(low, high, dtype=np.float32)
 
     def initial(self, game: Game, mode: str, num_envs: int) -> Any:
         """The memory before the first observation: the previous objects, and the previous states."""
-        n = game.num_slots
+        n = len(self.features_of(game)) // self.history
         shapes = jax.eval_shape(game.rem, jax.ShapeDtypeStruct((num_envs, 128), jnp.uint8))
         previous = jax.tree.map(lambda s: jnp.zeros(s.shape, s.dtype), shapes)
-        return previous, jnp.zeros((num_envs, self.history, n * len(self.features)), jnp.float32)
+        return previous, jnp.zeros((num_envs, self.history, n), jnp.float32)
 
     def update(self, game: Game, mode: str, snapshot: Snapshot, memory: Any) -> tuple[Any, Any]:
         """The observation and the new memory."""
@@ -202,15 +224,18 @@ class Vector(Computed):
         both = objects.valid & objects.valid[:, :1]
         near = jnp.where(both[..., None], jnp.tanh((objects.center - objects.center[:, :1]) / jnp.float32(NEAR)), jnp.float32(0))
         derived = {"dx": moved[..., 0], "dy": moved[..., 1], "nx": near[..., 0], "ny": near[..., 1]}
-        scales, columns = self._scales(game), []
-        for name in self.features:
-            column = derived[name] if name in derived else getattr(objects, name).astype(jnp.float32)
-            if name == "value" and self.normalize:
-                column = jnp.sign(column) * jnp.log1p(jnp.abs(column)) / jnp.float32(_VALUE_UNIT)
-            columns.append(column / jnp.float32(scales[name][0]))
-        latest = jnp.stack(columns, axis=-1).reshape(objects.valid.shape[0], -1)
+        columns = {f: self._column(game, f, derived[f] if f in derived else getattr(objects, f)) for f in FEATURES}
+        parts = [jnp.stack([columns[f][:, s] for f in features], axis=-1) for s, features in self._runs(game)]
+        latest = jnp.concatenate([part.reshape(part.shape[0], -1) for part in parts], axis=-1)
         history = _push(snapshot.started, latest, history)
         return history.reshape(history.shape[0], -1), (objects, history)
+
+    def _column(self, game: Game, name: str, numbers: jax.Array) -> jax.Array:
+        """A feature of all slots in its unit, float32 `[B, N]`."""
+        column = numbers.astype(jnp.float32)
+        if name == "value" and self.normalize:
+            column = jnp.sign(column) * jnp.log1p(jnp.abs(column)) / jnp.float32(_VALUE_UNIT)
+        return column / jnp.float32(self._scales(game)[name][0])
 
 
 @dataclass(frozen=True)
