@@ -7,6 +7,7 @@ objects = game.rem(ram)        # uint8 [..., 128] -> Objects, from the console's
 objects = game.vem(frames)     # uint8 [..., 210, 160] palette indices or [..., 210, 160, 3] RGB -> Objects, from the pixels
 """
 
+import importlib
 from typing import TYPE_CHECKING, Any
 
 from ocjax import registration
@@ -40,6 +41,8 @@ __all__ = [
     "velocity",
 ]
 
+_MODULES = ("atariari", "jaxatari", "layouts", "sb3")  # imported on first use
+
 if TYPE_CHECKING:
     from ocjax.envs import make_vec, ocatari
 
@@ -47,7 +50,9 @@ registration.register()
 
 
 def __getattr__(name: str) -> Any:
-    """Import the environments, which need ale-py, on first use."""
+    """Import the environments, which need ale-py, and modules for other projects on first use."""
+    if name in _MODULES:
+        return importlib.import_module(f"ocjax.{name}")
     if name in ("make_vec", "ocatari"):
         from ocjax import envs
 
