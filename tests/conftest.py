@@ -23,6 +23,7 @@ def pytest_addoption(parser):
     parser.addoption("--fuzz", type=int, default=1_000, help="random RAM states and random frames a game")
     parser.addoption("--soak", type=int, default=250_000, help="agent steps in which memory must not grow")
     parser.addoption("--cleanrl", type=Path, help="a checkout of CleanRL, whose ppo.py is to run")
+    parser.addoption("--atari-ari", type=Path, help="a checkout of AtariARI's repository")
     parser.addoption("--ocatari", type=Path, help="an interpreter that has OCAtari")
     parser.addoption("--game", action="append", help="only these games (may be given several times)")
 
