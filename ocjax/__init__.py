@@ -15,6 +15,7 @@ from ocjax._xla import retain_freed_memory
 from ocjax.boxes import Box
 from ocjax.game import Game, GameError
 from ocjax.objects import Objects, velocity
+from ocjax.perturbation import perturb
 from ocjax.registry import UnknownGameError, games, load
 from ocjax.relations import Relations, relations
 from ocjax.rules import Category
@@ -35,6 +36,7 @@ __all__ = [
     "make_vec",
     "merge_frames",
     "ocatari",
+    "perturb",
     "relations",
     "retain_freed_memory",
     "track",

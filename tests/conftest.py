@@ -24,6 +24,7 @@ def pytest_addoption(parser):
     parser.addoption("--soak", type=int, default=250_000, help="agent steps in which memory must not grow")
     parser.addoption("--cleanrl", type=Path, help="a checkout of CleanRL, whose ppo.py is to run")
     parser.addoption("--atari-ari", type=Path, help="a checkout of AtariARI's repository")
+    parser.addoption("--jaxatari", type=Path, help="a checkout of JAXAtari")
     parser.addoption("--ocatari", type=Path, help="an interpreter that has OCAtari")
     parser.addoption("--game", action="append", help="only these games (may be given several times)")
 

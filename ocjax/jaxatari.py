@@ -1,0 +1,310 @@
+"""Real ROMs behind the interface of JAXAtari, so that a policy trained there can be tested on them.
+
+    env = ocjax.jaxatari.Environment("Pong")
+    observation, state = env.reset(key)
+    observation, state, reward, done, info = env.step(state, action)
+
+The emulator runs on the host, in `jax.pure_callback`. The state holds the whole emulator as bytes, so that `reset` and `step` are pure
+functions of their arguments and work under `jit`, `vmap`, `scan` and `cond`. A step takes some 0.3 ms to restore and save the emulator
+and 0.05 ms for each emulated frame, in one thread: use `ocjax.make_vec` for speed.
+"""
+
+import dataclasses
+import functools
+import importlib
+import threading
+from collections import namedtuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import ale_py
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ocjax.envs.pool import check_rom
+from ocjax.game import Game
+from ocjax.objects import Objects, whose
+from ocjax.ram import RAM_SIZE
+from ocjax.records import constant
+from ocjax.registry import load
+
+CAPACITY = 16_384  # bytes of a saved emulator; they are 14.4 kB and fill up to a few hundred more
+_DEGREES = 22.5  # of a compass point
+_KEEP = -1  # in the place of a number of no-ops: a game that is over stays over
+_LENGTH = np.dtype("<u4")  # of a saved emulator, in front of it
+
+
+class ObjectObservation(NamedTuple):
+    """Objects of one kind, with the fields of JAXAtari's class in its order; each is `[...]` for one object, `[..., n]` for n of them."""
+
+    x: jax.Array  # int32: left edge in pixels
+    y: jax.Array  # int32: top edge in pixels
+    width: jax.Array  # int32: in pixels
+    height: jax.Array  # int32: in pixels
+    active: jax.Array  # int32: 1 if the slot holds an object
+    visual_id: jax.Array  # int32: 0, or what JAXAtari has there in every state
+    state: jax.Array  # int32: 0
+    orientation: jax.Array  # float32: degrees clockwise from north; 0 where unknown, or what JAXAtari has there in every state
+
+
+@dataclasses.dataclass(frozen=True)
+class Field:
+    """A field of JAXAtari's observation of a game.
+
+    Args:
+        category: whose objects it shows.
+        count: how many; None for one object without a dimension of its own.
+        value: whether it is the value of the object instead of an `ObjectObservation`.
+        constants: contents of `visual_id` and `orientation` that JAXAtari has in every state.
+    """
+
+    category: str
+    count: int | None = None
+    value: bool = False
+    constants: Mapping[str, tuple[float, ...]] = dataclasses.field(default_factory=dict)
+
+
+# The observations of JAXAtari's `jax_<game>.py`, in the order of their fields. Directions are those of its lanes, the top one first.
+FIELDS: Mapping[str, Mapping[str, Field]] = {
+    "Pong": {
+        "player": Field("Player"),
+        "enemy": Field("Enemy"),
+        "ball": Field("Ball"),
+        "score_player": Field("PlayerScore", value=True),
+        "score_enemy": Field("EnemyScore", value=True),
+    },
+    "Freeway": {
+        "chicken": Field("Chicken"),
+        "car": Field("Car", 10, constants={"visual_id": tuple(range(10)), "orientation": (270.0,) * 5 + (90.0,) * 5}),
+    },
+}
+
+
+class State(NamedTuple):
+    """An emulated game."""
+
+    emulator: jax.Array  # uint8 [..., CAPACITY]: the saved emulator
+    ram: jax.Array  # uint8 [..., 128]
+    lives: jax.Array  # int32 [...]
+    frame: jax.Array  # int32 [...]: emulated frames since the game began
+
+
+@functools.cache
+def _observation_type(name: str, fields: tuple[str, ...]) -> Any:
+    return namedtuple(f"{name}Observation", fields)
+
+
+def fields(game: Game) -> Mapping[str, Field]:
+    """The fields of a game's observation: those of `FIELDS`, or else a field for each category, by its name in lower case."""
+    named = {constant(c.name): Field(c.name, None if c.count == 1 else c.count) for c in game.categories}
+    return FIELDS.get(game.name, named)
+
+
+def observation(objects: Objects) -> Any:
+    """The observation of JAXAtari's environment of the game, a named tuple of `ObjectObservation` and values.
+
+    Its fields are those of JAXAtari in Pong and Freeway, so that it flattens to the same vector. In other games, there is a field for each
+    category, such as `player_missile`. If JAXAtari has fewer slots, the valid objects come first.
+
+    Args:
+        objects: what `game.rem` or `game.vem` returned, of any batch shape.
+
+    Raises:
+        ValueError: the objects do not know their game, or lack the display that the observation shows.
+    """
+    game = whose(objects)
+    named = fields(game)
+    return _observation_type(game.name, tuple(named))(*(_field(objects.of(game, f.category), f) for f in named.values()))
+
+
+def _field(part: Objects, field: Field) -> Any:
+    if field.value:
+        return part.value[..., 0]
+    count = field.count or 1
+    order = jnp.argsort(~part.valid, axis=-1, stable=True) if part.valid.shape[-1] > count else jnp.arange(count)
+    order = jnp.broadcast_to(order[..., :count], (*part.valid.shape[:-1], count))
+
+    def taken(a: jax.Array) -> jax.Array:
+        chosen = jnp.take_along_axis(a.astype(jnp.int32), order, axis=-1)
+        return chosen[..., 0] if field.count is None else chosen
+
+    x, y, w, h, active = (taken(a) for a in (part.x, part.y, part.w, part.h, part.valid))
+    degrees = jnp.maximum(taken(part.orientation), jnp.int32(0)).astype(jnp.float32) * jnp.float32(_DEGREES)
+    zero = jnp.zeros_like(x)
+    fixed: dict[str, Any] = {name: jnp.broadcast_to(jnp.asarray(c, jnp.float32), x.shape) for name, c in field.constants.items()}
+    visual = fixed.get("visual_id", zero).astype(jnp.int32)
+    return ObjectObservation(x, y, w, h, active, visual, zero, fixed.get("orientation", degrees))
+
+
+class _Console:
+    """An emulator in this process that continues saved games."""
+
+    def __init__(self, game: Game, frame_skip: int) -> None:
+        self._frame_skip, self._lock = frame_skip, threading.Lock()
+        path = check_rom(game)
+        ale_py.ALEInterface.setLoggerMode(ale_py.LoggerMode.Error)
+        self._ale = ale_py.ALEInterface()
+        self._ale.setFloat("repeat_action_probability", 0.0)
+        self._ale.setInt("random_seed", 0)
+        self._ale.loadROM(path)
+        self.actions = tuple(self._ale.getMinimalActionSet())
+        self._ale.reset_game()
+        self._initial = self._ale.cloneState(include_rng=True)
+
+    def begin(self, noops: np.ndarray) -> tuple[np.ndarray, ...]:
+        """New games `[...]` after the given numbers of no-ops."""
+        return self._each(np.shape(noops), lambda i: self._start(int(np.ravel(noops)[i])))
+
+    def step(self, emulator: np.ndarray, action: np.ndarray, noops: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Step saved games `[...]`; those that end begin again after the given number of no-ops, unless it is `_KEEP`."""
+        rows = np.reshape(emulator, (-1, CAPACITY))
+
+        def one(i: int) -> tuple[float, bool]:
+            length = int(rows[i, : _LENGTH.itemsize].view(_LENGTH)[0])
+            saved = rows[i, _LENGTH.itemsize : _LENGTH.itemsize + length].tobytes()
+            self._ale.restoreState(ale_py.ALEState(saved))
+            reward = sum(self._ale.act(int(np.ravel(action)[i])) for _ in range(self._frame_skip))
+            over = self._ale.game_over()
+            if over and np.ravel(noops)[i] != _KEEP:
+                self._start(int(np.ravel(noops)[i]))
+            return float(reward), over
+
+        return self._each(np.shape(action), one)
+
+    def _start(self, noops: int) -> tuple[float, bool]:
+        self._ale.restoreState(self._initial)
+        for _ in range(noops):
+            self._ale.act(ale_py.Action.NOOP)
+        return 0.0, False
+
+    def _each(self, batch: tuple[int, ...], run: Any) -> tuple[np.ndarray, ...]:
+        """Run each game of a batch, and collect the states after it: emulator, RAM, lives, frame, reward and whether it was over."""
+        out = _results(batch)
+        flat = [a.reshape(-1, *a.shape[len(batch) :]) for a in out]
+        with self._lock:
+            for i in range(flat[-1].shape[0]):
+                reward, over = run(i)
+                saved = np.frombuffer(self._ale.cloneState(include_rng=True).serialize(), np.uint8)
+                if len(saved) > CAPACITY - _LENGTH.itemsize:
+                    raise ValueError(f"a saved emulator has {len(saved)} bytes, more than the {CAPACITY} of `CAPACITY`")
+                flat[0][i, : _LENGTH.itemsize] = np.array([len(saved)], _LENGTH).view(np.uint8)
+                flat[0][i, _LENGTH.itemsize : _LENGTH.itemsize + len(saved)] = saved
+                flat[1][i] = self._ale.getRAM()
+                for a, number in zip(flat[2:], (self._ale.lives(), self._ale.getEpisodeFrameNumber(), reward, over), strict=True):
+                    a[i] = number
+        return out
+
+
+def _results(batch: tuple[int, ...]) -> tuple[np.ndarray, ...]:
+    kinds = ((CAPACITY,), np.uint8), ((RAM_SIZE,), np.uint8), ((), np.int32), ((), np.int32), ((), np.float32), ((), np.bool_)
+    return tuple(np.zeros((*batch, *tail), dtype) for tail, dtype in kinds)
+
+
+@functools.cache
+def _console(game: Game, frame_skip: int) -> _Console:
+    return _Console(game, frame_skip)
+
+
+class Environment:
+    """A game with the interface of JAXAtari's environments; its wrappers `AtariWrapper` and `ObjectCentricWrapper` take it.
+
+    There are no sticky actions and no lost lives that end episodes: JAXAtari's wrappers add both. Stepping a game that is over leaves it as
+    it is. Pixels and `render` are not supported.
+
+    Args:
+        game: the game's name in any of the usual spellings, or a `Game` with its display.
+        frame_skip: emulated frames of a step; JAXAtari's environments have 1, and its wrappers skip frames.
+        noop_max: the largest number of random no-ops with which games begin.
+
+    Attributes:
+        ACTION_SET: the console's action of each action, int32 `[A]`.
+
+    Raises:
+        ValueError: there is no such game, the ROM is missing or the wrong one, or a number is out of range.
+    """
+
+    def __init__(self, game: str | Game, *, frame_skip: int = 1, noop_max: int = 30) -> None:
+        if frame_skip < 1 or noop_max < 0:
+            raise ValueError(f"frame_skip must be at least 1 and noop_max at least 0, got {frame_skip} and {noop_max}")
+        self.game, self.noop_max = load(game) if isinstance(game, str) else game, noop_max
+        self._console = _console(self.game, frame_skip)
+        self.ACTION_SET = jnp.array([a.value for a in self._console.actions], jnp.int32)
+
+    def _noops(self, key: jax.Array) -> jax.Array:
+        return jax.random.randint(key, (), 0, self.noop_max + 1, jnp.int32)
+
+    def reset(self, key: jax.Array) -> tuple[Any, State]:
+        """Begin a game after a random number of no-ops; returns the observation (see `observation`) and the state."""
+        out = _on_host(self._console.begin, self._noops(key))
+        state = State(*out[:4])
+        return observation(self.game.rem(state.ram)), state
+
+    def step(self, state: State, action: Any) -> tuple[Any, State, jax.Array, jax.Array, dict[str, jax.Array]]:
+        """One step.
+
+        Args:
+            state: of one game.
+            action: an index into `ACTION_SET`.
+
+        Returns:
+            The observation, the new state, the reward float32, whether the game is over, bool, and `lives` and `frame` as `info`.
+        """
+        state, reward, done = self._step(state, action, jnp.int32(_KEEP))
+        return observation(self.game.rem(state.ram)), state, reward, done, {"lives": state.lives, "frame": state.frame}
+
+    def _step(self, state: State, action: Any, noops: jax.Array) -> tuple[State, jax.Array, jax.Array]:
+        chosen = jnp.take(self.ACTION_SET, jnp.asarray(action).astype(jnp.int32), mode="clip")
+        *new, reward, done = _on_host(self._console.step, state.emulator, chosen, noops)
+        return State(*new), reward, done
+
+    def observation_space(self) -> Any:
+        """The space of observations as JAXAtari's wrappers need it, a `jaxatari.spaces.Dict`; needs JAXAtari."""
+        spaces = importlib.import_module("jaxatari.spaces")
+        numbers = np.iinfo(np.int32)
+        score = spaces.Box(low=numbers.min, high=numbers.max, shape=(), dtype=jnp.int32)
+        named = fields(self.game)
+        return spaces.Dict({n: score if f.value else spaces.get_object_space(f.count, self.game.screen) for n, f in named.items()})
+
+    def action_space(self) -> Any:
+        """The space of actions, a `jaxatari.spaces.Discrete`; needs JAXAtari."""
+        spaces = importlib.import_module("jaxatari.spaces")
+        return spaces.Discrete(len(self.ACTION_SET))
+
+
+def _on_host(function: Any, *arguments: jax.Array) -> Any:
+    """Call a function of the console; the results are those of one game, or under `vmap` of a batch."""
+    shapes = [jax.ShapeDtypeStruct(a.shape, a.dtype) for a in _results(())]
+    return jax.pure_callback(lambda *a: function(*map(np.asarray, a)), shapes, *arguments, vmap_method="broadcast_all")
+
+
+class GymnaxEnvironment(Environment):
+    """A game with the interface of gymnax: explicit keys and parameters, games that begin again by themselves, and flat observations."""
+
+    default_params = None  # there are no parameters
+
+    @property
+    def num_actions(self) -> int:
+        """Size of the action set."""
+        return len(self.ACTION_SET)
+
+    def reset(self, key: jax.Array, params: Any = None) -> tuple[jax.Array, State]:  # pyright: ignore[reportIncompatibleMethodOverride]
+        """Begin a game; returns the observation, float32 `[n]`, all fields one after the other, and the state."""
+        seen, state = super().reset(key)
+        return _flat(seen), state
+
+    def step(  # pyright: ignore[reportIncompatibleMethodOverride]
+        self, key: jax.Array, state: State, action: Any, params: Any = None
+    ) -> tuple[jax.Array, State, jax.Array, jax.Array, dict[str, jax.Array]]:
+        """One step; when the game ends, the observation and the state are those of the next game.
+
+        Returns:
+            The observation float32 `[n]`, the new state, the reward float32, whether a game has ended, bool, and `lives` and `frame`.
+        """
+        state, reward, done = self._step(state, action, self._noops(key))
+        seen = _flat(observation(self.game.rem(state.ram)))
+        return seen, state, reward, done, {"lives": state.lives, "frame": state.frame}
+
+
+def _flat(seen: Any) -> jax.Array:
+    return jnp.concatenate([a.astype(jnp.float32).ravel() for a in jax.tree.leaves(seen)])

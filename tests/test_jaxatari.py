@@ -1,0 +1,158 @@
+"""JAXAtari's and gymnax's interfaces on the real ROM."""
+
+import dataclasses
+import sys
+
+import ale_py
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import ocjax
+from ocjax import jaxatari
+from ocjax.rom import rom_path
+
+KEY = jax.random.key(0)
+
+
+@pytest.fixture(scope="module")
+def env():
+    return jaxatari.Environment("Pong", noop_max=0)
+
+
+@pytest.fixture(scope="module")
+def ale():
+    ale = ale_py.ALEInterface()
+    ale.setFloat("repeat_action_probability", 0.0)
+    ale.setInt("random_seed", 0)
+    ale.loadROM(rom_path("pong"))
+    return ale
+
+
+def test_steps_are_the_emulators(env, ale):
+    """Frame by frame in a scan, against an emulator that is never saved."""
+    actions = np.random.default_rng(0).integers(6, size=40)
+    _, state = jax.jit(env.reset)(KEY)
+
+    def step(state, action):
+        seen, state, reward, done, info = env.step(state, action)
+        return state, (seen, state.ram, reward, done, info["frame"])
+
+    _, (seen, rams, rewards, done, frames) = jax.lax.scan(step, state, jnp.asarray(actions))
+    ale.reset_game()
+    for t, action in enumerate(actions):
+        assert ale.act(int(env.ACTION_SET[action])) == rewards[t]
+        assert np.array_equal(ale.getRAM(), rams[t])
+        assert (ale.getEpisodeFrameNumber(), ale.game_over()) == (frames[t], done[t])
+    objects = env.game.rem(rams)
+    assert np.array_equal(seen.player.y, objects.of(env.game, "Player").y[:, 0])
+    assert np.array_equal(seen.ball.active, objects.of(env.game, "Ball").valid[:, 0])
+    assert np.array_equal(seen.score_enemy, objects.of(env.game, "EnemyScore").value[:, 0])
+
+
+def test_states_are_values(env):
+    """A state can be stepped again, and batches are mapped."""
+    _, state = env.reset(KEY)
+    _, one, *_ = env.step(state, 2)
+    _, other, *_ = env.step(state, 3)
+    _, again, *_ = env.step(state, 2)
+    assert np.array_equal(one.emulator, again.emulator)
+    assert not np.array_equal(one.emulator, other.emulator)
+    both = jax.tree.map(lambda a: jnp.stack([a, a]), state)
+    _, batch, reward, done, _ = jax.jit(jax.vmap(env.step))(both, jnp.array([2, 3]))
+    assert np.array_equal(batch.ram, [one.ram, other.ram])
+    assert (reward.shape, done.shape) == ((2,), (2,))
+
+
+def test_keys_choose_the_number_of_noops():
+    env = jaxatari.Environment("Pong", noop_max=30)
+    _, states = jax.vmap(env.reset)(jax.random.split(KEY, 20))
+    assert 0 <= states.frame.min() < states.frame.max() <= 30
+    _, again = env.reset(jax.random.split(KEY, 20)[3])
+    assert again.frame == states.frame[3]
+
+
+def test_gymnax():
+    env = jaxatari.GymnaxEnvironment("Breakout", frame_skip=16)
+    assert env.num_actions == 4
+    seen, state = env.reset(KEY, env.default_params)
+    assert seen.shape == (sum(a.size for a in jax.tree.leaves(jaxatari.observation(env.game.rem(state.ram)))),)
+
+    def step(state, key):
+        seen, state, _, done, info = env.step(key, state, 1, env.default_params)
+        return state, (done, info["frame"], info["lives"], seen.sum())
+
+    _, (done, frames, lives, _) = jax.lax.scan(step, state, jax.random.split(KEY, 90))
+    ends = np.flatnonzero(done)
+    assert len(ends) > 0
+    assert (frames[ends] <= 30).all()  # of the next game
+    assert (lives[ends] == 5).all()
+
+
+def empty(name, *batch):
+    """Objects of a game of which none is valid."""
+    shapes = jax.eval_shape(ocjax.load(name).rem, jax.ShapeDtypeStruct((*batch, 128), jnp.uint8))
+    return jax.tree.map(lambda s: jnp.zeros(s.shape, s.dtype), shapes)
+
+
+def test_observations_of_other_games():
+    seen = jaxatari.observation(empty("Seaquest", 3))
+    assert seen._fields[:3] == ("player", "player_missile", "shark")
+    assert seen.shark.x.shape == (3, 12)
+    assert seen.player.orientation.shape == (3,)
+
+
+def test_fewer_slots():
+    objects = empty("Freeway")
+    valid = objects.valid.at[jnp.array([2 + 4, 2 + 29])].set(True)
+    objects = dataclasses.replace(
+        objects, valid=valid, xywh=jnp.where(valid[:, None], jnp.arange(34, dtype=jnp.int16)[:, None], jnp.int16(0))
+    )
+    cars = jaxatari.observation(objects).car
+    assert cars.active.tolist() == [1, 1] + [0] * 8
+    assert cars.x.tolist() == [6, 31] + [0] * 8
+    assert cars.x.shape == (10,)
+    assert cars.visual_id.tolist() == list(range(10))
+    assert cars.orientation.tolist() == [270.0] * 5 + [90.0] * 5
+
+
+def test_misuse():
+    with pytest.raises(ValueError, match="frame_skip must be at least 1"):
+        jaxatari.Environment("Pong", frame_skip=0)
+    with pytest.raises(ValueError, match="no category 'PlayerScore'"):
+        jaxatari.observation(ocjax.load("Pong", hud=False).rem(np.zeros(128, np.uint8)))
+
+
+@pytest.mark.filterwarnings("default")  # warnings of other projects
+def test_with_jaxatari(request, monkeypatch):
+    """Observations flatten as those of JAXAtari's own environments, and its wrappers take the environment."""
+    checkout = request.config.getoption("--jaxatari")
+    if checkout is None:
+        pytest.skip("needs --jaxatari with the path of a checkout of JAXAtari")
+    pytest.importorskip("flax")
+    monkeypatch.syspath_prepend(checkout / "src")
+    sys.modules.pop("jaxatari", None)
+    from jaxatari.games.jax_freeway import FreewayObservation, JaxFreeway
+    from jaxatari.games.jax_pong import JaxPong, PongConstants, PongObservation
+    from jaxatari.wrappers import AtariWrapper, ObjectCentricWrapper
+
+    with jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):
+        theirs = object.__new__(JaxPong)  # without its renderer, which needs sprites
+        theirs.consts = PongConstants()
+        want, _ = theirs.reset(KEY)
+        env = jaxatari.Environment("Pong")
+        got, _ = env.reset(KEY)
+        assert got._fields == tuple(PongObservation.__dataclass_fields__)
+        assert [a.shape for a in jax.tree.leaves(got)] == [a.shape for a in jax.tree.leaves(want)]
+        assert (got.player.x, got.player.width, got.player.height) == (want.player.x, want.player.width, want.player.height)
+        assert jaxatari.fields(ocjax.load("Freeway")).keys() == FreewayObservation.__dataclass_fields__.keys()
+        assert np.array_equal(env.ACTION_SET, JaxPong.ACTION_SET)
+        assert np.array_equal(jaxatari.Environment("Freeway").ACTION_SET, JaxFreeway.ACTION_SET)
+        wrapped = ObjectCentricWrapper(AtariWrapper(env, noop_max=3))
+        stack, state = wrapped.reset(KEY)
+        assert stack.shape == wrapped.observation_space().shape == (4, 3 * 8 + 2)
+        for action in (2, 3, 2):
+            stack, state, _, terminated, _, _ = wrapped.step(state, jnp.int32(action))
+        assert stack[-1, 0] == 140
+        assert not terminated
