@@ -1,41 +1,26 @@
-"""Write `ocjax/ocatari_slots.json`, OCAtari's slots of each game, which `ocjax.layouts` uses.
+"""Print OCAtari's slots as ocjax/ocatari_slots.json has them: the names and numbers of the objects in `OCAtari.objects`.
 
-    python benchmarks/ocatari_slots.py PYTHON
+    PYTHON benchmarks/ocatari_slots.py > ocjax/ocatari_slots.json
 
-PYTHON is an interpreter that has OCAtari. The file has a line for each game: the number of slots of each category outside the display,
-in OCAtari's order, and of each display category. Games for which OCAtari declares none, or only those of another game, are missing.
+PYTHON is the interpreter of an environment with OCAtari 2.2.1; see the README of the benchmarks. Games without such tables are left out.
 """
 
 import json
-import os
-import subprocess
 import sys
-from pathlib import Path
 
-import ocjax
-
-PROGRAM = """
-import importlib, json, sys
-slots = {}
-for game in json.loads(sys.argv[1]):
-    module = importlib.import_module("ocatari.ram." + game.lower())
-    plain, both = (getattr(module, name, None) for name in ("MAX_NB_OBJECTS", "MAX_NB_OBJECTS_HUD"))
-    if plain and both:
-        initial = [type(o).__name__ for o in module._init_objects_ram(True)]
-        extra = sorted((c for c in both if c not in plain), key=lambda c: initial.index(c) if c in initial else len(initial))
-        slots[game] = {"objects": plain, "hud": {c: both[c] for c in extra}}
-print(json.dumps(slots))
-"""
+import ocatari.core  # noqa: F401  # loads all games  # pyright: ignore[reportMissingImports]
 
 
 def main() -> None:
-    """Write the file."""
-    command = [sys.argv[1], "-c", PROGRAM, json.dumps(ocjax.games())]
-    environment = {**os.environ, "PYTHONHASHSEED": "0"}  # some of the tables are made from sets
-    run = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
-    slots = {game: s for game, s in json.loads(run.stdout.splitlines()[-1]).items() if ocjax.load(game).slices.keys() & s["objects"].keys()}
-    lines = ",\n".join(f"{json.dumps(game)}: {json.dumps(slots[game])}" for game in sorted(slots))
-    (Path(ocjax.__file__).parent / "ocatari_slots.json").write_text(f"{{\n{lines}\n}}\n")
+    """Print the tables of all games, each with and without the HUD."""
+    modules = {name.rsplit(".", 1)[1]: module for name, module in sys.modules.items() if name.startswith("ocatari.ram.")}
+    tables = {
+        name: {"objects": module.MAX_NB_OBJECTS, "hud": module.MAX_NB_OBJECTS_HUD}
+        for name, module in sorted(modules.items())
+        if hasattr(module, "MAX_NB_OBJECTS") and hasattr(module, "MAX_NB_OBJECTS_HUD")
+    }
+    rows = [f'"{name}": {json.dumps(table)}' for name, table in tables.items()]
+    print("{\n" + ",\n".join(rows) + "\n}")
 
 
 if __name__ == "__main__":

@@ -45,8 +45,8 @@ _NUDGE_OBJECTS, _NUDGE_KINDS = 11, 4
 
 
 @functools.cache
-def _ocatari_table() -> Mapping[str, Mapping[str, Mapping[str, int]]]:
-    return json.loads(resources.files("ocjax").joinpath("ocatari_slots.json").read_text())
+def _ocatari_table() -> dict[str, dict[str, dict[str, int]]]:
+    return json.loads(resources.files("ocjax").joinpath("ocatari_slots.json").read_text(encoding="utf-8"))
 
 
 def ocatari_slots(game: Game, hud: bool | None = None) -> dict[str, int]:
@@ -59,10 +59,12 @@ def ocatari_slots(game: Game, hud: bool | None = None) -> dict[str, int]:
     Raises:
         ValueError: OCAtari declares no slots of the game.
     """
-    table = _ocatari_table().get(game.name)
-    if table is None:
-        raise ValueError(f"OCAtari 2.2.1 declares no slots of {game.name}; it does for {', '.join(_ocatari_table())}")
-    return {**table["objects"], **(table["hud"] if (game.hud if hud is None else hud) else {})}
+    table = _ocatari_table().get(game.name.lower(), {"objects": {}, "hud": {}})
+    if not table["objects"].keys() & game.slices.keys():  # some of its tables are of another game
+        raise ValueError(f"OCAtari 2.2.1 declares no slots of {game.name}")
+    # With the HUD, OCAtari lists the objects without it first, whatever the order of its table.
+    extra = {name: n for name, n in table["hud"].items() if name not in table["objects"]}
+    return table["objects"] | (extra if (game.hud if hud is None else hud) else {})
 
 
 def _taken(objects: Objects, slots: jax.Array) -> Objects:

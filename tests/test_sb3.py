@@ -1,5 +1,8 @@
 """Environments for Stable-Baselines3; skipped unless the extra `sb3` is installed."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -142,3 +145,14 @@ def test_dict_and_image_observations():
     assert model.get_env() is envs  # channels come first, so nothing is transposed
     model.learn(32)
     envs.close()
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/neighbours.md"])
+def test_code_of_pages(page):
+    """The code that needs Stable-Baselines3, with fewer steps."""
+    text = (Path(__file__).parent.parent / page).read_text()
+    (block,) = re.findall(r"^```py\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+    names = {"ocjax": ocjax}
+    exec(block.replace('device="cpu"', 'device="cpu", n_steps=32').replace("1_000_000", "64").replace("16", "2"), names)
+    if "envs" in names:
+        names["envs"].close()
