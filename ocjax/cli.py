@@ -14,6 +14,7 @@ import ocjax
 from ocjax import _xla, excerpts, ocatari_runner, output, recordings, registry, render, report, report_formats, rom, tables
 from ocjax import demo as demonstration
 from ocjax.agents import commands as agents
+from ocjax.datasets import commands as datasets
 from ocjax.files import commands as files
 from ocjax.game import Game
 from ocjax.messages import Interruptible, errors_in_one_line
@@ -26,6 +27,8 @@ app.add_typer(ram, name="ram")
 app.command()(agents.train)
 app.command()(agents.play)
 app.command()(files.extract)
+for command in (datasets.dataset, datasets.relabel, datasets.export):
+    app.command()(command)
 console = Console()
 
 SEED = 12345  # of `ocjax evaluate`

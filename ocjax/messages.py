@@ -2,12 +2,13 @@
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import typer
 from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from typer.core import TyperGroup
 
 from ocjax.ocatari_runner import OcatariError
@@ -28,6 +29,24 @@ def errors_in_one_line() -> Iterator[None]:
     except (OSError, ValueError, OcatariError) as error:
         say(f"Error: {error}")
         raise typer.Exit(WRONG_USE) from error
+
+
+@contextmanager
+def progress_bar(action: str, unit: str, console: Console) -> Iterator[Callable[[int, int], None]]:
+    """A progress bar.
+
+    Args:
+        action: what is being done.
+        unit: what is counted.
+        console: where it is shown.
+
+    Yields:
+        A function to call with how many are done, and how many there are.
+    """
+    columns = TextColumn(action), BarColumn(), TextColumn(f"{{task.completed:,}} of {{task.total:,}} {unit}"), TimeRemainingColumn()
+    with Progress(*columns, console=console) as progress:
+        task = progress.add_task("", total=0)
+        yield lambda done, total: progress.update(task, completed=done, total=total)
 
 
 class Interruptible(TyperGroup):

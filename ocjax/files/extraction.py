@@ -7,16 +7,16 @@ import shutil
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import numpy as np
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
 
-from ocjax import output, registry
-from ocjax.files import outputs
-from ocjax.files.blocks import compact
-from ocjax.files.inputs import Input, InputError, open_input
+from ocjax import cluster, output, registry
+from ocjax.files import minari, outputs
+from ocjax.files.blocks import Block, compact
+from ocjax.files.inputs import MINARI, Input, InputError, open_input
 from ocjax.game import Game
 from ocjax.objects import Objects
 from ocjax.ram import RAM_SIZE
@@ -44,6 +44,11 @@ class Plan:
     block_rows: int
     version: str  # of ocjax
 
+    @property
+    def blocks(self) -> int:
+        """Number of blocks."""
+        return -(-self.rows // self.block_rows)
+
     def to_json(self) -> str:
         """The plan as JSON."""
         return json.dumps(dataclasses.asdict(self), indent=2) + "\n"
@@ -56,6 +61,7 @@ def extract(
     *,
     array: str | None = None,
     hud: bool = True,
+    ray: str | None = None,
     report: Report | None = None,
 ) -> None:
     """Extract the objects of all rows of an input, with REM from RAM or with VEM from frames.
@@ -66,10 +72,12 @@ def extract(
     Args:
         source: the input; see `open_input`.
         out: an .npz, .h5, .hdf5 or .parquet file of objects, a .json file in COCO's format, or a .txt file in MOT's; see
-            `ocjax.files.outputs`. An existing file is replaced.
+            `ocjax.files.outputs`. An existing file is replaced. If the input is a Minari dataset, also the ID of a new one after "minari:",
+            which is a copy with the fields of `Objects` in its infos.
         game: the game's name; needed if neither the input's metadata nor the file's name (`Pong.npy`) tell it.
         array: name of the input's array; see `open_input`.
         hud: whether display objects are included.
+        ray: the address of a Ray cluster whose machines share the files; see `ocjax.cluster`.
         report: called after each block with the number of rows that are done, and of all rows.
 
     Raises:
@@ -77,25 +85,41 @@ def extract(
         InputError: a ValueError; the input is damaged, its rows have another shape, a frame has colours that the console does not have, or
             it was made with another ROM.
         UnknownGameError: a ValueError; there is no game of that name.
-        ValueError: the output's format is not supported, or the work folder is of another extraction.
+        ValueError: the output's format is not supported, the work folder is of another extraction, or the cluster cannot be reached.
         OSError: the output cannot be written.
     """
-    out = Path(out)
-    writer = outputs.writer(out)
-    output.check(out)
+    target = _target(str(source), str(out))
     with open_input(source, array) as rows:
         spec = game_of(rows, source, game, hud=hud)
-        method = method_of(rows, spec)
-        plan = _plan(rows, source, array, spec, method, hud=hud)
-        folder = out.with_name(out.name + ".parts")
-        _prepare(folder, plan)
-        for done in _blocks(rows, spec, method, folder):
+        plan = _plan(rows, source, array, spec, method_of(rows, spec), hud=hud)
+        _prepare(target.folder, plan)
+        blocks = _blocks(rows, spec, plan, target.folder) if ray is None else _blocks_on_cluster(plan, target.folder, ray)
+        for done in blocks:
             if report is not None:
                 report(done, rows.rows)
-    count = -(-plan.rows // plan.block_rows)
-    blocks = outputs.Blocks(spec, plan.method, plan.rows, plan.block_rows, [_part(folder, k) for k in range(count)])
-    output.write(out, lambda file: writer(blocks, file))
-    shutil.rmtree(folder)
+    paths = [_part(target.folder, k) for k in range(plan.blocks)]
+    target.write(outputs.Blocks(spec, plan.method, plan.rows, plan.block_rows, paths))
+    shutil.rmtree(target.folder)
+
+
+class _Target(NamedTuple):
+    """Where objects are written."""
+
+    folder: Path  # of the work
+    write: Callable[[outputs.Blocks], object]
+
+
+def _target(source: str, out: str) -> _Target:
+    """Check the output, and tell how it is written."""
+    if out.startswith(MINARI):
+        if not source.startswith(MINARI):
+            raise ValueError(f"only a Minari dataset can be copied to another one with objects, got {source}")
+        path = minari.path_of(out)
+        return _Target(path.with_name(f".{path.name}.parts"), lambda blocks: minari.copy_with_objects(source, out, blocks))
+    path = Path(out)
+    writer = outputs.writer(path)
+    output.check(path)
+    return _Target(path.with_name(f"{path.name}.parts"), lambda blocks: output.write(path, lambda file: writer(blocks, file)))
 
 
 def game_of(rows: Input, source: str | Path, name: str | None, *, hud: bool) -> Game:
@@ -182,7 +206,8 @@ def _plan(rows: Input, source: str | Path, array: str | None, game: Game, method
     path = Path(source)
     stat = path.stat() if path.is_file() else None
     stamp = (stat.st_size, stat.st_mtime_ns) if stat else (0, 0)
-    return Plan(str(source), array, rows.rows, stamp, game.name, game.md5, hud, method, BLOCK_ROWS[method], ocjax.__version__)
+    name = str(path.resolve()) if path.exists() else str(source)
+    return Plan(name, array, rows.rows, stamp, game.name, game.md5, hud, method, BLOCK_ROWS[method], ocjax.__version__)
 
 
 def _prepare(folder: Path, plan: Plan) -> None:
@@ -198,23 +223,47 @@ def _part(folder: Path, k: int) -> Path:
     return folder / f"{k:06}.npz"
 
 
-def _blocks(rows: Input, game: Game, method: str, folder: Path) -> Iterator[int]:
+def _blocks(rows: Input, game: Game, plan: Plan, folder: Path) -> Iterator[int]:
     """Extract the blocks that are missing; yields how many rows are done after each block.
 
     A block is written while the next one is extracted.
     """
-    size, call = BLOCK_ROWS[method], extractor(game, method)
+    call = extractor(game, plan.method)
     with ThreadPoolExecutor(1) as executor:
         writing: Any = None
-        for k, start in enumerate(range(0, rows.rows, size)):
-            stop = min(start + size, rows.rows)
+        for k in range(plan.blocks):
             if not _part(folder, k).exists():
-                block = rows.read(start, stop)
-                check_colors(block, game, rows.name, start)
-                found = compact(call(block))
+                found = _extract_block(rows, game, plan, call, k)
                 if writing is not None:
                     writing.result()
                 writing = executor.submit(found.write, _part(folder, k))
-            yield stop
+            yield min((k + 1) * plan.block_rows, plan.rows)
         if writing is not None:
             writing.result()
+
+
+def _extract_block(rows: Input, game: Game, plan: Plan, call: Callable[[np.ndarray], Objects], k: int) -> Block:
+    start = k * plan.block_rows
+    block = rows.read(start, min(start + plan.block_rows, plan.rows))
+    check_colors(block, game, rows.name, start)
+    return compact(call(block))
+
+
+def _blocks_on_cluster(plan: Plan, folder: Path, address: str) -> Iterator[int]:
+    """Like `_blocks`, with the machines of a Ray cluster."""
+    sizes = [min(plan.block_rows, plan.rows - k * plan.block_rows) for k in range(plan.blocks)]
+    missing = [k for k in range(plan.blocks) if not _part(folder, k).exists()]
+    done = plan.rows - sum(sizes[k] for k in missing)
+    yield done
+    for k in cluster.completed(functools.partial(_write_block, plan, folder.resolve()), missing, address):
+        done += sizes[k]
+        yield done
+
+
+def _write_block(plan: Plan, folder: Path, k: int) -> None:
+    """Extract a block in a process of a cluster, unless another one did."""
+    if _part(folder, k).exists():
+        return
+    game = registry.load(plan.game, hud=plan.hud)
+    with open_input(plan.input, plan.array) as rows:
+        _extract_block(rows, game, plan, extractor(game, plan.method), k).write(_part(folder, k))

@@ -357,7 +357,7 @@ class _Minari(_Blocks):
     def __init__(self, name: str, wanted: str | None) -> None:
         self._dataset, self._wanted = require("minari").load_dataset(name.removeprefix(MINARI)), wanted
         spec = self._dataset.env_spec
-        self.facts = {} if spec is None else {"game": str(spec.id)}
+        self.facts = _texts(self._dataset.storage.metadata.get("ocjax", {} if spec is None else {"game": spec.id}))
         episodes = self._dataset.storage.get_episode_metadata(self._dataset.episode_indices)
         super().__init__(name, [e["total_steps"] + 1 for e in episodes])
 

@@ -1,0 +1,48 @@
+"""Independent tasks, one after the other in this process or spread over a Ray cluster (extra `ray`)."""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+
+def completed(function: Callable[[Any], object], tasks: Sequence[Any], ray: str | None = None) -> Iterator[Any]:
+    """Execute a function for each task, and yield each task when it is done.
+
+    On a cluster, the tasks of a process or a machine that is lost are executed again elsewhere. So executing a task again must have no
+    further effect, and the files that tasks read and write must be on a file system that all machines share.
+
+    Args:
+        function: of a task; it can be pickled.
+        tasks: the tasks.
+        ray: None to execute them in this process, "local" for Ray on this machine, "auto" for the running cluster that this machine is part
+            of, or the address of a cluster.
+
+    Raises:
+        ValueError: Ray is not installed, or the cluster cannot be reached.
+    """
+    if ray is None:
+        for task in tasks:
+            function(task)
+            yield task
+    else:
+        yield from _on_cluster(function, tasks, ray)
+
+
+def _on_cluster(function: Callable[[Any], object], tasks: Sequence[Any], address: str) -> Iterator[Any]:
+    try:
+        import ray  # pyright: ignore[reportMissingImports]
+    except ModuleNotFoundError as error:
+        raise ValueError(f"clusters need the extra ray, pip install 'ocjax[ray]': {error}") from error
+    try:
+        connection = ray.init(address, ignore_reinit_error=True, log_to_driver=False, logging_level="error")
+    except (ConnectionError, RuntimeError) as error:
+        raise ValueError(f"there is no Ray cluster at {address!r}: {error}") from error
+    with connection:
+        remote = ray.remote(function).options(num_cpus=1, max_retries=-1)
+        left = {remote.remote(task): task for task in tasks}
+        while left:
+            done, _ = ray.wait(list(left), num_returns=1)
+            try:
+                ray.get(done)
+            except ray.exceptions.RayTaskError as error:
+                raise error.cause from None
+            yield left.pop(done[0])

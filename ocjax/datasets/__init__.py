@@ -1,0 +1,7 @@
+"""Datasets of frames and RAM with the objects of both methods, made by playing."""
+
+from ocjax.datasets.exports import export
+from ocjax.datasets.generation import generate, open_dataset, relabel
+from ocjax.datasets.plans import SEEDS, DatasetError, Plan, plan
+
+__all__ = ["SEEDS", "DatasetError", "Plan", "export", "generate", "open_dataset", "plan", "relabel"]

@@ -1,0 +1,136 @@
+"""A dataset in other formats: the CSV layout of the OCAtari paper's dataset, and Minari."""
+
+import csv
+import functools
+import io
+import itertools
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from gymnasium import spaces
+
+from ocjax import output, registry
+from ocjax.datasets import columns, shards
+from ocjax.datasets.generation import Report, open_dataset
+from ocjax.datasets.plans import Plan
+from ocjax.envs import Settings
+from ocjax.envs.pool import action_set, load_emulator
+from ocjax.files.inputs import MINARI, require
+from ocjax.files.minari import new_dataset
+from ocjax.game import Game
+from ocjax.ram import RAM_SIZE
+
+CSV_COLUMNS = ("INDEX", "OBS", "HUD", "RAM", "VIS")
+
+
+def export(folder: str | Path, out: str | Path, *, report: Report | None = None) -> None:
+    """Export a dataset, completely or not at all.
+
+    A `.csv` file has the columns of the dataset of the OCAtari paper: `INDEX` (`game_step`, five digits each), `OBS` (a list of the
+    `210 * 160 * 3` numbers of the RGB frame), and the objects `HUD` and `RAM` (of REM) and `VIS` (of VEM) as sorted lists of the form
+    `Player at (140, 100), (4, 16)`.
+
+    A Minari dataset has the observations `ram` uint8 `[128]` and `screen` uint8 `[H, 160]` (palette indices, without compression), and the
+    fields of `Objects` of both methods as infos. An episode of which sequences were left out becomes several.
+
+    Args:
+        folder: of a complete dataset.
+        out: a path that ends in .csv, which is replaced, or the ID of a new Minari dataset after "minari:".
+        report: called from time to time with the number of states that are done, and of all states.
+
+    Raises:
+        DatasetError: a ValueError; the folder holds no complete dataset.
+        ValueError: the format is not supported.
+        InputError: a ValueError; the Minari ID is wrong or exists, or minari is missing.
+        OSError: a file cannot be written.
+    """
+    plan, folder = open_dataset(folder), Path(folder)
+    if str(out).startswith(MINARI):
+        _to_minari(folder, plan, str(out), report)
+    elif Path(out).suffix == ".csv":
+        output.check(Path(out))
+        output.write(Path(out), functools.partial(_write_csv, folder, plan, report))
+    else:
+        raise ValueError(f"the output must end in .csv or be {MINARI}ID, got {out}")
+
+
+def _write_csv(folder: Path, plan: Plan, report: Report | None, file: BinaryIO) -> None:
+    out = io.TextIOWrapper(file, "utf-8", newline="", write_through=True)
+    writer = csv.writer(out, lineterminator="\n")
+    colors = np.array([f"{r}, {g}, {b}" for r, g, b in np.asarray(registry.load(plan.game).palette)], object)
+    writer.writerow(CSV_COLUMNS)
+    number, before, done = -1, None, 0
+    for shard in plan.shards:
+        for rows in shards.rows(folder / plan.file(shard), ["instance", "episode", "step", "image", *columns.OBJECTS]):
+            screens = columns.frames(rows["image"])
+            records = rows.drop_columns("image").to_pylist()
+            for screen, row in zip(screens, records, strict=True):
+                episode = (shard.number, row["instance"], row["episode"])
+                number, before = number + (episode != before), episode
+                pixels = ", ".join(colors[screen].ravel().tolist())
+                listed = (_listed(row[name]) for name in ("hud", "rem", "vem"))
+                writer.writerow((f"{number:05}_{row['step']:05}", f"[{pixels}]", *listed))
+        done += shard.states
+        if report is not None:
+            report(done, plan.states)
+    out.detach()
+
+
+def _listed(objects: list[dict[str, Any]]) -> str:
+    """Objects as the paper's dataset has them."""
+    texts = sorted(f"{o['category']} at ({o['x']}, {o['y']}), ({o['w']}, {o['h']})" for o in objects)
+    return f"[{', '.join(texts)}]"
+
+
+def _to_minari(folder: Path, plan: Plan, name: str, report: Report | None) -> None:
+    game, settings = registry.load(plan.game), Settings(**plan.settings)
+    height, width = game.screen
+    boxes: dict[str, spaces.Space] = {
+        "ram": spaces.Box(0, 255, (RAM_SIZE,), np.uint8),
+        "screen": spaces.Box(0, 255, (height, width), np.uint8),
+    }
+    actions = action_set(load_emulator(game), settings)
+    kinds = {"observation_space": spaces.Dict(boxes), "action_space": spaces.Discrete(len(actions))}
+    facts = {"game": game.name, "md5": game.md5, "plan": json.loads(plan.to_json())}
+    description = f"States of {game.name} with the objects that REM and VEM find. Screens are indices of the emulator's palette."
+    policies, done = ", ".join(name for name, _ in plan.policies), 0
+    with new_dataset(name, kinds, {"description": description, "ocjax": facts, "algorithm_name": policies}) as add:
+        for shard in plan.shards:
+            for episode in _episodes(folder / plan.file(shard)):
+                add(**_to_episode(episode, game))
+            done += shard.states
+            if report is not None:
+                report(done, plan.states)
+
+
+def _episodes(path: Path) -> Iterator[Any]:
+    """The stretches of successive states of one episode as tables of two rows or more."""
+    pa = require("pyarrow")
+    rows = pa.concat_tables(shards.rows(path))  # pictures are compressed
+    place = np.stack([rows[name].to_numpy() for name in ("instance", "episode", "index")], axis=1)
+    breaks = np.flatnonzero((np.diff(place, axis=0) != (0, 0, 1)).any(axis=1)) + 1
+    for start, stop in itertools.pairwise([0, *breaks.tolist(), len(rows)]):
+        if stop - start > 1:
+            yield rows.slice(start, stop - start)
+
+
+def _to_episode(rows: Any, game: Game) -> dict[str, Any]:
+    """The fields of Minari's `EpisodeBuffer`. A stretch that is cut off is truncated."""
+    step = {name: rows[name].to_numpy()[1:].copy() for name in ("action", "reward", "terminated", "truncated")}
+    step["truncated"][-1] |= not step["terminated"][-1]
+    return {
+        "observations": {"ram": columns.rams(rows["ram"]), "screen": columns.frames(rows["image"])},
+        "actions": step["action"].astype(np.int64),
+        "rewards": step["reward"],
+        "terminations": step["terminated"],
+        "truncations": step["truncated"],
+        "infos": {
+            "rem": columns.padded([rows["rem"], rows["hud"]], game),
+            "vem": columns.padded([rows["vem"]], game),
+            "lives": rows["lives"].to_numpy(),
+            "index": rows["index"].to_numpy(),
+        },
+    }

@@ -1,0 +1,124 @@
+"""Make a dataset in a folder, and label one again. Both go on where they were interrupted."""
+
+import functools
+from collections.abc import Callable
+from pathlib import Path
+
+from ocjax import cluster, output, registry, rom
+from ocjax.datasets import datasheet, shards
+from ocjax.datasets.plans import DatasetError, Plan, code, versions
+from ocjax.files.inputs import require
+
+PLAN, SHEET = "dataset.json", "README.md"
+
+Report = Callable[[int, int], object]  # called with how many states are done, and how many there are
+
+
+def generate(plan: Plan, folder: str | Path, *, ray: str | None = None, report: Report | None = None) -> None:
+    """Make a dataset. The same plan gives the same bytes.
+
+    The folder gets `dataset.json` (the plan), `data/*.parquet` (the shards, each of which appears when it is complete) and at last
+    `README.md` (the datasheet). Called again after an interruption, it makes what is missing.
+
+    Args:
+        plan: of the dataset; see `ocjax.datasets.plan`.
+        folder: is created if necessary.
+        ray: the address of a Ray cluster whose machines share the folder; see `ocjax.cluster`.
+        report: called after each shard with the number of states that are done, and of all states.
+
+    Raises:
+        DatasetError: a ValueError; the folder holds another dataset or other files.
+        RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was written for.
+        ValueError: the cluster cannot be reached.
+        InputError: a ValueError; pyarrow is missing.
+        OSError: a file cannot be written.
+    """
+    game, folder = registry.load(plan.game), Path(folder).resolve()
+    rom.read_rom(game.rom, game.md5)
+    require("pyarrow")
+    _prepare(folder, plan)
+    own = plan.shards
+    missing = [s.number for s in own if not (folder / plan.file(s)).exists()]
+    _run(functools.partial(shards.make, folder, plan), missing, plan, ray, report)
+    _finish(folder, plan)
+
+
+def relabel(folder: str | Path, *, ray: str | None = None, report: Report | None = None) -> None:
+    """Write the objects of a dataset anew with the present decoders, and its datasheet.
+
+    Frames, RAM and the choice of sequences stay as they are. Each shard is replaced when its new version is complete. Called again after an
+    interruption, it goes on with the shards whose objects are of other decoders.
+
+    Args:
+        folder: of a complete dataset.
+        ray: the address of a Ray cluster; see `generate`.
+        report: called after each shard with the number of states that are done, and of all states.
+
+    Raises:
+        DatasetError: a ValueError; the folder holds no complete dataset, or it was made with another ROM.
+        ValueError: the cluster cannot be reached.
+        OSError: a file cannot be written.
+    """
+    folder = Path(folder).resolve()
+    plan, game = open_dataset(folder), registry.load(open_dataset(folder).game)
+    if plan.md5 != game.md5:
+        raise DatasetError(f"{folder} was made with the ROM of md5 {plan.md5}, but the decoder of {game.name} is for {game.md5}")
+    old = [s.number for s in plan.shards if shards.facts(folder / plan.file(s))["code"] != code()]
+    _run(functools.partial(_relabel, folder, plan), old, plan, ray, report)
+    _finish(folder, plan)
+
+
+def _relabel(folder: Path, plan: Plan, number: int) -> None:
+    shards.relabel(folder / plan.file(plan.shards[number]), registry.load(plan.game))
+
+
+def open_dataset(folder: str | Path) -> Plan:
+    """The plan of a complete dataset.
+
+    Raises:
+        DatasetError: a ValueError; the folder holds none, or one of which shards are missing.
+    """
+    folder = Path(folder)
+    if not (folder / PLAN).exists():
+        raise DatasetError(f"{folder} holds no dataset: it has no {PLAN}")
+    try:
+        plan = Plan.from_json((folder / PLAN).read_text())
+    except (ValueError, TypeError, KeyError) as error:
+        raise DatasetError(f"{folder / PLAN} is damaged: {error}") from error
+    missing = [plan.file(s) for s in plan.shards if not (folder / plan.file(s)).exists()]
+    if missing:
+        raise DatasetError(f"{folder} is not complete: {missing[0]} and {len(missing) - 1} other files are missing; generate it again")
+    return plan
+
+
+def _prepare(folder: Path, plan: Plan) -> None:
+    """Make the folder, or check that it holds this dataset."""
+    path = folder / PLAN
+    if path.exists():
+        if path.read_text() != plan.to_json():
+            raise DatasetError(f"{folder} holds another dataset, or one of another version: its {PLAN} differs. Use another folder")
+        return
+    if folder.is_dir() and any(folder.iterdir()):
+        raise DatasetError(f"{folder} is not empty and holds no dataset: use another folder")
+    (folder / "data").mkdir(parents=True, exist_ok=True)
+    output.write_text(path, plan.to_json())
+
+
+def _run(task: Callable[[int], object], numbers: list[int], plan: Plan, ray: str | None, report: Report | None) -> None:
+    """Execute a task for each of the shards of these numbers."""
+    states = [shard.states for shard in plan.shards]
+    done = plan.states - sum(states[k] for k in numbers)
+    if report is not None:
+        report(done, plan.states)
+    for k in cluster.completed(task, numbers, ray):
+        done += states[k]
+        if report is not None:
+            report(done, plan.states)
+
+
+def _finish(folder: Path, plan: Plan) -> None:
+    """Write the datasheet, and delete what processes left behind that were killed while they wrote."""
+    for unfinished in (folder / "data").glob(".*.tmp"):
+        unfinished.unlink()
+    found = [shards.facts(folder / plan.file(shard)) for shard in plan.shards]
+    output.write_text(folder / SHEET, datasheet.text(plan, found, versions(), code()))

@@ -1,0 +1,62 @@
+"""The objects of states by both methods, and how well these agree."""
+
+import dataclasses
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ocjax import evaluation
+from ocjax.evaluation import Agreement
+from ocjax.files.extraction import extractor
+from ocjax.game import Game
+from ocjax.objects import Objects
+
+COUNTS = tuple(field.name for field in dataclasses.fields(Agreement))
+
+Counts = dict[str, list[float]]  # by category: the fields of `Agreement`
+
+
+class Labels(NamedTuple):
+    """Objects of `n` states."""
+
+    rem: Objects
+    vem: Objects
+    counts: Agreement  # [n, categories]; objects that flicker may be on the frame before
+
+
+def label(game: Game, rams: np.ndarray, screens: np.ndarray, previous: np.ndarray) -> Labels:
+    """Extract the objects of states with both methods.
+
+    Args:
+        game: the game.
+        rams: uint8 `[n, 128]`.
+        screens: uint8 `[n, H, 160]`, palette indices of the last emulated frame.
+        previous: uint8 `[n, H, 160]`, the emulated frame before.
+    """
+    vem = extractor(game, "vem")
+    rem, seen, before = extractor(game, "rem")(rams), vem(screens), vem(previous)
+    counts = evaluation.agreement(evaluation.detections(rem), evaluation.detections(seen), evaluation.detections(before))
+    return Labels(rem, seen, counts)
+
+
+def to_counts(counts: Agreement, game: Game) -> Counts:
+    """Counts `[categories]` by category, ready for JSON."""
+    table = np.stack([getattr(counts, name) for name in COUNTS], axis=1)
+    return {c.name: row for c, row in zip(game.categories, table.tolist(), strict=True)}
+
+
+def from_counts(parts: Sequence[Counts], game: Game) -> Agreement:
+    """The sum of what `to_counts` returned, `[categories]`."""
+    table = np.array([[part[c.name] for c in game.categories] for part in parts]).reshape(-1, len(game.categories), len(COUNTS))
+    return Agreement(*table.sum(axis=0).T)
+
+
+def none(game: Game) -> Agreement:
+    """Counts of no states, `[categories]`."""
+    return from_counts([], game)
+
+
+def add(counts: Agreement, more: Agreement) -> Agreement:
+    """Counts `[categories]`, and the sum of others `[n, categories]`."""
+    return Agreement(*(getattr(counts, name) + getattr(more, name).sum(axis=0) for name in COUNTS))

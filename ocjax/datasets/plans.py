@@ -1,0 +1,180 @@
+"""What a dataset is: everything that determines its bytes, and its division into shards."""
+
+import dataclasses
+import functools
+import hashlib
+import importlib.metadata
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import ocjax
+from ocjax import policies
+from ocjax.envs import Settings
+from ocjax.envs.checks import integer
+from ocjax.envs.settings import settings
+from ocjax.game import Game
+
+SEEDS = (0, 42)  # as in the OCAtari paper (Delfosse et al., 2024)
+ENVS = 10  # instances that play side by side
+RANDOM_PERCENT = 30  # of the states, by default
+SHARD_STATES = 10_000  # at most
+SEQUENCE_STATES = 100  # at most; successive states that are kept or left out together
+LEAST_F1 = 0.9  # of REM against VEM in a sequence that is kept
+LIBRARIES = ("ale-py", "jax", "numpy", "pillow", "pyarrow")
+
+
+class DatasetError(ValueError):
+    """A dataset cannot be made, read or continued; the message says why."""
+
+
+class Shard(NamedTuple):
+    """A file of a dataset, which is played independently of the others."""
+
+    number: int
+    seed: int  # of the dataset
+    part: int  # number among the shards of the seed
+    first: int  # number of its first state
+    states: int
+
+    @property
+    def shares(self) -> list[int]:
+        """The states of each instance."""
+        return [self.states // ENVS + (i < self.states % ENVS) for i in range(ENVS)]
+
+
+@dataclasses.dataclass(frozen=True)
+class Plan:
+    """What determines the bytes of a dataset.
+
+    Args:
+        game: the game's name.
+        md5: of its ROM.
+        states: number of states to play.
+        seeds: each has an equal share of the states.
+        policies: name of each policy, and how many of the `ENVS` instances it plays.
+        policy_files: SHA-256 of the policies that are files.
+        least_f1: sequences in which REM and VEM agree less are left out.
+        settings: of the emulators, the fields of `ocjax.envs.Settings`.
+        versions: of ocjax and of the libraries.
+        code: digest of the source of ocjax, whose decoders extract the objects.
+    """
+
+    game: str
+    md5: str
+    states: int
+    seeds: tuple[int, ...]
+    policies: tuple[tuple[str, int], ...]
+    policy_files: Mapping[str, str]
+    least_f1: float
+    settings: Mapping[str, Any]
+    versions: Mapping[str, str]
+    code: str
+
+    def to_json(self) -> str:
+        """The plan as JSON, which `from_json` reads."""
+        return json.dumps(dataclasses.asdict(self), indent=2) + "\n"
+
+    @classmethod
+    def from_json(cls, text: str) -> "Plan":
+        """Read what `to_json` wrote.
+
+        Raises:
+            TypeError, ValueError, KeyError: it is damaged.
+        """
+        fields = json.loads(text)
+        fields |= {"seeds": tuple(fields["seeds"]), "policies": tuple((str(name), int(n)) for name, n in fields["policies"])}
+        return cls(**fields)
+
+    @property
+    def shards(self) -> list[Shard]:
+        """The files, in order."""
+        out: list[Shard] = []
+        first = 0
+        for i, seed in enumerate(self.seeds):
+            left = self.states // len(self.seeds) + (i < self.states % len(self.seeds))
+            for part in range(-(-left // SHARD_STATES)):
+                states = min(left - part * SHARD_STATES, SHARD_STATES)
+                out.append(Shard(len(out), seed, part, first, states))
+                first += states
+        return out
+
+    def file(self, shard: Shard) -> Path:
+        """The path of a shard in the dataset's folder."""
+        return Path("data", f"train-{shard.number:05}-of-{len(self.shards):05}.parquet")
+
+
+def plan(
+    game: Game, states: int, seeds: Sequence[int] = SEEDS, policies: Mapping[str, int] | None = None, least_f1: float = LEAST_F1
+) -> Plan:
+    """Plan a dataset of a game.
+
+    Args:
+        game: the game, with its display.
+        states: number of states to play.
+        seeds: each has an equal share of the states.
+        policies: percentage of the states that each policy plays, by name; see `ocjax.policies.make_policy`. By default, 30 % random
+            actions, and 70 % the trained policy that ships with the game, or held random actions if there is none.
+        least_f1: sequences in which REM and VEM agree less are left out.
+
+    Raises:
+        DatasetError: a ValueError; the percentages are no multiples of 10 that add up to 100, a seed is there twice, or the least F1 is not
+            between 0 and 1.
+        PolicyError: a ValueError; a policy does not exist or does not fit the game.
+        ValueError: another number is out of range.
+    """
+    chosen = default_policies(game) if policies is None else policies
+    if sum(chosen.values()) != 100 or any(p <= 0 or p % (100 // ENVS) for p in chosen.values()):
+        raise DatasetError(f"the percentages of the policies must be multiples of {100 // ENVS} that add up to 100, got {dict(chosen)}")
+    if not seeds or len(set(seeds)) < len(seeds):
+        raise DatasetError(f"there must be at least one seed, and none twice, got {list(seeds)}")
+    if not 0 <= least_f1 <= 1:
+        raise DatasetError(f"the least F1 must be between 0 and 1, got {least_f1}")
+    return Plan(
+        game=game.name,
+        md5=game.md5,
+        states=integer("states", states, 1, 2**40),
+        seeds=tuple(integer("a seed", seed, 0, 2**31 - 1) for seed in seeds),
+        policies=tuple((name, percent * ENVS // 100) for name, percent in chosen.items()),
+        policy_files={name: _digest_of_policy(name, game) for name in chosen if name not in ("random", "repeat")},
+        least_f1=float(least_f1),
+        settings=protocol().to_dict(),
+        versions=versions(),
+        code=code(),
+    )
+
+
+def default_policies(game: Game) -> dict[str, int]:
+    """The percentage of the states that each policy plays."""
+    other = policies.TRAINED if (policies.SHIPPED / f"{game.name}.npz").exists() else "repeat"
+    return {"random": RANDOM_PERCENT, other: 100 - RANDOM_PERCENT}
+
+
+def protocol() -> Settings:
+    """The settings of the emulators: those under which the trained policies learned, with whole games and the game's own rewards."""
+    return settings("dqn", clip_rewards=False, episodic_life=False)
+
+
+def _digest_of_policy(name: str, game: Game) -> str:
+    path = policies.find(name, game)
+    policies.read(path, game)  # one that cannot play is an error before the play
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def versions() -> dict[str, str]:
+    """Versions of ocjax and of the libraries that determine the bytes of a dataset."""
+    return {"ocjax": ocjax.__version__} | {name: importlib.metadata.version(name) for name in LIBRARIES}
+
+
+@functools.cache
+def code() -> str:
+    """A digest of the source of ocjax. Equal ones extract equal objects, also between two versions."""
+    root, digest = Path(ocjax.__file__).parent, hashlib.sha256()
+    files = {
+        p.relative_to(root).as_posix(): p
+        for p in (*root.rglob("*.py"), *(root / "extractors").glob("*.py"), *(root / "extractors" / "_data").glob("*.*"))
+    }
+    for name in sorted(name for name in files if "__pycache__" not in name):
+        digest.update(name.encode() + b"\0" + hashlib.sha256(files[name].read_bytes()).digest())
+    return digest.hexdigest()

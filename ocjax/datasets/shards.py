@@ -1,0 +1,128 @@
+"""The shards of a dataset: Parquet files that are made, or labelled again, one by one."""
+
+import itertools
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ocjax import output, registry
+from ocjax.datasets import columns, labels, playing
+from ocjax.datasets.labels import Labels
+from ocjax.datasets.plans import DatasetError, Plan, Shard, code
+from ocjax.files.inputs import require
+from ocjax.game import Game
+
+ROW_GROUP = 500  # rows
+BATCH = 1000  # rows that are labelled at a time
+
+
+def make(folder: Path, plan: Plan, number: int) -> None:
+    """Play and label a shard and write its file, unless it exists.
+
+    Args:
+        folder: of the dataset.
+        plan: of the dataset.
+        number: of the shard.
+    """
+    game, shard = registry.load(plan.game), plan.shards[number]
+    path = folder / plan.file(shard)
+    if path.exists():
+        return
+    pa = require("pyarrow")
+    kept: list[list[Any]] = [[columns.schema({}).empty_table()], *([] for _ in shard.shares)]  # tables, by instance
+    counts, totals = labels.none(game), dict.fromkeys(("sequences", "sequences_left_out", "states_left_out"), 0)
+    for sequences in playing.play(game, plan, shard):
+        joined = {name: np.concatenate([s[name] for s in sequences]) for name in sequences[0]}
+        found = labels.label(game, joined["ram"], joined["screen"], joined["previous"])
+        table, ends = _table(game, plan, shard, joined, found), np.cumsum([0, *(len(s["index"]) for s in sequences)]).tolist()
+        for tables, (start, stop) in zip(kept[1:], itertools.pairwise(ends), strict=True):
+            own = found.counts.map(lambda a, rows=slice(start, stop): a[rows])
+            is_left_out = bool(own.sum().f1 < plan.least_f1)  # not where there is no object at all
+            if not is_left_out:
+                tables.append(table.slice(start, stop - start))
+                counts = labels.add(counts, own)
+            totals["sequences"] += stop > start
+            totals["sequences_left_out"] += is_left_out
+            totals["states_left_out"] += is_left_out * (stop - start)
+    facts = {"code": plan.code, "states": shard.states, **totals, "counts": labels.to_counts(counts, game)}
+    _write(path, pa.concat_tables(itertools.chain.from_iterable(kept)), facts)
+
+
+def _table(game: Game, plan: Plan, shard: Shard, states: playing.Sequence, found: Labels) -> Any:
+    """States and their objects as a table."""
+    pa = require("pyarrow")
+    names = np.repeat(np.array([name for name, _ in plan.policies], object), [n for _, n in plan.policies])
+    n = len(states["index"])
+    arrays = {
+        **{name: states[name] for name in ("index", "instance", "episode", "step", *columns.STEP)},
+        "seed": np.full(n, shard.seed, np.int64),
+        "policy": names[states["instance"]],
+        "image": columns.pictures(states["screen"], game),
+        "previous": columns.pictures(states["previous"], game),
+        "ram": pa.FixedSizeListArray.from_arrays(pa.array(states["ram"].ravel()), 128),
+        **columns.object_columns(found.rem, found.vem, game),
+    }
+    schema = columns.schema({})
+    return pa.table(
+        [arrays[name] if isinstance(arrays[name], pa.Array) else pa.array(arrays[name], schema.field(name).type) for name in schema.names],
+        schema,
+    )
+
+
+def _write(path: Path, table: Any, facts: dict[str, Any]) -> None:
+    """Write a shard. Equal tables and facts give equal bytes."""
+    parquet = require("pyarrow.parquet")
+    table = table.combine_chunks().replace_schema_metadata(columns.schema(facts).metadata)
+    output.write(path, lambda file: parquet.write_table(table, file, row_group_size=ROW_GROUP, compression="zstd"))
+
+
+def facts(path: Path) -> dict[str, Any]:
+    """What a shard says about itself.
+
+    Raises:
+        DatasetError: it cannot be read, or is no shard of a dataset.
+    """
+    try:
+        return columns.facts_of(require("pyarrow.parquet").read_schema(path))
+    except (OSError, ValueError) as error:  # Arrow's errors are among these
+        raise DatasetError(f"{path}: {error}") from error
+
+
+def rows(path: Path, names: Sequence[str] | None = None) -> Iterator[Any]:
+    """The rows of a shard in tables of one row group each; `names` selects columns.
+
+    Raises:
+        DatasetError: it cannot be read.
+    """
+    try:
+        with require("pyarrow.parquet").ParquetFile(path) as file:
+            for k in range(file.num_row_groups):
+                yield file.read_row_group(k, columns=names)
+    except (OSError, ValueError) as error:
+        raise DatasetError(f"{path} cannot be read: {error}") from error
+
+
+def relabel(path: Path, game: Game) -> None:
+    """Write the objects of a shard anew with the present decoders, unless they wrote those that it has.
+
+    Raises:
+        DatasetError: it cannot be read, or is no shard of a dataset.
+    """
+    known = facts(path)
+    if known["code"] == code():
+        return
+    pa = require("pyarrow")
+    table = pa.concat_tables(
+        [columns.schema({}).empty_table(), *(part.replace_schema_metadata(None) for part in rows(path))], promote_options="none"
+    )
+    parts, counts = [], labels.none(game)
+    for start in range(0, len(table), BATCH):
+        part = table.slice(start, BATCH)
+        found = labels.label(game, columns.rams(part["ram"]), *(columns.frames(part[name]) for name in columns.PICTURES))
+        for name, column in columns.object_columns(found.rem, found.vem, game).items():
+            part = part.set_column(part.schema.get_field_index(name), name, column)
+        parts.append(part)
+        counts = labels.add(counts, found.counts)
+    _write(path, pa.concat_tables(parts) if parts else table, known | {"code": code(), "counts": labels.to_counts(counts, game)})

@@ -1,0 +1,111 @@
+"""Minari datasets: new ones, which appear when they are complete, and copies of existing ones with objects.
+
+Pictures are stored without compression: Minari's own default is JPEG, which changes colours.
+"""
+
+import contextlib
+import shutil
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ocjax.files.inputs import MINARI, InputError, require
+from ocjax.files.outputs import Blocks
+
+FIXED = ("observation_space", "action_space", "env_spec", "data_format", "jpeg_encoding")  # of the storage, which writes them itself
+COUNTED = ("total_episodes", "total_steps", "dataset_size")  # by the storage
+INFO = "objects"
+
+
+def path_of(name: str) -> Path:
+    """The folder of a new Minari dataset.
+
+    Args:
+        name: its ID after "minari:".
+
+    Raises:
+        InputError: the ID is malformed, there is such a dataset, or minari is missing.
+    """
+    identifier = name.removeprefix(MINARI)
+    try:
+        require("minari.dataset.minari_dataset").parse_dataset_id(identifier)
+    except ValueError as error:
+        raise InputError(str(error)) from error
+    path = Path(require("minari.storage").get_dataset_path(identifier))
+    if path.exists():
+        raise InputError(f"there is a Minari dataset {identifier} already: use another ID, or `minari delete {identifier}`")
+    require("h5py")
+    namespace, namespaces = identifier.rpartition("/")[0], require("minari.namespace")
+    if namespace and namespace not in namespaces.list_local_namespaces():
+        namespaces.create_namespace(namespace)
+    return path
+
+
+@contextlib.contextmanager
+def new_dataset(name: str, spaces: Mapping[str, Any], metadata: Mapping[str, Any]) -> Iterator[Callable[..., None]]:
+    """A new Minari dataset, which appears at the end if no error occurs.
+
+    Args:
+        name: its ID after "minari:".
+        spaces: the arguments `observation_space` and `action_space`, and perhaps `env_spec` and `data_format`, of Minari's storage.
+        metadata: further entries of its metadata.
+
+    Yields:
+        A function that adds an episode, with the fields of Minari's `EpisodeBuffer`.
+    """
+    path = path_of(name)
+    unfinished = path.with_name(f".{path.name}.tmp")
+    shutil.rmtree(unfinished, ignore_errors=True)
+    unfinished.mkdir()
+    try:
+        storage = require("minari.dataset.minari_storage").MinariStorage.new(unfinished / "data", jpeg_encoding=False, **spaces)
+        own = {"dataset_id": name.removeprefix(MINARI), "minari_version": require("minari").__version__}
+        storage.update_metadata({**metadata, **own})
+        buffer = require("minari.data_collector.episode_buffer").EpisodeBuffer
+        yield lambda **fields: storage.update_episodes([buffer(**fields)])
+        unfinished.replace(path)
+    finally:
+        shutil.rmtree(unfinished, ignore_errors=True)
+
+
+def copy_with_objects(source: str, name: str, blocks: Blocks) -> None:
+    """Copy a Minari dataset, and add the objects of each step to its infos.
+
+    Args:
+        source: ID of the dataset after "minari:".
+        name: ID of the new one after "minari:".
+        blocks: the objects of the observations of all episodes, one after the other.
+    """
+    dataset = require("minari").load_dataset(source.removeprefix(MINARI))
+    storage, known = dataset.storage, dict(dataset.storage.metadata)
+    spaces = {
+        "observation_space": storage.observation_space,
+        "action_space": storage.action_space,
+        "env_spec": dataset.env_spec,
+        "data_format": known["data_format"],
+    }
+    metadata = {key: value for key, value in known.items() if key not in (*FIXED, *COUNTED)} | {INFO: blocks.facts}
+    objects, indices = _Objects(blocks), dataset.episode_indices
+    with new_dataset(name, spaces, metadata) as add:
+        for episode, facts in zip(storage.get_episodes(indices), storage.get_episode_metadata(indices), strict=True):
+            fields = ("observations", "actions", "rewards", "terminations", "truncations")
+            infos = dict(episode.get("infos") or {}) | {INFO: objects.take(len(episode["rewards"]) + 1)}
+            add(**{key: episode[key] for key in fields}, infos=infos, seed=facts.get("seed"), options=facts.get("options"))
+
+
+class _Objects:
+    """The fields of `Objects` of rows that are taken one after the other."""
+
+    def __init__(self, blocks: Blocks) -> None:
+        self._parts = (block.padded(rows, blocks.game) for _, rows, block in blocks)
+        self._left: list[dict[str, np.ndarray]] = []
+
+    def take(self, rows: int) -> dict[str, np.ndarray]:
+        """The next rows, at least one."""
+        while sum(len(part["valid"]) for part in self._left) < rows:
+            self._left.append(next(self._parts))
+        joined = {name: np.concatenate([part[name] for part in self._left]) for name in self._left[0]}
+        self._left = [{name: a[rows:] for name, a in joined.items()}]
+        return {name: a[:rows] for name, a in joined.items()}

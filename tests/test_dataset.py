@@ -1,0 +1,296 @@
+"""Datasets: what they hold, equal bytes, interruptions, labelling again, exports, and clusters."""
+
+import csv
+import io
+import signal
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from PIL import Image
+from typer.testing import CliRunner
+
+import ocjax
+from ocjax import datasets, files
+from ocjax.cli import app
+from ocjax.datasets import DatasetError, columns, labels, plans, playing, shards
+
+pa = pytest.importorskip("pyarrow")
+parquet = pytest.importorskip("pyarrow.parquet")
+
+SMALL = {"SHARD_STATES": 20, "SEQUENCE_STATES": 2}
+
+
+@pytest.fixture(scope="module")
+def pong():
+    return ocjax.load("Pong")
+
+
+@pytest.fixture(autouse=True, scope="module")
+def small():
+    """Shards and sequences of a few states."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(plans, "SHARD_STATES", SMALL["SHARD_STATES"])
+        patch.setattr(playing, "SEQUENCE_STATES", SMALL["SEQUENCE_STATES"])
+        yield
+
+
+@pytest.fixture(scope="module")
+def plan(pong):
+    return datasets.plan(pong, 30)
+
+
+@pytest.fixture(scope="module")
+def folder(plan, tmp_path_factory):
+    path = tmp_path_factory.mktemp("dataset") / "pong"
+    datasets.generate(plan, path)
+    return path
+
+
+@pytest.fixture
+def copy(folder, tmp_path):
+    return copied(folder, tmp_path / "copy")
+
+
+def copied(folder, path):
+    for name, content in contents(folder).items():
+        (path / name).parent.mkdir(parents=True, exist_ok=True)
+        (path / name).write_bytes(content)
+    return path
+
+
+def contents(folder):
+    return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+def rows_of(folder):
+    return parquet.read_table(folder / "data").to_pylist()
+
+
+def test_states_and_objects(folder, pong):
+    rows = rows_of(folder)
+    assert [row["index"] for row in rows] == list(range(30))
+    assert [row["seed"] for row in rows] == [0] * 15 + [42] * 15
+    # Of the 10 instances, the first five play two states of each seed, the others one.
+    assert [row["policy"] for row in rows] == (["random"] * 6 + ["trained"] * 9) * 2
+    assert [row["step"] for row in rows] == ([0, 1] * 5 + [0] * 5) * 2
+    for row in rows:
+        assert (row["action"] == -1) == (row["step"] == 0)
+    rams = np.array([row["ram"] for row in rows], np.uint8)
+    frames = np.stack([np.asarray(Image.open(io.BytesIO(row["image"]["bytes"]))) for row in rows])
+    rem, vem = pong.rem(rams).to_list(), pong.vem(frames).to_list()
+    for row, by_ram, by_pixels in zip(rows, rem, vem, strict=True):
+        for name, records in (("rem", by_ram), ("hud", by_ram), ("vem", by_pixels)):
+            expected = [r for r in records if name == "vem" or r["hud"] == (name == "hud")]
+            assert [plain(o) for o in row[name]] == expected
+
+
+def plain(stored):
+    """A stored object as `Objects.to_list` has it."""
+    record = {"category": stored["category"], "slot": stored["index"], **{k: stored[k] for k in "xywh"}}
+    record |= {"rgb": tuple(stored[k] for k in "rgb"), "hud": stored["hud"]}
+    return record | {k: stored[k] for k in ("value", "orientation") if stored[k] is not None}
+
+
+def test_actions_led_to_the_states(plan, folder, pong):
+    """Playing the recorded actions again gives the recorded RAM."""
+    settings = ocjax.envs.Settings(**plan.settings)
+    seed = int(np.random.SeedSequence([0, 0]).generate_state(1)[0] & 0x7FFFFFFF)
+    pool = ocjax.envs.AlePool(pong, 1, settings, num_workers=0)
+    pool.reset([seed])
+    first, second = rows_of(folder)[:2]
+    assert pool.ram[0].tolist() == first["ram"]
+    pool.send(np.array([second["action"]]))
+    pool.wait()
+    assert pool.ram[0].tolist() == second["ram"]
+    pool.close()
+
+
+def test_previous_frames_show_the_state_before(folder, pong):
+    row = rows_of(folder)[1]
+    image, previous = (np.asarray(Image.open(io.BytesIO(row[name]["bytes"]))) for name in columns.PICTURES)
+    assert image.shape == previous.shape == pong.screen
+    assert np.array_equal(np.asarray(Image.open(io.BytesIO(row["image"]["bytes"])).convert("RGB")), pong.palette[image])
+
+
+INTERRUPTED = """
+import os, signal, sys
+import ocjax
+from ocjax import datasets
+from ocjax.datasets import plans, playing
+plans.SHARD_STATES, playing.SEQUENCE_STATES = 20, 2
+def report(done, total):
+    if done >= 15:
+        os.kill(os.getpid(), signal.SIGKILL)
+datasets.generate(datasets.plan(ocjax.load("Pong"), 30), sys.argv[1], report=report)
+"""
+
+
+def test_killed_and_resumed_equals_uninterrupted(tmp_path, folder, plan):
+    out = tmp_path / "out"
+    done = subprocess.run([sys.executable, "-c", INTERRUPTED, out])
+    assert done.returncode == -signal.SIGKILL
+    (out / "data" / ".train-00001-of-00002.parquet.1.tmp").write_bytes(b"unfinished")
+    kept = {p: p.stat().st_mtime_ns for p in out.glob("data/*.parquet")}
+    assert len(kept) == 1
+    assert not (out / "README.md").exists()
+    with pytest.raises(DatasetError, match=r"is not complete: .*00001-of-00002"):
+        datasets.relabel(out)
+    datasets.generate(plan, out)
+    assert {p: p.stat().st_mtime_ns for p in kept} == kept, "shards that were complete are not made again"
+    assert contents(out) == contents(folder)
+
+
+def test_sequences_that_disagree_are_left_out(tmp_path, pong, monkeypatch):
+    def disagree(*args):
+        found = labels.label(*args)
+        found.counts.found[:3] = found.counts.confirmed[:3] = 0  # the first sequence, and half of the second
+        return found
+
+    monkeypatch.setattr(shards, "labels", type("Labels", (), {**vars(labels), "label": staticmethod(disagree)}))
+    datasets.generate(datasets.plan(pong, 20, seeds=[7], policies={"random": 100}), tmp_path / "out")
+    rows = rows_of(tmp_path / "out")
+    assert [row["index"] for row in rows] == list(range(4, 20))
+    facts = shards.facts(tmp_path / "out" / "data" / "train-00000-of-00001.parquet")
+    assert (facts["sequences"], facts["sequences_left_out"], facts["states_left_out"]) == (10, 2, 4)
+    assert facts["counts"]["Player"][0] == 16
+    sheet = (tmp_path / "out" / "README.md").read_text()
+    assert "| left out | 2 | 4 |" in sheet
+
+
+def test_relabel(copy, folder):
+    path = copy / "data" / "train-00001-of-00002.parquet"
+    table, facts = parquet.read_table(path), shards.facts(path)
+    empty = pa.array([[]] * len(table), table["rem"].type)
+    table = table.set_column(table.schema.get_field_index("rem"), "rem", empty)
+    shards._write(path, table, facts | {"code": "old", "counts": {}})
+    (copy / "README.md").write_text("old")
+    before = {p: p.stat().st_mtime_ns for p in copy.glob("data/*")}
+    datasets.relabel(copy)
+    after = {p: p.stat().st_mtime_ns for p in copy.glob("data/*")}
+    assert [p for p in after if after[p] != before[p]] == [path]
+    assert contents(copy) == contents(folder)
+
+
+def test_csv(folder, tmp_path, pong, monkeypatch):
+    monkeypatch.setattr(csv, "field_size_limit", csv.field_size_limit)
+    csv.field_size_limit(10**7)
+    datasets.export(folder, tmp_path / "pong.csv")
+    with (tmp_path / "pong.csv").open(newline="") as file:
+        lines = list(csv.DictReader(file))
+    rows = rows_of(folder)
+    assert list(lines[0]) == ["INDEX", "OBS", "HUD", "RAM", "VIS"]
+    assert [line["INDEX"] for line in lines[:4]] == ["00000_00000", "00000_00001", "00001_00000", "00001_00001"]
+    pixels = np.array([int(x) for x in lines[1]["OBS"][1:-1].split(",")], np.uint8).reshape(210, 160, 3)
+    assert np.array_equal(pixels, np.asarray(Image.open(io.BytesIO(rows[1]["image"]["bytes"])).convert("RGB")))
+    player = next(o for o in rows[1]["rem"] if o["category"] == "Player")
+    assert f"Player at (140, {player['y']}), (4, 16)" in lines[1]["RAM"]
+    assert "Score" not in lines[1]["RAM"]
+    assert lines[1]["HUD"].startswith("[EnemyScore at (")
+
+
+@pytest.fixture
+def minari(tmp_path, monkeypatch):
+    pytest.importorskip("h5py")
+    module = pytest.importorskip("minari")
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path / "minari"))
+    return module
+
+
+@pytest.mark.parametrize("block_rows", [7, 65536])
+def test_minari(folder, pong, minari, monkeypatch, block_rows):
+    monkeypatch.setitem(files.extraction.BLOCK_ROWS, "rem", block_rows)
+    datasets.export(folder, "minari:pong/oda-v0")
+    rows = rows_of(folder)
+    dataset = minari.load_dataset("pong/oda-v0")
+    assert (dataset.total_episodes, dataset.total_steps) == (10, 10)  # those of one state have no step
+    episode = dataset[1]
+    assert episode.observations["ram"].tolist() == [row["ram"] for row in rows[2:4]]
+    frame = np.asarray(Image.open(io.BytesIO(rows[3]["image"]["bytes"])))
+    assert np.array_equal(episode.observations["screen"][1], frame)
+    assert episode.actions.tolist() == [rows[3]["action"]]
+    assert episode.truncations.tolist() == [True]
+    files.extract("minari:pong/oda-v0", "minari:pong/more-v0")
+    for copied_episode, original in zip(minari.load_dataset("pong/more-v0"), dataset, strict=True):
+        rem = pong.rem(original.observations["ram"])
+        for name in ("xywh", "valid", "orientation", "value", "rgb"):
+            assert np.array_equal(copied_episode.infos["objects"][name], getattr(rem, name))
+            assert np.array_equal(original.infos["rem"][name], getattr(rem, name))
+        vem = pong.vem(original.observations["screen"])
+        assert np.array_equal(original.infos["vem"]["xywh"], vem.xywh)
+        assert np.array_equal(copied_episode.observations["screen"], original.observations["screen"])
+        assert np.array_equal(copied_episode.actions, original.actions)
+        assert np.array_equal(copied_episode.infos["rem"]["value"], original.infos["rem"]["value"])
+
+
+def test_minari_errors(folder, minari, tmp_path, monkeypatch):
+    np.save(tmp_path / "Pong.npy", np.zeros((2, 128), np.uint8))
+    with pytest.raises(ValueError, match="only a Minari dataset can be copied"):
+        files.extract(tmp_path / "Pong.npy", "minari:pong/x-v0")
+    with pytest.raises(ValueError, match="Malformed dataset ID"):
+        datasets.export(folder, "minari:?")
+    with monkeypatch.context() as patch, pytest.raises(ZeroDivisionError):
+        patch.setattr(columns, "padded", lambda *a: 1 / 0)
+        datasets.export(folder, "minari:pong/x-v0")
+    assert minari.list_local_datasets() == {}
+    assert not list((tmp_path / "minari" / "pong").glob("*-v0*"))
+    datasets.export(folder, "minari:pong/x-v0")
+    with pytest.raises(ValueError, match="there is a Minari dataset pong/x-v0 already"):
+        datasets.export(folder, "minari:pong/x-v0")
+
+
+def test_loadable_with_datasets(folder, tmp_path):
+    loaded = pytest.importorskip("datasets").load_dataset(str(folder), cache_dir=str(tmp_path), split="train")
+    assert len(loaded) == 30
+    assert loaded[3]["image"].mode == "P"
+    assert loaded[3]["rem"] == rows_of(folder)[3]["rem"]
+
+
+def test_shards_are_inputs(folder, tmp_path, pong):
+    path = folder / "data" / "train-00000-of-00002.parquet"
+    files.extract(path, tmp_path / "rem.npz", "Pong")
+    files.extract(path, tmp_path / "vem.npz", "Pong", array="image")
+    assert np.load(tmp_path / "rem.npz")["valid"].shape == np.load(tmp_path / "vem.npz")["valid"].shape == (15, pong.num_slots)
+
+
+def test_wrong_plans_and_folders_are_refused(copy, folder, pong, tmp_path):
+    for policies in ({"random": 25, "repeat": 75}, {"random": 50}, {"random": 110, "repeat": -10}):
+        with pytest.raises(DatasetError, match="multiples of 10 that add up to 100"):
+            datasets.plan(pong, 10, policies=policies)
+    with pytest.raises(ocjax.policies.PolicyError, match="no policy 'chess'"):
+        datasets.plan(pong, 10, policies={"chess": 100})
+    with pytest.raises(DatasetError, match="none twice"):
+        datasets.plan(pong, 10, [1, 1])
+    with pytest.raises(ValueError, match="states must be"):
+        datasets.plan(pong, 0)
+    with pytest.raises(DatasetError, match="holds another dataset"):
+        datasets.generate(datasets.plan(pong, 57), copy)
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "x").touch()
+    with pytest.raises(DatasetError, match="is not empty"):
+        datasets.generate(datasets.plan(pong, 57), tmp_path / "other")
+    with pytest.raises(DatasetError, match=r"has no dataset\.json"):
+        datasets.relabel(tmp_path)
+    with pytest.raises(ValueError, match=r"must end in \.csv"):
+        datasets.export(folder, tmp_path / "x.json")
+    (copy / "data" / "train-00001-of-00002.parquet").write_bytes(b"PAR1")
+    with pytest.raises(DatasetError, match=r"00001-of-00002\.parquet"):
+        datasets.relabel(copy)
+    (copy / "dataset.json").write_text("{}")
+    with pytest.raises(DatasetError, match=r"dataset\.json is damaged"):
+        datasets.relabel(copy)
+
+
+def test_commands(tmp_path):
+    run, out = CliRunner().invoke, str(tmp_path / "out")
+    done = run(app, ["dataset", "Pong", "--states", "10", "--seed", "3", "--policy", "repeat", "--out", out])
+    assert done.exit_code == 0, done.output
+    assert {row["policy"] for row in rows_of(tmp_path / "out")} == {"repeat"}
+    assert {row["seed"] for row in rows_of(tmp_path / "out")} == {3}
+    assert run(app, ["relabel", out]).exit_code == 0
+    assert run(app, ["export", out, "--out", str(tmp_path / "pong.csv")]).exit_code == 0
+    assert len((tmp_path / "pong.csv").read_text().splitlines()) == 11
+    wrong = run(app, ["dataset", "Pong", "--policy", "random=30", "--out", out])
+    assert wrong.exit_code == 2
+    assert "add up to 100" in wrong.output
