@@ -37,7 +37,7 @@ def _on_cluster(function: Callable[[Any], object], tasks: Sequence[Any], address
     except (ConnectionError, RuntimeError) as error:
         raise ValueError(f"there is no Ray cluster at {address!r}: {error}") from error
     with connection:
-        remote = ray.remote(function).options(num_cpus=1, max_retries=-1)
+        remote = ray.remote(lambda task: function(task)).options(num_cpus=1, max_retries=-1)
         left = {remote.remote(task): task for task in tasks}
         while left:
             done, _ = ray.wait(list(left), num_returns=1)

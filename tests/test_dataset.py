@@ -1,6 +1,7 @@
 """Datasets: what they hold, equal bytes, interruptions, labelling again, exports, and clusters."""
 
 import csv
+import dataclasses
 import io
 import signal
 import subprocess
@@ -14,12 +15,15 @@ from typer.testing import CliRunner
 import ocjax
 from ocjax import datasets, files
 from ocjax.cli import app
-from ocjax.datasets import DatasetError, columns, labels, plans, playing, shards
+from ocjax.datasets import DatasetError, columns, labels, shards
 
 pa = pytest.importorskip("pyarrow")
 parquet = pytest.importorskip("pyarrow.parquet")
 
-SMALL = {"SHARD_STATES": 20, "SEQUENCE_STATES": 2}
+
+def small_plan(game, *args, **options):
+    """A plan with files and sequences of a few states."""
+    return dataclasses.replace(datasets.plan(game, *args, **options), shard_states=20, sequence_states=2)
 
 
 @pytest.fixture(scope="module")
@@ -27,18 +31,9 @@ def pong():
     return ocjax.load("Pong")
 
 
-@pytest.fixture(autouse=True, scope="module")
-def small():
-    """Shards and sequences of a few states."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(plans, "SHARD_STATES", SMALL["SHARD_STATES"])
-        patch.setattr(playing, "SEQUENCE_STATES", SMALL["SEQUENCE_STATES"])
-        yield
-
-
 @pytest.fixture(scope="module")
 def plan(pong):
-    return datasets.plan(pong, 30)
+    return small_plan(pong, 30)
 
 
 @pytest.fixture(scope="module")
@@ -116,20 +111,17 @@ def test_previous_frames_show_the_state_before(folder, pong):
 
 INTERRUPTED = """
 import os, signal, sys
-import ocjax
 from ocjax import datasets
-from ocjax.datasets import plans, playing
-plans.SHARD_STATES, playing.SEQUENCE_STATES = 20, 2
 def report(done, total):
     if done >= 15:
         os.kill(os.getpid(), signal.SIGKILL)
-datasets.generate(datasets.plan(ocjax.load("Pong"), 30), sys.argv[1], report=report)
+datasets.generate(datasets.Plan.from_json(sys.argv[1]), sys.argv[2], report=report)
 """
 
 
 def test_killed_and_resumed_equals_uninterrupted(tmp_path, folder, plan):
     out = tmp_path / "out"
-    done = subprocess.run([sys.executable, "-c", INTERRUPTED, out])
+    done = subprocess.run([sys.executable, "-c", INTERRUPTED, plan.to_json(), out])
     assert done.returncode == -signal.SIGKILL
     (out / "data" / ".train-00001-of-00002.parquet.1.tmp").write_bytes(b"unfinished")
     kept = {p: p.stat().st_mtime_ns for p in out.glob("data/*.parquet")}
@@ -149,7 +141,7 @@ def test_sequences_that_disagree_are_left_out(tmp_path, pong, monkeypatch):
         return found
 
     monkeypatch.setattr(shards, "labels", type("Labels", (), {**vars(labels), "label": staticmethod(disagree)}))
-    datasets.generate(datasets.plan(pong, 20, seeds=[7], policies={"random": 100}), tmp_path / "out")
+    datasets.generate(small_plan(pong, 20, seeds=[7], policies={"random": 100}), tmp_path / "out")
     rows = rows_of(tmp_path / "out")
     assert [row["index"] for row in rows] == list(range(4, 20))
     facts = shards.facts(tmp_path / "out" / "data" / "train-00000-of-00001.parquet")

@@ -11,7 +11,7 @@ from typing import Any
 
 from ocjax import registry, tables
 from ocjax.datasets import labels
-from ocjax.datasets.plans import SEQUENCE_STATES, SHARD_STATES, Plan
+from ocjax.datasets.plans import Plan
 from ocjax.envs import Settings
 from ocjax.envs.pool import action_set, load_emulator
 from ocjax.evaluation import Agreement
@@ -84,8 +84,8 @@ def text(plan: Plan, shards: Sequence[Mapping[str, Any]], versions: Mapping[str,
         results=tables.to_markdown([_totals(facts), _agreement(counts, game)]),
         instances=sum(n for _, n in plan.policies),
         policies=", ".join(f"{n} by the policy `{name}`" for name, n in plan.policies),
-        part=f"{SHARD_STATES:,}",
-        sequence=SEQUENCE_STATES,
+        part=f"{plan.shard_states:,}",
+        sequence=plan.sequence_states,
         least_f1=plan.least_f1,
         settings=", ".join(f"{name} {value}" for name, value in plan.settings.items()),
         actions=", ".join(f"{i} {name}" for i, name in enumerate(_actions(game, plan))),

@@ -19,8 +19,7 @@ from ocjax.game import Game
 SEEDS = (0, 42)  # as in the OCAtari paper (Delfosse et al., 2024)
 ENVS = 10  # instances that play side by side
 RANDOM_PERCENT = 30  # of the states, by default
-SHARD_STATES = 10_000  # at most
-SEQUENCE_STATES = 100  # at most; successive states that are kept or left out together
+SHARD_STATES, SEQUENCE_STATES = 10_000, 100  # at most; see `Plan`
 LEAST_F1 = 0.9  # of REM against VEM in a sequence that is kept
 LIBRARIES = ("ale-py", "jax", "numpy", "pillow", "pyarrow")
 
@@ -55,6 +54,8 @@ class Plan:
         seeds: each has an equal share of the states.
         policies: name of each policy, and how many of the `ENVS` instances it plays.
         policy_files: SHA-256 of the policies that are files.
+        shard_states: states of a file, at most.
+        sequence_states: successive states that are kept or left out together, at most.
         least_f1: sequences in which REM and VEM agree less are left out.
         settings: of the emulators, the fields of `ocjax.envs.Settings`.
         versions: of ocjax and of the libraries.
@@ -67,6 +68,8 @@ class Plan:
     seeds: tuple[int, ...]
     policies: tuple[tuple[str, int], ...]
     policy_files: Mapping[str, str]
+    shard_states: int
+    sequence_states: int
     least_f1: float
     settings: Mapping[str, Any]
     versions: Mapping[str, str]
@@ -94,8 +97,8 @@ class Plan:
         first = 0
         for i, seed in enumerate(self.seeds):
             left = self.states // len(self.seeds) + (i < self.states % len(self.seeds))
-            for part in range(-(-left // SHARD_STATES)):
-                states = min(left - part * SHARD_STATES, SHARD_STATES)
+            for part in range(-(-left // self.shard_states)):
+                states = min(left - part * self.shard_states, self.shard_states)
                 out.append(Shard(len(out), seed, part, first, states))
                 first += states
         return out
@@ -138,6 +141,8 @@ def plan(
         seeds=tuple(integer("a seed", seed, 0, 2**31 - 1) for seed in seeds),
         policies=tuple((name, percent * ENVS // 100) for name, percent in chosen.items()),
         policy_files={name: _digest_of_policy(name, game) for name in chosen if name not in ("random", "repeat")},
+        shard_states=SHARD_STATES,
+        sequence_states=SEQUENCE_STATES,
         least_f1=float(least_f1),
         settings=protocol().to_dict(),
         versions=versions(),

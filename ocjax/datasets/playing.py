@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ocjax.datasets.plans import ENVS, SEQUENCE_STATES, Plan, Shard
+from ocjax.datasets.plans import ENVS, Plan, Shard
 from ocjax.envs import AlePool, Settings
 from ocjax.game import Game
 from ocjax.policies import Policy, make_policy
@@ -22,8 +22,8 @@ def play(game: Game, plan: Plan, shard: Shard) -> Iterator[list[Sequence]]:
         shard: to play.
 
     Yields:
-        One sequence of at most `SEQUENCE_STATES` successive states for each instance, the next ones each time. A sequence has the arrays
-        `index` (number of the state in the dataset), `instance`, `episode` (of the instance), `step` (of the episode), `ram` uint8
+        One sequence of at most `plan.sequence_states` successive states for each instance, the next ones each time. A sequence has the
+        arrays `index` (number of the state in the dataset), `instance`, `episode` (of the instance), `step` (of the episode), `ram` uint8
         `[n, 128]`, `screen` and `previous` uint8 `[n, H, 160]` (palette indices of the last two emulated frames), `action`, `reward`,
         `terminated` and `truncated` (of the step that led to the state), and `lives`.
     """
@@ -36,9 +36,9 @@ def play(game: Game, plan: Plan, shard: Shard) -> Iterator[list[Sequence]]:
         act = _policies(game, plan, len(pool.actions), seeds[ENVS:].tolist())
         pool.reset(seeds[:ENVS].tolist())
         episode, action = np.zeros(ENVS, np.int32), np.full(ENVS, NO_ACTION)
-        for first in range(0, int(own.max()), SEQUENCE_STATES):
+        for first in range(0, int(own.max()), plan.sequence_states):
             states = []
-            for t in range(first, min(first + SEQUENCE_STATES, int(own.max()))):
+            for t in range(first, min(first + plan.sequence_states, int(own.max()))):
                 if t > 0:
                     action = act(pool.ram, pool.started)
                     pool.send(action)
