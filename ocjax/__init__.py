@@ -43,10 +43,11 @@ __all__ = [
     "velocity",
 ]
 
-_MODULES = ("atariari", "jaxatari", "layouts", "sb3")  # imported on first use
+_MODULES = ("atariari", "jaxatari", "layouts", "ocatari", "sb3")  # imported on first use
 
 if TYPE_CHECKING:
-    from ocjax.envs import make_vec, ocatari
+    from ocjax import ocatari
+    from ocjax.envs import make_vec
 
 registration.register()
 
@@ -55,8 +56,8 @@ def __getattr__(name: str) -> Any:
     """Import the environments, which need ale-py, and modules for other projects on first use."""
     if name in _MODULES:
         return importlib.import_module(f"ocjax.{name}")
-    if name in ("make_vec", "ocatari"):
-        from ocjax import envs
+    if name == "make_vec":
+        from ocjax.envs import make_vec
 
-        return getattr(envs, name)
+        return make_vec
     raise AttributeError(f"module 'ocjax' has no attribute {name!r}")

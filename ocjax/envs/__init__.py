@@ -1,7 +1,7 @@
 """Gymnasium environments whose observations are objects."""
 
 from ocjax.envs.ale import AlePool
-from ocjax.envs.make import ObjectEnv, make, make_vec, ocatari
+from ocjax.envs.make import ObjectEnv, make, make_vec
 from ocjax.envs.observations import Computed, Copied, Dqn, Masks, ObjectFields, Observation, Pixels, Ram, Snapshot, Vector
 from ocjax.envs.pool import EmulatorPool
 from ocjax.envs.process import WorkerError
@@ -32,6 +32,5 @@ __all__ = [
     "WorkerError",
     "make",
     "make_vec",
-    "ocatari",
     "settings",
 ]

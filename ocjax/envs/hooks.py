@@ -1,4 +1,4 @@
-"""Serialization of hooks for worker processes."""
+"""Hooks: functions that edit the RAM, and how worker processes and single emulators get them."""
 
 import contextlib
 import functools
@@ -10,7 +10,22 @@ from typing import Any
 import cloudpickle
 import numpy as np
 
+from ocjax.envs._worker.emulator import apply_hooks
+
 Hook = Callable[[np.ndarray], None]
+
+
+def named_hooks(hook: Hook | Sequence[Hook] | None) -> tuple[tuple[str, Hook], ...]:
+    """Hooks with their names.
+
+    Raises:
+        TypeError: a hook is not a function.
+    """
+    hooks = () if hook is None else tuple(hook) if isinstance(hook, Sequence) else (hook,)
+    for h in hooks:
+        if not callable(h):
+            raise TypeError(f"hook must be a function of the RAM or a sequence of such functions, got {h!r}")
+    return tuple((_name(h), h) for h in hooks)
 
 
 def pickled_hooks(hook: Hook | Sequence[Hook] | None) -> tuple[tuple[str, str], ...]:
@@ -19,11 +34,7 @@ def pickled_hooks(hook: Hook | Sequence[Hook] | None) -> tuple[tuple[str, str], 
     Raises:
         TypeError: a hook is not a function, or cannot be pickled.
     """
-    hooks = () if hook is None else tuple(hook) if isinstance(hook, Sequence) else (hook,)
-    for h in hooks:
-        if not callable(h):
-            raise TypeError(f"hook must be a function of the RAM or a sequence of such functions, got {h!r}")
-    return tuple((_name(h), _pickle_by_value(h).hex()) for h in hooks)
+    return tuple((name, _pickle_by_value(h).hex()) for name, h in named_hooks(hook))
 
 
 def _core(hook: Any) -> Any:
@@ -61,3 +72,18 @@ def _by_value(module: types.ModuleType | None) -> Iterator[None]:
         yield
     finally:
         cloudpickle.unregister_pickle_by_value(module)
+
+
+class HookedEmulator:
+    """An emulator whose RAM hooks edit before every frame; other attributes are the emulator's."""
+
+    def __init__(self, ale: Any, hooks: Sequence[tuple[str, Hook]]) -> None:
+        self._ale, self._hooks = ale, hooks
+
+    def act(self, *args: Any) -> float:
+        """Emulate one frame after the hooks have edited the RAM, and return its reward."""
+        apply_hooks(self._ale, self._hooks)
+        return self._ale.act(*args)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._ale, name)

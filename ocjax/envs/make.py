@@ -1,4 +1,4 @@
-"""Functions that make environments: `make_vec`, `make`, and `ocatari` for code written for OCAtari."""
+"""Functions that make environments: `make_vec` and `make`."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -191,37 +191,3 @@ def make(game: str | Game, **options: Any) -> ObjectEnv:
     assert envs.spec is not None
     env.spec = replace(envs.spec, kwargs={name: value for name, value in envs.spec.kwargs.items() if name not in _VECTOR_ONLY})
     return env
-
-
-# OCAtari's names of observations and modes, and the corresponding names here.
-_OCATARI_OBSERVATIONS: dict[str, Request] = {"ori": "pixels", "dqn": "dqn", "obj": "vector"}
-_OCATARI_MODES: dict[str, Mode] = {"ram": "rem", "vision": "vem", "both": "both"}
-
-
-def ocatari(
-    env_name: str,
-    mode: Literal["ram", "vision", "both"] = "ram",
-    hud: bool = False,
-    obs_mode: Literal["ori", "dqn", "obj"] = "ori",
-    **options: Any,
-) -> ObjectEnv:
-    """Make an environment for code written for OCAtari. It takes the arguments of OCAtari's constructor and has its attribute `.objects`.
-
-    Args:
-        env_name: the game in any spelling; see `make_vec`.
-        mode: "ram" (REM), "vision" (VEM) or "both" (`.objects` and `.objects_v`).
-        hud: whether score, lives and other display objects are included.
-        obs_mode: "ori" (the screen), "dqn" (four grey frames, 84 x 84) or "obj" (a flat vector of the objects' features).
-        options: options of `make_vec`.
-
-    Returns:
-        The environment.
-
-    Raises:
-        ValueError: the game, the mode or an option's value is unknown.
-        TypeError: there is no such option, or only vector environments have it.
-    """
-    if mode not in _OCATARI_MODES or obs_mode not in _OCATARI_OBSERVATIONS:
-        modes, observations = tuple(_OCATARI_MODES), tuple(_OCATARI_OBSERVATIONS)
-        raise ValueError(f"mode must be one of {modes}, obs_mode one of {observations}, got {mode!r} and {obs_mode!r}")
-    return make(env_name, mode=_OCATARI_MODES[mode], hud=hud, **{"obs": _OCATARI_OBSERVATIONS[obs_mode], **options})

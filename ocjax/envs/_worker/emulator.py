@@ -51,6 +51,23 @@ TRANSITIONS: Mapping[Event, tuple[frozenset[Phase], Phase]] = MappingProxyType(
 )
 
 
+def apply_hooks(ale: ale_py.ALEInterface, hooks: Sequence[tuple[str, Hook]], place: str = "") -> None:
+    """Write to the console what hooks, with their names, change in a copy of its RAM.
+
+    Raises:
+        RuntimeError: a hook failed; the message says where with `place`.
+    """
+    before = ale.getRAM()
+    edited = before.copy()
+    for name, hook in hooks:
+        try:
+            hook(edited)
+        except Exception as error:
+            raise RuntimeError(f"the hook {name} failed{place}: {type(error).__name__}: {error}") from error
+    for address in np.flatnonzero(edited != before).tolist():
+        ale.setRAM(address, int(edited[address]))
+
+
 class Emulator:
     """One environment.
 
@@ -124,20 +141,8 @@ class Emulator:
     def frame(self, action: int) -> float:
         """Emulate one frame, after the hooks have edited the RAM, and return its reward."""
         if self.hooks:
-            self.apply_hooks()
+            apply_hooks(self.ale, self.hooks, f" in environment {self.i}")
         return self.ale.act(self.actions[action])
-
-    def apply_hooks(self) -> None:
-        """Write to the console what the hooks change in a copy of its RAM."""
-        before = self.ale.getRAM()
-        edited = before.copy()
-        for name, hook in self.hooks:
-            try:
-                hook(edited)
-            except Exception as error:
-                raise RuntimeError(f"the hook {name} failed in environment {self.i}: {type(error).__name__}: {error}") from error
-        for address in np.flatnonzero(edited != before).tolist():
-            self.ale.setRAM(address, int(edited[address]))
 
     def copy_frame(self, name: str, out: np.ndarray) -> None:
         """Copy the latest emulated frame, in the form of the pixel array of that name."""
