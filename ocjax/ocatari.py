@@ -3,6 +3,7 @@
 `docs/neighbours.md` lists what is the same, what differs on purpose and what is left out.
 """
 
+import re
 from collections import deque
 from collections.abc import Sequence
 from typing import Any, Literal, NoReturn
@@ -54,7 +55,8 @@ __all__ = [
 ]
 
 AVAILABLE_GAMES = list(names())
-METHODS = {"ram": ("rem",), "vision": ("vem",), "both": ("rem", "vem")}  # of each mode, the first for `objects`
+# The methods of each mode, the first for `objects`. "revised" is what versions before 2 called "ram".
+METHODS = {"ram": ("rem",), "revised": ("rem",), "vision": ("vem",), "both": ("rem", "vem")}
 OBSERVATIONS = ("ori", "dqn", "obj")
 FADE = (0.05, 0.1, 0.25, 0.6)  # weights of the last four frames in `aggregated_render`
 DQN_SIZE = (84, 84)
@@ -71,7 +73,7 @@ class OCAtari(gym.Env):
     Args:
         env_name: the game, in any spelling that `ocjax.load` takes, or an id of ale-py's environments. "Pong" stands for
             "ALE/Pong-v5".
-        mode: "ram" (REM), "vision" (VEM, tracked from step to step) or "both" (`objects` by REM, `objects_v` by VEM).
+        mode: "ram" or "revised" (REM), "vision" (VEM, tracked from step to step) or "both" (`objects` by REM, `objects_v` by VEM).
         hud: whether scores, lives and other display objects are included.
         obs_mode: "obj" (`ns_state` of the last steps, int64 `[buffer_window_size, n]`), "ori" (the screen, uint8 `[H, 160, 3]`) or "dqn"
             (grey frames of the last steps, uint8 `[buffer_window_size, 84, 84]`).
@@ -92,7 +94,7 @@ class OCAtari(gym.Env):
     def __init__(
         self,
         env_name: str,
-        mode: Literal["ram", "vision", "both"] = "ram",
+        mode: Literal["ram", "revised", "vision", "both"] = "ram",
         hud: bool = False,
         obs_mode: Literal["ori", "dqn", "obj"] = "obj",
         render_mode: str | None = None,
@@ -105,7 +107,7 @@ class OCAtari(gym.Env):
     ) -> None:
         _check(mode, obs_mode, buffer_window_size)
         hooks = named_hooks(hook)
-        self.game = load(env_name)
+        self.game = load(re.sub("(Deterministic|NoFrameskip)$", "", env_name))  # Gymnasium knows ids without a version
         check_rom(self.game)
         self.game_name, self.mode, self.hud, self.obs_mode = self.game.name, mode, hud, obs_mode
         self.render_mode, self.render_oc_overlay, self.buffer_window_size = render_mode, render_oc_overlay, buffer_window_size
@@ -304,8 +306,7 @@ class OCAtari(gym.Env):
 
 def _check(mode: str, obs_mode: str, window: int) -> None:
     if mode not in METHODS:
-        hint = "; 'revised' is what versions before 2 called 'ram'" if mode == "revised" else ""
-        raise ValueError(f"mode must be one of {tuple(METHODS)}, got {mode!r}{hint}")
+        raise ValueError(f"mode must be one of {tuple(METHODS)}, got {mode!r}")
     if obs_mode not in OBSERVATIONS:
         raise ValueError(f"obs_mode must be one of {OBSERVATIONS}, got {obs_mode!r}")
     if window < 1:

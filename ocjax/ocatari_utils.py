@@ -35,7 +35,7 @@ ABSENT = {
     "MAX_NB_OBJECTS": _TABLES,
     "MAX_NB_OBJECTS_HUD": _TABLES,
     "MAX_ESSENTIAL_OBJECTS": f"OCAtari 2.2.1 has none either; {_TABLES}",
-    "PositionHistoryEnv": "it does not run in OCAtari 2.2.1 either; `ocjax.make(game, obs='vector')` observes positions and movements",
+    "PositionHistoryEnv": "it does not run in OCAtari 2.2.1 either; `ocjax.envs.make(game, obs='vector')` observes positions and movements",
     "DEVICE": "OCAtari 2.2.1 has none either",
     "EasyDonkey": "OCAtari 2.2.1 has none either; `OCAtari(game, hook=...)` varies games",
     "HideEnemyPong": "OCAtari 2.2.1 has none either; `OCAtari(game, hook=...)` varies games",

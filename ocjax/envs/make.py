@@ -12,6 +12,7 @@ from ocjax.envs.ale import WORKER_TIMEOUT, AlePool
 from ocjax.envs.hooks import Hook
 from ocjax.envs.observations import Mode, Request, requested_kinds, required_screens
 from ocjax.envs.protocols import preset_of
+from ocjax.envs.rewards import RewardFunction
 from ocjax.envs.settings import Settings, settings
 from ocjax.envs.single import ObjectEnv
 from ocjax.envs.vector import RENDER_MODES, ObjectVectorEnv
@@ -52,6 +53,7 @@ def make_vec(
     worker_timeout: float | None = WORKER_TIMEOUT,
     render_mode: str | None = None,
     ram_info: bool = False,
+    reward_fn: RewardFunction | None = None,
 ) -> ObjectVectorEnv:
     """Make a vector environment: many instances of a game, stepped by worker processes, whose observations are objects.
 
@@ -86,6 +88,9 @@ def make_vec(
         worker_timeout: how many seconds a worker process of backend "ale" may take to reply before an error is raised; None for no limit.
         render_mode: "rgb_array", or "objects" for frames with the objects drawn over them.
         ram_info: whether `info` contains the RAM.
+        reward_fn: a function of the objects before a step, the objects after it (by REM if they are extracted from RAM) and the action, of
+            one environment, that returns the reward. It is compiled by JAX for the batch. `info["reward"]` is then the game's own reward.
+            The first step of an episode under next-step autoreset, whose action is ignored, is rewarded with 0.
 
     Returns:
         The vector environment.
@@ -93,7 +98,7 @@ def make_vec(
     Raises:
         ValueError: the game or an option is unknown, an option contradicts the id, the ROM is the wrong one, or the backend does not
             support an option.
-        TypeError: a hook is not a function, or cannot be sent to worker processes.
+        TypeError: a hook is not a function, or cannot be sent to worker processes; or `reward_fn` is not a function.
         MemoryError: there is not enough memory for so many instances.
         ModuleNotFoundError: the extra `envpool` is not installed.
         WorkerError: a worker process could not be started.
@@ -122,6 +127,8 @@ def make_vec(
     common = {"num_workers": num_workers, "game_mode": game_mode, "game_difficulty": game_difficulty, "hook": hook}
     shown: dict[str, Any] = {"autoreset_mode": autoreset, "render_mode": render_mode, "ram_info": ram_info}
     if backend == "envpool":
+        if reward_fn is not None:
+            raise ValueError("backend 'envpool' has no reward_fn: its asynchronous steps return environments in any order")
         envs = _make_envpool(game, num_envs, mode, obs, chosen, batch_size=batch_size, **common, **shown)
     elif backend == "ale":
         if batch_size is not None:
@@ -129,7 +136,7 @@ def make_vec(
         screens = _recorded_screens(mode, obs, render_mode)
         options = {"screens": screens, "autoreset": AUTORESET[autoreset], "worker_timeout": worker_timeout}
         pool = AlePool(game, num_envs, chosen, **options, **common)
-        envs = ObjectVectorEnv(pool, mode, obs, **shown)
+        envs = ObjectVectorEnv(pool, mode, obs, reward_fn=reward_fn, **shown)
     else:
         raise ValueError(f"backend must be 'ale' or 'envpool', got {backend!r}")
     options = {"preset": preset, "num_envs": num_envs, "backend": backend, "game_mode": game_mode, "game_difficulty": game_difficulty}

@@ -17,6 +17,7 @@ from ocjax.envs.checks import NOT_RESET, is_integer, seed_list
 from ocjax.envs.observations import Computed, Mode, Request, Vector, requested_kinds, required_screens
 from ocjax.envs.pool import EmulatorPool
 from ocjax.envs.progress import start_bar
+from ocjax.envs.rewards import BatchedReward, RewardFunction, batched
 from ocjax.envs.settings import Settings
 from ocjax.envs.shards import FRAMES, Observed, Shard, concatenate_rows, make_observer, row, select_rows
 from ocjax.envs.states import States, check_carries
@@ -35,8 +36,9 @@ class ObjectVectorEnv(VectorEnv):
 
     Everything that a step returns describes the step's last emulated frame. The returned arrays are not overwritten by later steps. `info`
     describes the current game: `lives`, `frame_number` (emulated frames), `episode_return` (unclipped), `episode_length` (agent steps),
-    `reward` (unclipped) if rewards are clipped, and `ram` if `ram_info` is set. With same-step autoreset, `final_obs` and `final_info` are
-    those of Gymnasium's vector environments, and `final_info["objects"]` contains the objects of the terminal states.
+    `reward` (the game's, unclipped) if rewards are clipped or computed from objects, and `ram` if `ram_info` is set. With same-step
+    autoreset, `final_obs` and `final_info` are those of Gymnasium's vector environments, and `final_info["objects"]` contains the objects
+    of the terminal states.
 
     Args:
         pool: the emulators.
@@ -45,6 +47,7 @@ class ObjectVectorEnv(VectorEnv):
         autoreset_mode: the mode that the pool implements.
         render_mode: "rgb_array" or "objects"; needs a pool that records "rgb".
         ram_info: whether `info` contains the RAM.
+        reward_fn: a function of one environment's objects before and after a step and of its action, whose result is the reward.
 
     Attributes:
         tensors: the present objects as `Objects` of batch shape `[N]`; in mode "both" a dict of both methods' objects. The arrays are
@@ -61,7 +64,11 @@ class ObjectVectorEnv(VectorEnv):
         autoreset_mode: AutoresetMode = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
         ram_info: bool = False,
+        reward_fn: RewardFunction | None = None,
     ) -> None:
+        if reward_fn is not None and mode == "raw":
+            raise ValueError("reward_fn is a function of objects, which mode 'raw' does not extract")
+        self._reward_fn = None if reward_fn is None else batched(reward_fn)
         self.pool, self.game, self.mode, self.num_envs = pool, pool.game, mode, pool.num_envs
         self.metadata = {
             "autoreset_mode": autoreset_mode,
@@ -80,6 +87,7 @@ class ObjectVectorEnv(VectorEnv):
         self._ended = np.zeros(self.num_envs, bool)  # whose episode ended in the last step
         self._current = False  # whether the shards show what the emulators do, or did before a pending step
         self._steps = pool.steps  # how many steps of the pool the shards have seen
+        self._actions = np.zeros(self.num_envs, np.int32)  # of the last step
 
     def _make_shard(self, rows: slice) -> Shard:
         sources = {"ram", "started", *required_screens(self.mode, self.kinds)}
@@ -165,7 +173,8 @@ class ObjectVectorEnv(VectorEnv):
         self._shards, self._ended, self._steps, self._current = shards, ended, steps, True
 
     def _info(self) -> dict[str, Any]:
-        names = (*_INFO, *["reward"] * self.pool.settings.clip_rewards, *["ram"] * self.ram_info)
+        changed = self.pool.settings.clip_rewards or self._reward_fn is not None
+        names = (*_INFO, *["reward"] * changed, *["ram"] * self.ram_info)
         info = {name: np.copy(getattr(self.pool.arrays, name)) for name in names}
         return info | {f"_{name}": np.ones(self.num_envs, bool) for name in names}
 
@@ -246,6 +255,7 @@ class ObjectVectorEnv(VectorEnv):
                 "reset them with reset(options={'reset_mask': ...})"
             )
         self.pool.send(actions)
+        self._actions = np.array(actions, np.int32)
 
     def step_wait(self) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Wait for the step that `step_async` started. If this is interrupted, as by Ctrl-C, it can be called again.
@@ -257,7 +267,7 @@ class ObjectVectorEnv(VectorEnv):
             NoAsyncCallError: no step is pending.
             WorkerError: a worker failed, died or did not reply in time.
         """
-        pool, final = self.pool, {}
+        pool, final, terminal = self.pool, {}, {}
         pool.require_open()
         if self._steps == pool.steps:
             raise NoAsyncCallError("no step is pending: call step_async() before step_wait()", "step")
@@ -267,18 +277,32 @@ class ObjectVectorEnv(VectorEnv):
             completed = list(completed)  # the final states come first: they need the memory from before the update
             ended = pool.terminated | pool.truncated
             if ended.any():
-                final = self._final(ended)
+                final, terminal = self._final(ended)
         new = {k: self._updated(self._shards[k]) for k in completed}
         shards = [new[k] for k in range(len(new))]
         reward, terminated, truncated = np.array(pool.reward), np.array(pool.terminated), np.array(pool.truncated)
+        if self._reward_fn is not None:
+            reward = self._object_reward(self._reward_fn, shards, terminal, terminated | truncated)
         if pool.settings.clip_rewards:
             reward = np.sign(reward)
         result = self._observation(shards), reward, terminated, truncated, self._info() | final
         self._replace(shards, terminated | truncated)
         return result
 
-    def _final(self, ended: np.ndarray) -> dict[str, Any]:
-        """Observations and info of the terminal states, in the environments whose episode has just ended, bool `[N]`."""
+    def _object_reward(
+        self, reward_fn: BatchedReward, shards: Sequence[Shard], terminal: dict[str, Objects], ended: np.ndarray
+    ) -> np.ndarray:
+        """The rewards of a step by the reward function, 0 where the step began a game; `terminal` are the objects of games that ended."""
+        name = "vem" if self.mode == "vem" else "rem"
+        previous = concatenate_rows([shard.objects[name] for shard in self._shards])
+        current = concatenate_rows([shard.objects[name] for shard in shards])
+        if terminal:
+            current = select_rows(ended, terminal[name], current)
+        began = self.pool.started if self.autoreset_mode != AutoresetMode.SAME_STEP else np.zeros(self.num_envs, bool)
+        return np.where(began, 0.0, reward_fn(previous, current, self._actions))
+
+    def _final(self, ended: np.ndarray) -> tuple[dict[str, Any], dict[str, Objects]]:
+        """Observations and info, and the objects, of the terminal states in the environments whose episode has just ended, bool `[N]`."""
         blocks = []
         for shard in self._shards:
             arrays = self._terminal_arrays(shard, ended[shard.rows])
@@ -287,8 +311,9 @@ class ObjectVectorEnv(VectorEnv):
         observations = np.full(self.num_envs, None, object)
         for i in np.flatnonzero(ended):
             observations[i] = jax.tree.map(lambda a, i=i: a[i].copy(), assembled)
-        info = self._final_info(ended) | self._final_objects(ended, [observed.objects for observed, _ in blocks])
-        return {"final_obs": observations, "_final_obs": ended.copy(), "final_info": info, "_final_info": ended.copy()}
+        objects = concatenate_rows([observed.objects for observed, _ in blocks])
+        info = self._final_info(ended) | self._final_objects(ended, objects)
+        return {"final_obs": observations, "_final_obs": ended.copy(), "final_info": info, "_final_info": ended.copy()}, objects
 
     def _terminal_arrays(self, shard: Shard, ended: np.ndarray) -> dict[str, np.ndarray]:
         """A shard's arrays as they were before new episodes began in the environments of the mask, bool `[B]`."""
@@ -305,9 +330,8 @@ class ObjectVectorEnv(VectorEnv):
             array[~ended] = 0
         return info | {f"_{name}": ended.copy() for name in names}
 
-    def _final_objects(self, ended: np.ndarray, blocks: Sequence[dict[str, Objects]]) -> dict[str, Any]:
+    def _final_objects(self, ended: np.ndarray, objects: dict[str, Objects]) -> dict[str, Any]:
         """The objects of the terminal states as `final_info` has them; nothing if no objects are extracted."""
-        objects = concatenate_rows(blocks)
         if not objects:
             return {}
         name = "rem" if "rem" in objects else "vem"

@@ -1,0 +1,184 @@
+"""Variations change on the screen what they say, and nothing else goes wrong."""
+
+import functools
+import pickle
+
+import numpy as np
+import pytest
+
+import ocjax
+from ocjax.envs import make, variations
+
+STEPS = 150
+BLUE, WHITE, RED, DARK_RED = (45, 50, 184), (214, 214, 214), (167, 26, 26), (144, 28, 0)
+ORANGE, GREEN = (213, 130, 74), (92, 186, 92)  # Pong's enemy and player
+
+
+@functools.cache
+def play(game, name=None):
+    """The frames of a game, uint8 [STEPS, H, 160, 3], with a variation or without, by the same random actions."""
+    hook = None if name is None else getattr(variations, name)
+    env = make(game, mode="raw", obs="pixels", preset="deterministic-v4", full_action_space=True, hook=hook)
+    env.reset(seed=0)
+    rng, frames = np.random.default_rng(1), []
+    for _ in range(STEPS):
+        frame, _, terminated, truncated, _ = env.step(int(rng.integers(18)))
+        frames.append(frame)
+        assert not terminated
+        assert not truncated
+    env.close()
+    return np.stack(frames)
+
+
+def count(game, name, color, region):
+    """How many pixels of a colour are in a region of each frame, after some steps."""
+    return (play(game, name)[20:, *region] == color).all(-1).sum(axis=(1, 2))
+
+
+def ends(mask, axis):
+    """The first and the last row (axis 2) or column (axis 1) of a mask in each frame."""
+    lines = mask.any(axis=axis)
+    return np.stack([lines.argmax(1), lines.shape[1] - 1 - lines[:, ::-1].argmax(1)], 1)
+
+
+@pytest.mark.parametrize(
+    ("game_name", "name", "color", "region"),
+    [
+        ("Alien", "no_alien", (236, 140, 224), np.s_[:170, :]),
+        ("Boxing", "color_player_black", WHITE, np.s_[40:170, 34:124]),
+        ("ChopperCommand", "invisible_player", (223, 183, 85), np.s_[85:150, :]),
+        ("DonkeyKong", "no_barrel", (236, 200, 96), np.s_[80:205, 50:]),
+        ("Kangaroo", "disable_monkeys", (227, 151, 89), np.s_[:170, 16:]),
+        ("SpaceInvaders", "no_shields", (181, 83, 40), np.s_[150:175, :]),
+    ],
+)
+def test_objects_vanish(game_name, name, color, region):
+    """Each has a colour of its own in its region; shots of the invisible player have its colour, too, and are small."""
+    assert (count(game_name, None, color, region) > 12).sum() > 20
+    assert (count(game_name, name, color, region) <= 12).all()
+
+
+def test_colors():
+    rows = np.s_[20:, 57:93, 8:152]
+    assert len(np.unique(play("Breakout")[rows].reshape(-1, 3), axis=0)) == 7
+    assert np.unique(play("Breakout", "color_all_blocks_red")[rows].reshape(-1, 3), axis=0).tolist() == [[0, 0, 0], [*DARK_RED]]
+    river = np.s_[60:62, 60:62]
+    assert count("Riverraid", None, BLUE, river).sum() > 50
+    assert count("Riverraid", None, RED, river).sum() == count("Riverraid", "red_river", BLUE, river).sum() == 0
+    assert count("Riverraid", "red_river", RED, river).sum() > 50
+
+
+def paddles(name):
+    """The last row of the enemy and of the player in frames that show both whole."""
+    frames = play("Pong", name)[20:, 34:194]
+    enemy, player = (ends((frames == color).all(-1), 2) for color in (ORANGE, GREEN))
+    whole = (enemy[:, 1] - enemy[:, 0] == 15) & (player[:, 1] - player[:, 0] == 15)
+    return enemy[whole, 1], player[whole, 1]
+
+
+def test_enemy_of_pong():
+    enemy, player = paddles(None)
+    assert np.ptp(enemy) > 30
+    assert np.abs(enemy - player).max() > 30
+    assert np.ptp(paddles("lazy_enemy")[0]) <= 8
+    enemy, player = paddles("parallel_enemy")
+    assert np.ptp(enemy) > 30
+    assert np.abs(enemy - player).max() <= 10  # the enemy is written before a frame in which the player still moves
+
+
+def test_positions():
+    shields = [ends((play("SpaceInvaders", n)[20:, 157:160] == (181, 83, 40)).all(-1), 1) for n in (None, "relocate_shields_right")]
+    assert (shields[1] == [53, 122]).all()
+    assert (shields[0][:, 1] == 112).all()
+    parts = np.s_[:, 26:182, [*range(40), *range(56, 100), *range(120, 150)]]  # without the chickens
+    assert np.ptp(play("Freeway")[parts][60:], axis=0).any()
+    assert not np.ptp(play("Freeway", "stopped_cars")[parts][60:], axis=0).any()
+    for rows in (slice(100, 107), slice(126, 133), slice(151, 158), slice(177, 183)):
+        floes = [ends((play("Frostbite", n)[20:, rows] == WHITE).all(-1), 1)[:, 0] for n in (None, "reposition_floes_easy")]
+        assert (floes[1] == 72).all()
+        assert len(set(floes[0].tolist())) > 3
+
+
+def test_players():
+    halves = [ends((play("Tennis", n)[20:, 20:190] == (240, 128, 128)).all(-1), 2)[:, 0] for n in (None, "always_lower_player")]
+    assert (halves[0] < 40).all()
+    assert (halves[1] > 75).all()
+    asterix, obelix = (play("Asterix", n)[3, 20:150] for n in (None, "obelix"))
+    yellow, shield, pink = (187, 187, 53), (184, 50, 50), (198, 89, 179)  # the player, and what Asterix and Obelix collect at first
+    counts = [[int((frame == color).all(-1).sum()) for color in (yellow, shield, pink)] for frame in (asterix, obelix)]
+    assert counts == [[34, 216, 0], [38, 0, 224]]
+
+
+def test_declarations():
+    assert len(variations.__all__) >= 10
+    for name in variations.__all__:
+        v = getattr(variations, name)
+        assert v.game in ocjax.games()
+        assert v.doc.endswith(".")
+        assert v.writes or v.copies
+        ram = np.arange(128, dtype=np.uint8)
+        pickle.loads(pickle.dumps(v))(ram)
+        changed = set(np.flatnonzero(ram != np.arange(128)).tolist())
+        assert changed <= v.writes.keys() | v.copies.keys()
+        assert all(ram[a] == value for a, value in v.writes.items())
+        assert all(ram[a] == source for a, source in v.copies.items())
+
+
+def test_several_hooks_in_workers():
+    envs = ocjax.make_vec("SpaceInvaders", 2, num_workers=1, ram_info=True, hook=[variations.no_shields, variations.relocate_shields_right])
+    envs.reset(seed=0)
+    for _ in range(5):
+        info = envs.step(np.zeros(2, int))[-1]
+    assert (info["ram"][:, 27] == 53).all()
+    assert not info["ram"][:, 43:70].any()
+    envs.close()
+
+
+def test_rewards_of_objects():
+    game = ocjax.load("Pong")
+
+    def reward(previous, current, action):
+        return (current.x[0] - previous.x[0]) * 10 + current.y[1] + action.astype(np.int16)
+
+    for mode in ("NextStep", "SameStep"):
+        envs = ocjax.make_vec("Pong", 2, num_workers=0, autoreset_mode=mode, max_episode_frames=100, reward_fn=reward)
+        envs.reset(seed=0)
+        ends_seen = 0
+        for _ in range(60):
+            before = envs.tensors
+            _, got, _, truncated, info = envs.step(np.array([2, 3]))
+            now, began = envs.tensors, envs.pool.started
+            y = np.asarray(now.y[:, game.slices["Enemy"].start])
+            expected = 10 * np.asarray(now.x[:, 0] - before.x[:, 0]) + y + [2, 3]
+            if mode == "SameStep":
+                for i in np.flatnonzero(truncated):
+                    final = {o.category: o for o in info["final_info"]["objects"][i]}
+                    expected[i] = 10 * final["Player"].dx + (final["Enemy"].y if "Enemy" in final else 0) + [2, 3][i]
+            else:
+                expected = np.where(began, 0, expected)
+            assert got.tolist() == expected.tolist()
+            assert info["reward"].dtype == np.float64
+            ends_seen += truncated.sum()
+        assert ends_seen >= 2
+        envs.close()
+
+
+@pytest.mark.parametrize(
+    ("reward_fn", "options", "error", "message"),
+    [
+        (3, {}, TypeError, "reward_fn must be a function"),
+        (lambda p, c, a: a, {"mode": "raw"}, ValueError, "mode 'raw' does not extract"),
+        (lambda p, c, a: a, {"backend": "envpool"}, ValueError, "backend 'envpool' has no reward_fn"),
+    ],
+)
+def test_wrong_reward_functions(reward_fn, options, error, message):
+    with pytest.raises(error, match=message):
+        ocjax.make_vec("Pong", 2, num_workers=0, reward_fn=reward_fn, **options)
+
+
+def test_rewards_that_are_not_numbers():
+    envs = ocjax.make_vec("Pong", 2, num_workers=0, reward_fn=lambda p, c, a: c.x)
+    envs.reset(seed=0)
+    with pytest.raises(ValueError, match=r"must return one number for one environment, got shape \[5\]"):
+        envs.step(np.zeros(2, int))
+    envs.close()
