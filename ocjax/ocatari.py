@@ -6,14 +6,13 @@
 import re
 from collections import deque
 from collections.abc import Sequence
-from typing import Any, Literal, NoReturn
+from typing import Any, ClassVar, Literal
 
 import ale_py
 import gymnasium as gym
 import jax
 import numpy as np
 from gymnasium.envs.registration import EnvSpec
-from gymnasium.error import NameNotFound
 
 from ocjax.envs.hooks import Hook, HookedEmulator, named_hooks
 from ocjax.envs.pool import check_rom
@@ -25,12 +24,13 @@ from ocjax.ocatari_utils import (
     UPSCALE_FACTOR,
     RandomAgent,
     Window,
+    _convert_number,  # noqa: F401  # for HackAtari
+    command_line,
     draw_objects,
     load_agent,
     make_darker,
     make_deterministic,
     mark_bb,
-    parser,
     to_rgba,
 )
 from ocjax.registry import load, names
@@ -50,7 +50,6 @@ __all__ = [
     "make_darker",
     "make_deterministic",
     "mark_bb",
-    "parser",
     "to_rgba",
 ]
 
@@ -60,6 +59,7 @@ METHODS = {"ram": ("rem",), "revised": ("rem",), "vision": ("vem",), "both": ("r
 OBSERVATIONS = ("ori", "dqn", "obj")
 FADE = (0.05, 0.1, 0.25, 0.6)  # weights of the last four frames in `aggregated_render`
 DQN_SIZE = (84, 84)
+DETERMINISTIC = "Deterministic"  # in the names of environments whose frame skip is not random
 
 _shrink = jax.jit(lambda gray: resize(gray, DQN_SIZE))
 
@@ -71,8 +71,8 @@ class OCAtari(gym.Env):
     empty ones. Objects for which OCAtari has no slot follow.
 
     Args:
-        env_name: the game, in any spelling that `ocjax.load` takes, or an id of ale-py's environments. "Pong" stands for
-            "ALE/Pong-v5".
+        env_name: the game, in any spelling that `ocjax.load` takes, or an id of ale-py's environments. As in
+            OCAtari, "Pong" is "Pong-v4", which skips 2 to 4 frames at random and has no sticky actions.
         mode: "ram" or "revised" (REM), "vision" (VEM, tracked from step to step) or "both" (`objects` by REM, `objects_v` by VEM).
         hud: whether scores, lives and other display objects are included.
         obs_mode: "obj" (`ns_state` of the last steps, int64 `[buffer_window_size, n]`), "ori" (the screen, uint8 `[H, 160, 3]`) or "dqn"
@@ -90,6 +90,8 @@ class OCAtari(gym.Env):
         TypeError: there is no such option, or a hook is not a function.
         ModuleNotFoundError: pygame is needed and not installed.
     """
+
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["human", "rgb_array"], "render_fps": 30}
 
     def __init__(
         self,
@@ -112,7 +114,11 @@ class OCAtari(gym.Env):
         self.game_name, self.mode, self.hud, self.obs_mode = self.game.name, mode, hud, obs_mode
         self.render_mode, self.render_oc_overlay, self.buffer_window_size = render_mode, render_oc_overlay, buffer_window_size
         self._window = Window(self.game_name) if render_oc_overlay and render_mode == "human" else None
-        self._env, self.env_name = _make(env_name, self.game_name, "rgb_array" if render_oc_overlay else render_mode, kwargs)
+        ale_py.ALEInterface.setLoggerMode(ale_py.LoggerMode.Error)
+        self.env_name, shown = env_name, "rgb_array" if render_oc_overlay else render_mode
+        if DETERMINISTIC in env_name:  # of these ids, which ale-py no longer registers, only the frame skip is special
+            kwargs.setdefault("frameskip", 4)
+        self._env: gym.Env[Any, Any] = gym.make(_env_id(env_name, self.game_name), render_mode=shown, **kwargs)
         if hooks:
             self._env.unwrapped.ale = HookedEmulator(self._env.unwrapped.ale, hooks)  # pyright: ignore[reportAttributeAccessIssue]
         self.ale = self._ale = self._env.unwrapped.ale  # pyright: ignore[reportAttributeAccessIssue]
@@ -121,7 +127,7 @@ class OCAtari(gym.Env):
         self._make_buffers({*create_buffer_stacks, obs_mode} if obs_mode != "ori" else {*create_buffer_stacks})
         self.action_space, self.observation_space = self._env.action_space, self._space()
         self._env.observation_space = self.observation_space
-        self._seed: int | None = None
+        self._seed: int | None = None  # of the next reset, from `make_deterministic`
         self._seen: dict[str, tuple[Objects | None, Objects]] = {}  # by method, the last two detections
         self._lists: dict[str, list[GameObject]] = {}  # by method, what `objects` and `objects_v` return
         options = {"env_name": env_name, "mode": mode, "hud": hud, "obs_mode": obs_mode, "render_mode": render_mode, **kwargs}
@@ -147,6 +153,8 @@ class OCAtari(gym.Env):
         """Attributes of ale-py's environment and of Gymnasium's wrappers around it."""
         if name == "_env" or name.startswith("__"):
             raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
+        if name == "objects_v":
+            raise AttributeError(f"objects_v needs mode 'both', and the mode is {self.mode!r}")
         return self._env.get_wrapper_attr(name)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
@@ -211,13 +219,9 @@ class OCAtari(gym.Env):
 
     @property
     def objects_v(self) -> list[GameObject]:
-        """The objects from pixels in mode "both".
-
-        Raises:
-            AttributeError: the mode is another one.
-        """
+        """The objects from pixels; as in OCAtari, only environments of mode "both" have this attribute."""
         if self.mode != "both":
-            raise AttributeError(f"objects_v needs mode 'both', and the mode is {self.mode!r}")
+            raise AttributeError
         return self._objects("vem")
 
     @property
@@ -252,10 +256,6 @@ class OCAtari(gym.Env):
         if not (0 <= target_ram_position < 128 and 0 <= new_value < 256):
             raise ValueError(f"an address is 0 to 127 and a value 0 to 255, got {target_ram_position} and {new_value}")
         self._ale.setRAM(int(target_ram_position), int(new_value))
-
-    def seed(self, seed: int) -> None:
-        """Seed the next `reset`."""
-        self._seed = seed
 
     def _clone_state(self) -> Any:
         return self._ale.cloneSystemState()
@@ -313,15 +313,13 @@ def _check(mode: str, obs_mode: str, window: int) -> None:
         raise ValueError(f"buffer_window_size must be at least 1, got {window!r}")
 
 
-def _make(env_name: str, game: str, render_mode: str | None, kwargs: dict[str, Any]) -> tuple[gym.Env[Any, Any], str]:
-    """The environment of ale-py of a name, and its id."""
-    ale_py.ALEInterface.setLoggerMode(ale_py.LoggerMode.Error)
-    name = env_name.replace("ocjax/", "ALE/")
-    try:
-        return gym.make(name, render_mode=render_mode, **kwargs), name
-    except NameNotFound:
-        name = f"ALE/{game}-v5"
-        return gym.make(name, render_mode=render_mode, **kwargs), name
+def _env_id(env_name: str, game: str) -> str:
+    """The id of ale-py's environment of a name. Without a version it is the latest one, as in Gymnasium: "Pong" is "Pong-v4"."""
+    name = env_name.replace("ocjax/", "ALE/").replace(DETERMINISTIC, "")
+    if re.search(r"-v\d+$", name):
+        return name
+    versions = {spec.version: key for key, spec in gym.registry.items() if key.rpartition("-v")[0] in (name, game)}
+    return versions[max(versions)] if versions else f"ALE/{game}-v5"
 
 
 def _host(objects: Objects) -> Objects:
@@ -329,8 +327,10 @@ def _host(objects: Objects) -> Objects:
     return jax.tree.map(lambda a: np.asarray(a)[0], objects)
 
 
-def __getattr__(name: str) -> NoReturn:
-    """Say why a name of OCAtari's is absent."""
+def __getattr__(name: str) -> Any:
+    """A new `parser` for each script, and the reason why other names of OCAtari's are absent."""
+    if name == "parser":
+        return command_line()
     if name in ABSENT:
         raise ImportError(f"ocjax.ocatari has no {name}: {ABSENT[name]}")
     raise AttributeError(f"module 'ocjax.ocatari' has no attribute {name!r}")

@@ -27,14 +27,14 @@ ABSENT = {
     "AtariNet": _AGENTS,
     "_load_checkpoint": _AGENTS,
     "bitfield_to_number": _DETECTION,
-    "_convert_number": _DETECTION,
     "objects_colors": "colours are an attribute of each object, `rgb`, and of `ocjax.load(game).categories`",
     "find_objects": _DETECTION,
     "detect_objects_ram": _DETECTION,
     "detect_objects_vision": _DETECTION,
     "MAX_NB_OBJECTS": _TABLES,
     "MAX_NB_OBJECTS_HUD": _TABLES,
-    "MAX_ESSENTIAL_OBJECTS": f"OCAtari 2.2.1 has none either; {_TABLES}",
+    "MAX_ESSENTIAL_OBJECTS": _TABLES,
+    "riverraid_score": "the `value` of the object PlayerScore is the score",
     "PositionHistoryEnv": "it does not run in OCAtari 2.2.1 either; `ocjax.envs.make(game, obs='vector')` observes positions and movements",
     "DEVICE": "OCAtari 2.2.1 has none either",
     "EasyDonkey": "OCAtari 2.2.1 has none either; `OCAtari(game, hook=...)` varies games",
@@ -42,8 +42,11 @@ ABSENT = {
 }
 
 
-parser = argparse.ArgumentParser()
-parser.add_argument("-p", "--path", help="path of an agent's model")
+def command_line() -> argparse.ArgumentParser:
+    """What scripts import as `parser`, with the path of an agent's model, and add their options to."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("-p", "--path", help="path of an agent's model")
+    return parser
 
 
 class RandomAgent:
@@ -66,11 +69,16 @@ def load_agent(*args: Any, **kwargs: Any) -> NoReturn:
     raise NotImplementedError(f"ocjax does not load agents of OCAtari: {_AGENTS}")
 
 
+def _convert_number(number: int) -> int:
+    """The number that a byte of two decimal digits stands for, which HackAtari imports."""
+    return int(f"{number:x}")
+
+
 def make_deterministic(seed: int, env: Any, states_dict: Any = None) -> None:
     """Seed Python's and NumPy's global generators and the environment's next `reset`. `states_dict` has no effect."""
     random.seed(seed)
     np.random.seed(seed)  # noqa: NPY002  # code written for OCAtari draws from the global generator
-    env.seed(seed)
+    env.unwrapped._seed = seed
 
 
 def make_darker(color: Sequence[int], col_precent: float = 0.8) -> list[int]:
@@ -91,7 +99,12 @@ def mark_bb(image_array: np.ndarray, bb: Sequence[int], color: Sequence[int] = (
         bb: left, top, width and height.
         color: RGB.
         surround: whether the line runs one pixel outside the box, rather than along its left and top edge.
+
+    Raises:
+        ValueError: this is not an image.
     """
+    if image_array.ndim != 3:
+        raise ValueError(f"an image has shape [H, W, 3], got shape {list(image_array.shape)}: OCAtari returns frames with obs_mode='ori'")
     height, width = image_array.shape[:2]
     x, y, w, h = bb
     left, top = (max(0, v - surround) for v in (x, y))

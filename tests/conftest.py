@@ -26,6 +26,8 @@ def pytest_addoption(parser):
     parser.addoption("--atari-ari", type=Path, help="a checkout of AtariARI's repository")
     parser.addoption("--jaxatari", type=Path, help="a checkout of JAXAtari")
     parser.addoption("--ocatari", type=Path, help="an interpreter that has OCAtari")
+    for project in ("OC_Atari", "HackAtari", "NUDGE", "blendrl"):
+        parser.addoption(f"--{project.lower().replace('_', '-')}", type=Path, help=f"a checkout of {project}, whose scripts are to run")
     parser.addoption("--game", action="append", help="only these games (may be given several times)")
 
 

@@ -5,6 +5,7 @@ import gymnasium
 import pytest
 
 import ocjax
+import ocjax.envs
 from ocjax.envs.protocols import preset_of
 from ocjax.envs.settings import PRESETS
 
@@ -67,7 +68,7 @@ def test_what_an_id_leaves_open():
     assert preset_of("PongNoFrameskip-v4", "noframeskip", frame_skip=1) == "noframeskip"
 
 
-@pytest.mark.parametrize("make", [ocjax.ocatari, lambda name: gymnasium.make(f"ocjax/{name}-v5")])
+@pytest.mark.parametrize("make", [ocjax.envs.make, lambda name: gymnasium.make(f"ocjax/{name}-v5")])
 def test_specs_of_single_environments_make_them_again(make):
     env = make("Pong")
     again = gymnasium.make(env.spec)
