@@ -67,7 +67,7 @@ def use(names):
 @pytest.mark.parametrize(("project", "script", "arguments", "result", "notes"), ROWS, ids=[" ".join(row[:2]) for row in ROWS])
 def test_script(request, monkeypatch, folder, stopping, project, script, arguments, result, notes):
     roots = []
-    for name in (project, *["HackAtari"] * (project == "blendrl")):  # BlendRL's environments are HackAtari's
+    for name in (project, *["HackAtari"] * (project in ("NUDGE", "blendrl"))):  # whose environments may be HackAtari's
         option = f"--{name.lower().replace('_', '-')}"
         checkout = request.config.getoption(option)
         if checkout is None:
@@ -86,7 +86,7 @@ def test_script(request, monkeypatch, folder, stopping, project, script, argumen
     monkeypatch.setattr(sys, "argv", [path.name, *arguments.split()])
     monkeypatch.chdir(root if "NudgeEnv" in text else path.parent)
     error = run(path)
-    for name in [n for n, m in sys.modules.items() if str(folder) in f"{getattr(m, '__file__', '')} {getattr(m, '__path__', '')}"]:
+    for name in [n for n, m in sys.modules.items() if str(folder) in f"{vars(m).get('__file__')} {vars(m).get('__path__')}"]:
         del sys.modules[name]
     if result != "refused":
         assert error is None, error
