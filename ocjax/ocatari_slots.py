@@ -44,6 +44,10 @@ class SlotTable:
         classes = [object_class(game, name) for name, count in self.counts.items() for _ in range(count)]
         self.meaning = [f"{kind.__name__} ({list(kind.ns_meaning)})" for kind in classes]
         self._classes = classes
+        self._places = []  # for each category: its slots in ocjax, the number of its slots here, and the length of `nsrepr`
+        for name, count in self.counts.items():
+            place = game.slices.get(name, slice(0, 0))
+            self._places.append((range(place.start, place.stop), count, len(object_class(game, name)().nsrepr)))
 
     def empty(self) -> list[GameObject]:
         """An object of each slot's class, all zero."""
@@ -59,13 +63,10 @@ class SlotTable:
             before: those of the step before; None in the first state of an episode.
         """
         own, out, placed = slots(now, before), [], set()
-        for name, count in self.counts.items():
-            place = self.game.slices.get(name, slice(0))
-            chosen = list(range(place.start or 0, place.stop))
-            if len(chosen) > count:
-                chosen = [i for i in chosen if own[i]][:count]
+        for place, count, length in self._places:
+            chosen = place if len(place) <= count else [i for i in place if own[i]][:count]
             out += [own[i] for i in chosen]
-            out += [NoObject(len(object_class(self.game, name)().nsrepr)) for _ in range(count - len(chosen))]
+            out += [NoObject(length) for _ in range(count - len(chosen))]
             placed.update(chosen)
         return out + [o for i, o in enumerate(own) if o and i not in placed and (self.hud or not o.hud)]
 

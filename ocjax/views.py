@@ -144,6 +144,8 @@ class GameObject:
     @property
     def nsrepr(self) -> list[int]:
         """What the object contributes to `OCAtari.ns_state`: position, orientation or width, as `ns_meaning` says; zeros if not visible."""
+        if self.visible and self.ns_meaning == (POSITION,):  # nearly always
+            return [self.x, self.y]
         parts = {POSITION: [self.x, self.y], ORIENTATION: [self.orientation or 0], WIDTH: [self.w]}
         return [int(number) * self.visible for meaning in self.ns_meaning for number in parts[meaning]]
 

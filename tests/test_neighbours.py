@@ -53,6 +53,8 @@ def stopping(monkeypatch):
 
     monkeypatch.setattr(OCAtari, "detect_objects", counted)
     monkeypatch.setattr(builtins, "input", lambda *_: "")
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    monkeypatch.setattr(pyplot, "show", lambda *_, **__: pyplot.close("all"))  # figures pile up otherwise
 
 
 def use(names):
