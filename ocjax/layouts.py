@@ -9,9 +9,7 @@ in every state. Positions are ocjax's exact boxes, and orientations its compass 
 """
 
 import functools
-import json
 from collections.abc import Mapping
-from importlib import resources
 
 import jax
 import jax.numpy as jnp
@@ -19,13 +17,10 @@ import numpy as np
 
 from ocjax.game import Game
 from ocjax.objects import Objects, whose
+from ocjax.ocatari_slots import declared_slots
+from ocjax.views import NS_MEANING, ORIENTATION, POSITION, WIDTH
 
-# What OCAtari's slots of these categories hold instead of the position alone.
-_OCATARI_FIELDS = {
-    ("Asteroids", "Player"): ("x", "y", "orientation"),
-    ("Skiing", "Player"): ("x", "y", "orientation"),
-    ("Seaquest", "OxygenBar"): ("w",),
-}
+_FIELDS = {POSITION: ("x", "y"), ORIENTATION: ("orientation",), WIDTH: ("w",)}  # of `ns_state`
 
 # BlendRL's slots of games that it defines for OCAtari 1, in the order of the rows.
 _BLENDRL_SLOTS: Mapping[str, Mapping[str, int]] = {
@@ -44,11 +39,6 @@ _NUDGE_ROWS: Mapping[str, Mapping[str, tuple[int, int]]] = {
 _NUDGE_OBJECTS, _NUDGE_KINDS = 11, 4
 
 
-@functools.cache
-def _ocatari_table() -> dict[str, dict[str, dict[str, int]]]:
-    return json.loads(resources.files("ocjax").joinpath("ocatari_slots.json").read_text(encoding="utf-8"))
-
-
 def ocatari_slots(game: Game, hud: bool | None = None) -> dict[str, int]:
     """OCAtari 2.2.1's number of slots of each category, in its order.
 
@@ -59,12 +49,10 @@ def ocatari_slots(game: Game, hud: bool | None = None) -> dict[str, int]:
     Raises:
         ValueError: OCAtari declares no slots of the game.
     """
-    table = _ocatari_table().get(game.name.lower(), {"objects": {}, "hud": {}})
-    if not table["objects"].keys() & game.slices.keys():  # some of its tables are of another game
+    slots = declared_slots(game, game.hud if hud is None else hud)
+    if slots is None:
         raise ValueError(f"OCAtari 2.2.1 declares no slots of {game.name}")
-    # With the HUD, OCAtari lists the objects without it first, whatever the order of its table.
-    extra = {name: n for name, n in table["hud"].items() if name not in table["objects"]}
-    return table["objects"] | (extra if (game.hud if hud is None else hud) else {})
+    return slots
 
 
 def _taken(objects: Objects, slots: jax.Array) -> Objects:
@@ -121,7 +109,8 @@ def ocatari(objects: Objects, hud: bool | None = None) -> jax.Array:
     arranged = _arranged(objects, slots, packed=False)
     columns = {"x": arranged.x, "y": arranged.y, "w": arranged.w, "orientation": _known(arranged.orientation)}
     names = [name for name, count in slots.items() for _ in range(count)]
-    numbers = [columns[f][..., i] for i, name in enumerate(names) for f in _OCATARI_FIELDS.get((game.name, name), ("x", "y"))]
+    meaning = [NS_MEANING.get((game.name, name), (POSITION,)) for name in names]
+    numbers = [columns[field][..., i] for i, parts in enumerate(meaning) for part in parts for field in _FIELDS[part]]
     return jnp.stack([n.astype(jnp.float32) for n in numbers], axis=-1)
 
 

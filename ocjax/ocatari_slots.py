@@ -19,6 +19,21 @@ def _tables() -> dict[str, dict[str, dict[str, int]]]:
     return json.loads(resources.files("ocjax").joinpath("ocatari_slots.json").read_text(encoding="utf-8"))
 
 
+def declared_slots(game: Game, hud: bool) -> dict[str, int] | None:
+    """The number of slots of each category, in OCAtari's order; None if OCAtari declares none for the game.
+
+    Args:
+        game: the game, with or without its HUD.
+        hud: whether what OCAtari counts as display is included.
+    """
+    table = _tables().get(game.name.lower(), {"objects": {}, "hud": {}})
+    if not table["objects"].keys() & game.slices.keys():  # some of its tables are of another game
+        return None
+    # With the HUD, OCAtari lists the objects without it first, whatever the order of its table.
+    extra = {name: n for name, n in table["hud"].items() if name not in table["objects"]}
+    return table["objects"] | (extra if hud else {})
+
+
 class SlotTable:
     """The slots of `OCAtari.objects` in one game.
 
@@ -35,12 +50,7 @@ class SlotTable:
 
     def __init__(self, game: Game, hud: bool) -> None:
         self.game, self.hud = game, hud
-        own = {c.name: c.count for c in game.categories if hud or not c.hud}
-        table = _tables().get(game.name.lower())
-        # With the HUD, OCAtari lists the objects without it first, whatever the order of its table.
-        self.counts = (
-            own if table is None else table["objects"] | {k: n for k, n in table["hud"].items() if hud and k not in table["objects"]}
-        )
+        self.counts = declared_slots(game, hud) or {c.name: c.count for c in game.categories if hud or not c.hud}
         classes = [object_class(game, name) for name, count in self.counts.items() for _ in range(count)]
         self.meaning = [f"{kind.__name__} ({list(kind.ns_meaning)})" for kind in classes]
         self._classes = classes
