@@ -6,7 +6,7 @@
 import re
 from collections import deque
 from collections.abc import Sequence
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
 import ale_py
 import gymnasium as gym
@@ -91,7 +91,7 @@ class OCAtari(gym.Env):
         ModuleNotFoundError: pygame is needed and not installed.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["human", "rgb_array"], "render_fps": 30}
+    metadata = {"render_modes": ["human", "rgb_array"], "render_fps": 30}  # noqa: RUF012  # as Gymnasium declares it
 
     def __init__(
         self,
@@ -318,7 +318,7 @@ def _env_id(env_name: str, game: str) -> str:
     name = env_name.replace("ocjax/", "ALE/").replace(DETERMINISTIC, "")
     if re.search(r"-v\d+$", name):
         return name
-    versions = {spec.version: key for key, spec in gym.registry.items() if key.rpartition("-v")[0] in (name, game)}
+    versions = {spec.version or 0: key for key, spec in gym.registry.items() if key.rpartition("-v")[0] in (name, game)}
     return versions[max(versions)] if versions else f"ALE/{game}-v5"
 
 
