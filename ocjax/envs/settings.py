@@ -9,6 +9,7 @@ import numpy as np
 
 from ocjax.envs.checks import integer
 
+_FRAMES_PER_SECOND = 60  # of the console
 _MOST_FRAMES = 108_000  # of a step and of the no-ops at the beginning: half an hour
 _MOST_EPISODE_FRAMES = 2**31 - 1  # ALE's counter
 
@@ -62,6 +63,11 @@ class Settings:
     def skip_range(self) -> tuple[int, int]:
         """The fewest emulated frames per step, and one more than the most."""
         return (self.frame_skip, self.frame_skip + 1) if isinstance(self.frame_skip, int) else self.frame_skip
+
+    @property
+    def steps_per_second(self) -> float:
+        """Agent steps per second of real time; emulated frames where the frame skip is random."""
+        return _FRAMES_PER_SECOND / self.frame_skip if isinstance(self.frame_skip, int) else float(_FRAMES_PER_SECOND)
 
     def to_dict(self) -> dict[str, Any]:
         """The fields, ready for JSON. `Settings(**fields)` is the inverse."""

@@ -18,7 +18,6 @@ from ocjax.envs.observations import Computed, Mode, Request, Vector, requested_k
 from ocjax.envs.pool import EmulatorPool
 from ocjax.envs.progress import start_bar
 from ocjax.envs.rewards import BatchedReward, RewardFunction, batched
-from ocjax.envs.settings import Settings
 from ocjax.envs.shards import FRAMES, Observed, Shard, concatenate_rows, make_observer, row, select_rows
 from ocjax.envs.states import States, check_carries
 from ocjax.objects import Objects
@@ -27,7 +26,6 @@ from ocjax.views import GameObject, views
 
 RENDER_MODES = ("rgb_array", "objects")
 _INFO = ("lives", "frame_number", "episode_return", "episode_length")
-_FRAMES_PER_SECOND = 60  # of the console
 _OVER = "over"  # the name in `States` of whose episode ended
 
 
@@ -73,7 +71,7 @@ class ObjectVectorEnv(VectorEnv):
         self.metadata = {
             "autoreset_mode": autoreset_mode,
             "render_modes": list(RENDER_MODES),
-            "render_fps": _steps_per_second(pool.settings),
+            "render_fps": pool.settings.steps_per_second,
         }
         self.autoreset_mode, self.render_mode, self.ram_info = autoreset_mode, render_mode, ram_info
         self.kinds, self._single = requested_kinds(mode, obs)
@@ -446,8 +444,3 @@ class ObjectVectorEnv(VectorEnv):
 def _carry_name(k: int) -> str:
     """The name in `States` of the k-th array that the observations carry."""
     return f"env {k}"
-
-
-def _steps_per_second(settings: Settings) -> float:
-    """Agent steps per second of real time; emulated frames where the frame skip is random."""
-    return _FRAMES_PER_SECOND / settings.frame_skip if isinstance(settings.frame_skip, int) else float(_FRAMES_PER_SECOND)
