@@ -108,8 +108,8 @@ class OCAtari(gym.Env):
         **kwargs: Any,
     ) -> None:
         _check(mode, obs_mode, buffer_window_size)
-        hooks = named_hooks(hook)
         self.game = load(re.sub("(Deterministic|NoFrameskip)$", "", env_name))  # Gymnasium knows ids without a version
+        hooks = named_hooks(hook, self.game.name)
         check_rom(self.game)
         self.game_name, self.mode, self.hud, self.obs_mode = self.game.name, mode, hud, obs_mode
         self.render_mode, self.render_oc_overlay, self.buffer_window_size = render_mode, render_oc_overlay, buffer_window_size

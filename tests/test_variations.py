@@ -182,3 +182,9 @@ def test_rewards_that_are_not_numbers():
     with pytest.raises(ValueError, match=r"must return one number for one environment, got shape \[5\]"):
         envs.step(np.zeros(2, int))
     envs.close()
+
+
+def test_a_variation_of_another_game_is_refused():
+    for refused in (variations.red_river, [variations.lazy_enemy, variations.red_river]):
+        with pytest.raises(ValueError, match=r"the hook is a variation of Riverraid .*, but the game is Pong"):
+            make("Pong", hook=refused)

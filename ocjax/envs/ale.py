@@ -90,7 +90,7 @@ class AlePool(EmulatorPool):
         self.actions = action_set(ale, self.settings)
         modes = self._one_each("mode", game_mode, ale.getAvailableModes())
         difficulties = self._one_each("difficulty", game_difficulty, ale.getAvailableDifficulties())
-        config = self._config(_in_order(screens), autoreset, modes, difficulties, pickled_hooks(hook))
+        config = self._config(_in_order(screens), autoreset, modes, difficulties, pickled_hooks(hook, game.name))
         size = interface.memory_size(config)
         self._workers = Workers(worker_timeout)
         self._local: EmulatorBlock | None = None  # the emulators, where they are in this process

@@ -11,30 +11,35 @@ import cloudpickle
 import numpy as np
 
 from ocjax.envs._worker.emulator import apply_hooks
+from ocjax.envs.variations import Variation
 
 Hook = Callable[[np.ndarray], None]
 
 
-def named_hooks(hook: Hook | Sequence[Hook] | None) -> tuple[tuple[str, Hook], ...]:
+def named_hooks(hook: Hook | Sequence[Hook] | None, game: str) -> tuple[tuple[str, Hook], ...]:
     """Hooks with their names.
 
     Raises:
         TypeError: a hook is not a function.
+        ValueError: a hook is a variation of another game.
     """
     hooks = () if hook is None else tuple(hook) if isinstance(hook, Sequence) else (hook,)
     for h in hooks:
         if not callable(h):
             raise TypeError(f"hook must be a function of the RAM or a sequence of such functions, got {h!r}")
+        if isinstance(h, Variation) and h.game != game:
+            raise ValueError(f"the hook is a variation of {h.game} ({h.doc}), but the game is {game}")
     return tuple((_name(h), h) for h in hooks)
 
 
-def pickled_hooks(hook: Hook | Sequence[Hook] | None) -> tuple[tuple[str, str], ...]:
+def pickled_hooks(hook: Hook | Sequence[Hook] | None, game: str) -> tuple[tuple[str, str], ...]:
     """The name of each hook, and the hook pickled in hexadecimal.
 
     Raises:
         TypeError: a hook is not a function, or cannot be pickled.
+        ValueError: a hook is a variation of another game.
     """
-    return tuple((name, _pickle_by_value(h).hex()) for name, h in named_hooks(hook))
+    return tuple((name, _pickle_by_value(h).hex()) for name, h in named_hooks(hook, game))
 
 
 def _core(hook: Any) -> Any:

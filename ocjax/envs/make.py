@@ -96,8 +96,8 @@ def make_vec(
         The vector environment.
 
     Raises:
-        ValueError: the game or an option is unknown, an option contradicts the id, the ROM is the wrong one, or the backend does not
-            support an option.
+        ValueError: the game or an option is unknown, an option contradicts the id, the ROM is the wrong one, a hook is a variation of
+            another game, or the backend does not support an option.
         TypeError: a hook is not a function, or cannot be sent to worker processes; or `reward_fn` is not a function.
         MemoryError: there is not enough memory for so many instances.
         ModuleNotFoundError: the extra `envpool` is not installed.
