@@ -2,22 +2,21 @@
 
 The screen begins in the middle of the score, whose last two rows show. Seed, steel shot and mines
 lie in four lanes: slot lane, the lowest one first. Eight columns at each edge are blanked.
-Mountains, the dashes of the road and the frame of the sky are scenery.
+Mountains, dashes of the road, bridges and the frame of the sky are scenery.
 
 RAM: OCAtari (what some bytes are), ALE's source (score, lives), and the ROM's code. Bank 0 draws
-the road at f114, bank 1 the score at f0ac and a bonus at f809. Bank 2 moves all at f01e, after the
-frame was drawn, which `decode` takes back; the pointers to pictures are still those that were
-drawn. HMOVE in the middle of lines moves seed from lane to lane, so that its columns are sums of
-those motions. On the frame of a lost life the RAM is as at the new start.
+the road at f114, bank 3 cannons at f01e, rocks at f310 and the cliff at f430. Bank 2 moves all at
+f01e, after the frame was drawn, which `decode` takes back. In scenes 1, 3, 5 and 7 the pointers to
+pictures are those of the next frame, too. HMOVE in the middle of lines moves seed from lane to
+lane. On the frame of a lost life the RAM is as at the new start.
 
-Covered: the roads with seed, steel shot, mines, trucks and signs (scenes 0, 2, 4 and 6), lost
-lives, the end of the game. Play that is not good at it does not leave scene 0.
-Not exact: the columns of a bird that stops at the place where it keeps still while the road moves,
-or that a truck pushes, and the coyote's where the road is narrow; the last of 30 frames of a bonus;
-figures that an edge cuts; with boxes that cover each other, in scenes 2, 4 and 6, 70 to 94 %.
-Missing: the other scenes (1, 3, 5 and 7: a cliff, cannons, falling rocks), with RoadCrack, Rock,
-Turret and TurretBall. There, half of the birds and coyotes are within five pixels, and VEM takes
-some details for seed.
+Covered: all eight scenes (beyond scene 0 by writing RAM), lost lives, the end of the game.
+Not exact: the columns of a bird that stops where it keeps still while the road moves, or that a
+truck pushes, and the coyote's where the road is narrow; figures on the frame on which they stop,
+begin to run or land; the last of 30 frames of a bonus; figures and cracks that an edge cuts; boxes
+that cover each other. In scenes 1, 3, 5 and 7, 93 to 97 % of REM's figures are exact. VEM does
+not see burnt figures and turrets, which are grey; it takes details of the bird for seed, and words
+between scenes for a sign.
 """
 
 import functools
@@ -25,7 +24,7 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box, choose
+from ocjax.boxes import Box, box
 from ocjax.console import modulo_screen, signed_nibble, wrap
 from ocjax.digits import score_box
 from ocjax.game import Game
@@ -45,18 +44,14 @@ GONE = 0x91  # a figure beyond this column is hidden
 FAR, BACK_LIMIT, TRUCK_LIMIT = 0x50, 0x90, 0x8E
 SHOWN = 2  # bit of `lane`
 SEED, MINE, SHOT = 1, 2, 3  # `kind`
-ROAD, NARROW = 0x80, 3  # `scenery`
+ROAD, NARROW, CLIFFS = 0x80, 3, 9  # `scenery`
+GAP, LOOKS_BACK = 0xC1, 0x21  # the same: seed below a bridge, a turret that looks to the right
 FIRST_LINES = (96, 99, 96, 81, 96, 123, 96, 81)  # of the road, in each scene
 REPEATED = (255, 125, 255, 135, 255, 147, 255, 135)  # the first line that repeats a row
-NOTHING = 0xE73  # a picture that is empty
+NOTHING = 0x1E73  # of `EXTENTS`
 JUST_WON = 30  # `bonus_time` on the frame on which a bonus is won
 CLIFF, ROCKS, BRIDGE = 1, 5, 1  # the first two of `scene`, the last one of `scenery` & 15
-BLANK, JUMP, UNUSED_STICK = (
-    0x80,
-    29,
-    8,
-)  # least `sign` between scenes, least `stick` when none was pushed
-CANNON_OFF, ROCKS_OFF = 0x96, 5  # `bridge` behind the turret, `fallen` of rocks that are whole
+BLANK, JUMP = 0x80, 29  # least `sign` between scenes, `jump` on its first frame
 YELLOW, BLACK = 30, 0
 PLAYER_COLORS = (134, 136, 138, 142)
 COYOTE_COLORS = (48, 50, 52, 54, 56, 58)
@@ -84,19 +79,18 @@ EXTENTS = _extents()
 
 def _poses(low: int, high: int, count: int) -> list[int]:
     """Where `EXTENTS` has the pictures of scenes 1, 3, 5 and 7 for a figure at height 0."""
-    tables = ROM.bytes(0x3000 + low, count), ROM.bytes(0x3000 + high, count)
-    return [4096 + (int(h) << 8 & 0xFFF | int(b)) for b, h in zip(*tables, strict=True)]
+    return (4096 + ROM.bytes(low, count) + (ROM.bytes(high, count) % 16 << 8)).tolist()
 
 
-POSES, COYOTE_POSES = _poses(0xC00, 0xC09, 9), _poses(0xEEA, 0xEF5, 11)
-DRIFTS = [int(move) >> 4 for move in ROM.bytes(0x3FD0, 8)]  # of rocks, signed nibbles
+POSES, COYOTE_POSES = _poses(0x3C00, 0x3C09, 9), _poses(0x3EEA, 0x3EF5, 11)
+DRIFTS = (ROM.bytes(0x3FD0, 8) >> 4).tolist()  # of rocks, signed nibbles
 
 
 class Ram(RamMap):
     coyote_look = byte((2, 1))  # pointer to its picture
     player_look = byte((8, 7))
     direction = signed(9)
-    y = byte(10)
+    y = byte(10)  # upwards
     coyote_y = byte(11)
     bonus = byte(12)  # 1 and hundreds of points
     scene = bits(22, count=3)
@@ -104,25 +98,23 @@ class Ram(RamMap):
     entry = signed(34)  # of a bridge; less than 0: without a sign
     coyote_pose = byte(35)
     lane = byte(36, 37, 38, 39)
-    bridge = byte(40)
     pose = byte(41)
     truck_x = byte(42)
     truck = byte(43)  # 0: there is none
-    two_cracks = byte(46)
+    two_cracks = byte(46)  # 0: there is one
     fallen = byte(48)  # rows that rocks have fallen; not 0: there is a turret
-    fired = byte(49)
+    fired = byte(49)  # 0: there is no ball of a turret
     bonus_time = byte(50)  # frames
     waits = signed(51)  # less than 0: the coyote is on his way
-    stunned = byte(52)
-    rocket = byte(53)
+    stunned = byte(52)  # frames, of the coyote
+    rocket = byte(53)  # 0: he has none
     truck_y = byte(55)  # a turret's column, the lane of what lies on the cliff
     drift = bits(56, first=1, count=3)
-    falls = byte(57)
-    hurt = byte(58)
+    falls = byte(57)  # the bird, from the cliff
     player_right = bits(59)
     runs = byte(60)
     caught = signed(61)
-    pace = byte(62)
+    pace = byte(62)  # of the coyote
     coyote_right = bits(66)
     icons = low(68)
     sign = byte(69)
@@ -142,46 +134,40 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    road, on_road = m.scenery == ROAD, m.scene & 1 == 0
-    cannon = m.scene & 3 == 3
+    road, even, cannon = m.scenery == ROAD, m.scene & 1 == 0, m.scene & 3 == 3
     x, scrolled = _player_x(m)
-    x = jnp.where(cannon & (m.rocket > 0) & (m.caught > 0), m.x + m.drawn_x - m.coyote_x, x)
-    x = jnp.where(on_road | cannon, x, m.drawn_x)
-    coyote_x = jnp.where(on_road, _coyote_x(m), _chaser_x(m, scrolled))
+    x = jnp.where(even | cannon, x, m.drawn_x)
+    coyote_x = jnp.where(even, _coyote_x(m), _chaser_x(m, scrolled))
     coyote_x = jnp.where(road | cannon, m.drawn_x, coyote_x)
     narrow = jnp.where(m.scenery == NARROW, 1, 0)
-    signed_bridge = (m.scenery & 15 == BRIDGE) & (m.entry >= 0)
-    lower = jnp.where(signed_bridge, 16, 0) - narrow
+    entry = (m.scenery & 15 == BRIDGE) & (m.entry >= 0)
+    lower = jnp.where(entry, 16, 0) - narrow
     digits = jnp.where(m.digits == 10, 0, m.digits)
     score = 100 * (1000 * digits[0] + 100 * digits[1] + 10 * digits[2] + digits[3])
-    lanes = choose(on_road, _lanes(m, scrolled, narrow), _cliff_lanes(m, scrolled))
-    lanes = lanes.where(road | (narrow == 1) | ~on_road)
+    lanes = _lanes(m, scrolled, narrow).where(road | among(m.scenery, (NARROW, CLIFFS, GAP)))
     kind = m.lane >> 4
     start = jnp.where(cannon, COYOTE_START_X, START_X)
-    lost = jnp.where(on_road, m.drawn_x > GONE, (m.waits == 0) & (m.drawn_x != start))
+    lost = jnp.where(even, m.drawn_x > GONE, (m.waits == 0) & (m.drawn_x != start))
     lost = lost & (m.x == START_X) & (m.coyote_x == COYOTE_START_X)
     icons = m.icons + jnp.where(lost, 1, 0)
     sign_x = jnp.where(lost, m.seed_x - 1, wrap(m.sign_x - scrolled))
     has_sign = jnp.where(m.scene == 0, m.sign < 3, among(m.sign, (0, 5))) & (sign_x < 0x99)
-    sign_y, sign_h = jnp.where(m.scene == 0, 73, 75), jnp.where(m.scene == 0, 15, 13)
-    sign_y = sign_y - jnp.where(cannon, 1, 0)
+    sign_y, sign_h = pick(m.scene, (73, 75, 75, 74)), jnp.where(m.scene == 0, 15, 13)
+    sign_y = jnp.where(m.scene == 7, 74, jnp.where(m.scene > 3, 75, sign_y))
     truck_x = m.truck_x - 1 - jnp.where(m.truck_x <= TRUCK_LIMIT, scrolled, 0)
     look, coyote_look = _looks(m)
+    player = _figure(m, look, x, m.player_right, 0, lower)
     coyote = _figure(m, coyote_look, coyote_x, m.coyote_right, 1, lower)
-    shown = on_road | ~lost
-    last, first = jnp.where(on_road, GONE, GONE - 1), jnp.where(on_road, 0, 8)
+    on_stage = (coyote_x < GONE) & (coyote_x >= 8) & ~lost
     boxes = {
-        "Player": _figure(m, look, x, m.player_right, 0, lower).where(shown & (x <= last)),
-        "Enemy": coyote.where(shown & (coyote_x <= last) & (coyote_x >= first)),
+        "Player": player.where((x < GONE) & ~lost | even & (x <= GONE)),
+        "Enemy": coyote.where(on_stage | even & (coyote_x <= GONE)),
         "Seed": lanes.where(kind == SEED),
         "AcmeMine": lanes.where(kind == MINE),
         "SteelShot": lanes.where(kind == SHOT),
-        "RoadCrack": _cracks(m, scrolled).where(shown),
-        "Rock": _rocks(m, scrolled),
-        "Turret": _turret(m, scrolled),
-        "TurretBall": _turret_ball(m),
+        **_dangers(m, scrolled, cannon, lost),
         "Cactus": _cacti(m, scrolled, lost).clip(*VIEW),
-        "Sign": box(sign_x, sign_y, 16, sign_h, has_sign & (road | signed_bridge)).clip(*VIEW),
+        "Sign": box(sign_x, sign_y, 16, sign_h, has_sign & (road | entry)).clip(*VIEW),
         "Truck": box(truck_x, m.truck_y + 55, 16, 18, (m.truck > 0) & road).clip(*VIEW),
         "Score": score_box(FONT, jnp.maximum(score, 10), right=103, top=0, digits=6, value=score),
         "Lives": box(55, 16, 8 * icons - 2, 8, icons > 0, value=m.icons + 1),
@@ -199,10 +185,9 @@ def _player_x(m: Ram) -> tuple[jax.Array, jax.Array]:
     slow = jnp.where(m.clock & 3 == 0, slow, 0)
     step = jnp.where(onward, jnp.where(near, slow, -1), 0)
     step = jnp.where(backward & (m.x != BACK_LIMIT), 1, step)
-    carried = (m.caught < 0) & (m.stunned == 0) | (m.caught == 1) & (m.truck > 0) & (
-        m.x == m.truck_x + 8
-    )
-    return m.x - jnp.where(carried, 1, step), jnp.where(onward & near, 1, 0)
+    carried = (m.caught == 1) & (m.truck > 0) & (m.x == m.truck_x + 8)
+    step = jnp.where(carried | (m.caught < 0) & (m.stunned == 0), 1, step)
+    return m.x - step, jnp.where(onward & near, 1, 0)
 
 
 def _coyote_x(m: Ram) -> jax.Array:
@@ -212,134 +197,99 @@ def _coyote_x(m: Ram) -> jax.Array:
 
 
 def _chaser_x(m: Ram, scrolled: jax.Array) -> jax.Array:
-    """The same in scenes 1, 3, 5 and 7, where he falls back while the road moves."""
-    ahead = m.coyote_x + jnp.sign(m.coyote_x - m.aim_x)
-    steps = (m.runs == 0) | (m.pace == 1) & (m.x >= 0x80)
-    steps = steps & (m.coyote_y == m.aim_y) | jnp.where(
-        (m.coyote_y != m.aim_y) | (m.pace == 1), m.clock & 1 == 0, (m.pace > 1) & (m.clock & 7 == 0)
-    )
-    fallen_back = (m.coyote_y == m.aim_y) & (m.runs > 0) & (m.pace == 0) & (m.clock & 3 == 0)
-    x = jnp.where(fallen_back, m.coyote_x - 1, jnp.where(steps, ahead, m.coyote_x))
-    x = jnp.where((m.waits >= 0) | (m.falls > 0), m.coyote_x, x)
-    x = jnp.where(m.caught == 0, x, jnp.where(m.caught < 0, m.drawn_x - 5, m.coyote_x))
+    """The same in scenes 1 and 5, where he falls back while the bird runs on."""
+    climbs = m.coyote_y != m.aim_y
+    steps = jnp.where(climbs | (m.pace == 1), m.clock & 1 == 0, (m.pace > 1) & (m.clock & 7 == 0))
+    steps = steps | ~climbs & ((m.runs == 0) | (m.pace == 1) & (m.x >= 0x80))
+    ahead = jnp.where(steps, jnp.sign(m.coyote_x - m.aim_x), 0)
+    falls_back = ~climbs & (m.runs > 0) & (m.pace == 0) & (m.clock & 3 == 0)
+    x = m.coyote_x + jnp.where(falls_back, -1, ahead)
+    x = jnp.where((m.waits >= 0) | (m.falls > 0) | (m.caught > 0), m.coyote_x, x)
+    x = jnp.where(m.caught < 0, m.drawn_x - 5, x)
     return jnp.where(m.stunned > 0, m.coyote_x - scrolled, x)
 
 
 def _looks(m: Ram) -> tuple[jax.Array, jax.Array]:
-    """What was drawn of the bird and the coyote, as indices of `EXTENTS`.
-
-    In scenes 1, 3, 5 and 7 the pointers are already those of the next frame.
-    """
-    moved = (m.stick < UNUSED_STICK) & ((m.stick > 0) | among(m.pose, (1, 2)))
-    walked = moved & (m.clock & 1 == 0) & among(m.pose, (1, 2))
-    pose = jnp.where(walked, 3 - m.pose, m.pose)
-    pose = jnp.where((m.hurt > 0) & among(m.pose, (4, 5)) & (m.clock & 3 == 0), pose - 1, pose)
-    burnt = jnp.where((m.clock - 1) & 8 > 0, 7, 8)
-    pose = jnp.where(m.pose >= 7, burnt, jnp.where(m.jump == JUMP, 2, pose))
-    top, bottom = _limits(m)
+    """What was drawn of the bird and the coyote, as indices of `EXTENTS`."""
+    paces = among(m.pose, (1, 2))
+    moved = (m.stick < 8) & ((m.stick > 0) | paces)
+    pose = jnp.where(moved & paces & (m.clock & 1 == 0), 3 - m.pose, m.pose)
+    pose = jnp.where(m.jump == JUMP, 2, pose)
+    top = jnp.where(m.scenery == CLIFFS, 20, jnp.where(m.y > 6, 36, 6))
     up, down = among(m.stick, (2, 3, 4)), among(m.stick, (0, 6, 7))
-    step = jnp.where(up & (m.y > bottom), 1, jnp.where(down & (m.y < top), -1, 0))
-    step = jnp.where(m.y > top, 1, jnp.where(m.y < bottom, -1, step))
-    y = m.y + jnp.where(moved, step, 0)
-    fallen = jnp.where((m.y < 52) | (m.clock == 0), 3, 0)
-    y = jnp.where(m.falls > 0, m.y - fallen, y)
-    ours = jnp.where(y < 0x3C, pick(pose, POSES) + y, 4096 + NOTHING)
-    running = (m.waits < 0) & (m.stunned + m.rocket + m.falls == 0) & (m.caught <= 0)
-    paced = running & (m.clock & 3 == 0) & among(m.coyote_pose, (1, 2))
-    his_pose = jnp.where(paced, 3 - m.coyote_pose, m.coyote_pose)
-    burning = (m.stunned > 0) & (m.clock & 3 == 0) & among(m.coyote_pose, (6, 7))
-    his_pose = his_pose - jnp.where(burning, 1, 0)
-    his_pose = jnp.where(m.rocket > 0, jnp.where(m.clock & 1 == 0, 9, 10), his_pose)
-    back = jnp.where(running & (m.caught == 0), jnp.sign(m.coyote_y - m.aim_y), 0)
-    his = pick(his_pose, COYOTE_POSES) + m.coyote_y + back
-    road = m.scene & 1 == 0
-    old, his_old = (
-        (p & 0xFFF) + jnp.where(p >> 12 == 9, 0, 4096) for p in (m.player_look, m.coyote_look)
-    )
-    return jnp.where(road, old, ours), jnp.where(road, his_old, his)
-
-
-def _limits(m: Ram) -> tuple[jax.Array, jax.Array]:
-    """The highest and the lowest place of the bird in scenes 1, 3, 5 and 7."""
-    off = (m.x < m.bridge + 8) | (m.x > m.bridge + 16)
-    high = m.y <= 6
-    bridge_top, bridge_bottom = jnp.where(off & high, 6, 36), jnp.where(off & ~high, 28, 1)
-    on = m.scenery & 15 == BRIDGE
-    return jnp.where(on, bridge_top, 20), jnp.where(on, bridge_bottom, 1)
+    step = jnp.where(up & ~among(m.y, (1, 28)), 1, jnp.where(down & (m.y != top), -1, 0))
+    step = jnp.where(moved, step, 0)
+    step = jnp.where(m.falls > 0, jnp.where((m.y < 52) | (m.clock == 0), -3, 0), step)
+    look = jnp.where(m.y + step < 0x3C, pick(pose, POSES) + m.y + step, NOTHING)
+    runs = (m.waits < 0) & (m.stunned + m.rocket + m.falls == 0) & (m.caught <= 0)
+    paces = runs & (m.clock & 3 == 0) & among(m.coyote_pose, (1, 2))
+    pose = jnp.where(paces, 3 - m.coyote_pose, m.coyote_pose)
+    pose = jnp.where(m.rocket > 0, jnp.where(m.clock & 1 == 0, 9, 10), pose)
+    step = jnp.where(runs & (m.caught == 0), jnp.sign(m.coyote_y - m.aim_y), 0)
+    looks = look, pick(pose, COYOTE_POSES) + m.coyote_y + step
+    even, pointers = m.scene & 1 == 0, (m.player_look, m.coyote_look)
+    drawn = ((p & 0xFFF) + jnp.where(p >> 12 == 9, 0, 4096) for p in pointers)
+    first, second = (jnp.where(even, *both) for both in zip(drawn, looks, strict=True))
+    return first, second
 
 
 def _figure(
     m: Ram, look: jax.Array, x: jax.Array, flipped: jax.Array, who: int, lower: jax.Array
 ) -> Box:
-    """The box of a picture; some lines of the screen show the same row of it as those above."""
+    """The box of a picture; some lines of the screen repeat the row above them."""
     packed = lookup(EXTENTS, look)
     left, width = packed >> 16 & 15, packed >> 20
     left = jnp.where(flipped == 1, 8 - left - width, left)
-    cannon = m.scene & 3 == 3
+    cannon, repeated = m.scene & 3 == 3, pick(m.scene, REPEATED)
+
+    def line(y: jax.Array) -> jax.Array:
+        more = sum(jnp.where(y >= limit, 1, 0) for limit in (139, 149, 151 - who))
+        return y + jnp.where(y >= repeated, 1, 0) + jnp.where(cannon, more + who, 0) + lower
+
     y = pick(m.scene, FIRST_LINES) + (packed & 255) + jnp.where(m.scene & 1 == 0, who, 0)
-    top, bottom = _line(m, y, who), _line(m, y + (packed >> 8 & 255), who)
-    late = lower + jnp.where(cannon, who, 0)
+    top, bottom = line(y), line(y + (packed >> 8 & 255))
     cut = jnp.where(m.scene == CLIFF, 157, VIEW[3])
-    figure = box(x + left, top + late, width, bottom - top)
-    return figure.clip(VIEW[0], VIEW[1], VIEW[2], cut)
+    return box(x + left, top, width, bottom - top).clip(*VIEW[:3], cut)
 
 
-def _line(m: Ram, y: jax.Array, who: int) -> jax.Array:
-    """Where a row is drawn, after the lines that repeat a row."""
-    line = y + jnp.where(y >= pick(m.scene, REPEATED), 1, 0)
-    more = sum(jnp.where(y >= limit, 1, 0) for limit in (139, 149, 151 - who))
-    return line + jnp.where(m.scene & 3 == 3, more, 0)
-
-
-def _cracks(m: Ram, scrolled: jax.Array) -> Box:
-    x = wrap(m.sign_x - scrolled + np.array((0, 64))) - 6
-    there = (m.scene == CLIFF) & ((np.arange(2) == 0) | (m.two_cracks > 0))
-    return box(x, 124, 13, 32, there).clip(*VIEW)
-
-
-def _rocks(m: Ram, scrolled: jax.Array) -> Box:
-    """Two rocks that fall, one above the other, to the left or to the right of it."""
-    k = np.arange(2)
-    drift = signed_nibble(pick(m.drift, DRIFTS))
-    late = jnp.where(m.fallen < ROCKS_OFF, 2, 0)
-    x = modulo_screen(m.sign_x - scrolled + 172 - (2 + k) * drift + late)
+def _dangers(m: Ram, scrolled: jax.Array, cannon: jax.Array, lost: jax.Array) -> dict[str, Box]:
+    """What the bird meets off the road; rocks fall by twos, a column or more from each other."""
+    two, x = np.arange(2), m.sign_x - scrolled
+    crack = (m.scene == CLIFF) & ((two == 0) | (m.two_cracks > 0)) & ~lost
+    drift = (2 + two) * signed_nibble(pick(m.drift, DRIFTS)) - jnp.where(m.fallen < 5, 2, 0)
     top, bottom = (m.fallen + np.array(rows) for rows in ((94, 107), (104, 118)))
     top, bottom = (y + jnp.where(y >= REPEATED[ROCKS], 1, 0) for y in (top, bottom))
-    there = (m.scene == ROCKS) & (m.fallen > 0)
-    return box(x, top, 8, bottom - top, there).clip(VIEW[0], 100, VIEW[2], 179)
-
-
-def _turret(m: Ram, scrolled: jax.Array) -> Box:
-    x = m.truck_y - 1 - jnp.where(m.bridge == CANNON_OFF, scrolled, 0)
-    return box(x, 128, 12, 8, (m.scene & 3 == 3) & (m.fallen > 0)).clip(*VIEW)
-
-
-def _turret_ball(m: Ram) -> Box:
-    there = (m.scene & 3 == 3) & (m.fired > 0) & (m.truck_x > 0)
-    x = m.truck_x - 2 + jnp.where(m.fallen > 0, 0, 9)
-    return box(x, 128, 4, 4, there & (np.arange(2) == 0)).clip(*VIEW)
+    rock = box(modulo_screen(x + 172 - drift), top, 8, bottom - top, m.fallen > 0)
+    turret_x = m.truck_y - jnp.where(m.scenery == LOOKS_BACK, 5, 1)
+    ball_x = m.truck_x - 2 + jnp.where(m.fallen > 0, 0, 9)
+    ball = cannon & (m.fired > 0) & (m.truck_x > 0) & (two == 0)
+    return {
+        "RoadCrack": box(wrap(x + 64 * two) - 6, 124, 13, 32, crack).clip(*VIEW),
+        "Rock": rock.where(m.scene == ROCKS).clip(VIEW[0], 100, VIEW[2], 179),
+        "Turret": box(turret_x, 128, 12, 8, cannon & (m.fallen > 0)).clip(*VIEW),
+        "TurretBall": box(ball_x, 128, 4, 4, ball).clip(*VIEW),
+    }
 
 
 def _lanes(m: Ram, scrolled: jax.Array, lower: jax.Array) -> Box:
-    """What lies in the lanes: seed and shot are rows that are shifted, and mines are not."""
-    lane = np.arange(4)
+    """What lies in the lanes: seed and shot are rows that are shifted, and mines are not.
+
+    On the cliff and below rocks there is one lane, which has two places on the cliff.
+    """
+    lane, cliff, gap = np.arange(4), m.scenery == CLIFFS, m.scenery == GAP
     move = signed_nibble(pick(m.layout, (ROM.bytes(0xA00, 9) >> 4).tolist()))
     late = jnp.where(move < 0, 4 * (4 - lane), 0)
     x = m.seed_x - scrolled - 9 * move - 3 - (3 - lane) * (9 * move + 2) + late
-    x = modulo_screen(x + 640)
+    x = jnp.where(cliff, wrap(m.seed_x - scrolled) - 3, modulo_screen(x + 640))
+    x = jnp.where(gap, wrap(m.seed_x - scrolled) - np.array((1, 1, 15, 1)), x)
     kind = m.lane >> 4
     width = pick(kind, (0, 5, 4, 10))
     x = x - jnp.where(kind == SEED, 3, 0)
-    return box(x, 165 + lower - 14 * lane, width, 3, m.lane & SHOWN > 0).clip(*VIEW)
-
-
-def _cliff_lanes(m: Ram, scrolled: jax.Array) -> Box:
-    """What lies on the cliff, in one of two places, or below the rocks."""
-    y = jnp.where(m.scene == ROCKS, 169, jnp.where(m.truck_y == 1, 130, 146))
-    seed = m.lane >> 4 == SEED
-    x = wrap(m.seed_x - scrolled) - jnp.where(seed, 6, 3)
-    there = (m.scenery == 9) & (np.arange(4) == 3) & (m.lane & SHOWN > 0)
-    return box(x, y, jnp.where(seed, 5, 4), 4, there).clip(*VIEW)
+    place = jnp.where(m.scene == ROCKS, 169, jnp.where(m.truck_y == 1, 130, 146))
+    y, height = jnp.where(cliff, place, 165 + lower - 14 * lane), jnp.where(cliff, 4, 3)
+    y = jnp.where(gap, np.array((138, 0, 117, 106)), y)
+    there = (m.lane & SHOWN > 0) & (~cliff | (lane == 3)) & (~gap | (lane != 1))
+    return box(x, y, width, height, there).clip(*VIEW)
 
 
 def _cacti(m: Ram, scrolled: jax.Array, lost: jax.Array) -> Box:
@@ -354,8 +304,7 @@ def _cacti(m: Ram, scrolled: jax.Array, lost: jax.Array) -> Box:
     x = x + jnp.where(lost, jnp.stack([way >> 2, way >> 1]), 0)
     small = (m.scene & 1 == 1) & (np.arange(2) == 0)
     y = np.array((46, 55)) + jnp.where((m.scene == ROCKS) & (m.sign_x < 0x95), 1, 0)
-    there = m.cactus_x < 0x94
-    return box(x + jnp.where(small, 1, 0), y, jnp.where(small, 5, 8), 8, there)
+    return box(x + jnp.where(small, 1, 0), y, jnp.where(small, 5, 8), 8, m.cactus_x < 0x94)
 
 
 def _bonus(m: Ram) -> Box:
@@ -374,7 +323,7 @@ CUT = BROWN(min_size=(8, 1), max_size=(8, 5))
 COYOTE = BROWN(min_size=(5, 13), max_size=(9, 38), also=FLAT)
 FALLING = BROWN(min_size=(4, 6), max_size=(8, 12), area=(61, 199), also=CUT)
 BALL = BROWN(min_size=(4, 4), max_size=(4, 4))
-CRACKS = Blobs(COYOTE_COLORS, (8, 124, 152, 156), gap=(1, 1), min_size=(6, 32), max_size=(13, 32))
+CRACKS = Blobs(COYOTE_COLORS, (8, 124, 152, 156), gap=(1, 1), min_size=(9, 32), max_size=(13, 32))
 LANES = functools.partial(Blobs, PLAYER_COLORS, (8, 118, 152, 174), gap=(1, 1))
 HIGH_SEEDS = LANES(min_size=(5, 4), max_size=(5, 4), area=(19, 24))
 SEEDS = LANES(min_size=(1, 3), max_size=(5, 3), area=(1, 18), also=HIGH_SEEDS)

@@ -42,7 +42,7 @@ RARE = {
     "Pitfall": ("DiamondRing", "Fire", "GoldenBar", "MoneyBag", "Pit", "SilverBar", "Snake"),
     "PrivateEye": ("Barrier", "Brick", "Dove", "Gun", "Lizard", "Money_Bag", "Necklace", "Pottet_Plant", "Shoe_Sole", "Stamp"),
     "Riverraid": ("Bridge", "Jet"),
-    "RoadRunner": ("AcmeMine", "Truck"),
+    "RoadRunner": ("AcmeMine", "RoadCrack", "Rock", "Truck", "Turret", "TurretBall"),
     "Seaquest": ("SurfaceSubmarine",),
     "TimePilot": ("Enemy_Black", "Enemy_Yellow", "Enemy_Blue", "Enemy_Orange"),
     "Venture": ("Dragon", "Serpant", "Skeleton", "Spider", "Troll", "TwoHeaded", "Wall"),
