@@ -1,114 +1,131 @@
-"""The scripts in the tables of docs/neighbours.md run, or fail, as the tables say. They need checkouts of the other projects."""
+"""The scripts in the tables of docs/scripts.md run, or fail, as the tables say. They need checkouts of the other projects.
 
-import builtins
+This file is also the program that runs one script: `python tests/test_neighbours.py SCRIPT [ARGUMENTS]`.
+"""
+
 import functools
+import os
 import re
 import runpy
+import shutil
+import subprocess
 import sys
 from pathlib import Path
+from unittest.mock import MagicMock
 
 import pytest
 
-from ocjax.ocatari import OCAtari
-
-PAGE = Path(__file__).parent.parent / "docs" / "neighbours.md"
-ROW = re.compile(r"^\| (OC_Atari|HackAtari|NUDGE|blendrl) \| `(\S+)(?: (.*?))?` \| (works|changed|refused) \| ?(.*?) ?\|$", re.MULTILINE)
+STEPS = 100  # after which a script has shown that it runs
+SECONDS = 120  # after which it is ended
+ROW = re.compile(r"^\| `(OC_Atari|HackAtari|NUDGE|blendrl)/?(\S*)` \| (.+?) \| (works|changed|refused) \| ?(.*?) ?\|$", re.MULTILINE)
+QUOTED = re.compile(r"`(.+?)`")
 EDIT = re.compile(r"`([^`]+)` → `([^`]+)`")
 IMPORT = re.compile(r"\bocatari(\.\w+)*(?= import)")  # of OCAtari's modules
-STEPS = 120  # after which a script has shown that it runs
-ROWS = ROW.findall(PAGE.read_text(encoding="utf-8"))
-
-
-class Enough(BaseException):
-    """A script has made its steps."""
-
-
-@functools.cache
-def copy_of(checkout, folder):
-    """A copy of a project's Python files in which OCAtari's imports are changed; OCAtari itself is left out."""
-    for path in checkout.rglob("*.py"):
-        name = path.relative_to(checkout)
-        if name.parts[0] != "ocatari":
-            (folder / name).parent.mkdir(parents=True, exist_ok=True)
-            (folder / name).write_text(IMPORT.sub("ocjax.ocatari", path.read_text(encoding="utf-8")), encoding="utf-8")
-    return folder
+ABSENT = re.compile(r"No module named '(?!ocatari|core|utils|vision)(\w+)")  # a package, not a part of OCAtari
+SCREENLESS = {"MPLBACKEND": "Agg", "SDL_VIDEODRIVER": "dummy", "SDL_AUDIODRIVER": "dummy"}
+SCRIPTS = [
+    pytest.param(project, Path(folder), script, result, notes, id=f"{project}/{folder}/{script}")
+    for project, folder, scripts, result, notes in ROW.findall((Path(__file__).parent.parent / "docs" / "scripts.md").read_text("utf-8"))
+    for script in QUOTED.findall(scripts)
+]
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    return tmp_path_factory.mktemp("neighbours")
+def copy_of(request, tmp_path_factory):
+    """Copies a checkout's code without OCAtari itself; its imports are changed."""
+
+    @functools.cache
+    def copy(project):
+        option = f"--{project.lower().replace('_', '-')}"
+        checkout = request.config.getoption(option)
+        if checkout is None:
+            pytest.skip(f"needs {option} with the path of a checkout")
+        folder = tmp_path_factory.mktemp(project)
+        for path in checkout.rglob("*.py"):
+            name = path.relative_to(checkout)
+            if name.parts[0] != "ocatari":
+                (folder / name).parent.mkdir(parents=True, exist_ok=True)
+                (folder / name).write_text(IMPORT.sub("ocjax.ocatari", path.read_text("utf-8")), "utf-8")
+        for path in checkout.glob("scripts/*.pickle"):  # states of games
+            shutil.copy(path, folder / "scripts")
+        return folder
+
+    return copy
 
 
-@pytest.fixture
-def stopping(monkeypatch):
-    """Every environment raises `Enough` after some steps."""
-    steps, detect_objects = 0, OCAtari.detect_objects  # HackAtari replaces `step`
+@pytest.mark.parametrize(("project", "folder", "script", "result", "notes"), SCRIPTS)
+def test_script(copy_of, tmp_path, project, folder, script, result, notes):
+    root = copy_of(project)
+    roots = [root, *[copy_of("HackAtari")] * (project in ("NUDGE", "blendrl")), root / "nsfr"]  # whose environments may be HackAtari's
+    name, *arguments = script.split()
+    path = root / folder / name
+    text = path.read_text("utf-8")
+    for old, new in EDIT.findall(notes) if result == "changed" else ():
+        assert IMPORT.sub("ocjax.ocatari", old) in text
+        text = text.replace(IMPORT.sub("ocjax.ocatari", old), new)
+    path.write_text(text, "utf-8")
+    environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")} | SCREENLESS
+    environment["PYTHONPATH"] = os.pathsep.join([*map(str, roots), *sys.path])
+    log = tmp_path / "errors"
+    with log.open("wb") as errors:
+        code = subprocess.run(
+            [sys.executable, __file__, path, *arguments],
+            cwd=root if project in ("NUDGE", "blendrl") else path.parent,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=errors,
+            timeout=SECONDS,
+        ).returncode
+    error = log.read_text("utf-8", "replace")
+    if (absent := ABSENT.search(error)) and code:
+        pytest.skip(f"needs {absent[1]}")
+    if result == "refused":
+        assert code
+        assert QUOTED.search(notes)[1] in error
+    else:
+        assert code == 0, error
 
-    def counted(self):
+
+def run(path, *arguments):
+    """Run a script until it ends or has made its steps, with stand-ins for the debugger, the keyboard and windows with figures."""
+    from ale_py.env import AtariEnv
+    from matplotlib import pyplot
+
+    from ocjax import _xla
+
+    _xla.use_compilation_cache()
+    steps, step = 0, AtariEnv.step  # which HackAtari and wrappers call, too
+
+    def counted(self, action):
         nonlocal steps
+        if steps == STEPS:
+            os._exit(0)
         steps += 1
-        if steps > STEPS:
-            raise Enough
-        detect_objects(self)
+        return step(self, action)
 
-    monkeypatch.setattr(OCAtari, "detect_objects", counted)
-    monkeypatch.setattr(builtins, "input", lambda *_: "")
-    pyplot = pytest.importorskip("matplotlib.pyplot")
-    monkeypatch.setattr(pyplot, "show", lambda *_, **__: pyplot.close("all"))  # figures pile up otherwise
+    AtariEnv.step = counted
+    sys.modules |= dict.fromkeys(("ipdb", "pynput"), MagicMock())
+    __builtins__.input = lambda *_: ""
+    pyplot.show = pyplot.pause = lambda *_, **__: pyplot.close("all")
+    sys.argv, sys.path[0] = [path, *arguments], str(Path(path).parent)
+    try:
+        names = runpy.run_path(path, run_name="__main__")
+        if "NudgeEnv" in names:
+            play(names["NudgeEnv"](mode="ppo"))
+    except SystemExit as end:
+        if end.code:
+            raise
+    if not steps:
+        sys.exit("it ends without a step")
 
 
-def use(names):
+def play(env):
     """Play with the environment that a file of NUDGE's kind defines."""
-    env = names["NudgeEnv"](mode="ppo")
     env.reset()
     while True:
         env.step(0, is_mapped=True)
 
 
-@pytest.mark.filterwarnings("default")  # warnings of other projects
-@pytest.mark.parametrize(("project", "script", "arguments", "result", "notes"), ROWS, ids=[" ".join(row[:2]) for row in ROWS])
-def test_script(request, monkeypatch, folder, stopping, project, script, arguments, result, notes):
-    roots = []
-    for name in (project, *["HackAtari"] * (project in ("NUDGE", "blendrl"))):  # whose environments may be HackAtari's
-        option = f"--{name.lower().replace('_', '-')}"
-        checkout = request.config.getoption(option)
-        if checkout is None:
-            pytest.skip(f"needs {option} with the path of a checkout")
-        roots.append(copy_of(checkout.resolve(), folder / name))
-    root = roots[0]
-    path = root / script
-    text = path.read_text(encoding="utf-8")
-    for old, new in EDIT.findall(notes) if result == "changed" else ():
-        assert IMPORT.sub("ocjax.ocatari", old) in text
-        text = text.replace(IMPORT.sub("ocjax.ocatari", old), new)
-    path.write_text(text, encoding="utf-8")
-    for name, value in {"MPLBACKEND": "Agg", "SDL_VIDEODRIVER": "dummy", "SDL_AUDIODRIVER": "dummy"}.items():
-        monkeypatch.setenv(name, value)
-    monkeypatch.setattr(sys, "path", [str(path.parent), *map(str, roots), str(root / "nsfr"), *sys.path])
-    monkeypatch.setattr(sys, "argv", [path.name, *arguments.split()])
-    monkeypatch.chdir(root if "NudgeEnv" in text else path.parent)
-    error = run(path)
-    for name in [n for n, m in sys.modules.items() if str(folder) in f"{vars(m).get('__file__')} {vars(m).get('__path__')}"]:
-        del sys.modules[name]
-    if result != "refused":
-        assert error is None, error
-        return
-    assert error is not None
-    assert re.search(r"`(.+?)`", notes)[1] in f"{type(error).__name__}: {error}"
-
-
-def run(path):
-    """Run a script; the error that ends it, or None if it makes its steps or ends by itself."""
-    try:
-        names = runpy.run_path(str(path), run_name="__main__")
-        if "NudgeEnv" in names:
-            use(names)
-    except Enough:
-        return None
-    except ModuleNotFoundError as error:
-        if error.name.split(".")[0] not in ("ocatari", "core", "utils", "vision"):
-            pytest.skip(f"needs {error.name}")
-        return error
-    except (Exception, SystemExit) as error:
-        return error
-    return None
+if __name__ == "__main__":
+    run(*sys.argv[1:])
