@@ -12,6 +12,7 @@ from ocjax.records import UNKNOWN
 
 if TYPE_CHECKING:
     from ocjax.game import Game
+    from ocjax.rules import Category
 
 
 @jax.tree_util.register_dataclass
@@ -59,15 +60,18 @@ class Objects:
         """Index the batch dimensions."""
         return jax.tree.map(lambda a: a[index], self)
 
-    def of(self, game: "Game", category: str) -> "Objects":
-        """Select the slots of a category.
+    def of(self, game: "Game", category: "str | Category") -> "Objects":
+        """Select the slots of a category, given by its name or as an entry of `game.categories`.
+
+        The result has no reference to the game, so functions that need all slots, such as `to_list`, refuse it.
 
         Raises:
             ValueError: the game has no such category.
         """
-        if category not in game.slices:
-            raise ValueError(f"{game.name} has no category {category!r}; it has {', '.join(game.slices)}")
-        s = game.slices[category]
+        name = category if isinstance(category, str) else category.name
+        if name not in game.slices:
+            raise ValueError(f"{game.name} has no category {name!r}; it has {', '.join(game.slices)}")
+        s = game.slices[name]
         return Objects(self.xywh[..., s, :], self.valid[..., s], self.orientation[..., s], self.value[..., s], self.rgb[..., s, :])
 
     def to_list(self) -> list[Any]:
@@ -172,7 +176,9 @@ def whose(objects: Objects) -> "Game":
         ValueError: the objects have no reference to their game, because `of` or the caller made them.
     """
     if objects.game is None:
-        raise ValueError("these objects carry no reference to their game: pass what game.rem or game.vem returned, with all slots")
+        raise ValueError(
+            "these objects have no reference to their game: pass all slots that game.rem or game.vem returned, not those of `of`"
+        )
     return objects.game
 
 

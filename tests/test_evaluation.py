@@ -132,7 +132,7 @@ def test_detections_of_objects():
     d = evaluation.detections(objects)
     assert np.array_equal(d.label >= 0, np.asarray(objects.valid))
     assert np.array_equal(evaluation.match(d, d), np.where(d.label >= 0, np.arange(d.label.shape[1]), -1))
-    with pytest.raises(ValueError, match="carry no reference to their game"):
+    with pytest.raises(ValueError, match="have no reference to their game"):
         evaluation.detections(objects.of(game, "Ball"))
 
 

@@ -101,7 +101,7 @@ def test_empty_masks_and_wrong_options(pong, objects, gray):
         masks.masks(objects, "pixel")
     with pytest.raises(ValueError, match="give gray"):
         masks.masks(objects, "object")
-    with pytest.raises(ValueError, match="carry no reference to their game"):
+    with pytest.raises(ValueError, match="have no reference to their game"):
         masks.masks(objects.of(pong, "Ball"), "binary")
     with pytest.raises(ValueError, match="stack at least 1"):
         Masks("binary", stack=0)

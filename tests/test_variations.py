@@ -141,7 +141,7 @@ def test_rewards_of_objects():
         return (current.x[0] - previous.x[0]) * 10 + current.y[1] + action.astype(np.int16)
 
     for mode in ("NextStep", "SameStep"):
-        envs = ocjax.make_vec("Pong", 2, num_workers=0, autoreset_mode=mode, max_episode_frames=100, reward_fn=reward)
+        envs = ocjax.make_vec("Pong", 2, num_workers=0, autoreset_mode=mode, max_episode_frames=100, reward_fn=reward, clip_rewards=True)
         envs.reset(seed=0)
         ends_seen = 0
         for _ in range(60):
@@ -188,3 +188,13 @@ def test_a_variation_of_another_game_is_refused():
     for refused in (variations.red_river, [variations.lazy_enemy, variations.red_river]):
         with pytest.raises(ValueError, match=r"the hook is a variation of Riverraid .*, but the game is Pong"):
             make("Pong", hook=refused)
+    with pytest.raises(TypeError, match="got 'lazy_enemy'"):
+        make("Pong", hook="lazy_enemy")
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"writes": {200: 1}}, {"writes": {20: 300}}, {"writes": {"a": 1}}, {"copies": {-1: 3}}, {"copies": {3: 128}}]
+)
+def test_variations_of_wrong_bytes_are_refused(wrong):
+    with pytest.raises(ValueError, match=r"must have (addresses|values) from 0 to"):
+        variations.Variation("Pong", "It cannot be.", **wrong)

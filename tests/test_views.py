@@ -99,3 +99,14 @@ def test_selected_slots_have_no_game(objects):
     for one in (Objects.to_frame, Objects.to_arrow, Objects.to_logic, Objects.to_text, Objects.to_dict):
         with pytest.raises(ValueError, match="no reference to their game"):
             one(objects.of(GAME, "Ball"))
+
+
+def test_a_category_is_selected_by_its_name_or_itself():
+    game = ocjax.load("Pong")
+    objects = game.rem(excerpt("Pong")["rams"][:4])
+    for category in game.categories:
+        assert np.array_equal(objects.of(game, category).xywh, objects.of(game, category.name).xywh)
+    with pytest.raises(ValueError, match="Pong has no category 'Car'; it has Player, "):
+        objects.of(game, "Car")
+    with pytest.raises(ValueError, match="not those of `of`"):
+        objects.of(game, "Ball").to_list()

@@ -12,6 +12,7 @@ import numpy as np
 
 from ocjax.envs._worker.emulator import apply_hooks
 from ocjax.envs.variations import Variation
+from ocjax.registry import load
 
 Hook = Callable[[np.ndarray], None]
 
@@ -23,11 +24,11 @@ def named_hooks(hook: Hook | Sequence[Hook] | None, game: str) -> tuple[tuple[st
         TypeError: a hook is not a function.
         ValueError: a hook is a variation of another game.
     """
-    hooks = () if hook is None else tuple(hook) if isinstance(hook, Sequence) else (hook,)
+    hooks: tuple[Any, ...] = () if hook is None else tuple(hook) if isinstance(hook, Sequence) and not isinstance(hook, str) else (hook,)
     for h in hooks:
         if not callable(h):
             raise TypeError(f"hook must be a function of the RAM or a sequence of such functions, got {h!r}")
-        if isinstance(h, Variation) and h.game != game:
+        if isinstance(h, Variation) and load(h.game).name != game:
             raise ValueError(f"the hook is a variation of {h.game} ({h.doc}), but the game is {game}")
     return tuple((_name(h), h) for h in hooks)
 

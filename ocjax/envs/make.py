@@ -89,7 +89,8 @@ def make_vec(
         render_mode: "rgb_array", or "objects" for frames with the objects drawn over them.
         ram_info: whether `info` contains the RAM.
         reward_fn: a function of the objects before a step, the objects after it (by REM if they are extracted from RAM) and the action, of
-            one environment, that returns the reward. It is compiled by JAX for the batch. `info["reward"]` is then the game's own reward.
+            one environment, that returns the reward. It is compiled by JAX for the batch. Its result is not clipped,
+            and `info["reward"]` is the game's own reward.
             The first step of an episode under next-step autoreset, whose action is ignored, is rewarded with 0.
 
     Returns:

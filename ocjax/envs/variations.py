@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ocjax.ram import RAM_SIZE
+
 __all__ = [
     "always_lower_player",
     "color_all_blocks_red",
@@ -40,12 +42,22 @@ class Variation:
         doc: what is different.
         writes: the bytes that are written, by address.
         copies: addresses whose bytes are written, by the address that each is written to.
+
+    Raises:
+        ValueError: an address is not in 0 to 127, or a value not in 0 to 255.
     """
 
     game: str
     doc: str
     writes: Mapping[int, int] = field(default_factory=dict)
     copies: Mapping[int, int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name, addresses in (("writes", self.writes), ("copies", {*self.copies, *self.copies.values()})):
+            if not all(isinstance(a, int) and 0 <= a < RAM_SIZE for a in addresses):
+                raise ValueError(f"{name} must have addresses from 0 to {RAM_SIZE - 1}, got {getattr(self, name)}")
+        if not all(isinstance(value, int) and 0 <= value < 256 for value in self.writes.values()):
+            raise ValueError(f"writes must have values from 0 to 255, got {self.writes}")
 
     def __call__(self, ram: np.ndarray) -> None:
         """Write to the RAM of one environment, uint8 `[128]`."""

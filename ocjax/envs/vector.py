@@ -281,7 +281,7 @@ class ObjectVectorEnv(VectorEnv):
         reward, terminated, truncated = np.array(pool.reward), np.array(pool.terminated), np.array(pool.truncated)
         if self._reward_fn is not None:
             reward = self._object_reward(self._reward_fn, shards, terminal, terminated | truncated)
-        if pool.settings.clip_rewards:
+        elif pool.settings.clip_rewards:
             reward = np.sign(reward)
         result = self._observation(shards), reward, terminated, truncated, self._info() | final
         self._replace(shards, terminated | truncated)
