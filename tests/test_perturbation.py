@@ -1,5 +1,6 @@
 """Random errors of a detector."""
 
+import gymnasium
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from conftest import excerpt
 
 import ocjax
+from ocjax.envs import PerturbObjects
 
 KEY = jax.random.key(3)
 FIELDS = ("xywh", "valid", "orientation", "value", "rgb")
@@ -89,3 +91,43 @@ def test_misuse(objects):
         ocjax.perturb(KEY, objects, jitter=-1)
     with pytest.raises(ValueError, match="no reference to their game"):
         ocjax.perturb(KEY, objects.of(objects.game, "Ball"))
+
+
+def test_environments_observe_perturbed_objects():
+    runs = []
+    for seed in (0, 0, 1):
+        envs = ocjax.make_vec("Pong", 3, num_workers=0, autoreset_mode="SameStep", max_episode_frames=40)
+        noisy = PerturbObjects(envs, jax.random.key(seed), jitter=2, drop=0.3)
+        noisy.reset(seed=0)
+        shown, existing, moves, ends = [], 0, [], 0
+        for _ in range(25):
+            observation, _, _, _, info = noisy.step(np.zeros(3, int))
+            assert noisy.observation_space.contains(observation)
+            truth = jax.tree.map(np.asarray, envs.tensors)
+            shown.append(observation["valid"] != 0)
+            assert not (shown[-1] & ~truth.valid).any()
+            existing += truth.valid.sum()
+            moves.append(np.abs(observation["xywh"] - truth.xywh)[shown[-1]])
+            for i in np.flatnonzero(info.get("_final_obs", [])):
+                assert noisy.single_observation_space.contains(info["final_obs"][i])
+                ends += 1
+        assert ends
+        assert np.concatenate(moves).max() == 2
+        assert 0.6 < np.sum(shown) / existing < 0.8
+        runs.append(np.stack(shown))
+        noisy.close()
+    assert np.array_equal(runs[0], runs[1])
+    assert not np.array_equal(runs[0], runs[2])
+
+
+def test_environments_that_cannot_be_perturbed():
+    envs = ocjax.make_vec("Pong", 2, num_workers=0, obs="vector")
+    with pytest.raises(ValueError, match="the observation must be 'objects'"):
+        PerturbObjects(envs, KEY, drop=0.1)
+    with pytest.raises(TypeError, match="env must be a vector environment of ocjax"):
+        PerturbObjects(gymnasium.make("ocjax/Pong-v5"), KEY)
+    envs.close()
+    envs = ocjax.make_vec("Pong", 2, num_workers=0)
+    with pytest.raises(ValueError, match="drop must be a probability"):
+        PerturbObjects(envs, KEY, drop=2)
+    envs.close()

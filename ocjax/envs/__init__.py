@@ -3,6 +3,7 @@
 from ocjax.envs.ale import AlePool
 from ocjax.envs.make import ObjectEnv, make, make_vec
 from ocjax.envs.observations import Computed, Copied, Dqn, Masks, ObjectFields, Observation, Pixels, Ram, Snapshot, Vector
+from ocjax.envs.perturbed import PerturbObjects
 from ocjax.envs.pool import EmulatorPool
 from ocjax.envs.process import WorkerError
 from ocjax.envs.settings import PRESETS, Settings, settings
@@ -22,6 +23,7 @@ __all__ = [
     "ObjectFields",
     "ObjectVectorEnv",
     "Observation",
+    "PerturbObjects",
     "Pixels",
     "Ram",
     "RomError",
