@@ -246,6 +246,10 @@ def test_shards_are_inputs(folder, tmp_path, pong):
     assert np.load(tmp_path / "rem.npz")["valid"].shape == np.load(tmp_path / "vem.npz")["valid"].shape == (15, pong.num_slots)
 
 
+def test_plan_takes_a_name(pong):
+    assert datasets.plan("pong", 10) == datasets.plan(pong, 10)
+
+
 def test_wrong_plans_and_folders_are_refused(copy, folder, pong, tmp_path):
     for policies in ({"random": 25, "repeat": 75}, {"random": 50}, {"random": 110, "repeat": -10}):
         with pytest.raises(DatasetError, match="multiples of 10 that add up to 100"):

@@ -43,11 +43,11 @@ states. A sequence is left out if the F1 of REM against VEM is less than {least_
 | column | contents |
 |---|---|
 | `index` | number of the state among all that were played; numbers of states that were left out are missing |
-| `seed`, `policy`, `instance` | the seed, the policy, and its instance of the game |
+| `seed`, `policy`, `instance` | the seed, the policy, and the number of the instance |
 | `episode`, `step` | number of the episode of this instance, and of the step in the episode |
 | `image`, `previous` | the last emulated frame and the one before, lossless: PNG with the emulator's palette indices |
 | `ram` | the 128 bytes of RAM |
-| `action` | index into {actions} of the action that led to this state, -1 at the beginning of an episode |
+| `action` | the action that led to this state, as an index into {actions}; -1 in the first state of an episode |
 | `reward`, `terminated`, `truncated` | of the step that led to this state |
 | `lives` | the emulator's lives |
 | `rem`, `hud` | objects that REM finds: those in play, and those of the display |

@@ -29,7 +29,7 @@ CSV_COLUMNS = ("INDEX", "OBS", "HUD", "RAM", "VIS")
 def export(folder: str | Path, out: str | Path, *, report: Report | None = None) -> None:
     """Export a dataset, completely or not at all.
 
-    A `.csv` file has the columns of the dataset of the OCAtari paper: `INDEX` (`game_step`, five digits each), `OBS` (a list of the
+    A `.csv` file has the columns of the dataset of the OCAtari paper: `INDEX` (`episode_step`, five digits each), `OBS` (a list of the
     `210 * 160 * 3` numbers of the RGB frame), and the objects `HUD` and `RAM` (of REM) and `VIS` (of VEM) as sorted lists of the form
     `Player at (140, 100), (4, 16)`.
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import ocjax
-from ocjax import policies
+from ocjax import policies, registry
 from ocjax.envs import Settings
 from ocjax.envs.checks import integer
 from ocjax.envs.settings import settings
@@ -109,12 +109,12 @@ class Plan:
 
 
 def plan(
-    game: Game, states: int, seeds: Sequence[int] = SEEDS, policies: Mapping[str, int] | None = None, least_f1: float = LEAST_F1
+    game: Game | str, states: int, seeds: Sequence[int] = SEEDS, policies: Mapping[str, int] | None = None, least_f1: float = LEAST_F1
 ) -> Plan:
     """Plan a dataset of a game.
 
     Args:
-        game: the game, with its display.
+        game: the game, with its display, or its name.
         states: number of states to play.
         seeds: each has an equal share of the states.
         policies: percentage of the states that each policy plays, by name; see `ocjax.policies.make_policy`. By default, 30 % random
@@ -124,9 +124,11 @@ def plan(
     Raises:
         DatasetError: a ValueError; the percentages are no multiples of 10 that add up to 100, a seed is there twice, or the least F1 is not
             between 0 and 1.
+        UnknownGameError: a ValueError; there is no game of that name.
         PolicyError: a ValueError; a policy does not exist or does not fit the game.
         ValueError: another number is out of range.
     """
+    game = registry.load(game) if isinstance(game, str) else game
     chosen = default_policies(game) if policies is None else policies
     if sum(chosen.values()) != 100 or any(p <= 0 or p % (100 // ENVS) for p in chosen.values()):
         raise DatasetError(f"the percentages of the policies must be multiples of {100 // ENVS} that add up to 100, got {dict(chosen)}")
