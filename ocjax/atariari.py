@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from ocjax.game import Game
 from ocjax.ram import RAM_SIZE
-from ocjax.registry import load
+from ocjax.registry import as_game
 
 # AtariARI's code labels two more games than its paper.
 _NOT_IN_PAPER = ("BattleZone", "Skiing")
@@ -31,11 +32,11 @@ def games() -> tuple[str, ...]:
     return tuple(name for name in addresses() if name not in _NOT_IN_PAPER)
 
 
-def labels(game: str, ram: Any) -> dict[str, Any]:
+def labels(game: Game | str, ram: Any) -> dict[str, Any]:
     """AtariARI's labels of RAM.
 
     Args:
-        game: the game's name in any of the usual spellings: one of `games`, "BattleZone" or "Skiing".
+        game: the game, or its name in any of the usual spellings: one of `games`, "BattleZone" or "Skiing".
         ram: uint8 `[..., 128]`, a numpy array or an array of JAX.
 
     Returns:
@@ -45,7 +46,7 @@ def labels(game: str, ram: Any) -> dict[str, Any]:
         ValueError: AtariARI has no labels of the game, or the last dimension of `ram` is not 128.
         TypeError: `ram` is not uint8.
     """
-    name = load(game).name
+    name = as_game(game).name
     if name not in addresses():
         raise ValueError(f"AtariARI has no labels of {name}; it has those of {', '.join(addresses())}")
     if not hasattr(ram, "dtype") or ram.dtype != np.uint8:

@@ -18,6 +18,7 @@ import numpy as np
 from ocjax.game import Game
 from ocjax.objects import Objects, whose
 from ocjax.ocatari_slots import declared_slots
+from ocjax.registry import as_game
 from ocjax.views import NS_MEANING, ORIENTATION, POSITION, WIDTH
 
 _FIELDS = {POSITION: ("x", "y"), ORIENTATION: ("orientation",), WIDTH: ("w",)}  # of `ns_state`
@@ -39,16 +40,18 @@ _NUDGE_ROWS: Mapping[str, Mapping[str, tuple[int, int]]] = {
 _NUDGE_OBJECTS, _NUDGE_KINDS = 11, 4
 
 
-def ocatari_slots(game: Game, hud: bool | None = None) -> dict[str, int]:
+def ocatari_slots(game: Game | str, hud: bool | None = None) -> dict[str, int]:
     """OCAtari 2.2.1's number of slots of each category, in its order.
 
     Args:
-        game: the game.
+        game: the game, or its name.
         hud: whether what OCAtari counts as display is included; by default if the game includes its display.
 
     Raises:
-        ValueError: OCAtari declares no slots of the game.
+        ValueError: OCAtari declares no slots of the game, or there is no such game.
+        TypeError: `game` is neither a game nor a name.
     """
+    game = as_game(game)
     slots = declared_slots(game, game.hud if hud is None else hud)
     if slots is None:
         raise ValueError(f"OCAtari 2.2.1 declares no slots of {game.name}")

@@ -1,9 +1,9 @@
 """Messages that all commands have in common: errors that the user can correct, and interruptions."""
 
+import contextlib
 import os
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from typing import Any
 
 import typer
@@ -21,7 +21,7 @@ def say(text: str) -> None:
     Console(stderr=True).print(text, style="red", markup=False, highlight=False, soft_wrap=True)
 
 
-@contextmanager
+@contextlib.contextmanager
 def errors_in_one_line() -> Iterator[None]:
     """Report errors that the user can correct in one line, with exit status 2."""
     try:
@@ -31,9 +31,9 @@ def errors_in_one_line() -> Iterator[None]:
         raise typer.Exit(WRONG_USE) from error
 
 
-@contextmanager
+@contextlib.contextmanager
 def progress_bar(action: str, unit: str, console: Console) -> Iterator[Callable[[int, int], None]]:
-    """A progress bar.
+    """A progress bar, which appears with the first report.
 
     Args:
         action: what is being done.
@@ -44,9 +44,16 @@ def progress_bar(action: str, unit: str, console: Console) -> Iterator[Callable[
         A function to call with how many are done, and how many there are.
     """
     columns = TextColumn(action), BarColumn(), TextColumn(f"{{task.completed:,}} of {{task.total:,}} {unit}"), TimeRemainingColumn()
-    with Progress(*columns, console=console) as progress:
+    with contextlib.ExitStack() as shown:
+        progress = Progress(*columns, console=console)
         task = progress.add_task("", total=0)
-        yield lambda done, total: progress.update(task, completed=done, total=total)
+
+        def report(done: int, total: int) -> None:
+            progress.update(task, completed=done, total=total)
+            if not progress.live.is_started:
+                shown.enter_context(progress)
+
+        yield report
 
 
 class Interruptible(TyperGroup):

@@ -169,12 +169,25 @@ class Objects:
         return records.arrow(self, whose(self))
 
 
+def check_objects(name: str, objects: Any) -> None:
+    """Check that an argument holds objects.
+
+    Raises:
+        TypeError: it is no `Objects`.
+    """
+    if not isinstance(objects, Objects):
+        got = f"{objects.dtype} {list(objects.shape)}" if hasattr(objects, "dtype") and hasattr(objects, "shape") else repr(objects)
+        raise TypeError(f"{name} must be ocjax.Objects, as game.rem and game.vem return them, got {got}")
+
+
 def whose(objects: Objects) -> "Game":
     """The game that objects belong to.
 
     Raises:
+        TypeError: they are no `Objects`.
         ValueError: the objects have no reference to their game, because `of` or the caller made them.
     """
+    check_objects("objects", objects)
     if objects.game is None:
         raise ValueError(
             "these objects have no reference to their game: pass all slots that game.rem or game.vem returned, not those of `of`"

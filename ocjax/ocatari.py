@@ -171,7 +171,13 @@ class OCAtari(gym.Env):
 
         Returns:
             The observation, reward, terminated, truncated and `info`, in Gymnasium's order.
+
+        Raises:
+            ValueError: there is no such action.
         """
+        space = self._env.action_space
+        if isinstance(space, gym.spaces.Discrete) and not 0 <= action < space.n:
+            raise ValueError(f"the action must be from 0 to {space.n - 1}, got {action!r}")
         observation, reward, terminated, truncated, info = self._env.step(action)
         self.detect_objects()
         self._fill_buffer()

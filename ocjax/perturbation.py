@@ -1,5 +1,7 @@
 """Errors of a detector, made on purpose, to train and test agents that must cope with them."""
 
+import numbers
+
 import jax
 import jax.numpy as jnp
 
@@ -30,14 +32,19 @@ def perturb(key: jax.Array, objects: Objects, *, jitter: int = 0, drop: float = 
         Objects of the same shape.
 
     Raises:
+        TypeError: `objects` are no `Objects`, `jitter` is not an integer, or a probability is not a number.
         ValueError: a probability is not between 0 and 1, `jitter` is negative, or the objects do not know their game.
     """
+    whose(objects)
+    if not isinstance(jitter, numbers.Integral):
+        raise TypeError(f"jitter must be a whole number of pixels, got {jitter!r}")
     for name, p in (("drop", drop), ("swap", swap), ("invent", invent)):
+        if not isinstance(p, numbers.Real):
+            raise TypeError(f"{name} must be a number from 0 to 1, got {p!r}")
         if not 0 <= p <= 1:
             raise ValueError(f"{name} must be a probability, got {p!r}")
     if jitter < 0:
         raise ValueError(f"jitter must be a number of pixels of at least 0, got {jitter!r}")
-    whose(objects)
     return _perturb(key, objects, jnp.int16(jitter), *(jnp.float32(p) for p in (drop, swap, invent)))
 
 

@@ -72,10 +72,16 @@ def load(name: str, *, hud: bool = True) -> Game:
     short = re.sub(r"(-ram)?(Deterministic|NoFrameskip)?(-ram)?-v\d+$", "", short)
     key = short.replace("_", "").replace(" ", "").lower()
     if key not in _modules():
-        close = difflib.get_close_matches(key, _modules(), n=3, cutoff=0.5)
-        hint = f"did you mean {' or '.join(_load_module(m).name for m in close)}?" if close else f"there are {', '.join(games())}"
+        known = {n.lower(): n for n in names()}  # loading all games would take long
+        close = difflib.get_close_matches(key, known, n=3, cutoff=0.5)
+        hint = f"did you mean {' or '.join(known[m] for m in close)}?" if close else f"there are {', '.join(known.values())}"
         raise UnknownGameError(f"no game {name!r}: {hint}")
     return _load_module(key) if hud else _without_hud(key)
+
+
+def as_game(game: Game | str) -> Game:
+    """The game itself, or the one of that name; see `load`."""
+    return game if isinstance(game, Game) else load(game)
 
 
 copyreg.pickle(Game, lambda game: (functools.partial(load, hud=game.hud), (game.name,)))  # a game pickles as its name

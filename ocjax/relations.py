@@ -6,7 +6,7 @@ import math
 import jax
 import jax.numpy as jnp
 
-from ocjax.objects import UNKNOWN, Objects
+from ocjax.objects import UNKNOWN, Objects, check_objects
 
 _POINTS = 16  # of the compass
 
@@ -56,9 +56,12 @@ def relations(objects: Objects, others: Objects | None = None) -> Relations:
         others: of the same batch shape; by default `objects`.
 
     Raises:
+        TypeError: an argument is no `Objects`.
         ValueError: the batch shapes differ.
     """
     others = objects if others is None else others
+    check_objects("objects", objects)
+    check_objects("others", others)
     if objects.valid.shape[:-1] != others.valid.shape[:-1]:
         shapes = list(objects.valid.shape[:-1]), list(others.valid.shape[:-1])
         raise ValueError(f"objects and others must have the same batch shape, got {shapes[0]} and {shapes[1]}")

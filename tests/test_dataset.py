@@ -16,6 +16,7 @@ import ocjax
 from ocjax import datasets, files
 from ocjax.cli import app
 from ocjax.datasets import DatasetError, columns, labels, shards
+from ocjax.files import extraction
 
 pa = pytest.importorskip("pyarrow")
 parquet = pytest.importorskip("pyarrow.parquet")
@@ -156,7 +157,7 @@ def test_relabel(copy, folder):
     table, facts = parquet.read_table(path), shards.facts(path)
     empty = pa.array([[]] * len(table), table["rem"].type)
     table = table.set_column(table.schema.get_field_index("rem"), "rem", empty)
-    shards._write(path, table, facts | {"code": "old", "counts": {}})
+    shards._write(path, table, ocjax.load("Pong"), facts | {"code": "old", "counts": {}})
     (copy / "README.md").write_text("old")
     before = {p: p.stat().st_mtime_ns for p in copy.glob("data/*")}
     datasets.relabel(copy)
@@ -192,7 +193,7 @@ def minari(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("block_rows", [7, 65536])
 def test_minari(folder, pong, minari, monkeypatch, block_rows):
-    monkeypatch.setitem(files.extraction.BLOCK_ROWS, "rem", block_rows)
+    monkeypatch.setitem(extraction.BLOCK_ROWS, "rem", block_rows)
     datasets.export(folder, "minari:pong/oda-v0")
     rows = rows_of(folder)
     dataset = minari.load_dataset("pong/oda-v0")
@@ -220,8 +221,15 @@ def test_minari_errors(folder, minari, tmp_path, monkeypatch):
     np.save(tmp_path / "Pong.npy", np.zeros((2, 128), np.uint8))
     with pytest.raises(ValueError, match="only a Minari dataset can be copied"):
         files.extract(tmp_path / "Pong.npy", "minari:pong/x-v0")
-    with pytest.raises(ValueError, match="Malformed dataset ID"):
+    with pytest.raises(ValueError, match=r"namespace/name-v0, got '\?'"):
         datasets.export(folder, "minari:?")
+    for name in ("minari:Pong", "minari:pong/x"):
+        with pytest.raises(ValueError, match="a Minari ID has the form namespace/name-v0, got "):
+            datasets.export(folder, name)
+    with pytest.raises(ValueError, match="a Minari ID has the form namespace/name-v0, got 'A'"):
+        files.extract("minari:A", tmp_path / "x.npz")
+    with pytest.raises(ValueError, match="`minari download pong/none-v0` gets it"):
+        files.extract("minari:pong/none-v0", tmp_path / "x.npz")
     with monkeypatch.context() as patch, pytest.raises(ZeroDivisionError):
         patch.setattr(columns, "padded", lambda *a: 1 / 0)
         datasets.export(folder, "minari:pong/x-v0")
@@ -241,8 +249,8 @@ def test_loadable_with_datasets(folder, tmp_path):
 
 def test_shards_are_inputs(folder, tmp_path, pong):
     path = folder / "data" / "train-00000-of-00002.parquet"
-    files.extract(path, tmp_path / "rem.npz", "Pong")
-    files.extract(path, tmp_path / "vem.npz", "Pong", array="image")
+    files.extract(path, tmp_path / "rem.npz")
+    files.extract(path, tmp_path / "vem.npz", array="image")
     assert np.load(tmp_path / "rem.npz")["valid"].shape == np.load(tmp_path / "vem.npz")["valid"].shape == (15, pong.num_slots)
 
 
@@ -260,8 +268,11 @@ def test_wrong_plans_and_folders_are_refused(copy, folder, pong, tmp_path):
         datasets.plan(pong, 10, [1, 1])
     with pytest.raises(ValueError, match="states must be"):
         datasets.plan(pong, 0)
-    with pytest.raises(DatasetError, match="holds another dataset"):
+    with pytest.raises(DatasetError, match=r"holds another dataset.*differs in states, shard_states, sequence_states\."):
         datasets.generate(datasets.plan(pong, 57), copy)
+    (tmp_path / "file.csv").touch()
+    with pytest.raises(DatasetError, match=r"file\.csv is a file, and a dataset is a folder"):
+        datasets.generate(datasets.plan(pong, 57), tmp_path / "file.csv")
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "x").touch()
     with pytest.raises(DatasetError, match="is not empty"):
@@ -271,7 +282,10 @@ def test_wrong_plans_and_folders_are_refused(copy, folder, pong, tmp_path):
     with pytest.raises(ValueError, match=r"must end in \.csv"):
         datasets.export(folder, tmp_path / "x.json")
     (copy / "data" / "train-00001-of-00002.parquet").write_bytes(b"PAR1")
-    with pytest.raises(DatasetError, match=r"00001-of-00002\.parquet"):
+    with pytest.raises(DatasetError, match=r"00001-of-00002\.parquet cannot be read"):
+        datasets.relabel(copy)
+    (copy / "data" / "train-00001-of-00002.parquet").unlink()
+    with pytest.raises(DatasetError, match=r"lacks data/train-00001-of-00002\.parquet; generate"):
         datasets.relabel(copy)
     (copy / "dataset.json").write_text("{}")
     with pytest.raises(DatasetError, match=r"dataset\.json is damaged"):
@@ -280,8 +294,12 @@ def test_wrong_plans_and_folders_are_refused(copy, folder, pong, tmp_path):
 
 def test_commands(tmp_path):
     run, out = CliRunner().invoke, str(tmp_path / "out")
-    done = run(app, ["dataset", "Pong", "--states", "10", "--seed", "3", "--policy", "repeat", "--out", out])
+    arguments = ["dataset", "Pong", "--states", "10", "--seed", "3", "--policy", "repeat", "--out", out]
+    done = run(app, arguments)
     assert done.exit_code == 0, done.output
+    again = run(app, arguments)
+    assert again.exit_code == 0, again.output
+    assert f"Complete already: {out}\n" in again.output
     assert {row["policy"] for row in rows_of(tmp_path / "out")} == {"repeat"}
     assert {row["seed"] for row in rows_of(tmp_path / "out")} == {3}
     assert run(app, ["relabel", out]).exit_code == 0

@@ -252,7 +252,8 @@ def test_work_of_another_extraction_is_refused(tmp_path, rams):
     np.save(tmp_path / "Pong.npy", rams)
 
     def stop(done, total):
-        raise InterruptedError
+        if done:
+            raise InterruptedError
 
     with pytest.raises(InterruptedError):
         files.extract(tmp_path / "Pong.npy", tmp_path / "out.npz", report=stop)
@@ -276,13 +277,15 @@ def test_wrong_inputs_are_refused(tmp_path, rams, frames):
     (tmp_path / "empty").mkdir()
     refused(InputError, "holds no PNG", tmp_path / "empty", out, "Pong")
     np.save(tmp_path / "Pong.npy", rams)
-    refused(ValueError, r"must end in \.npz", tmp_path / "Pong.npy", tmp_path / "out.csv")
+    refused(ValueError, r"must end in \.npz, .*or be minari:ID", tmp_path / "Pong.npy", tmp_path / "out.csv")
     refused(NotADirectoryError, "no folder", tmp_path / "Pong.npy", tmp_path / "none" / "out.npz")
     refused(ocjax.registry.UnknownGameError, "no game 'Chess'", tmp_path / "Pong.npy", out, "Chess")
     np.savez(tmp_path / "a.npz", rams=rams, game="Pong", md5="0" * 32)
     refused(InputError, "made with the ROM of md5 0000", tmp_path / "a.npz", out)
     refused(InputError, "is of Pong, not of Boxing", tmp_path / "a.npz", out, "Boxing")
     refused(InputError, "has no array 'x': it has rams", tmp_path / "a.npz", out, array="x")
+    np.save(tmp_path / "train-0.npy", rams)
+    refused(ocjax.UnknownGameError, r"train-0\.npy does not tell its game.*--game", tmp_path / "train-0.npy", out)
     np.savez(tmp_path / "b.npz", x=rams)
     refused(InputError, "has no RAM or frames named rams", tmp_path / "b.npz", out, "Pong")
     for wrong in (rams.astype(int), rams[:, :127], rams[0], frames[:, :, :80]):
@@ -348,3 +351,4 @@ def test_command(tmp_path, rams, pong):
     wrong = CliRunner().invoke(app, ["extract", str(tmp_path / "Pong.npy"), "--out", str(tmp_path / "out.csv")])
     assert wrong.exit_code == 2
     assert "must end in" in wrong.output
+    assert "0 of 0" not in wrong.output

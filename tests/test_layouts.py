@@ -28,7 +28,7 @@ def made(game, **categories):
 def test_ocatari_slots_are_those_of_its_tables():
     for name in ("Pong", "Kangaroo", "Seaquest"):
         game, table = ocjax.load(name), ocatari_slots._tables()[name.lower()]
-        assert layouts.ocatari_slots(game) == table["objects"] | table["hud"]
+        assert layouts.ocatari_slots(name) == layouts.ocatari_slots(game) == table["objects"] | table["hud"]
         assert layouts.ocatari_slots(game.without_hud()) == layouts.ocatari_slots(game, hud=False) == table["objects"]
         assert table["objects"].keys() <= game.slices.keys()
 
@@ -95,6 +95,10 @@ def test_games_that_have_no_such_layout():
             layout(made(pinball))
     with pytest.raises(ValueError, match="no reference to their game"):
         layouts.ocatari(made(pong).of(pong, "Ball"))
+    with pytest.raises(TypeError, match=r"objects must be ocjax\.Objects, .* got uint8 \[2, 128\]"):
+        layouts.ocatari(np.zeros((2, 128), np.uint8))
+    with pytest.raises(TypeError, match="must be a string"):
+        layouts.ocatari_slots(3)
 
 
 PROGRAM = """

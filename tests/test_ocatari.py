@@ -253,6 +253,14 @@ def test_misuse(options, error, message):
         OCAtari(**{"env_name": "Pong", **options})
 
 
+def test_unknown_actions(make):
+    env = make("Pong")
+    env.reset(seed=0)
+    for action in (99, -1):
+        with pytest.raises(ValueError, match=f"the action must be from 0 to 5, got {action}"):
+            env.step(action)
+
+
 def test_names_that_are_absent():
     with pytest.raises(ImportError, match="has no MAX_NB_OBJECTS: `OCAtari"):
         from ocjax.ocatari import MAX_NB_OBJECTS  # noqa: F401  # pyright: ignore

@@ -87,6 +87,12 @@ def test_keys_and_batches(objects):
 def test_misuse(objects):
     with pytest.raises(ValueError, match=r"drop must be a probability, got 1\.5"):
         ocjax.perturb(KEY, objects, drop=1.5)
+    with pytest.raises(TypeError, match=r"objects must be ocjax\.Objects, .* got key"):
+        ocjax.perturb(objects, KEY)
+    with pytest.raises(TypeError, match=r"jitter must be a whole number of pixels, got 1\.5"):
+        ocjax.perturb(KEY, objects, jitter=1.5)
+    with pytest.raises(TypeError, match=r"drop must be a number from 0 to 1, got '0\.1'"):
+        ocjax.perturb(KEY, objects, drop="0.1")
     with pytest.raises(ValueError, match="jitter must be a number of pixels"):
         ocjax.perturb(KEY, objects, jitter=-1)
     with pytest.raises(ValueError, match="no reference to their game"):

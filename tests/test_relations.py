@@ -76,3 +76,11 @@ def test_batch_shapes_must_agree():
     objects = ocjax.load("Pong").rem(excerpt("Pong")["rams"][:6])
     with pytest.raises(ValueError, match=r"same batch shape, got \[6\] and \[2\]"):
         ocjax.relations(objects, objects[:2])
+
+
+def test_what_is_no_objects_is_refused():
+    rams = excerpt("Pong")["rams"][:6]
+    with pytest.raises(TypeError, match=r"objects must be ocjax\.Objects, .* got uint8 \[6, 128\]"):
+        ocjax.relations(rams)
+    with pytest.raises(TypeError, match=r"others must be ocjax\.Objects, .* got 'Player'"):
+        ocjax.relations(ocjax.load("Pong").rem(rams), "Player")

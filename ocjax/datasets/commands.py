@@ -41,9 +41,10 @@ def dataset(
     with errors_in_one_line():
         spec = registry.load(game)
         plan = plan_dataset(spec, states, seed or SEEDS, _percentages(policy) if policy else None, least_f1)
+        was_complete = (out / generation.SHEET).exists() and not generation.missing(plan, out)
         with progress_bar(f"playing {spec.name}", "states", console) as report:
             generation.generate(plan, out, ray=ray, report=report)
-    output.announce(console, "Written", out / generation.SHEET)
+    output.announce(console, "Complete already" if was_complete else "Written", out if was_complete else out / generation.SHEET)
 
 
 def _percentages(policies: list[str]) -> dict[str, int]:

@@ -1,6 +1,7 @@
 """Make a dataset in a folder, and label one again. Both go on where they were interrupted."""
 
 import functools
+import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -37,9 +38,7 @@ def generate(plan: Plan, folder: str | Path, *, ray: str | None = None, report: 
     rom.read_rom(game.rom, game.md5)
     require("pyarrow")
     _prepare(folder, plan)
-    own = plan.shards
-    missing = [s.number for s in own if not (folder / plan.file(s)).exists()]
-    _run(functools.partial(shards.make, folder, plan), missing, plan, ray, report)
+    _run(functools.partial(shards.make, folder, plan), missing(plan, folder), plan, ray, report)
     _finish(folder, plan)
 
 
@@ -85,23 +84,42 @@ def open_dataset(folder: str | Path) -> Plan:
         plan = Plan.from_json((folder / PLAN).read_text())
     except (ValueError, TypeError, KeyError) as error:
         raise DatasetError(f"{folder / PLAN} is damaged: {error}") from error
-    missing = [plan.file(s) for s in plan.shards if not (folder / plan.file(s)).exists()]
-    if missing:
-        raise DatasetError(f"{folder} is not complete: {missing[0]} and {len(missing) - 1} other files are missing; generate it again")
+    absent = [str(plan.file(plan.shards[k])) for k in missing(plan, folder)]
+    if absent:
+        listed = f"{absent[0]} and {len(absent) - 1} more" if len(absent) > 1 else absent[0]
+        raise DatasetError(f"{folder} is not complete: it lacks {listed}; generate it again")
     return plan
+
+
+def missing(plan: Plan, folder: Path) -> list[int]:
+    """The numbers of the shards that are not there yet."""
+    return [s.number for s in plan.shards if not (folder / plan.file(s)).exists()]
 
 
 def _prepare(folder: Path, plan: Plan) -> None:
     """Make the folder, or check that it holds this dataset."""
     path = folder / PLAN
+    if folder.exists() and not folder.is_dir():
+        raise DatasetError(f"{folder} is a file, and a dataset is a folder: use another name")
     if path.exists():
-        if path.read_text() != plan.to_json():
-            raise DatasetError(f"{folder} holds another dataset, or one of another version: its {PLAN} differs. Use another folder")
+        if keys := _differences(path, plan):
+            raise DatasetError(
+                f"{folder} holds another dataset, or one of another version: its {PLAN} differs in {', '.join(keys)}. Use another folder"
+            )
         return
     if folder.is_dir() and any(folder.iterdir()):
         raise DatasetError(f"{folder} is not empty and holds no dataset: use another folder")
     (folder / "data").mkdir(parents=True, exist_ok=True)
     output.write_text(path, plan.to_json())
+
+
+def _differences(path: Path, plan: Plan) -> list[str]:
+    """The keys of a plan's file whose values are not those of the plan."""
+    try:
+        old, new = dict(json.loads(path.read_text())), json.loads(plan.to_json())
+    except (ValueError, TypeError) as error:
+        raise DatasetError(f"{path} is damaged: {error}") from error
+    return [key for key in {**new, **old} if key not in old or key not in new or old[key] != new[key]]
 
 
 def _run(task: Callable[[int], object], numbers: list[int], plan: Plan, ray: str | None, report: Report | None) -> None:

@@ -128,7 +128,7 @@ def plan(
         PolicyError: a ValueError; a policy does not exist or does not fit the game.
         ValueError: another number is out of range.
     """
-    game = registry.load(game) if isinstance(game, str) else game
+    game = registry.as_game(game)
     chosen = default_policies(game) if policies is None else policies
     if sum(chosen.values()) != 100 or any(p <= 0 or p % (100 // ENVS) for p in chosen.values()):
         raise DatasetError(f"the percentages of the policies must be multiples of {100 // ENVS} that add up to 100, got {dict(chosen)}")

@@ -47,7 +47,7 @@ def make(folder: Path, plan: Plan, number: int) -> None:
             totals["sequences_left_out"] += is_left_out
             totals["states_left_out"] += is_left_out * (stop - start)
     facts = {"code": plan.code, "states": shard.states, **totals, "counts": labels.to_counts(counts, game)}
-    _write(path, pa.concat_tables(itertools.chain.from_iterable(kept)), facts)
+    _write(path, pa.concat_tables(itertools.chain.from_iterable(kept)), game, facts)
 
 
 def _table(game: Game, plan: Plan, shard: Shard, states: playing.Sequence, found: Labels) -> Any:
@@ -71,10 +71,11 @@ def _table(game: Game, plan: Plan, shard: Shard, states: playing.Sequence, found
     )
 
 
-def _write(path: Path, table: Any, facts: dict[str, Any]) -> None:
-    """Write a shard. Equal tables and facts give equal bytes."""
+def _write(path: Path, table: Any, game: Game, facts: dict[str, Any]) -> None:
+    """Write a shard. Equal tables and facts give equal bytes. The metadata tell the game, as `ocjax.files.open_input` reads it."""
     parquet = require("pyarrow.parquet")
-    table = table.combine_chunks().replace_schema_metadata(columns.schema(facts).metadata)
+    metadata = {b"game": game.name.encode(), b"md5": game.md5.encode(), **columns.schema(facts).metadata}
+    table = table.combine_chunks().replace_schema_metadata(metadata)
     output.write(path, lambda file: parquet.write_table(table, file, row_group_size=ROW_GROUP, compression="zstd"))
 
 
@@ -84,9 +85,14 @@ def facts(path: Path) -> dict[str, Any]:
     Raises:
         DatasetError: it cannot be read, or is no shard of a dataset.
     """
+    parquet = require("pyarrow.parquet")
     try:
-        return columns.facts_of(require("pyarrow.parquet").read_schema(path))
+        schema = parquet.read_schema(path)
     except (OSError, ValueError) as error:  # Arrow's errors are among these
+        raise DatasetError(f"{path} cannot be read: {error}") from error
+    try:
+        return columns.facts_of(schema)
+    except ValueError as error:
         raise DatasetError(f"{path}: {error}") from error
 
 
@@ -125,4 +131,5 @@ def relabel(path: Path, game: Game) -> None:
             part = part.set_column(part.schema.get_field_index(name), name, column)
         parts.append(part)
         counts = labels.add(counts, found.counts)
-    _write(path, pa.concat_tables(parts) if parts else table, known | {"code": code(), "counts": labels.to_counts(counts, game)})
+    latest = known | {"code": code(), "counts": labels.to_counts(counts, game)}
+    _write(path, pa.concat_tables(parts) if parts else table, game, latest)

@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+import itertools
 import json
 import shutil
 from collections.abc import Callable, Iterator
@@ -78,7 +79,7 @@ def extract(
         array: name of the input's array; see `open_input`.
         hud: whether display objects are included.
         ray: the address of a Ray cluster whose machines share the files; see `ocjax.cluster`.
-        report: called after each block with the number of rows that are done, and of all rows.
+        report: called at the beginning and after each block with the number of rows that are done, and of all rows.
 
     Raises:
         FileNotFoundError: there is no such input.
@@ -94,7 +95,7 @@ def extract(
         plan = _plan(rows, source, array, spec, method_of(rows, spec), hud=hud)
         _prepare(target.folder, plan)
         blocks = _blocks(rows, spec, plan, target.folder) if ray is None else _blocks_on_cluster(plan, target.folder, ray)
-        for done in blocks:
+        for done in itertools.chain([0], blocks):
             if report is not None:
                 report(done, rows.rows)
     paths = [_part(target.folder, k) for k in range(plan.blocks)]
@@ -129,7 +130,13 @@ def game_of(rows: Input, source: str | Path, name: str | None, *, hud: bool) -> 
         InputError: it is of another game or ROM.
         UnknownGameError: there is no such game.
     """
-    found = registry.load(rows.facts.get("game") or name or Path(source).stem, hud=hud)
+    given = rows.facts.get("game") or name
+    try:
+        found = registry.load(given or Path(source).stem, hud=hud)
+    except registry.UnknownGameError as error:
+        if given:
+            raise
+        raise registry.UnknownGameError(f"{rows.name} does not tell its game, nor does its name: give the game (--game)") from error
     if name is not None and registry.load(name, hud=hud) is not found:
         raise InputError(f"{rows.name} is of {found.name}, not of {registry.load(name).name}")
     if rows.facts.get("md5", found.md5) != found.md5:

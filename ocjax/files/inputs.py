@@ -105,6 +105,24 @@ def require(module: str) -> Any:
         raise InputError(f"this format needs {error.name}: pip install 'ocjax[data]'") from error
 
 
+def minari_id(name: str) -> str:
+    """The ID of a Minari dataset.
+
+    Args:
+        name: the ID after "minari:".
+
+    Raises:
+        InputError: the ID is malformed, or minari is missing.
+    """
+    identifier = name.removeprefix(MINARI)
+    parse = require("minari.dataset.minari_dataset").parse_dataset_id
+    try:
+        parse(identifier)
+    except (TypeError, ValueError) as error:  # TypeError: there is no version
+        raise InputError(f"a Minari ID has the form namespace/name-v0, got {identifier!r}") from error
+    return identifier
+
+
 @contextlib.contextmanager
 def _closed_on_error(file: Any) -> Iterator[None]:
     try:
@@ -355,7 +373,11 @@ class _Minari(_Blocks):
     """The observations of a Minari dataset, of all episodes one after the other."""
 
     def __init__(self, name: str, wanted: str | None) -> None:
-        self._dataset, self._wanted = require("minari").load_dataset(name.removeprefix(MINARI)), wanted
+        identifier, self._wanted = minari_id(name), wanted
+        try:
+            self._dataset = require("minari").load_dataset(identifier)
+        except FileNotFoundError as error:
+            raise InputError(f"there is no Minari dataset {identifier} on this machine: `minari download {identifier}` gets it") from error
         spec = self._dataset.env_spec
         self.facts = _texts(self._dataset.storage.metadata.get("ocjax", {} if spec is None else {"game": spec.id}))
         episodes = self._dataset.storage.get_episode_metadata(self._dataset.episode_indices)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ocjax.files.inputs import MINARI, InputError, require
+from ocjax.files.inputs import MINARI, InputError, minari_id, require
 from ocjax.files.outputs import Blocks
 
 FIXED = ("observation_space", "action_space", "env_spec", "data_format", "jpeg_encoding")  # of the storage, which writes them itself
@@ -28,11 +28,7 @@ def path_of(name: str) -> Path:
     Raises:
         InputError: the ID is malformed, there is such a dataset, or minari is missing.
     """
-    identifier = name.removeprefix(MINARI)
-    try:
-        require("minari.dataset.minari_dataset").parse_dataset_id(identifier)
-    except ValueError as error:
-        raise InputError(str(error)) from error
+    identifier = minari_id(name)
     path = Path(require("minari.storage").get_dataset_path(identifier))
     if path.exists():
         raise InputError(f"there is a Minari dataset {identifier} already: use another ID, or `minari delete {identifier}`")

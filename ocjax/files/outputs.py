@@ -20,7 +20,7 @@ from typing import BinaryIO
 import numpy as np
 
 from ocjax.files.blocks import Block
-from ocjax.files.inputs import require
+from ocjax.files.inputs import MINARI, require
 from ocjax.game import Game
 
 FIELDS: Mapping[str, tuple[type, tuple[int, ...]]] = {
@@ -176,7 +176,7 @@ def writer(path: Path) -> Writer:
         InputError: a ValueError; there is none, or its library is missing.
     """
     if path.suffix not in WRITERS:
-        raise ValueError(f"the output must end in {', '.join(WRITERS)}, got {path}")
+        raise ValueError(f"the output must end in {', '.join(WRITERS)}, or be {MINARI}ID for a copy of a Minari dataset, got {path}")
     for suffixes, module in (((".h5", ".hdf5"), "h5py"), ((".parquet",), "pyarrow")):
         if path.suffix in suffixes:
             require(module)  # before the work, not after it
