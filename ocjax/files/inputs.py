@@ -119,7 +119,8 @@ def minari_id(name: str) -> str:
     try:
         parse(identifier)
     except (TypeError, ValueError) as error:  # TypeError: there is no version
-        raise InputError(f"a Minari ID has the form namespace/name-v0, got {identifier!r}") from error
+        rule = "letters, digits, - and _; a namespace has at least two characters"
+        raise InputError(f"a Minari ID has the form namespace/name-v0, got {identifier!r} ({rule})") from error
     return identifier
 
 
