@@ -113,8 +113,8 @@ def decode(m: Ram) -> dict[str, Box]:
     x, scrolled = _player_x(m)
     x = jnp.where(even | cannon, x, m.drawn_x)
     coyote_x = jnp.where(road | cannon, m.drawn_x, _coyote_x(m, scrolled))
-    narrow = jnp.where(m.scenery == NARROW, 1, 0)
     entry = (m.scenery & 15 == BRIDGE) & (m.entry >= 0)
+    narrow, lower = jnp.where(m.scenery == NARROW, 1, 0), jnp.where(entry, 16, 0)
     digits = jnp.where(m.digits == 10, 0, m.digits)
     score = 100 * (1000 * digits[0] + 100 * digits[1] + 10 * digits[2] + digits[3])
     lanes = _lanes(m, scrolled, narrow).where(road | among(m.scenery, (NARROW, CLIFFS, GAP)))
@@ -124,13 +124,13 @@ def decode(m: Ram) -> dict[str, Box]:
     has_bonus, bonus_x = among(m.bonus_time, range(1, JUST_WON)), jnp.where(m.bonus == 2, 80, 79)
     icons = m.icons + jnp.where(lost, 1, 0)
     truck_x = m.truck_x - 1 - jnp.where(m.truck_x <= TRUCK_LIMIT, scrolled, 0)
-    figures = _figures(m, jnp.stack([x, coyote_x]), jnp.where(entry, 16, 0) - narrow)
+    figures = _figures(m, jnp.stack([x, coyote_x]), lower - narrow)
     on_stage = among(coyote_x, range(8, GONE)) & ~lost
     boxes = {
         "Player": figures[0].where((x < GONE) & ~lost | even & (x <= GONE)),
         "Enemy": figures[1].where(on_stage | even & (coyote_x <= GONE)),
         **{name: lanes.where(m.kind == kind) for name, kind in KINDS.items()},
-        **_dangers(m, scrolled, cannon, lost),
+        **_dangers(m, scrolled, lower, lost),
         **_beside(m, scrolled, road | entry, lost),
         "Truck": box(truck_x, m.truck_y + 55, 16, 18, (m.truck > 0) & road).clip(*VIEW),
         "Score": score_box(FONT, jnp.maximum(score, 10), right=103, top=0, digits=6, value=score),
@@ -204,9 +204,9 @@ def _figures(m: Ram, x: jax.Array, lower: jax.Array) -> Box:
     return box(x + left, line(y), width, line(y + height) - line(y)).clip(*VIEW[:3], bottom)
 
 
-def _dangers(m: Ram, scrolled: jax.Array, cannon: jax.Array, lost: jax.Array) -> dict[str, Box]:
+def _dangers(m: Ram, scrolled: jax.Array, lower: jax.Array, lost: jax.Array) -> dict[str, Box]:
     """What the bird meets off the road; rocks fall by twos, a column or more from each other."""
-    two, x = np.arange(2), m.sign_x - scrolled
+    two, x, cannon = np.arange(2), m.sign_x - scrolled, m.scene & 3 == 3
     crack = (m.scene == CLIFF) & ((two == 0) | (m.two_cracks > 0)) & ~lost
     drift = (2 + two) * pick(m.drift, DRIFTS) - jnp.where(m.fallen < 5, 2, 0)
     top, bottom = (m.fallen + np.array(rows) for rows in ((94, 107), (104, 118)))
@@ -218,8 +218,8 @@ def _dangers(m: Ram, scrolled: jax.Array, cannon: jax.Array, lost: jax.Array) ->
     return {
         "RoadCrack": box(wrap(x + 64 * two) - 6, 124, 13, 32, crack).clip(*VIEW),
         "Rock": rock.where(m.scene == ROCKS).clip(VIEW[0], 100, VIEW[2], 179),
-        "Turret": box(turret_x, 128, 12, 8, cannon & (m.fallen > 0)).clip(*VIEW),
-        "TurretBall": box(ball_x, 128, 4, 4, ball).clip(*VIEW),
+        "Turret": box(turret_x, 128 + lower, 12, 8, cannon & (m.fallen > 0)).clip(*VIEW),
+        "TurretBall": box(ball_x, 128 + lower, 4, 4, ball).clip(*VIEW),
     }
 
 
