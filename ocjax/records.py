@@ -3,6 +3,7 @@
 These functions take the fields of `Objects` as numpy arrays and are called by its methods.
 """
 
+import importlib
 import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -82,16 +83,21 @@ def columns(objects: "Objects", game: "Game") -> tuple[dict[str, np.ndarray], di
     return out, {"value": ~has["value"], "orientation": ~has["orientation"] | (out["orientation"] == UNKNOWN)}
 
 
+def _optional(package: str, method: str) -> Any:
+    """A package of the extra `data` that a method needs."""
+    try:
+        return importlib.import_module(package)
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(f"{method} needs {package}, pip install 'ocjax[data]': {error}") from error
+
+
 def frame(objects: "Objects", game: "Game") -> Any:
     """A pandas data frame of the valid objects; `Objects.to_frame` documents it.
 
     Raises:
         ModuleNotFoundError: pandas is not installed.
     """
-    try:
-        import pandas as pd
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(f"to_frame needs pandas, pip install 'ocjax[data]': {error}") from error
+    pd = _optional("pandas", "to_frame")
     table, missing = columns(objects, game)
     names = pd.CategoricalDtype([c.name for c in game.categories])
     out = {name: pd.arrays.IntegerArray(a, missing[name]) if name in missing else a for name, a in table.items()}
@@ -104,10 +110,7 @@ def arrow(objects: "Objects", game: "Game") -> Any:
     Raises:
         ModuleNotFoundError: pyarrow is not installed.
     """
-    try:
-        import pyarrow as pa
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(f"to_arrow needs pyarrow, pip install 'ocjax[data]': {error}") from error
+    pa = _optional("pyarrow", "to_arrow")
     table, missing = columns(objects, game)
     names = pa.array([c.name for c in game.categories])
     out = {name: pa.array(a, mask=missing.get(name)) for name, a in table.items()}
