@@ -1,5 +1,6 @@
 """Independent tasks, one after the other in this process or spread over a Ray cluster (extra `ray`)."""
 
+import logging
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
@@ -30,10 +31,11 @@ def completed(function: Callable[[Any], object], tasks: Sequence[Any], ray: str 
 def _on_cluster(function: Callable[[Any], object], tasks: Sequence[Any], address: str) -> Iterator[Any]:
     try:
         import ray  # pyright: ignore[reportMissingImports]
+        from ray.exceptions import RayTaskError  # pyright: ignore[reportMissingImports]
     except ModuleNotFoundError as error:
         raise ValueError(f"clusters need the extra ray, pip install 'ocjax[ray]': {error}") from error
     try:
-        connection = ray.init(address, ignore_reinit_error=True, log_to_driver=False, logging_level="error")
+        connection = ray.init(address, ignore_reinit_error=True, log_to_driver=False, logging_level=logging.ERROR)
     except (ConnectionError, RuntimeError) as error:
         raise ValueError(f"there is no Ray cluster at {address!r}: {error}") from error
     with connection:
@@ -43,6 +45,6 @@ def _on_cluster(function: Callable[[Any], object], tasks: Sequence[Any], address
             done, _ = ray.wait(list(left), num_returns=1)
             try:
                 ray.get(done)
-            except ray.exceptions.RayTaskError as error:
+            except RayTaskError as error:
                 raise error.cause from None
             yield left.pop(done[0])
