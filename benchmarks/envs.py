@@ -23,6 +23,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+import ocjax
+
 SECONDS = 2.0  # duration of a measurement
 PAUSE = 0.5  # seconds before it, in which background work of the previous one ends
 WARM_UP = 10  # steps
@@ -59,8 +61,6 @@ def rate(step: Callable[[np.ndarray], Any], num_actions: int, num_envs: int) -> 
 def steppers(game: str, n: int) -> dict[str, Stepper]:
     """The environments to be measured, by name."""
     from gymnasium.spaces import flatdim
-
-    import ocjax
 
     out: dict[str, Stepper] = {}
     if importlib.util.find_spec("envpool"):
@@ -169,6 +169,7 @@ def main() -> None:
     parser.add_argument("--ocatari", metavar="PYTHON", help="an interpreter that has OCAtari")
     parser.add_argument("--large", type=int, default=1024, help="number of environments whose start and memory are measured; 0 for none")
     arguments = parser.parse_args()
+    ocjax.retain_freed_memory()
 
     console, n = Console(width=140), arguments.envs
     summary: dict[str, list[float]] = {}

@@ -115,6 +115,7 @@ def main() -> None:
 
     import ocjax
 
+    ocjax.retain_freed_memory()
     console = Console(width=140)
     table = Table(title=f"Microseconds per frame on one core, jax {jax.__version__} on {jax.devices()[0].platform}", title_justify="left")
     for heading in ("game", "method", "compilation s", "batch", "median", "10-90 %", "OCAtari", "ratio"):

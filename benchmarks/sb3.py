@@ -62,6 +62,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--seconds", type=float, default=20.0, help="duration of each measurement")
     arguments = parser.parse_args()
+    ocjax.retain_freed_memory()
     n, seconds = arguments.envs, arguments.seconds
     headings = ("game", "PPO on ocjax", "PPO over OCAtari", "ratio", "workers alone", "through VecEnv")
     table = Table(title=f"Stable-Baselines3, {n} environments, {os.cpu_count()} cores: agent steps per second", title_justify="left")

@@ -40,10 +40,10 @@ def training_rate(game: str, inputs: Any, seconds: float) -> float:
         steps = trainer.config.hyperparameters.num_envs * trainer.config.hyperparameters.horizon
         frames, quiet = trainer.frames_per_update, Console(quiet=True)
         trainer.run(WARM_UP * frames, quiet)
-        begun, start = trainer.updates, time.perf_counter()
-        while time.perf_counter() - start < seconds:
-            trainer.run(trainer.frames + 10 * frames, quiet)
-        rate = (trainer.updates - begun) * steps / (time.perf_counter() - start)
+        updates = max(1, round(seconds * trainer.metrics.frames_per_second / frames))
+        start = time.perf_counter()
+        trainer.run(trainer.frames + updates * frames, quiet)  # with one checkpoint, at the end
+        rate = updates * steps / (time.perf_counter() - start)
         trainer.close()
     return rate
 
@@ -117,6 +117,7 @@ def main() -> None:
     parser.add_argument("--ocatari", metavar="PYTHON", help="an interpreter that has OCAtari and Stable-Baselines3")
     parser.add_argument("--pixels", action="store_true", help="also train from pixels")
     arguments = parser.parse_args()
+    ocjax.retain_freed_memory()
     console = Console(width=140)
     rates = Table(title=f"Training, {os.cpu_count()} cores: agent steps per second", title_justify="left")
     for heading in ("game", "ocjax, objects", "ocjax, pixels", "Stable-Baselines3 over OCAtari", "ratio"):

@@ -330,6 +330,7 @@ def main() -> None:
 
     import ocjax
 
+    ocjax.retain_freed_memory()
     console = Console(width=160)
     where = "one CPU core" if on_cpu else f"GPU ({jax.devices()[0].device_kind}), other programs on the CPU"
     title = f"microseconds per frame, {where}, jax {jax.__version__}"

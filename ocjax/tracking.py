@@ -29,14 +29,14 @@ _AWAY = 4096  # half pixels; -_AWAY, _AWAY and 2 * _AWAY are out of reach of the
 _TAILS = {"xywh": (4,), "valid": (), "orientation": (), "value": (), "rgb": (3,)}  # shapes of the fields of `Objects` after [..., N]
 
 
-def _nearest(a: tuple[jax.Array, jax.Array], b: tuple[jax.Array, jax.Array], limit: int) -> jax.Array:
+def _nearest(a: tuple[jax.Array, jax.Array], b: tuple[jax.Array, jax.Array], limit: jax.Array) -> jax.Array:
     """Find the nearest `b` within reach of each `a`.
 
     Blocks of `b` are compared one after the other, because a reduction over all distances does not vectorise.
 
     Args:
         a, b: columns and rows of centres in half pixels, each int32 `[B, n]`.
-        limit: largest squared distance.
+        limit: largest squared distance, int32.
 
     Returns:
         int32 `[B, n]`: squared distance times n plus slot, which orders by distance, then slot; `_NONE` where nothing is within reach.
@@ -60,7 +60,7 @@ def _nearest(a: tuple[jax.Array, jax.Array], b: tuple[jax.Array, jax.Array], lim
     return lax.scan(step, jnp.full(a[0].shape, _NONE), (x, y, slots))[0]
 
 
-def _match(a: Objects, b: Objects, limit: int) -> tuple[jax.Array, jax.Array, jax.Array]:
+def _match(a: Objects, b: Objects, limit: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Match one category's slots greedily, one to one; batch shape `[B]`.
 
     The greedy order takes a pair of mutually nearest objects before any other pair of either. So each round takes all such pairs at once,
@@ -129,7 +129,7 @@ def _pick(objects: Objects, slots: jax.Array) -> Objects:
     return jax.tree.map(one, objects)
 
 
-def _merge_category(earlier: Objects, later: Objects, limit: int) -> Objects:
+def _merge_category(earlier: Objects, later: Objects, limit: jax.Array) -> Objects:
     n = later.valid.shape[1]
     _, missing, _ = _match(earlier, later, limit)
     free = ~later.valid
@@ -137,7 +137,7 @@ def _merge_category(earlier: Objects, later: Objects, limit: int) -> Objects:
     return _pick(jax.tree.map(lambda a, b: jnp.concatenate((a, b), axis=1), later, earlier), slots)
 
 
-def _track_category(previous: Objects, current: Objects, first: jax.Array, limit: int) -> Objects:
+def _track_category(previous: Objects, current: Objects, first: jax.Array, limit: jax.Array) -> Objects:
     n = current.valid.shape[1]
     partner, gone, new = _match(previous, current, limit)
     unused = ~previous.valid
@@ -178,8 +178,8 @@ def _joined(parts: list[Objects], batch: tuple[int, ...]) -> Objects:
     return jax.tree.map(lambda a: a.reshape(*batch, *a.shape[1:]), whole)
 
 
-@functools.partial(jax.jit, static_argnums=(0, 1))
-def _merge(game: Game, limit: int, earlier: Objects, later: Objects) -> Objects:
+@functools.partial(jax.jit, static_argnums=0)
+def _merge(game: Game, limit: jax.Array, earlier: Objects, later: Objects) -> Objects:
     def here(a: jax.Array, b: jax.Array, valid: jax.Array) -> jax.Array:
         return jnp.where(valid.reshape(*valid.shape, *[1] * (b.ndim - 2)), b, a)
 
@@ -191,8 +191,8 @@ def _merge(game: Game, limit: int, earlier: Objects, later: Objects) -> Objects:
     return _joined(parts, batch)
 
 
-@functools.partial(jax.jit, static_argnums=(0, 1))
-def _track(game: Game, limit: int, previous: Objects, current: Objects, is_first: jax.Array) -> Objects:
+@functools.partial(jax.jit, static_argnums=0)
+def _track(game: Game, limit: jax.Array, previous: Objects, current: Objects, is_first: jax.Array) -> Objects:
     batch, parts = current.valid.shape[:-1], []
     previous, current, first = _flat(previous), _flat(current), is_first.reshape(-1)
     for s, movable in _runs(game):
@@ -201,11 +201,11 @@ def _track(game: Game, limit: int, previous: Objects, current: Objects, is_first
     return _joined(parts, batch)
 
 
-def _limit(radius: float) -> int:
+def _limit(radius: float) -> jax.Array:
     """Convert a radius in pixels to the largest squared distance in half pixels."""
     if not radius >= 0:
         raise ValueError(f"radius must be a number of pixels of at least 0, got {radius!r}")
-    return int(min(4.0 * float(radius) ** 2, _LONGEST))
+    return jnp.int32(min(4.0 * float(radius) ** 2, _LONGEST))
 
 
 def _check(**states: Objects) -> tuple[Game, tuple[int, ...]]:

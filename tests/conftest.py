@@ -54,6 +54,15 @@ def pytest_runtest_setup(item):
         _compiled_for = game
 
 
+@pytest.fixture(scope="module")
+def quick_compilation():
+    """Compile without optimization of the machine code, which takes two thirds of the time, in tests whose results do not depend on it."""
+    jax.config.update("jax_disable_most_optimizations", True)
+    yield
+    jax.config.update("jax_disable_most_optimizations", False)
+    jax.clear_caches()
+
+
 @functools.cache
 def excerpt(name):
     """The arrays of a game's recording in `tests/data`.

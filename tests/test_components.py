@@ -17,6 +17,8 @@ from ocjax.vision.components import components
 from ocjax.vision.fill import fill, fill_large
 from ocjax.vision.search import MAX_PARTS, Search
 
+pytestmark = pytest.mark.usefixtures("quick_compilation")
+
 H, W = 24, 160
 
 

@@ -13,10 +13,12 @@ import pytest
 from conftest import excerpt
 from synthetic import GAME as SYNTHETIC
 from synthetic import drawn
-from test_contract import check, host, random_frames, same, unoptimized_jit
+from test_contract import check, host, random_frames, same
 
 import ocjax
 from ocjax.vision import palette
+
+pytestmark = pytest.mark.usefixtures("quick_compilation")
 
 REAL = ("Pong", "MsPacman", "SpaceInvaders")
 SAMPLES = 42  # of which groups of three can be made
@@ -115,7 +117,7 @@ def test_read_only_input(sample, method, whole):
 def test_closures_over_arrays(sample, method, whole):
     """An array that a compiled function closes over is a constant of it."""
     x = inputs(sample)[method].copy()
-    f = unoptimized_jit(lambda: getattr(sample, method)(x))
+    f = jax.jit(lambda: getattr(sample, method)(x))
     objects = f()
     x[:] = 255
     assert same(whole, objects)
@@ -256,7 +258,7 @@ elif kind == "Auto":
 
 
 def in_a_process(code, *args, **variables):
-    variables = os.environ | {"PYTHONPATH": str(Path(__file__).parent)} | variables
+    variables = os.environ | {"PYTHONPATH": str(Path(__file__).parent), "JAX_DISABLE_MOST_OPTIMIZATIONS": "1"} | variables
     run = subprocess.run([sys.executable, "-c", code, *args], env=variables, capture_output=True, text=True, check=False)
     assert run.returncode == 0, run.stderr[-2000:]
 

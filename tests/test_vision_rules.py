@@ -1,17 +1,20 @@
 """VEM's rules for colours that change, for objects side by side, and for cells that others cover."""
 
+import jax
 import numpy as np
 import pytest
 
 from ocjax.rules import Blobs, Bounds, Category, Cells, Shades
 from ocjax.vision.detect import detect
 
+pytestmark = pytest.mark.usefixtures("quick_compilation")
+
 SHADES = Shades((0, 0), (8, 10), ((20, 30), (30, 40)))
 
 
 def found(categories, frame, shades=None):
     """The boxes of each category and their colours."""
-    out = detect(categories, frame[None], shades)
+    out = jax.jit(lambda f: detect(categories, f, shades))(frame[None])
     boxes = [np.stack([f.x, f.y, f.w, f.h], -1)[np.asarray(f.valid)].tolist() for f in out]
     colors = [None if f.color is None else np.asarray(f.color)[np.asarray(f.valid)].tolist() for f in out]
     return boxes, colors, out
