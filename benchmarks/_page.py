@@ -4,7 +4,7 @@ import re
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ocjax.report import Evaluation
@@ -13,13 +13,16 @@ HERE = Path(__file__).parent
 PAGE = HERE / "README.md"
 
 
-def evaluated(name: str, samples: int, seed: int, ocatari: str | None) -> "Evaluation":
-    """REM against VEM on random play of a game, with OCAtari's methods on the same frames if its interpreter is given."""
+def evaluated(name: str, samples: int, seed: int, ocatari: str | None, **options: Any) -> "Evaluation":
+    """REM against VEM on play of a game, with OCAtari's methods on the same frames if its interpreter is given.
+
+    The actions are random, held for 1 to 8 steps, unless `options` of `rollout` say otherwise.
+    """
     import ocjax
     from ocjax import ocatari_runner, report
     from ocjax.rollout import rollout
 
-    tape = rollout(ocjax.load(name), samples, seed=seed)
+    tape = rollout(ocjax.load(name), samples, seed=seed, **options)
     return report.evaluate(tape, "", ocatari_runner.run(tape, Path(ocatari)) if ocatari else None)
 
 

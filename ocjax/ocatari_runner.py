@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -84,7 +85,9 @@ def run(recording: Recording, python: Path) -> dict[str, OcatariMethod]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "samples.npz"
         np.savez(path, rams=recording.rams, screens=screens, resets=resets)
-        done = subprocess.run([python, _ocatari_program.__file__, path, recording.game.name], capture_output=True, text=True)
+        # Python looks for modules beside a program first, and beside the original, `import ocatari` would find ocjax's own module.
+        program = shutil.copy(_ocatari_program.__file__, folder)
+        done = subprocess.run([python, program, path, recording.game.name], capture_output=True, text=True)
     if done.returncode:
         raise OcatariError(f"OCAtari failed on {recording.game.name}:\n{done.stderr[-END_OF_LOG:]}")
     out = {}

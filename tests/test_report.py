@@ -3,6 +3,7 @@ import dataclasses
 import io
 import re
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -149,6 +150,19 @@ def test_ocatari_stands_beside(tape, fake_ocatari):
     assert report.notes(e) == ["Pong: OCAtari's REM takes 7.0 us per frame", "Pong: OCAtari's VEM takes 9.0 us per frame"]
     assert "{OCAtari}" in report_formats.to_latex([e])
     assert "takes 9.0 us" in report_formats.to_html([e])
+
+
+def test_ocatari_program_imports_ocatari(tape, tmp_path, monkeypatch):
+    """It does not import ocjax's module of the same name."""
+    for name in ("ocatari/core", "ocatari/ram/extract_ram_info", "ocatari/vision/extract_vision_info"):
+        path = tmp_path / f"{name}.py"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        (path.parent / "__init__.py").touch()
+        path.write_text("init_objects = lambda *args, **options: []\ndetect_objects_ram = detect_objects_vision = lambda *args: None\n")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    for method in ocatari_runner.run(tape, Path(sys.executable)).values():
+        assert method.error == ""
+        assert len(method.us) == len(tape)
 
 
 def test_ocatari_that_fails(tape, fake_ocatari):
