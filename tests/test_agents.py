@@ -22,8 +22,10 @@ pytest.importorskip("optax", reason="the extra `rl` is not installed")
 pytest.importorskip("orbax.checkpoint", reason="the extra `rl` is not installed")
 
 from ocjax.agents import networks, ppo, statistics
+from ocjax.agents.collect import Collector
 from ocjax.agents.ppo import Hyperparameters, Rollout
 from ocjax.agents.training import Config, Trainer, TrainingError
+from ocjax.envs import make_vec
 
 pytestmark = pytest.mark.filterwarnings("default")  # warnings of other projects
 TINY = Hyperparameters(num_envs=4, horizon=16, minibatch=32, epochs=2)
@@ -132,6 +134,19 @@ def metrics(folder):
     """The rows of the file without the columns of time."""
     with (folder / "metrics.csv").open() as file:
         return [{k: v for k, v in row.items() if k != "seconds" and not k.endswith("_share")} for row in csv.DictReader(file)]
+
+
+def test_games_do_not_stay_in_step():
+    """Each of the first rollouts restarts one environment, in either half, and no game that was cut short is reported."""
+    halves = [make_vec("Pong", 2, mode="rem", obs="vector", preset="dqn", num_workers=0) for _ in range(2)]
+    collector = Collector(*halves, horizon=16, seed=0)
+    for _ in range(6):
+        rollout = collector.collect(lambda obs, step: (np.zeros(len(obs), np.int32), np.zeros(len(obs), np.float32)))
+        assert collector.games == []
+        assert not rollout.resets.any()
+    lengths = np.concatenate([envs.pool.arrays.episode_length for envs in halves])
+    assert lengths.tolist() == [96, 80, 64, 48]
+    collector.close()
 
 
 def parameters(trainer):

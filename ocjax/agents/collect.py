@@ -33,6 +33,10 @@ class Collector:
     Episodes end as in Gymnasium's next-step autoreset: the observation after an episode's last step is its own last one, and the step after
     that ignores the action and shows the first observation of a new episode.
 
+    Each of the first rollouts begins with a new episode in one of the environments: the second in environment 1, the third in environment
+    2, and so on. Otherwise games of a fixed length, such as Freeway's, would begin at the same time in all environments during the whole
+    training, and every rollout would show one short part of a game.
+
     Args:
         first: half of the environments.
         second: the other half.
@@ -58,6 +62,7 @@ class Collector:
 
     def collect(self, act: Act) -> Rollout:
         """The next rollout."""
+        self._restart_one()
         t, n, obs = self.horizon, self.num_envs, self._halves[0].obs
         out = Rollout(
             np.empty((t + 1, n, *obs.shape[1:]), obs.dtype),
@@ -73,6 +78,15 @@ class Collector:
             self._finish(half, out, t - 1)
             out.obs[t, half.columns] = half.obs
         return out
+
+    def _restart_one(self) -> None:
+        """Begin a new episode in the environment whose number is that of the rollout, if there is one."""
+        rollout = self.steps // (len(self._halves) * self.horizon)
+        for half in self._halves:
+            mask = np.arange(self.num_envs)[half.columns] == rollout
+            if rollout > 0 and mask.any():
+                half.obs, _ = half.envs.reset(options={"reset_mask": mask})
+                half.ended, half.returns = half.ended & ~mask, np.where(mask, 0.0, half.returns)
 
     def _begin(self, half: _Half, out: Rollout, i: int, act: Act) -> None:
         """Choose actions and start the step i of a rollout."""
