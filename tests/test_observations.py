@@ -133,8 +133,8 @@ def test_vectors_match_their_feature_names():
             both = objects.valid & before.valid & ~started[:, None]
             moved = np.where(both[..., None], np.asarray(objects.center) - np.asarray(before.center), 0)
         centers, both = np.asarray(objects.center), objects.valid & objects.valid[:, :1]
-        near = np.where(both[..., None], np.tanh((centers - centers[:, :1]) / 8), 0)
-        rows |= {"dx": moved[..., 0], "dy": moved[..., 1], "nx": near[..., 0], "ny": near[..., 1]}
+        near, middle = (np.where(both[..., None], np.tanh((centers - centers[:, :1]) / scale), 0) for scale in (8, 32))
+        rows |= {n + axis: v[..., i] for n, v in {"d": moved, "n": near, "m": middle}.items() for i, axis in enumerate("xy")}
         earlier = states[-1] if states else rows
         states = [{f: np.where(started[:, None], rows[f], earlier[f]) for f in FEATURES}, rows]
         for k, (ago, category, i, feature) in enumerate(envs.features["plain"]):

@@ -24,7 +24,7 @@ from ocjax.envs.settings import settings
 from ocjax.policies import SavedPolicy
 from ocjax.registry import load
 
-FEATURES = Vector(("x", "y", "dx", "dy", "nx", "ny", "orientation", "valid"), normalize=False)
+FEATURES = Vector(("x", "y", "dx", "dy", "nx", "ny", "mx", "my", "orientation", "valid"), normalize=False)
 PRESET = "dqn"
 CHECKPOINT_SECONDS = 120.0
 STACK = 4  # grey frames of an observation of pixels

@@ -22,8 +22,8 @@ from ocjax.objects import UNKNOWN, Objects
 from ocjax.rules import Category
 from ocjax.tracking import track
 
-FEATURES = ("x", "y", "w", "h", "dx", "dy", "nx", "ny", "orientation", "value", "valid")
-NEAR = 8.0  # pixels
+FEATURES = ("x", "y", "w", "h", "dx", "dy", "nx", "ny", "mx", "my", "orientation", "value", "valid")
+NEAR, MIDDLE = 8.0, 32.0  # pixels
 _VALUE_UNIT = np.log1p(1e6)  # a value of a million is normalised to 1
 
 
@@ -132,14 +132,14 @@ class Vector(Computed):
     Entries are ordered by time from the oldest state to the latest, then by slot in the game's order, then by feature in the order given;
     `features_of` names each entry. Slots that are not valid are zero. dx and dy are the movement of the centre since the previous step.
     They are zero if the object was not valid before, or if an episode has just begun. nx and ny are tanh(d / 8) of the distance d in pixels
-    from the centre of the first slot's object, which is the player in most games, to the object's centre; they are zero while there is no
-    player. They resolve positions near the player finely. In mode "vem", `ocjax.track` keeps objects in the
-    same slots from step to step.
+    from the centre of the first slot's object, which is the player in most games, to the object's centre; mx and my are tanh(d / 32). They
+    are zero while there is no player. nx and ny resolve positions next to the player finely but are nearly constant beyond 20 pixels, where
+    mx and my still tell what approaches. In mode "vem", `ocjax.track` keeps objects in the same slots from step to step.
 
     Args:
-        features: distinct names of x, y, w, h, dx, dy, nx, ny, orientation, value and valid, the same for all slots. With None, a slot has
-            x, y, w, h, dx and dy, then orientation and value if its category has them, and valid. Display objects that have a value, such
-            as scores, do not have x to dy: their boxes only tell how many digits are shown.
+        features: distinct names of x, y, w, h, dx, dy, nx, ny, mx, my, orientation, value and valid, the same for all slots. With None,
+            a slot has x, y, w, h, dx and dy, then orientation and value if its category has them, and valid. Display objects that have a
+            value, such as scores, do not have x to dy: their boxes only tell how many digits are shown.
         history: number of states.
         normalize: whether features are scaled: lengths to units of the screen's width or height, orientations to turns, and values v to
             sign(v) log(1 + |v|) / log(1 + 10^6). Without it, lengths are in pixels and orientations are compass points 0 to 15.
@@ -192,8 +192,9 @@ class Vector(Computed):
         height, width = game.screen
         integers = np.iinfo(np.int32)
         most = {"x": width, "y": height, "w": width, "h": height, "orientation": 16, "valid": 1, "dx": width, "dy": height}
-        most |= {"nx": 1, "ny": 1}
-        least = {"orientation": UNKNOWN, "dx": -width, "dy": -height, "nx": -1, "ny": -1}
+        relative = ("nx", "ny", "mx", "my")
+        most |= dict.fromkeys(relative, 1)
+        least = {"orientation": UNKNOWN, "dx": -width, "dy": -height} | dict.fromkeys(relative, -1)
         out = {f: (float(n) if self.normalize else 1.0, float(least.get(f, 0)), float(n)) for f, n in most.items()}
         out = {f: (unit, low / unit, high / unit) for f, (unit, low, high) in out.items()}
         limit = float(np.log1p(2.0**31) / _VALUE_UNIT)
@@ -222,8 +223,9 @@ class Vector(Computed):
         continued = objects.valid & previous.valid & ~snapshot.started[:, None]
         moved = jnp.where(continued[..., None], objects.center - previous.center, jnp.float32(0))
         both = objects.valid & objects.valid[:, :1]
-        near = jnp.where(both[..., None], jnp.tanh((objects.center - objects.center[:, :1]) / jnp.float32(NEAR)), jnp.float32(0))
-        derived = {"dx": moved[..., 0], "dy": moved[..., 1], "nx": near[..., 0], "ny": near[..., 1]}
+        distance = jnp.where(both[..., None], objects.center - objects.center[:, :1], jnp.float32(0))
+        vectors = {"d": moved, "n": jnp.tanh(distance / jnp.float32(NEAR)), "m": jnp.tanh(distance / jnp.float32(MIDDLE))}
+        derived = {name + axis: v[..., i] for name, v in vectors.items() for i, axis in enumerate("xy")}
         columns = {f: self._column(game, f, derived[f] if f in derived else getattr(objects, f)) for f in FEATURES}
         parts = [jnp.stack([columns[f][:, s] for f in features], axis=-1) for s, features in self._runs(game)]
         latest = jnp.concatenate([part.reshape(part.shape[0], -1) for part in parts], axis=-1)
