@@ -25,7 +25,8 @@ class Hyperparameters:
 
     The OCAtari paper has 8 environments, a horizon of 128, 3 epochs, a learning rate of 2.5e-4 and a clipping range of 0.1; all else is as
     in the paper. With more environments, these values learn more slowly per frame: after 1.3 million frames, they reach -18.4 points in
-    Pong, and the defaults -17.0. Learning rate and clipping range fall linearly to 0 over the training.
+    Pong, and the defaults -17.0. Learning rate, clipping range and entropy coefficient fall linearly to 0 over the training. The
+    entropy bonus lets the policy explore at first; later it would keep it from choosing between actions whose values differ little.
 
     Args:
         num_envs: environments; half of them step while the policy acts in the others.
@@ -37,7 +38,7 @@ class Hyperparameters:
         gamma: discount factor.
         gae_lambda: decay of generalised advantage estimation.
         value_coefficient: weight of the value loss.
-        entropy_coefficient: weight of the entropy bonus.
+        entropy_coefficient: initial weight of the entropy bonus.
         max_grad_norm: gradients are scaled down to this norm.
 
     Raises:
@@ -169,8 +170,9 @@ def _mean(x: jax.Array, weight: jax.Array) -> jax.Array:
     return jnp.sum(x * weight) / jnp.maximum(jnp.sum(weight), 1)
 
 
-def _loss(params: Params, network: Network, h: Hyperparameters, clip: jax.Array, s: _Samples) -> tuple[jax.Array, Losses]:
-    """The clipped surrogate objective with value loss and entropy bonus."""
+def _loss(params: Params, network: Network, h: Hyperparameters, left: jax.Array, s: _Samples) -> tuple[jax.Array, Losses]:
+    """The clipped surrogate objective with value loss and entropy bonus, when so much of the training is left."""
+    clip, bonus = h.clip * left, h.entropy_coefficient * left
     logits, value = network.apply(params, s.obs)
     log_probs = jax.nn.log_softmax(logits)
     log_ratio = jnp.take_along_axis(log_probs, s.action[:, None], axis=1)[:, 0] - s.log_prob
@@ -184,7 +186,7 @@ def _loss(params: Params, network: Network, h: Hyperparameters, clip: jax.Array,
     entropy = _mean(-jnp.sum(jnp.exp(log_probs) * log_probs, axis=1), s.weight)
     kl = _mean(ratio - 1 - log_ratio, s.weight)
     clipped = _mean((jnp.abs(ratio - 1) > clip).astype(jnp.float32), s.weight)
-    total = policy + h.value_coefficient * error - h.entropy_coefficient * entropy
+    total = policy + h.value_coefficient * error - bonus * entropy
     return total, Losses(policy, error, entropy, kl, clipped, jnp.float32(0))
 
 
@@ -237,7 +239,7 @@ def make_update(network: Network, h: Hyperparameters, *, standardize: bool) -> C
         def step(state: tuple[Params, Any], index: jax.Array) -> tuple[tuple[Params, Any], Losses]:
             params, opt = state
             batch = jax.tree.map(lambda a: a[index], all_samples)
-            gradient, losses = jax.grad(_loss, has_aux=True)(params, network, h, h.clip * left, batch)
+            gradient, losses = jax.grad(_loss, has_aux=True)(params, network, h, left, batch)
             opt[1].hyperparams["learning_rate"] = h.learning_rate * left
             with jax.numpy_dtype_promotion("standard"):  # optax mixes dtypes
                 change, opt = optimizer.update(gradient, opt, params)

@@ -124,7 +124,7 @@ class Trainer:
     def run(self, frames: int, console: Console) -> None:
         """Train until so many emulated frames have been played, counted from the start of the training.
 
-        Learning rate and clipping range reach 0 at that number.
+        Learning rate, clipping range and entropy coefficient reach 0 at that number.
 
         Args:
             frames: emulated frames.
