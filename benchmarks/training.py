@@ -27,7 +27,7 @@ from rich.table import Table
 import ocjax
 from ocjax.agents import networks, ppo
 from ocjax.agents.ppo import Hyperparameters
-from ocjax.agents.training import FEATURES, Config, Trainer
+from ocjax.agents.training import Config, Trainer
 
 PEER_ENVS = 8
 WARM_UP = 3  # updates
@@ -89,11 +89,11 @@ def _timed(f: Callable[[], Any], repeats: int) -> float:
 
 def shares(game: str) -> dict[str, float]:
     """Seconds of processor time per agent step of each part of a training from objects."""
-    h, rng = Hyperparameters(), np.random.default_rng(0)
+    h, rng, vector = Hyperparameters(), np.random.default_rng(0), Config(game).vector
     emulator = _stepping(game, 60, mode="raw")
-    extraction = _stepping(game, 60, obs=FEATURES, hud=False) - emulator
+    extraction = _stepping(game, 60, obs=vector, hud=False) - emulator
     spec = ocjax.load(game, hud=False)
-    (inputs,), n = FEATURES.space(spec, "rem").shape, h.num_envs  # pyright: ignore[reportGeneralTypeIssues]
+    (inputs,), n = vector.space(spec, "rem").shape, h.num_envs  # pyright: ignore[reportGeneralTypeIssues]
     num_actions = 6
     network = networks.mlp(inputs, num_actions)
     learner = ppo.init(network, h, inputs, 0)

@@ -24,7 +24,7 @@ from ocjax.envs.settings import settings
 from ocjax.policies import SavedPolicy
 from ocjax.registry import load
 
-FEATURES = Vector(("x", "y", "dx", "dy", "nx", "ny", "mx", "my", "orientation", "valid"), normalize=False)
+FEATURES = ("x", "y", "dx", "dy", "nx", "ny", "mx", "my", "orientation", "valid")
 PRESET = "dqn"
 CHECKPOINT_SECONDS = 120.0
 STACK = 4  # grey frames of an observation of pixels
@@ -47,6 +47,7 @@ class Config:
         inputs: "objects" (from RAM, without the display) or "pixels" (the last four grey frames).
         preset: the settings of the environments. Rewards are not clipped, whatever it says, but scaled by the spread of the returns.
         hyperparameters: of PPO.
+        features: of each slot, as `ocjax.envs.Vector` names them, in pixels; for "objects".
     """
 
     game: str
@@ -54,6 +55,12 @@ class Config:
     inputs: Inputs = "objects"
     preset: str = PRESET
     hyperparameters: Hyperparameters = dataclasses.field(default_factory=Hyperparameters)
+    features: tuple[str, ...] = FEATURES
+
+    @property
+    def vector(self) -> Vector:
+        """The observation of "objects"."""
+        return Vector(self.features, normalize=False)
 
     def to_json(self) -> str:
         """The configuration as JSON."""
@@ -117,7 +124,7 @@ class Trainer:
         return self.updates * self.frames_per_update
 
     def _make_envs(self) -> ObjectVectorEnv:
-        mode, obs = ("rem", FEATURES) if self._objects else ("raw", "dqn")
+        mode, obs = ("rem", self.config.vector) if self._objects else ("raw", "dqn")
         num_envs = self.config.hyperparameters.num_envs // 2
         return make_vec(self.game, num_envs, mode=mode, obs=obs, hud=self.game.hud, preset=self.config.preset, clip_rewards=False)
 
@@ -170,7 +177,7 @@ class Trainer:
         layers = [(np.asarray(layer["w"]), np.asarray(layer["b"])) for layer in learner.params["actor"]]
         mean, spread = np.asarray(learner.inputs.mean), np.asarray(deviation(learner.inputs))
         known = {"settings": self._settings, "preset": self.config.preset, "frames": self.frames}
-        return SavedPolicy(self.game, layers, FEATURES, mean, spread, sampled=True, **known)
+        return SavedPolicy(self.game, layers, self.config.vector, mean, spread, sampled=True, **known)
 
     def _save(self) -> None:
         """Write a checkpoint, the metrics and the policy."""
