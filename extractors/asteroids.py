@@ -18,10 +18,11 @@ Debro (names), and the ROM's code. Columns are in the chip's coding: the low nib
 
 Covered: modes with slow and fast asteroids and with each of the stick's features (hyperspace,
 shields, turning about), both difficulties (the saucer flies at A), explosions, later waves, resets.
-The first frame after a reset still shows the asteroids of before, the second one those that RAM
-has, the third one the ship. Not in the RAM: the digits of the frame on which a point is made; on
-odd frames, whether a ship that is there again has already been drawn. In a frame, asteroids of one
-colour that touch are one object, and VEM does not see parts that are a column wide.
+While the reset switch is held, a game begins on every frame. So the first frame after a reset has
+the asteroids of the game before, whose random numbers follow from the last one; the second frame
+has those of the RAM, the third one also the ship. Not in the RAM: the digits of the frame on which
+a point is made; on odd frames, whether a ship that is there again has already been drawn. In a
+frame, asteroids of one colour that touch are one object, and VEM sees no parts of one column.
 """
 
 import jax
@@ -59,6 +60,10 @@ NONE, NO_SAUCER = -32, 0xE0  # `y` of what is not there
 THERE = 1 << 18  # in the packed word of an asteroid
 LARGE, MEDIUM = (0, 1), 2  # kinds of asteroids; 3 is small
 ROCK_WIDTHS = (16, 16, 8, 4)  # by kind
+# A game begins with two asteroids in each list. How many random numbers ago those of the game
+# before were placed, by entry; and the low nibbles of columns, by the number's lowest three bits.
+NUMBERS_AGO = np.array([9, 8] + [0] * 7 + [7, 6] + [0] * 7)
+STEPS = ROM.bytes(0x1F04, 8).tolist()
 SHIP_EXPLODES = 128  # `timer`, or more
 LAST_PUFF = 6  # `bang_step` of the saucer's explosion with a narrow picture
 # Speeds that step on all frames, and those that step when the clock's low nibble is 3; the others
@@ -94,6 +99,7 @@ LEFT_CUTS, RIGHT_CUTS, TOP_CUTS, BOTTOM_CUTS = (
 
 class Ram(RamMap):
     mode = byte(0)
+    random = byte((1, 2))  # the last number: each one shifts a bit in, the XOR of bits 13 and 14
     rock_y = signed(*range(3, 21))  # in steps of two rows
     rock_x = signed(*range(21, 39))  # in the chip's coding
     rock_kind = bits(*range(39, 57), first=4, count=2)
@@ -123,10 +129,11 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     points = 10 * m.score
+    begins = (m.score == 0) & (m.frames < 2)  # the ship is not yet on the screen
     shot_x = _in_one_part(_column(m.shot_x) + 1, 1)
     return {
-        "Player": _ship(m).clip(*FIELD),
-        "Asteroid": _rocks(m),
+        "Player": _ship(m).clip(*FIELD).where(~begins),
+        "Asteroid": _rocks(m, begins & (m.frame == 0)),
         "PlayerMissile": box(shot_x, 17 + 2 * m.shot_y, 1, 2, _flies(m)).clip(*FIELD),
         "Saucer": _saucer(m).clip(*FIELD),
         "PlayerScore": score_box(FONT, points, right=80, top=5, digits=5, value=points),
@@ -180,30 +187,24 @@ def _saucer(m: Ram) -> Box:
     return box(x, 20 + 2 * m.saucer_y, width, jnp.where(small, 6, 10), m.saucer_y != NO_SAUCER)
 
 
-def _rocks(m: Ram) -> Box:
+def _rocks(m: Ram, first_frame: jax.Array) -> Box:
     """All asteroids by slot, then the left parts of those that the right edge cuts."""
-    words = _by_slot(_slot(m), _packed(m))
+    words = _by_slot(_slot(m), jnp.where(first_frame, _packed_before(m), _packed(m)))
     x, y, kind = words & 255, (words >> 8 & 255) - 128, words >> 16 & 3
     there = words >= THERE
     little = jnp.where(kind >= MEDIUM, 1, 0)
     y = 24 + 2 * y + np.where(SLOT_GOES_UP, 0, 1) - 2 * little
     width = pick(kind, ROCK_WIDTHS)
     beyond = x + width - WIDTH  # columns
-    parts = [_cut(LEFT_CUTS, kind, width - beyond), _cut(RIGHT_CUTS, kind, beyond)]
-    cut = jnp.concatenate(parts)
+    cut = jnp.concatenate([_cut(LEFT_CUTS, kind, width - beyond), _cut(RIGHT_CUTS, kind, beyond)])
     first_row, last_row = cut >> 4, cut & 15
     below_top = pick(kind, ROCK_ROWS) - (TOP - y >> 1)
     cut = _cut(TOP_CUTS, kind, BOTTOM - y + 1 >> 1)
     cut = jnp.where(y < TOP, _cut(BOTTOM_CUTS, kind, below_top), cut)
     left, last_column = x + (cut >> 4), x + (cut & 15)
-    rocks = box(
-        jnp.concatenate([left, left - WIDTH]),
-        jnp.tile(y, 2) + 2 * first_row,
-        jnp.tile(last_column - left + 1, 2),
-        2 * (last_row - first_row + 1),
-        jnp.tile(there, 2),
-    )
-    return rocks.clip(0, np.tile(TOP, 2), WIDTH, BOTTOM)
+    x, y = jnp.concatenate([left, left - WIDTH]), jnp.tile(y, 2) + 2 * first_row
+    width, height = jnp.tile(last_column - left + 1, 2), 2 * (last_row - first_row + 1)
+    return box(x, y, width, height, jnp.tile(there, 2)).clip(0, np.tile(TOP, 2), WIDTH, BOTTOM)
 
 
 def _packed(m: Ram) -> jax.Array:
@@ -213,6 +214,17 @@ def _packed(m: Ram) -> jax.Array:
     x = _column(m.rock_x) - jnp.where(m.rock_kind >= MEDIUM, 1, 0) - _late(m)
     x = jnp.where(x < 0, x + WIDTH, x)
     return jnp.where(there, THERE | m.rock_kind << 16 | m.rock_y + 128 << 8 | x, 0)
+
+
+def _packed_before(m: Ram) -> jax.Array:
+    """As `_packed`, for the game before: its asteroids, all of them large, have made one step."""
+    numbers = m.random | (m.random >> 1 ^ m.random >> 15) << 16  # its bit 16 is the bit shifted out
+    number = numbers >> NUMBERS_AGO
+    high_nibble = jnp.where((number >> 4 & 15) == 7, 8, number >> 4 & 15)
+    x = _column((high_nibble ^ 8) - 8 << 4 | pick(number & 7, STEPS))
+    kind = numbers >> np.maximum(NUMBERS_AGO - 1, 0) + 4 & 1
+    y = m.rock_y + jnp.where(GOES_UP, -1, 1)
+    return jnp.where(NUMBERS_AGO > 0, THERE | kind << 16 | y + 128 << 8 | x, 0)
 
 
 def _slot(m: Ram) -> jax.Array:
@@ -228,11 +240,8 @@ def _slot(m: Ram) -> jax.Array:
 
 
 def _by_slot(slot: jax.Array, words: jax.Array) -> jax.Array:
-    """The words of both lists' entries in the order of slots, 0 where a slot has none.
-
-    One by one, because a maximum along an axis of entries takes six times as long.
-    """
-    lists = []
+    """The words of both lists' entries in the order of slots, 0 where a slot has none."""
+    lists = []  # one by one: a maximum along an axis of entries takes six times as long
     for first in (0, LIST):
         out = jnp.zeros(SLOTS, jnp.int32)
         for i in range(first, first + LIST):
@@ -242,11 +251,8 @@ def _by_slot(slot: jax.Array, words: jax.Array) -> jax.Array:
 
 
 def _cut(table: list[list[int]], kind: jax.Array, columns: jax.Array) -> jax.Array:
-    """First << 4 | last row or column of asteroids of which some columns or rows are left.
-
-    The table is looked up by selects, because a gather takes five times as long here.
-    """
-    i = jnp.clip(columns, 1, CUT) - 1
+    """First << 4 | last row or column of asteroids of which some columns or rows are left."""
+    i = jnp.clip(columns, 1, CUT) - 1  # selects: a gather takes five times as long here
     first, second, third = (pick(kind, words) for words in zip(*table, strict=True))
     word = jnp.where(i < 4, first, jnp.where(i < 8, second, third))
     return word >> 8 * (i & 3) & 255
@@ -285,12 +291,7 @@ GAME = Game(
     decode=decode,
     categories=(
         Category("Player", WHOLE_SHIP, attributes=("orientation",), doc="the ship"),
-        Category(
-            "Asteroid",
-            ROCK_RULE,
-            count=4 * SLOTS,
-            doc="ten that go up, ten that go down; their left parts where the right edge cuts them",
-        ),
+        Category("Asteroid", ROCK_RULE, count=4 * SLOTS, doc="up, down; left parts at the edge"),
         Category("PlayerMissile", SHOTS, count=3, doc="the ship's shots, the saucer's"),
         Category("Saucer", SAUCERS, doc="at difficulty A"),
         display("PlayerScore", SCORE, doc="points"),
