@@ -13,12 +13,14 @@ pictures. So his column is read from the chip's position, his row from the copy 
 test keeps, his picture from both, and other pictures from the frame counter's previous value.
 
 Covered: all four modes and difficulties, deaths, weak aliens, tunnels, flame, rocket, bonus
-screens, resets, the game's end. The frame on which a life ends takes so long that the emulator cuts
-it off: RAM is that of the next life, the picture that of the old one. The next frame shows what
-RAM has, but rolled up by 39 lines. Not in RAM: the row of an alien that is removed on this very
-frame; in the bonus screen whether the crewman stood still, and its first and last frame. Half of
-the aliens there have the crewman's colours: VEM, which tells figures by colour, takes one of those
-for the crewman, and bits of them for eggs. It does not see the smallest figures in the tunnel.
+screens, resets, the game's end. The frame on which a life, a level or a bonus screen ends takes so
+long that the emulator cuts it off: the picture is the old one, but RAM has been set up for what the
+next frame shows, rolled up by 39 lines. It tells the eggs, the pulsar's home, and the lives on that
+picture, but no longer where the crewman and the rows of the aliens were, or whether there was a
+rocket: none of them is valid then. Not in RAM: the row of an alien that is removed on this very
+frame; in the bonus screen whether the crewman stood still. Half of the aliens there have the
+crewman's colours: VEM, which tells figures by colour, takes one of those for the crewman, and bits
+of them for eggs. It does not see the smallest figures in the tunnel.
 """
 
 import functools
@@ -68,12 +70,14 @@ DEATH_INSETS = (3, 2, 1, 0)
 TUNNEL, TUNNEL_ENDS = 55, (17, 136)  # its row, and columns of the player's sprite
 PLAYER_RECORD = 3  # `dying`
 OVERWRITTEN = 240  # `old_y` on frames without collision test
+NOT_DRAWN = 96  # `line` while a frame is prepared
 
 
 class Ram(RamMap):
     scene = bits(0, first=4, count=2)
     digits = byte(3, 5, 7, 9, 11, 13)  # 8 * digit
     old_y = byte(10)  # of the player, 2 more, in most frames
+    line = byte(15)  # what the drawing of the maze counts down
     ways = bits(33, 34, count=2)  # of the pink alien and the player
     speeds = bits(33, 34, first=2, count=6)
     pictures = byte(35, 36, 37)  # of the aliens
@@ -91,6 +95,7 @@ class Ram(RamMap):
     eggs = byte(*range(65, 91))  # left half, right half
     rows = byte(*range(66, 72))  # bonus screen: where its six pairs of aliens are
     prize = byte(73)  # bonus screen: its picture, 0 where it was taken
+    eaten = byte(91)  # eggs of this maze
     state = byte(96)
     carried = byte(100, 101)  # sums of the speeds
     dying = byte(102)  # record of who dies during a pause
@@ -100,18 +105,22 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     x = 17 + position(m.coarse, m.fine)
+    is_next = m.line == NOT_DRAWN  # of the next frame, which is not yet on the screen
     maze, bonus = m.scene == IN_MAZE, _bonus(m)
-    flame = _flame(m) & maze
+    lost = jnp.where(is_next & maze & (m.eaten > 0), 1, 0)
+    flame = _flame(m) & maze & ~is_next
+    pulsar = _pulsar(m, x[4], _pulsar_y(m))
+    at_home = _pulsar(m, 17 + pick(m.pulsars, PULSAR_X), pick(m.pulsars, PULSAR_Y))
     eggs = (m.eggs[:, None] >> np.array(EGG_BITS)[None] & 1).ravel() == 1
     return {
-        "Player": _player(m, x[3]).where(maze | bonus),
-        "Alien": _aliens(m, x[:3]),
-        "Pulsar": _pulsar(m, x[4]).where(~flame & maze),
+        "Player": _player(m, x[3]).where((maze | bonus) & ~is_next),
+        "Alien": _aliens(m, x[:3]).where(~is_next),
+        "Pulsar": choose(is_next, at_home, pulsar).where(~flame & maze),
         "Flame": box(x[4], 197 - 2 * _pulsar_y(m), 8, 5, flame),
-        "Rocket": _rocket(m, x[5]),
+        "Rocket": _rocket(m, x[5]).where(~is_next),
         "Egg": box(np.array(EGG_X), np.array(EGG_Y), 1, 2, eggs & maze),
         "Score": _score(m),
-        "Life": box(21, 187, 8 * m.lives - 11, 5, m.lives > 1, value=m.lives),
+        "Life": box(21, 187, 8 * (m.lives + lost) - 11, 5, m.lives + lost > 1, value=m.lives),
     }
 
 
@@ -210,11 +219,10 @@ def _pairs(m: Ram) -> tuple[jax.Array, ...]:
     return x, y, width, jnp.full(12, 13), jnp.full(12, 1)
 
 
-def _pulsar(m: Ram, x: jax.Array) -> Box:
+def _pulsar(m: Ram, x: jax.Array, y: jax.Array) -> Box:
     large = (m.frame - 1 & 8) == 0
     turned = m.turned[4] == 1
     inset = jnp.where(turned, jnp.where(large, 0, 1), jnp.where(large, 1, 2))
-    y = _pulsar_y(m)
     return box(x + inset, 197 - 2 * y, jnp.where(large, 7, 5), 5, y > 0)
 
 
