@@ -19,8 +19,8 @@ after the frame is drawn, the player and the others in turn as byte 92 counts, s
 that step back, and the turn at a crossing. Which sprite draws a shadow, and so its height, follows
 from how the ROM shares them out. Not in RAM: whether a player that did not go on turned round or
 rested (every other step), and where the figures were on the frame on which a life or level ends:
-all records have been set anew, as the next frame shows. After a reset two frames are blank, and the
-next one shows only those figures whose turn it is.
+all records have been set anew for the next frame, so none is valid. After a reset two frames are
+blank; on the next one, only that figure of the three on the top line shows whose turn it is.
 
 Covered: eight levels at both difficulties (ended by editing what is painted), jumps, chickens,
 deaths, the game's end. The `value` of Life is what the emulator says, the low half of byte 86: 11
@@ -95,6 +95,7 @@ def _gaps() -> tuple[tuple[int, int, int, int], ...]:
 
 
 class Ram(RamMap):
+    frames = byte(0)  # since the reset
     frame = bits(0, count=2)
     drawn = byte(50, 51)  # what the two sprites drew last, 16 * kind + 0 or 7
     y = byte(*range(59, 66))  # y - 7
@@ -122,16 +123,17 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    begins = (m.playing == 0) & (m.over == 0) & (m.player == UNSORTED)
+    begins = (m.playing == 0) & (m.over == 0) & (m.player == UNSORTED)  # a life or a level
     blank = begins & (m.wait == LONGEST_WAIT) | (m.y[0] == 0)
     own = (np.arange(7) == m.player) & (m.y != NO_FIGURE)
     x, y = _drawn_places(m, own)
     others, kind = _by_figure(m, own, shared(_others(m, x, y, own)))
+    others = others.where(~begins)
     icons = m.icons + jnp.where(begins, 1, 0)  # as drawn
     shown = m.score - m.gained
     there = (icons > 0) & (m.over == 0)
     boxes = {
-        "Player": _player(m, x, y, own),
+        "Player": _player(m, x, y, own).where(~begins),
         "Warrior": others.where(kind == WARRIOR),
         "Pig": others.where(kind == PIG),
         "Shadow": others.where(kind == SHADOW),
@@ -144,7 +146,8 @@ def decode(m: Ram) -> dict[str, Box]:
 
 def _others(m: Ram, x: jax.Array, y: jax.Array, own: jax.Array) -> jax.Array:
     """Kinds and boxes of the figures, a nibble or two each."""
-    kind = jnp.where(own | (m.y == NO_FIGURE), 0, _drawn_kinds(m))
+    late = (m.frames == 1) & (m.wait == LONGEST_WAIT - 1) & (m.y == TOP_LINE) & (m.rank != m.frame)
+    kind = jnp.where(own | (m.y == NO_FIGURE) | late, 0, _drawn_kinds(m))
     shadow = _shadows(x + 3, y, _by_first_sprite(m, y, own))
     is_shadow, inset = kind == SHADOW, jnp.where(kind == CHICKEN, 1, 0)
     left, top = jnp.where(is_shadow, shadow.x, x + inset), jnp.where(is_shadow, shadow.y, y)
