@@ -14,11 +14,9 @@ ON_DRAWN = 0.99  # share of boxes that hold drawn pixels
 ON_DETECTED = 0.98  # share of boxes on VEM's detections, which lack objects that are partly covered
 # Least F1 where the emulator's frame is older than its RAM, or objects do not show yet: see the games' docstrings.
 STALE = {
-    ("Alien", "last"): 0.94,
-    ("Alien", "lost"): 0.94,
-    ("Amidar", "first"): 0.87,
-    ("Amidar", "lost"): 0.2,
-    ("Asteroids", "first"): 0.83,
+    ("Alien", "last"): 0.95,
+    ("Alien", "lost"): 0.95,
+    ("Amidar", "lost"): 0.39,
     ("Berzerk", "last"): 0.8,
     ("Berzerk", "lost"): 0.75,
     ("Bowling", "last"): 0.9,
