@@ -3,6 +3,7 @@
 import csv
 import dataclasses
 import io
+import json
 import signal
 import subprocess
 import sys
@@ -15,7 +16,7 @@ from typer.testing import CliRunner
 import ocjax
 from ocjax import datasets, files
 from ocjax.cli import app
-from ocjax.datasets import DatasetError, columns, labels, shards
+from ocjax.datasets import DatasetError, columns, labels, shards, starts
 from ocjax.files import extraction
 
 pa = pytest.importorskip("pyarrow")
@@ -108,6 +109,54 @@ def test_previous_frames_show_the_state_before(folder, pong):
     image, previous = (np.asarray(Image.open(io.BytesIO(row[name]["bytes"]))) for name in columns.PICTURES)
     assert image.shape == previous.shape == pong.screen
     assert np.array_equal(np.asarray(Image.open(io.BytesIO(row["image"]["bytes"])).convert("RGB")), pong.palette[image])
+
+
+def test_starts(tmp_path, pong):
+    plan = small_plan(pong, 12, seeds=[5], starts=[{}, {"player_score": 7, 13: 2}])
+    assert datasets.Plan.from_json(plan.to_json()) == plan
+    for name in ("one", "two"):
+        datasets.generate(plan, tmp_path / name)
+    assert contents(tmp_path / "one") == contents(tmp_path / "two")
+    for row in rows_of(tmp_path / "one"):
+        values = [o["value"] for o in row["hud"]]
+        assert values == ([7, 2] if row["instance"] % 2 else [0, 0])
+        assert values == [o["value"] for o in row["vem"] if o["hud"]]
+    assert "its RAM, in turn for the instances: `none`; `player_score=7,13=2`." in (tmp_path / "one" / "README.md").read_text()
+    old = json.loads(plan.to_json())
+    del old["starts"]
+    assert datasets.Plan.from_json(json.dumps(old)) == dataclasses.replace(plan, starts=())
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "writes", "masks"),
+    [
+        ("Kangaroo", "level=2", {36: 2}, {36: 255}),
+        ("Amidar", "level=5,86=0", None, "writes bits of byte 86 twice"),
+        ("Amidar", "level=5", {86: 5 << 2}, {86: 7 << 2}),
+        ("Amidar", "level=8", None, "level of Amidar must be from 0 to 7, got 8"),
+        ("Amidar", "gained=42", {115: 0x42}, {115: 255}),
+        ("Asteroids", "ship_x=-2", {73: 254}, {73: 255}),
+        ("SpaceInvaders", "rows=0x3F", dict.fromkeys(range(18, 24), 63), dict.fromkeys(range(18, 24), 255)),
+        ("Qbert", "score=100", None, "a number of several bytes: write the bytes 89, 90, 91 by their numbers"),
+        ("Qbert", "rund=1", None, r"the RAM of Qbert has no field 'rund': did you mean round"),
+        ("Qbert", "128=1", None, "has no field '128'.*a byte is a number up to 127"),
+        ("Qbert", "99=256", None, "99 of Qbert must be from 0 to 255, got 256"),
+        ("Qbert", "round", None, "must have the form NAME=VALUE,NAME=VALUE or be none, got 'round'"),
+        ("Qbert", "round=1,round=2", None, "has a name twice"),
+        ("Qbert", "none", {}, {}),
+    ],
+)
+def test_starts_write_what_they_say(name, text, writes, masks):
+    if writes is None:
+        with pytest.raises(ValueError, match=masks):
+            datasets.plan(name, 10, starts=[starts.parse(text)])
+        return
+    variation = starts.variation(ocjax.load(name), starts.parse(text))
+    assert (variation.writes, variation.masks) == (writes, masks)
+    ram = np.full(128, 0xAA, np.uint8)
+    variation(ram)
+    assert all(ram[a] == (0xAA & ~masks[a] & 255 | value) for a, value in writes.items())
+    assert (np.delete(ram, list(writes)) == 0xAA).all()
 
 
 INTERRUPTED = """
@@ -302,6 +351,8 @@ def test_commands(tmp_path):
     assert f"Complete already: {out}\n" in again.output
     assert {row["policy"] for row in rows_of(tmp_path / "out")} == {"repeat"}
     assert {row["seed"] for row in rows_of(tmp_path / "out")} == {3}
+    assert run(app, [*arguments[:-1], f"{out}2", "--start", "none", "--start", "ball_x=80"]).exit_code == 0
+    assert '"starts": [{}, {"ball_x": 80}]' in (tmp_path / "out2" / "README.md").read_text()
     assert run(app, ["relabel", out]).exit_code == 0
     assert run(app, ["export", out, "--out", str(tmp_path / "pong.csv")]).exit_code == 0
     assert len((tmp_path / "pong.csv").read_text().splitlines()) == 11

@@ -17,7 +17,7 @@ import pytest
 
 import ocjax
 from ocjax import rom
-from ocjax.envs import PRESETS, AlePool, RomError, Settings, WorkerError, ale
+from ocjax.envs import PRESETS, AlePool, RomError, Settings, WorkerError, ale, variations
 from ocjax.envs._worker.emulator import TRANSITIONS, Event, Phase
 from ocjax.envs._worker.interface import WorkerConfig
 
@@ -398,6 +398,29 @@ def test_ram_can_be_written():
         with pytest.raises(error, match="ram must"):
             pool.set_ram(wrong)
     pool.close()
+
+
+@pytest.mark.parametrize("workers", [0, 2])
+def test_games_start_with_written_ram(workers):
+    points = variations.Variation("Pong", "The player has 5 points.", {14: 5})
+    settings, starts = Settings(max_episode_frames=40, noop_max=8), [points, None, points]
+    pool = AlePool(ocjax.load("Pong"), 3, settings, screens=("screen",), num_workers=workers, starts=starts)
+    pool.reset([0, 1, 2])
+    games = 0
+    for _ in range(25):
+        if pool.started.any():
+            assert pool.ram[:, 14].tolist() == [5, 0, 5]
+            games += pool.started.sum()
+        pool.send(np.zeros(3, int))
+        pool.wait()
+    assert games >= 6
+    vem = pool.game.vem(pool.screen[:, 1])
+    assert np.asarray(vem.of(pool.game, "PlayerScore").value)[:, 0].tolist() == [5, 0, 5]
+    pool.close()
+    with pytest.raises(ValueError, match="starts must have one entry per environment, 3, got 2"):
+        AlePool(ocjax.load("Pong"), 3, starts=starts[:2])
+    with pytest.raises(ValueError, match="is a variation of Riverraid"):
+        AlePool(ocjax.load("Pong"), 1, starts=[variations.red_river])
 
 
 @pytest.mark.parametrize("workers", [0, 2])

@@ -7,7 +7,7 @@ import typer
 from rich.console import Console
 
 from ocjax import output, registry
-from ocjax.datasets import exports, generation
+from ocjax.datasets import exports, generation, starts
 from ocjax.datasets.plans import LEAST_F1, SEEDS, DatasetError
 from ocjax.datasets.plans import plan as plan_dataset
 from ocjax.messages import errors_in_one_line, progress_bar
@@ -32,6 +32,14 @@ def dataset(
     least_f1: Annotated[
         float, typer.Option(min=0, max=1, help="Leave out sequences in which the F1 of REM against VEM is less.")
     ] = LEAST_F1,
+    start: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUE[,...]",
+            help="Values to write to the RAM when a game begins, such as level=2: fields of `ocjax ram map`, or numbers of bytes; none for "
+            "the ordinary start. May be repeated: the instances take turns.",
+        ),
+    ] = None,
     ray: RAY = None,
 ) -> None:
     """Make a dataset of frames and RAM with the objects of both methods.
@@ -40,7 +48,8 @@ def dataset(
     """
     with errors_in_one_line():
         spec = registry.load(game)
-        plan = plan_dataset(spec, states, seed or SEEDS, _percentages(policy) if policy else None, least_f1)
+        begin = [starts.parse(text) for text in start or ()]
+        plan = plan_dataset(spec, states, seed or SEEDS, _percentages(policy) if policy else None, least_f1, begin)
         was_complete = (out / generation.SHEET).exists() and not generation.missing(plan, out)
         with progress_bar(f"playing {spec.name}", "states", console) as report:
             generation.generate(plan, out, ray=ray, report=report)

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ocjax import registry, tables
-from ocjax.datasets import labels
+from ocjax.datasets import labels, starts
 from ocjax.datasets.plans import Plan
 from ocjax.envs import Settings
 from ocjax.envs.pool import action_set, load_emulator
@@ -34,7 +34,7 @@ States of the Atari 2600 game {game}, with the objects that REM (from RAM) and V
 ## Protocol
 
 Each seed has an equal share of the states. {instances} instances play them side by side, in parts of up to {part} states:
-{policies}. Successive states of an instance form sequences of up to {sequence}
+{policies}. {starts}Successive states of an instance form sequences of up to {sequence}
 states. A sequence is left out if the F1 of REM against VEM is less than {least_f1}. The emulators' settings are:
 {settings}.
 
@@ -86,10 +86,19 @@ def text(plan: Plan, shards: Sequence[Mapping[str, Any]], versions: Mapping[str,
         policies=", ".join(f"{n} by the policy `{name}`" for name, n in plan.policies),
         part=f"{plan.shard_states:,}",
         sequence=plan.sequence_states,
+        starts=_starts(plan),
         least_f1=plan.least_f1,
         settings=", ".join(f"{name} {value}" for name, value in plan.settings.items()),
         actions=", ".join(f"{i} {name}" for i, name in enumerate(_actions(game, plan))),
     )
+
+
+def _starts(plan: Plan) -> str:
+    """A sentence about what games begin with, if they do not begin as usual."""
+    if not plan.starts:
+        return ""
+    values = "; ".join(f"`{starts.describe(start)}`" for start in plan.starts)
+    return f"After the console's reset, values are written to its RAM, in turn for the instances: {values}. "
 
 
 def _actions(game: Game, plan: Plan) -> list[str]:

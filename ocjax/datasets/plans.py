@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 
 import ocjax
 from ocjax import policies, registry
+from ocjax.datasets import starts as game_starts
+from ocjax.datasets.starts import Start
 from ocjax.envs import Settings
 from ocjax.envs.checks import integer
 from ocjax.envs.settings import settings
@@ -60,6 +62,7 @@ class Plan:
         settings: of the emulators, the fields of `ocjax.envs.Settings`.
         versions: of ocjax and of the libraries.
         code: digest of the source of ocjax, whose decoders extract the objects.
+        starts: what is written to the RAM at the beginning of games; instances take turns. Older datasets have none.
     """
 
     game: str
@@ -74,6 +77,7 @@ class Plan:
     settings: Mapping[str, Any]
     versions: Mapping[str, str]
     code: str
+    starts: tuple[Start, ...] = ()
 
     def to_json(self) -> str:
         """The plan as JSON, which `from_json` reads."""
@@ -88,7 +92,7 @@ class Plan:
         """
         fields = json.loads(text)
         fields |= {"seeds": tuple(fields["seeds"]), "policies": tuple((str(name), int(n)) for name, n in fields["policies"])}
-        return cls(**fields)
+        return cls(**fields | {"starts": tuple(fields.get("starts", ()))})
 
     @property
     def shards(self) -> list[Shard]:
@@ -109,7 +113,12 @@ class Plan:
 
 
 def plan(
-    game: Game | str, states: int, seeds: Sequence[int] = SEEDS, policies: Mapping[str, int] | None = None, least_f1: float = LEAST_F1
+    game: Game | str,
+    states: int,
+    seeds: Sequence[int] = SEEDS,
+    policies: Mapping[str, int] | None = None,
+    least_f1: float = LEAST_F1,
+    starts: Sequence[Start] = (),
 ) -> Plan:
     """Plan a dataset of a game.
 
@@ -120,13 +129,15 @@ def plan(
         policies: percentage of the states that each policy plays, by name; see `ocjax.policies.make_policy`. By default, 30 % random
             actions, and 70 % the trained policy that ships with the game, or held random actions if there is none.
         least_f1: sequences in which REM and VEM agree less are left out.
+        starts: values that are written to the RAM when a game begins, by the name of a field of the game's `Ram` (`ocjax ram map GAME`) or
+            the number of a byte, such as `{"level": 2}`. The instances take turns; an empty start writes nothing.
 
     Raises:
         DatasetError: a ValueError; the percentages are no multiples of 10 that add up to 100, a seed is there twice, or the least F1 is not
             between 0 and 1.
         UnknownGameError: a ValueError; there is no game of that name.
         PolicyError: a ValueError; a policy does not exist or does not fit the game.
-        ValueError: another number is out of range.
+        ValueError: another number is out of range, or a start names what the RAM does not have.
     """
     game = registry.as_game(game)
     chosen = default_policies(game) if policies is None else policies
@@ -136,6 +147,9 @@ def plan(
         raise DatasetError(f"there must be at least one seed, and none twice, got {list(seeds)}")
     if not 0 <= least_f1 <= 1:
         raise DatasetError(f"the least F1 must be between 0 and 1, got {least_f1}")
+    begin = tuple({str(name): value for name, value in start.items()} for start in starts)
+    for start in begin:
+        game_starts.variation(game, start)
     return Plan(
         game=game.name,
         md5=game.md5,
@@ -149,6 +163,7 @@ def plan(
         settings=protocol().to_dict(),
         versions=versions(),
         code=code(),
+        starts=begin,
     )
 
 

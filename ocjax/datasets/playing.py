@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ocjax.datasets.plans import ENVS, Plan, Shard
+from ocjax.datasets.starts import variation
 from ocjax.envs import AlePool, Settings
 from ocjax.game import Game
 from ocjax.policies import Policy, make_policy
@@ -31,7 +32,8 @@ def play(game: Game, plan: Plan, shard: Shard) -> Iterator[list[Sequence]]:
     seeds = np.random.SeedSequence([shard.seed, shard.part]).generate_state(ENVS + len(plan.policies)) & 0x7FFFFFFF
     own = np.array(shard.shares)
     index = shard.first + np.cumsum(own) - own  # of the first state of each instance
-    pool = AlePool(game, ENVS, Settings(**plan.settings), screens=("screen",))
+    starts = [variation(game, plan.starts[i % len(plan.starts)]) for i in range(ENVS)] if plan.starts else ()
+    pool = AlePool(game, ENVS, Settings(**plan.settings), screens=("screen",), starts=starts)
     try:
         act = _policies(game, plan, len(pool.actions), seeds[ENVS:].tolist())
         pool.reset(seeds[:ENVS].tolist())

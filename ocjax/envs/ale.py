@@ -59,6 +59,8 @@ class AlePool(EmulatorPool):
         hook: a function that is called before every emulated frame with the RAM of one emulator, uint8 `[128]`. Its changes to the array
             are written to the console. Workers receive the function by value, so it may refer to modules and constants, but not to
             variables that change. In a sequence of hooks, each one sees the changes of those before it.
+        starts: for each emulator, a function like a hook that is called once at the beginning of every game, after the console's reset and
+            before the no-ops, or None for no such function.
         worker_timeout: how many seconds a worker may take for a step, or for the start of one emulator, before the pool raises an error and
             closes; None for no limit.
 
@@ -82,6 +84,7 @@ class AlePool(EmulatorPool):
         game_mode: int | Sequence[int | None] | None = None,
         game_difficulty: int | Sequence[int | None] | None = None,
         hook: Hook | Sequence[Hook] | None = None,
+        starts: Sequence[Hook | None] = (),
         worker_timeout: float | None = WORKER_TIMEOUT,
     ) -> None:
         self.num_envs, num_workers = _check(num_envs, num_workers, screens, autoreset, worker_timeout)
@@ -90,7 +93,10 @@ class AlePool(EmulatorPool):
         self.actions = action_set(ale, self.settings)
         modes = self._one_each("mode", game_mode, ale.getAvailableModes())
         difficulties = self._one_each("difficulty", game_difficulty, ale.getAvailableDifficulties())
-        config = self._config(_in_order(screens), autoreset, modes, difficulties, pickled_hooks(hook, game.name))
+        hooks, begin = pickled_hooks(hook, game.name), tuple(pickled_hooks(s, game.name) for s in starts or [None] * self.num_envs)
+        if len(begin) != self.num_envs:
+            raise ValueError(f"starts must have one entry per environment, {self.num_envs}, got {len(begin)}")
+        config = self._config(_in_order(screens), autoreset, modes, difficulties, hooks, begin)
         size = interface.memory_size(config)
         self._workers = Workers(worker_timeout)
         self._local: EmulatorBlock | None = None  # the emulators, where they are in this process
@@ -115,6 +121,7 @@ class AlePool(EmulatorPool):
         modes: tuple[int | None, ...],
         difficulties: tuple[int | None, ...],
         hooks: tuple[tuple[str, str], ...],
+        starts: tuple[tuple[tuple[str, str], ...], ...],
     ) -> WorkerConfig:
         """The configuration of one worker that steps all emulators."""
         s = self.settings
@@ -137,6 +144,7 @@ class AlePool(EmulatorPool):
             game_modes=modes,
             game_difficulties=difficulties,
             hooks=hooks,
+            starts=starts,
         )
 
     def _start_actions(self) -> tuple[int, ...]:

@@ -41,28 +41,32 @@ class Variation:
         game: the game's name.
         doc: what is different.
         writes: the bytes that are written, by address.
+        masks: the bits that are written, by address, if not all bits of the byte are.
         copies: addresses whose bytes are written, by the address that each is written to.
 
     Raises:
-        ValueError: an address is not in 0 to 127, or a value not in 0 to 255.
+        ValueError: an address is not in 0 to 127, or a value or a mask not in 0 to 255.
     """
 
     game: str
     doc: str
     writes: Mapping[int, int] = field(default_factory=dict)
     copies: Mapping[int, int] = field(default_factory=dict)
+    masks: Mapping[int, int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for name, addresses in (("writes", self.writes), ("copies", {*self.copies, *self.copies.values()})):
+        for name, addresses in (("writes", self.writes), ("copies", {*self.copies, *self.copies.values()}), ("masks", self.masks)):
             if not all(isinstance(a, int) and 0 <= a < RAM_SIZE for a in addresses):
                 raise ValueError(f"{name} must have addresses from 0 to {RAM_SIZE - 1}, got {getattr(self, name)}")
-        if not all(isinstance(value, int) and 0 <= value < 256 for value in self.writes.values()):
-            raise ValueError(f"writes must have values from 0 to 255, got {self.writes}")
+        for name, values in (("writes", self.writes), ("masks", self.masks)):
+            if not all(isinstance(value, int) and 0 <= value < 256 for value in values.values()):
+                raise ValueError(f"{name} must have values from 0 to 255, got {values}")
 
     def __call__(self, ram: np.ndarray) -> None:
         """Write to the RAM of one environment, uint8 `[128]`."""
         for address, value in self.writes.items():
-            ram[address] = value
+            mask = self.masks.get(address, 255)
+            ram[address] = ram[address] & (255 - mask) | value & mask
         for address, source in self.copies.items():
             ram[address] = ram[source]
 

@@ -77,12 +77,19 @@ class Emulator:
         shown: arrays that the environment writes its results to.
         commands: arguments of the commands.
         hooks: names, and functions that are called in turn with the RAM before every emulated frame.
+        starts: likewise, called at the beginning of every game.
     """
 
     def __init__(
-        self, i: int, config: WorkerConfig, shown: EmulatorArrays, commands: CommandArrays, hooks: Sequence[tuple[str, Hook]]
+        self,
+        i: int,
+        config: WorkerConfig,
+        shown: EmulatorArrays,
+        commands: CommandArrays,
+        hooks: Sequence[tuple[str, Hook]],
+        starts: Sequence[tuple[str, Hook]],
     ) -> None:
-        self.i, self.config, self.shown, self.commands, self.hooks = i, config, shown, commands, hooks
+        self.i, self.config, self.shown, self.commands, self.hooks, self.starts = i, config, shown, commands, hooks, starts
         self.phase = Phase.UNLOADED
         self.ram = shown.ram[i]
         self.screens: dict[str, np.ndarray] = {name: getattr(shown, name)[i] for name in config.screens}
@@ -206,7 +213,7 @@ class Emulator:
     def new_game(self) -> float:
         """Begin a game with its random no-ops, which do not count as steps, and return their reward."""
         noop_max, total = self.config.noop_max, 0.0
-        self.ale.reset_game()
+        self.reset_console()
         self.last_action = NOOP
         for _ in range(int(self.rng.integers(1, noop_max + 1)) if noop_max else 0):
             total = self.restart_if_over(total + self.frame(NOOP))
@@ -216,8 +223,14 @@ class Emulator:
         """The return of a game so far; a game that ends before its first step begins again."""
         if not self.ale.game_over():
             return total
-        self.ale.reset_game()
+        self.reset_console()
         return 0.0
+
+    def reset_console(self) -> None:
+        """Reset the console, and write the RAM with which games begin here."""
+        self.ale.reset_game()
+        if self.starts:
+            apply_hooks(self.ale, self.starts, f" at the beginning of a game in environment {self.i}")
 
     def end(self, *, game_over: bool) -> None:
         """End the episode with the step just taken, with the game or only with a life."""

@@ -46,6 +46,7 @@ class WorkerConfig:
     game_modes: tuple[int | None, ...]  # one per emulator of the pool, None for the game's default
     game_difficulties: tuple[int | None, ...]  # likewise
     hooks: tuple[tuple[str, str], ...]  # name of each hook, and the hook pickled by value, in hexadecimal
+    starts: tuple[tuple[tuple[str, str], ...], ...]  # likewise, for each emulator of the pool, what its games begin with
 
     def to_json(self) -> str:
         """The configuration as one line of JSON."""

@@ -10,7 +10,7 @@ import socket
 import threading
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import IO, Any
 
 import ale_py
@@ -28,9 +28,9 @@ class EmulatorBlock:
 
     def __init__(self, config: WorkerConfig, shown: EmulatorArrays, commands: CommandArrays) -> None:
         self.shown, self.commands, self.autoreset, self.episodic_life = shown, commands, config.autoreset, config.episodic_life
-        hooks = [(name, _load_hook(name, pickled)) for name, pickled in config.hooks]
+        hooks = _load_hooks(config.hooks)
         self.rows = slice(*config.block)
-        self.emulators = [Emulator(i, config, shown, commands, hooks) for i in range(*config.block)]
+        self.emulators = [Emulator(i, config, shown, commands, hooks, _load_hooks(config.starts[i])) for i in range(*config.block)]
         self._methods = {
             interface.RESET: self.reset,
             interface.STEP: self.step,
@@ -119,12 +119,15 @@ class EmulatorBlock:
             e.write_ram()
 
 
-def _load_hook(name: str, pickled: str) -> Hook:
-    """A hook from its pickle in hexadecimal."""
-    try:
-        return pickle.loads(bytes.fromhex(pickled))
-    except Exception as error:
-        raise RuntimeError(f"the hook {name} cannot be loaded in a worker process: {type(error).__name__}: {error}") from error
+def _load_hooks(hooks: Iterable[tuple[str, str]]) -> list[tuple[str, Hook]]:
+    """Hooks with their names, from their pickles in hexadecimal."""
+    loaded = []
+    for name, pickled in hooks:
+        try:
+            loaded.append((name, pickle.loads(bytes.fromhex(pickled))))
+        except Exception as error:
+            raise RuntimeError(f"the hook {name} cannot be loaded in a worker process: {type(error).__name__}: {error}") from error
+    return loaded
 
 
 def main(socket_fd: int, memory_fd: int, parent: int) -> None:
