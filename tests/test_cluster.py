@@ -1,6 +1,7 @@
 """Work that is spread over a Ray cluster of several nodes, one of which is lost."""
 
 import dataclasses
+import shutil
 
 import numpy as np
 import pytest
@@ -8,10 +9,12 @@ from conftest import excerpt
 
 import ocjax
 from ocjax import cluster, datasets, files
+from ocjax.datasets import shards
 from ocjax.files import InputError, extraction
 
 ray = pytest.importorskip("ray")
 pytest.importorskip("pyarrow")
+parquet = pytest.importorskip("pyarrow.parquet")
 pytestmark = [pytest.mark.filterwarnings("ignore"), pytest.mark.xdist_group("ray")]
 
 NODE = {"num_cpus": 1, "object_store_memory": 80_000_000}
@@ -47,6 +50,17 @@ def test_lost_node(nodes, tmp_path):
     assert kept
     assert {p: p.stat().st_mtime_ns for p in kept} == kept, "what was done is not done again"
     datasets.generate(plan, tmp_path / "local")
+    assert contents(tmp_path / "cluster") == contents(tmp_path / "local")
+
+
+def test_relabel(nodes, tmp_path):
+    game, reported = ocjax.load("Pong"), []
+    datasets.generate(dataclasses.replace(datasets.plan(game, 20), shard_states=10, sequence_states=2), tmp_path / "local")
+    shutil.copytree(tmp_path / "local", tmp_path / "cluster")
+    for path in (tmp_path / "cluster" / "data").iterdir():
+        shards._write(path, parquet.read_table(path), game, shards.facts(path) | {"code": "old", "counts": {}})
+    datasets.relabel(tmp_path / "cluster", ray=nodes[0].address, report=lambda done, total: reported.append(done))
+    assert reported == [0, 10, 20]
     assert contents(tmp_path / "cluster") == contents(tmp_path / "local")
 
 

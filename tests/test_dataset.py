@@ -266,6 +266,53 @@ def test_minari(folder, pong, minari, monkeypatch, block_rows):
         assert np.array_equal(copied_episode.infos["rem"]["value"], original.infos["rem"]["value"])
 
 
+KILLED = """
+import os, signal, sys
+from ocjax import files
+from ocjax.files import extraction, minari
+extraction.BLOCK_ROWS = {"rem": 4, "vem": 4}
+def kill(*args):
+    os.kill(os.getpid(), signal.SIGKILL)
+if sys.argv[2] == "extracting":
+    files.extract("minari:pong/oda-v0", sys.argv[1], report=lambda done, total: done >= 12 and kill())
+else:
+    take, taken = minari._Objects.take, []
+    minari._Objects.take = lambda *args: kill() if len(taken) == 5 else taken.append(args) or take(*args)
+    files.extract("minari:pong/oda-v0", sys.argv[1])
+"""
+
+
+@pytest.mark.parametrize("stage", ["extracting", "copying"])
+def test_minari_killed_and_resumed_equals_uninterrupted(folder, minari, monkeypatch, tmp_path, stage):
+    monkeypatch.setitem(extraction.BLOCK_ROWS, "rem", 4)
+    datasets.export(folder, "minari:pong/oda-v0")
+    files.extract("minari:pong/oda-v0", "minari:pong/whole-v0")
+    done = subprocess.run([sys.executable, "-c", KILLED, "minari:pong/parts-v0", stage])
+    assert done.returncode == -signal.SIGKILL
+    assert set(minari.list_local_datasets()) == {"pong/oda-v0", "pong/whole-v0"}
+    work = tmp_path / "minari" / "pong" / ".parts-v0.parts"
+    kept = {p: p.stat().st_mtime_ns for p in work.glob("0*.npz")}
+    assert len(kept) >= 2
+    last = {}
+
+    def report(done, total):
+        last.update({p: p.stat().st_mtime_ns for p in work.glob("0*.npz")})
+
+    files.extract("minari:pong/oda-v0", "minari:pong/parts-v0", report=report)
+    assert kept.items() <= last.items(), "finished blocks are not extracted again"
+    assert sorted(p.name for p in work.parent.iterdir() if p.is_dir()) == ["oda-v0", "parts-v0", "whole-v0"]
+    assert stored(work.with_name("parts-v0")) == stored(work.with_name("whole-v0"))
+
+
+def stored(folder):
+    """What an HDF5 file of Minari holds."""
+    h5py = pytest.importorskip("h5py")
+    found = {}
+    with h5py.File(folder / "data" / "main_data.hdf5") as file:
+        file.visititems(lambda name, item: found.update({name: (dict(item.attrs), item[()].tolist() if hasattr(item, "dtype") else None)}))
+    return found
+
+
 def test_minari_errors(folder, minari, tmp_path, monkeypatch):
     np.save(tmp_path / "Pong.npy", np.zeros((2, 128), np.uint8))
     with pytest.raises(ValueError, match="only a Minari dataset can be copied"):
