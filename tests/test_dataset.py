@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 import ocjax
 from ocjax import datasets, files
 from ocjax.cli import app
-from ocjax.datasets import DatasetError, columns, labels, shards, starts
+from ocjax.datasets import DatasetError, columns, exports, labels, shards, starts
 from ocjax.files import extraction
 
 pa = pytest.importorskip("pyarrow")
@@ -232,6 +232,17 @@ def test_csv(folder, tmp_path, pong, monkeypatch):
     assert lines[1]["HUD"].startswith("[EnemyScore at (")
 
 
+def test_csv_replaces_a_file_only_when_it_is_complete(folder, tmp_path, monkeypatch):
+    (tmp_path / "pong.csv").write_text("old")
+    with monkeypatch.context() as patch, pytest.raises(ZeroDivisionError):
+        patch.setattr(exports, "_listed", lambda objects: 1 / 0)
+        datasets.export(folder, tmp_path / "pong.csv")
+    assert (tmp_path / "pong.csv").read_text() == "old"
+    datasets.export(folder, tmp_path / "pong.csv")
+    assert (tmp_path / "pong.csv").read_text().startswith("INDEX,OBS,")
+    assert [p.name for p in tmp_path.iterdir()] == ["pong.csv"]
+
+
 @pytest.fixture
 def minari(tmp_path, monkeypatch):
     pytest.importorskip("h5py")
@@ -348,6 +359,19 @@ def test_shards_are_inputs(folder, tmp_path, pong):
     files.extract(path, tmp_path / "rem.npz")
     files.extract(path, tmp_path / "vem.npz", array="image")
     assert np.load(tmp_path / "rem.npz")["valid"].shape == np.load(tmp_path / "vem.npz")["valid"].shape == (15, pong.num_slots)
+
+
+def test_shards_of_older_versions(copy, folder, tmp_path, pong):
+    """Their metadata do not tell the game: it is asked for, and labelling again adds it."""
+    path = copy / "data" / "train-00000-of-00002.parquet"
+    table = parquet.read_table(path)
+    facts = {columns.FACTS: json.dumps(shards.facts(path) | {"code": "old"}), b"huggingface": table.schema.metadata[b"huggingface"]}
+    parquet.write_table(table.replace_schema_metadata(facts), path)
+    with pytest.raises(ocjax.UnknownGameError, match=r"train-00000-of-00002\.parquet, ram does not tell its game.*\(--game\)"):
+        files.extract(path, tmp_path / "rem.npz")
+    files.extract(path, tmp_path / "rem.npz", "Pong")
+    datasets.relabel(copy)
+    assert contents(copy) == contents(folder)
 
 
 def test_plan_takes_a_name(pong):
