@@ -92,7 +92,6 @@ def _known(orientation: jax.Array) -> jax.Array:
     return jnp.maximum(orientation, jnp.int8(0))
 
 
-@functools.partial(jax.jit, static_argnames="hud")
 def ocatari(objects: Objects, hud: bool | None = None) -> jax.Array:
     """OCAtari 2.2.1's `ns_state`: left and top of each of its slots, float32 `[..., K]`.
 
@@ -105,8 +104,15 @@ def ocatari(objects: Objects, hud: bool | None = None) -> jax.Array:
             game with its display all the same where OCAtari counts an object as part of the scene, such as Seaquest's OxygenBar.
 
     Raises:
+        TypeError: `objects` are no `Objects`.
         ValueError: OCAtari declares no slots of the game, or the objects do not know their game.
     """
+    whose(objects)
+    return _ocatari(objects, hud)
+
+
+@functools.partial(jax.jit, static_argnames="hud")
+def _ocatari(objects: Objects, hud: bool | None) -> jax.Array:
     game = whose(objects)
     slots = ocatari_slots(game, hud)
     arranged = _arranged(objects, slots, packed=False)
@@ -117,7 +123,6 @@ def ocatari(objects: Objects, hud: bool | None = None) -> jax.Array:
     return jnp.stack([n.astype(jnp.float32) for n in numbers], axis=-1)
 
 
-@jax.jit
 def blendrl(objects: Objects) -> jax.Array:
     """BlendRL's logic state: visible, centre x, centre y, orientation, int32 `[..., n, 4]`.
 
@@ -126,8 +131,15 @@ def blendrl(objects: Objects) -> jax.Array:
     Lives, they are missing if the game is loaded without its display. Centres are rounded down.
 
     Raises:
+        TypeError: `objects` are no `Objects`.
         ValueError: OCAtari declares no slots of the game, or the objects do not know their game.
     """
+    whose(objects)
+    return _blendrl(objects)
+
+
+@jax.jit
+def _blendrl(objects: Objects) -> jax.Array:
     game = whose(objects)
     slots = _BLENDRL_SLOTS.get(game.name) or ocatari_slots(game, hud=False)
     arranged = _arranged(objects, slots, packed=True)
@@ -138,7 +150,6 @@ def blendrl(objects: Objects) -> jax.Array:
     return jnp.stack([arranged.valid.astype(jnp.int32), x, y, orientation], axis=-1)
 
 
-@jax.jit
 def nudge(objects: Objects) -> jax.Array:
     """NUDGE's logic state of Asterix and Freeway, float32 `[..., 11, 6]`: four columns that tell the category, left and top.
 
@@ -146,8 +157,15 @@ def nudge(objects: Objects) -> jax.Array:
     are the cars. In Asterix, the visible objects come first, in the order of the columns; those after the eleventh are left out.
 
     Raises:
+        TypeError: `objects` are no `Objects`.
         ValueError: NUDGE does not define the layout for the game, or the objects do not know their game.
     """
+    whose(objects)
+    return _nudge(objects)
+
+
+@jax.jit
+def _nudge(objects: Objects) -> jax.Array:
     game = whose(objects)
     if game.name not in _NUDGE_ROWS:
         raise ValueError(f"NUDGE defines this layout for {' and '.join(_NUDGE_ROWS)} only, got {game.name}")

@@ -1,6 +1,7 @@
 """`Objects`: the objects on the screen as padded tensors with a validity mask."""
 
 import dataclasses
+import reprlib
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -176,7 +177,8 @@ def check_objects(name: str, objects: Any) -> None:
         TypeError: it is no `Objects`.
     """
     if not isinstance(objects, Objects):
-        got = f"{objects.dtype} {list(objects.shape)}" if hasattr(objects, "dtype") and hasattr(objects, "shape") else repr(objects)
+        is_array = hasattr(objects, "dtype") and hasattr(objects, "shape")
+        got = f"{objects.dtype} {list(objects.shape)}" if is_array else reprlib.repr(objects)
         raise TypeError(f"{name} must be ocjax.Objects, as game.rem and game.vem return them, got {got}")
 
 

@@ -11,6 +11,7 @@ from conftest import excerpt
 
 import ocjax
 from ocjax import Objects, layouts, ocatari_slots
+from ocjax.ocatari import OCAtari
 
 
 def made(game, **categories):
@@ -95,10 +96,16 @@ def test_games_that_have_no_such_layout():
             layout(made(pinball))
     with pytest.raises(ValueError, match="no reference to their game"):
         layouts.ocatari(made(pong).of(pong, "Ball"))
-    with pytest.raises(TypeError, match=r"objects must be ocjax\.Objects, .* got uint8 \[2, 128\]"):
-        layouts.ocatari(np.zeros((2, 128), np.uint8))
     with pytest.raises(TypeError, match="must be a string"):
         layouts.ocatari_slots(3)
+
+
+def test_what_is_no_objects_is_refused():
+    views = OCAtari("Pong").objects
+    for layout in (layouts.ocatari, layouts.blendrl, layouts.nudge):
+        for wrong, name in ((np.zeros((2, 128), np.uint8), r"uint8 \[2, 128\]"), ("Pong", "'Pong'"), ([1], r"\[1\]"), (views, r"\[")):
+            with pytest.raises(TypeError, match=rf"objects must be ocjax\.Objects, as game\.rem and game\.vem return them, got {name}"):
+                layout(wrong)
 
 
 PROGRAM = """
