@@ -58,6 +58,20 @@ def ocatari_slots(game: Game | str, hud: bool | None = None) -> dict[str, int]:
     return slots
 
 
+def blendrl_slots(game: Game | str) -> dict[str, int]:
+    """The number of rows of each category in `blendrl`, in their order; in BlendRL's code, `MAX_NB_OBJECTS` of the game.
+
+    Args:
+        game: the game, or its name.
+
+    Raises:
+        ValueError: OCAtari declares no slots of the game, or there is no such game.
+        TypeError: `game` is neither a game nor a name.
+    """
+    game = as_game(game)
+    return dict(_BLENDRL_SLOTS.get(game.name) or ocatari_slots(game, hud=False))
+
+
 def _taken(objects: Objects, slots: jax.Array) -> Objects:
     """The objects in slots, int32 `[..., K]`; slots out of range give empty ones."""
 
@@ -140,8 +154,7 @@ def blendrl(objects: Objects) -> jax.Array:
 
 @jax.jit
 def _blendrl(objects: Objects) -> jax.Array:
-    game = whose(objects)
-    slots = _BLENDRL_SLOTS.get(game.name) or ocatari_slots(game, hud=False)
+    slots = blendrl_slots(whose(objects))
     arranged = _arranged(objects, slots, packed=True)
     values = np.array([name in _BLENDRL_VALUES for name, count in slots.items() for _ in range(count)])
     x, y = (arranged.center[..., i].astype(jnp.int32) for i in (0, 1))

@@ -31,6 +31,7 @@ from ocjax.ocatari_utils import (
     make_darker,
     make_deterministic,
     mark_bb,
+    riverraid_score,  # noqa: F401  # for HackAtari
     to_rgba,
 )
 from ocjax.registry import load, names

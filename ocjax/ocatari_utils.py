@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from ocjax.registry import load
 from ocjax.views import GameObject, ValueObject
 
 UPSCALE_FACTOR = 5  # pixels of a rendered overlay per screen pixel
@@ -19,7 +20,7 @@ _FRAMES_PER_SECOND = 60
 
 _DETECTION = "it is a part of OCAtari's detection, which ocjax replaces; `ocjax.load(game).vem(frames)` detects objects in frames"
 _AGENTS = "OCAtari's agents need PyTorch and its model files; load the model with the library that trained it"
-_TABLES = "`OCAtari(game, hud=...).max_objects_per_cat` has the numbers of objects"
+_TABLES = "`OCAtari(game, hud=...).max_objects_per_cat` has the numbers of objects, and `ocjax.layouts.blendrl_slots(game)` BlendRL's"
 
 # Names that OCAtari's scripts import and this module lacks, with the reason.
 ABSENT = {
@@ -34,7 +35,6 @@ ABSENT = {
     "MAX_NB_OBJECTS": _TABLES,
     "MAX_NB_OBJECTS_HUD": _TABLES,
     "MAX_ESSENTIAL_OBJECTS": _TABLES,
-    "riverraid_score": "the `value` of the object PlayerScore is the score",
     "PositionHistoryEnv": "it does not run in OCAtari 2.2.1 either; `ocjax.envs.make(game, obs='vector')` observes positions and movements",
     "DEVICE": "OCAtari 2.2.1 has none either",
     "EasyDonkey": "OCAtari 2.2.1 has none either; `OCAtari(game, hook=...)` varies games",
@@ -72,6 +72,12 @@ def load_agent(*args: Any, **kwargs: Any) -> NoReturn:
 def _convert_number(number: int) -> int:
     """The number that a byte of two decimal digits stands for, which HackAtari imports."""
     return int(f"{number:x}")
+
+
+def riverraid_score(ram: np.ndarray) -> int:
+    """The score in the RAM of River Raid, uint8 `[128]`, which HackAtari imports."""
+    game = load("Riverraid")
+    return int(game.rem(ram).of(game, "PlayerScore").value[0])
 
 
 def make_deterministic(seed: int, env: Any, states_dict: Any = None) -> None:

@@ -69,6 +69,15 @@ def test_blendrl():
     assert layouts.blendrl(ocjax.load("Pong").rem(np.zeros(128, np.uint8))).shape == (3, 4)
 
 
+def test_blendrl_slots():
+    assert layouts.blendrl_slots("Pong") == {"Player": 1, "Ball": 1, "Enemy": 1}
+    assert sum(layouts.blendrl_slots(ocjax.load("Seaquest", hud=False)).values()) == 43
+    layouts.blendrl_slots("Seaquest").clear()
+    assert list(layouts.blendrl_slots("Seaquest"))[:2] == ["Player", "Diver"]
+    with pytest.raises(ValueError, match="declares no slots of VideoPinball"):
+        layouts.blendrl_slots("VideoPinball")
+
+
 def test_unknown_orientations_are_zero():
     state = made(ocjax.load("Seaquest"), Player={0: (10, 20, 5, 4)})
     state = Objects(state.xywh, state.valid, state.orientation - jnp.int8(1), state.value, state.rgb, state.game)

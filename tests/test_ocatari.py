@@ -261,6 +261,13 @@ def test_unknown_actions(make):
             env.step(action)
 
 
+def test_score_of_riverraid():
+    """HackAtari's name for it; the recording has the sums of rewards."""
+    data = excerpt("Riverraid")
+    for i in (0, len(data["rams"]) // 2, -1):
+        assert ocatari.riverraid_score(data["rams"][i]) == data["rewards"][i]
+
+
 def test_names_that_are_absent():
     with pytest.raises(ImportError, match="has no MAX_NB_OBJECTS: `OCAtari"):
         from ocjax.ocatari import MAX_NB_OBJECTS  # noqa: F401  # pyright: ignore
