@@ -55,28 +55,32 @@ class Field:
     Args:
         category: whose objects it shows.
         count: how many; None for one object without a dimension of its own.
-        value: whether it is the value of the object instead of an `ObjectObservation`.
         constants: contents of `visual_id` and `orientation` that JAXAtari has in every state.
+        size: width and height that JAXAtari has in every state, also when the edge of the field covers a part of the object.
+        absent: left and top while there is no such object: JAXAtari keeps it there, and active.
+        value: whether it is the value of the object instead of an `ObjectObservation`.
     """
 
     category: str
     count: int | None = None
-    value: bool = False
     constants: Mapping[str, tuple[float, ...]] = dataclasses.field(default_factory=dict)
+    size: tuple[int, int] | None = None
+    absent: tuple[int, int] | None = None
+    value: bool = False
 
 
 # The observations of JAXAtari's `jax_<game>.py`, in the order of their fields. Directions are those of its lanes, the top one first.
 FIELDS: Mapping[str, Mapping[str, Field]] = {
     "Pong": {
-        "player": Field("Player"),
-        "enemy": Field("Enemy"),
-        "ball": Field("Ball"),
+        "player": Field("Player", size=(4, 16)),
+        "enemy": Field("Enemy", size=(4, 16), absent=(16, 115)),
+        "ball": Field("Ball", size=(2, 4), absent=(78, 115)),
         "score_player": Field("PlayerScore", value=True),
         "score_enemy": Field("EnemyScore", value=True),
     },
     "Freeway": {
         "chicken": Field("Chicken"),
-        "car": Field("Car", 10, constants={"visual_id": tuple(range(10)), "orientation": (270.0,) * 5 + (90.0,) * 5}),
+        "car": Field("Car", 10, {"visual_id": tuple(range(10)), "orientation": (270.0,) * 5 + (90.0,) * 5}, (8, 10)),
     },
 }
 
@@ -104,8 +108,9 @@ def fields(game: Game) -> Mapping[str, Field]:
 def observation(objects: Objects) -> Any:
     """The observation of JAXAtari's environment of the game, a named tuple of `ObjectObservation` and values.
 
-    Its fields are those of JAXAtari in Pong and Freeway, so that it flattens to the same vector. In other games, there is a field for each
-    category, such as `player_missile`. If JAXAtari has fewer slots, the valid objects come first.
+    Its fields are those of JAXAtari in Pong and Freeway, so that it flattens to the same vector. There, boxes are those of whole objects
+    where the edge of the field covers a part, and Pong's ball and enemy are where JAXAtari keeps them while they are not in play. In
+    other games, there is a field for each category, such as `player_missile`. If JAXAtari has fewer slots, the valid objects come first.
 
     Args:
         objects: what `game.rem` or `game.vem` returned, of any batch shape.
@@ -115,10 +120,10 @@ def observation(objects: Objects) -> Any:
     """
     game = whose(objects)
     named = fields(game)
-    return _observation_type(game.name, tuple(named))(*(_field(objects.of(game, f.category), f) for f in named.values()))
+    return _observation_type(game.name, tuple(named))(*(_field(objects.of(game, f.category), f, game) for f in named.values()))
 
 
-def _field(part: Objects, field: Field) -> Any:
+def _field(part: Objects, field: Field, game: Game) -> Any:
     if field.value:
         return part.value[..., 0]
     count = field.count or 1
@@ -130,11 +135,24 @@ def _field(part: Objects, field: Field) -> Any:
         return chosen[..., 0] if field.count is None else chosen
 
     x, y, w, h, active = (taken(a) for a in (part.x, part.y, part.w, part.h, part.valid))
+    if field.size is not None:
+        height, width = game.screen
+        x, w = _whole(x, w, active, field.size[0], width)
+        y, h = _whole(y, h, active, field.size[1], height)
+    if field.absent is not None:
+        instead = (*field.absent, *(field.size or (0, 0)), 1)
+        x, y, w, h, active = (jnp.where(active > 0, a, jnp.int32(b)) for a, b in zip((x, y, w, h, active), instead, strict=True))
     degrees = jnp.maximum(taken(part.orientation), jnp.int32(0)).astype(jnp.float32) * jnp.float32(_DEGREES)
     zero = jnp.zeros_like(x)
     fixed: dict[str, Any] = {name: jnp.broadcast_to(jnp.asarray(c, jnp.float32), x.shape) for name, c in field.constants.items()}
     visual = fixed.get("visual_id", zero).astype(jnp.int32)
     return ObjectObservation(x, y, w, h, active, visual, zero, fixed.get("orientation", degrees))
+
+
+def _whole(start: jax.Array, length: jax.Array, active: jax.Array, full: int, screen: int) -> tuple[jax.Array, jax.Array]:
+    """Start and length, along one axis of the screen, of objects of which the nearer edge of the field may cover a part."""
+    begin = jnp.where(start < screen // 2, start + length - full, start)
+    return begin * active, full * active
 
 
 class _Console:

@@ -46,8 +46,7 @@ def test_steps_are_the_emulators(env, ale):
         assert np.array_equal(ale.getRAM(), rams[t])
         assert (ale.getEpisodeFrameNumber(), ale.game_over()) == (frames[t], done[t])
     objects = env.game.rem(rams)
-    assert np.array_equal(seen.player.y, objects.of(env.game, "Player").y[:, 0])
-    assert np.array_equal(seen.ball.active, objects.of(env.game, "Ball").valid[:, 0])
+    assert np.array_equal(seen.player.x, objects.of(env.game, "Player").x[:, 0])
     assert np.array_equal(seen.score_enemy, objects.of(env.game, "EnemyScore").value[:, 0])
 
 
@@ -111,10 +110,29 @@ def test_fewer_slots():
     )
     cars = jaxatari.observation(objects).car
     assert cars.active.tolist() == [1, 1] + [0] * 8
-    assert cars.x.tolist() == [6, 31] + [0] * 8
+    assert cars.x.tolist() == [6 + 6 - 8, 31 + 31 - 8] + [0] * 8
+    assert cars.width.tolist() == [8, 8] + [0] * 8
     assert cars.x.shape == (10,)
     assert cars.visual_id.tolist() == list(range(10))
     assert cars.orientation.tolist() == [270.0] * 5 + [90.0] * 5
+
+
+def test_objects_are_whole_and_somewhere():
+    """As JAXAtari has them: also where the wall of the court covers a part, and before there is a ball."""
+    pong = ocjax.load("Pong")
+    boxes = {"Player": [(140, 34, 4, 6), (140, 190, 4, 4), (140, 90, 4, 16)], "Ball": [(78, 100, 2, 4), (78, 34, 2, 1), None]}
+    objects = empty("Pong", 3)
+    xywh, valid = np.zeros((3, 5, 4), np.int16), np.zeros((3, 5), bool)
+    for name, rows in boxes.items():
+        for i, box in enumerate(rows):
+            if box:
+                xywh[i, pong.slices[name].start], valid[i, pong.slices[name].start] = box, True
+    seen = jaxatari.observation(dataclasses.replace(objects, xywh=jnp.asarray(xywh), valid=jnp.asarray(valid)))
+    assert seen.player.y.tolist() == [24, 190, 90]
+    assert seen.player.height.tolist() == [16] * 3
+    assert list(zip(seen.ball.x.tolist(), seen.ball.y.tolist(), strict=True)) == [(78, 100), (78, 31), (78, 115)]
+    assert (seen.ball.width.tolist(), seen.ball.active.tolist()) == ([2] * 3, [1] * 3)
+    assert (seen.enemy.x.tolist(), seen.enemy.y.tolist()) == ([16] * 3, [115] * 3)
 
 
 def test_misuse():
@@ -146,6 +164,8 @@ def test_with_jaxatari(request, monkeypatch):
         assert got._fields == tuple(PongObservation.__dataclass_fields__)
         assert [a.shape for a in jax.tree.leaves(got)] == [a.shape for a in jax.tree.leaves(want)]
         assert (got.player.x, got.player.width, got.player.height) == (want.player.x, want.player.width, want.player.height)
+        for name in ("enemy", "ball"):  # before the first serve
+            assert jax.tree.leaves(getattr(got, name)) == jax.tree.leaves(getattr(want, name))
         assert jaxatari.fields(ocjax.load("Freeway")).keys() == FreewayObservation.__dataclass_fields__.keys()
         assert np.array_equal(env.ACTION_SET, JaxPong.ACTION_SET)
         assert np.array_equal(jaxatari.Environment("Freeway").ACTION_SET, JaxFreeway.ACTION_SET)
