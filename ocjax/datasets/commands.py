@@ -84,7 +84,7 @@ def relabel(
 
 def export(
     folder: Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of a dataset.")],
-    out: Annotated[str, typer.Option(help="A .csv file in the layout of the OCAtari paper's dataset, or minari:ID.")],
+    out: Annotated[str, typer.Option(help="A .csv file (replaced) in the layout of the OCAtari paper's dataset, or a new minari:ID.")],
 ) -> None:
     """Export a dataset to CSV or Minari."""
     with errors_in_one_line(), progress_bar("exporting", "states", console) as report:
