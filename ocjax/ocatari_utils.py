@@ -61,12 +61,12 @@ class RandomAgent:
 
 
 def load_agent(*args: Any, **kwargs: Any) -> NoReturn:
-    """Not supported. It exists for scripts that import it and load an agent only on request.
+    """Refuse to load an agent. Scripts import this function, and many of them call it only if they are given a model.
 
     Raises:
-        NotImplementedError: always, with the reason.
+        ValueError: always, with the reason.
     """
-    raise NotImplementedError(f"ocjax does not load agents of OCAtari: {_AGENTS}")
+    raise ValueError(f"ocjax does not load agents of OCAtari: {_AGENTS}")
 
 
 def _convert_number(number: int) -> int:

@@ -273,7 +273,7 @@ def test_names_that_are_absent():
         from ocjax.ocatari import MAX_NB_OBJECTS  # noqa: F401  # pyright: ignore
     with pytest.raises(ImportError, match="cannot import name 'nothing'"):
         from ocjax.ocatari import nothing  # noqa: F401  # pyright: ignore
-    with pytest.raises(NotImplementedError, match="does not load agents"):
+    with pytest.raises(ValueError, match=r"does not load agents of OCAtari: .* load the model with the library"):
         ocatari.load_agent("model.pt", None)
     first, second = ocatari.__getattr__("parser"), ocatari.__getattr__("parser")
     first.add_argument("-g", "--game")
