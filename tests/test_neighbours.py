@@ -56,7 +56,8 @@ def copy_of(request, tmp_path_factory):
 @pytest.mark.parametrize(("project", "folder", "script", "result", "notes"), SCRIPTS)
 def test_script(copy_of, tmp_path, project, folder, script, result, notes):
     root = copy_of(project)
-    roots = [root, *[copy_of("HackAtari")] * (project in ("NUDGE", "blendrl")), root / "nsfr"]  # whose environments may be HackAtari's
+    hackatari = [copy_of("HackAtari")] if project in ("NUDGE", "blendrl") else []  # their environments may be HackAtari's
+    roots = [root, *hackatari, root / "nsfr"]
     name, *arguments = script.split()
     path = root / folder / name
     text = path.read_text("utf-8")
