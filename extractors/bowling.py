@@ -12,8 +12,10 @@ back.
 Covered: modes 0, 2 and 4 (ALE offers none for two players), both difficulties, whole games, strikes
 (the bowler jumps, he and the score flash), the end of the game. Not in the RAM, each for a single
 frame: that a throw has just begun (the bowler moves 4 pixels), the end of a throw (drawn while all
-is already set up for the next one, the last one's fallen pins too), where a pin was that has just
-left the alley.
+is already set up for the next one), where a pin was that has just left the alley. The last frame of
+a game is such an end of a throw: the ROM has put all ten pins back (at address F334), so those that
+lie are reported too, unless the last round's mark says that all ten fell. In mode 2, the console
+crashes at the end of a third of the games and leaves no game state in the RAM.
 """
 
 import jax
@@ -46,6 +48,7 @@ MOVING = range(1, 128)  # `pin_speed`
 # How far above the ball, in pairs of rows, a pin is that pushes it up or down.
 PUSHES_UP, PUSHES_DOWN = range(-2, 1), range(3, 6)
 LAST_ROUND = 10
+SPARE = 0x40  # `mark`, or more, after a spare or a strike
 LAST_X, LAST_BALL = 32, (12, 161)  # of the bowler and the ball at the end of the last throw
 
 BROWN, BLUE, BOWLER_RGB = 38, 132, (84, 92, 214)
@@ -56,6 +59,7 @@ class Ram(RamMap):
     frame = bits(0, count=4)  # counts frames; a stage of a throw begins at 0
     stage = byte(13)  # 0 aiming, 1-4 swinging, 5 the ball rolls, 6 it comes back
     player_number = byte(15)  # whose turn it is, from 0
+    mark = byte(27)  # of the last round: a spare or a strike
     player_x = byte(29)  # x - 8
     ball_x = byte(30)  # x - 7
     tens = high(33)  # of the score
@@ -74,10 +78,11 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     pin_x, pin_y = _pin_places(m)
+    stands = (m.pin_x < 128) & ~(_is_over(m) & (m.mark >= SPARE))
     return {
         "Player": _bowler(m),
         "Ball": _ball(m, pin_x, pin_y),
-        "Pin": box(135 - 2 * pin_x, 169 - 2 * pin_y, 2, 4, m.pin_x < 128),
+        "Pin": box(135 - 2 * pin_x, 169 - 2 * pin_y, 2, 4, stands),
         "PlayerScore": _score(m),
         "PlayerRound": _round(m),
         "Player2Round": _player_number(m),
@@ -160,7 +165,7 @@ def _player_number(m: Ram) -> Box:
     return score_box(ROUND_FONT, number, right=124, top=ROUND_TOP, digits=1, value=number)
 
 
-LAST_MARK = (16, 72, 28, 75)  # of the score sheet
+LAST_MARK = (16, 72, 28, 76)  # of the score sheet
 BOWLER = Bounds((BROWN, BLUE), (8, 72, 48, 172), inverse=True, ignore=(LAST_MARK,))
 BALL = Bounds(BLUE, ALLEY, min_size=(4, 4), ignore=(UPPER_LINE,), exclude=("Pin",))
 PINS = Blobs(BLUE, (100, 104, 160, 172), max_size=(2, 4))
