@@ -2,13 +2,15 @@
 
 Asteroids are drawn on odd frames; ship, saucer and shots on even ones. The game keeps asteroids in
 two lists, one that goes up and one that goes down, each sorted from the top of the screen down: the
-entries shift when an asteroid crosses an edge, breaks or is gone. So a slot is where in the lap of
-89 steps an asteroid started, which does not change: each list moves one step every two frames, and
-the game counts frames. Asteroids start 10 steps or more apart, also those that another breaks into:
-the first fragment keeps the slot, the second has the next one. Each direction has nine slots, and a
-tenth for the part that comes in of an asteroid that leaves at the top or bottom; 20 slots further
-is the left part of one that the right edge cuts. Between waves no slot is valid for a frame. Only
-when the counter starts again, after 65,536 frames, do asteroids change slots.
+entries shift when an asteroid crosses an edge, breaks or is gone. Each list moves one step every
+two frames, 89 steps around the screen, and the game counts frames. So an asteroid has a place in
+the order in which those of its list came in at the top or bottom, which gives its slot: ten for
+each direction, filled in turn. Asteroids are 10 steps or more apart, also those that another breaks
+into: the first fragment keeps the slot, the second has the one beside it. What comes in of an
+asteroid that leaves has the next slot in turn. 20 slots further is the left part of one that the
+right edge cuts; the whole asteroid has the slot of the right part again (0.2 % of steps of four
+frames), since nothing counts how often one has gone around sideways. Between waves no slot is valid
+for a frame. When the counter starts again, after 65,536 frames, asteroids change slots.
 The box of a ship or a saucer that an edge cuts is its larger part. OCAtari's NoObjectPlayer, a
 placeholder for no ship, is left out: Player is not valid then.
 
@@ -32,7 +34,7 @@ from ocjax.boxes import WIDTH, Box, box
 from ocjax.console import larger_part, wrap
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
-from ocjax.ops import among, mod, pick, reached
+from ocjax.ops import among, div, mod, pick
 from ocjax.ram import RamMap, bcd, bits, byte, high, low, signed
 from ocjax.rom import Rom
 from ocjax.rules import Blobs, Bounds, Category, display
@@ -50,9 +52,8 @@ FIELD = (0, 18, 160, 195)
 LIST = 9  # entries of a list
 GOES_UP = np.arange(2 * LIST) < LIST
 LAP = 89  # steps of two rows around the screen
-PLACES, PLACE_SIZE = 9, 10  # in a lap; asteroids are no less than 10 steps apart
-COMES_IN = PLACES  # the slot of the part that comes in
-SLOTS = PLACES + 1  # of a list
+PLACE_SIZE = 10  # steps; asteroids are no less than that apart, so that a lap has 9 places
+SLOTS = 10  # of a list: one more, for the part that comes in of an asteroid that leaves
 SLOT_GOES_UP = np.arange(2 * SLOTS) < SLOTS
 TOP, BOTTOM = np.where(SLOT_GOES_UP, 18, 19), 195  # where asteroids show
 
@@ -228,15 +229,12 @@ def _packed_before(m: Ram) -> jax.Array:
 
 
 def _slot(m: Ram) -> jax.Array:
-    """The slot of each entry among those of its list: the part of a lap in which it started."""
-    moved = mod(m.frames + 1 >> 1, LAP)
-    start = m.rock_y + jnp.where(GOES_UP, moved, LAP - moved)
-    start = jnp.where(start < 0, start + LAP, start)
-    start = jnp.where(start >= LAP, start - LAP, start)
-    place = reached(start, range(PLACE_SIZE, PLACES * PLACE_SIZE, PLACE_SIZE))
-    # Of the two entries of an asteroid that leaves, the upper one has a negative position.
-    comes_in = jnp.where(GOES_UP, m.rock_y == m.rock_y[0] + LAP, m.rock_y < 0)
-    return jnp.where(comes_in, COMES_IN, place)
+    """The slot of each entry among those of its list: its turn to come in, modulo the slots."""
+    steps = m.frames + 1 >> 1  # of all asteroids so far
+    way = steps + jnp.where(GOES_UP, m.rock_y, -m.rock_y) + LAP  # to where this one came in
+    laps = div(way, LAP)
+    place = div(way - LAP * laps, PLACE_SIZE)
+    return mod(place + SLOTS * LAP - laps, SLOTS)  # 9 places a lap are a slot less than all
 
 
 def _by_slot(slot: jax.Array, words: jax.Array) -> jax.Array:
