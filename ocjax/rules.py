@@ -131,6 +131,7 @@ class Blobs:
         split_by_color: components of different colours are different objects even where they touch; each colour fills at most half the
             slots.
         max_run: if not 0, pixels of vertical runs longer than this do not count. This finds low objects in the colour of walls.
+        max_across: if not 0, pixels of horizontal runs longer than this do not count. This finds upright objects in the colour of figures.
         max_line: if not 0, pixels of lines that are one pixel wide and lead down over more rows than this, upright or slanting, do not
             count. This finds objects that hang on lines of their colour.
         ignore: areas of the screen whose pixels do not count.
@@ -152,6 +153,7 @@ class Blobs:
     first: Colors | None = None
     split_by_color: bool = False
     max_run: int = 0
+    max_across: int = 0
     max_line: int = 0
     ignore: tuple[Area, ...] = ()
     exclude: tuple[str, ...] = ()
@@ -190,8 +192,9 @@ class Blobs:
             raise ValueError("area needs max_size")
         if not set(self.first_colors) <= set(self.palette):
             raise ValueError(f"first must be among the colors {self.palette}, got {self.first}")
-        if min(self.max_run, self.max_line) < 0:
-            raise ValueError(f"max_run and max_line must be numbers of pixels, got {self.max_run} and {self.max_line}")
+        limits = {name: getattr(self, name) for name in ("max_run", "max_across", "max_line")}
+        if min(limits.values()) < 0 or self.max_across > 30:
+            raise ValueError(f"max_run and max_line must be numbers of pixels, and max_across one up to 30, got {limits}")
         if self.split is not None and min(self.split) < 1:
             raise ValueError(f"split must be (width, height) of at least 1 pixel, got {self.split}")
         if self.also is not None and not set(self.also.palette) <= set(self.palette):

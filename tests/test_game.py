@@ -125,6 +125,7 @@ def test_wrong_games(change, message):
         (lambda: Blobs(14, area=(3, 5)), "area needs"),
         (lambda: Blobs(14, max_run=-1), "max_run and max_line must"),
         (lambda: Blobs(14, max_line=-1), "max_run and max_line must"),
+        (lambda: Blobs(14, max_across=31), "max_across one up to 30"),
         (lambda: Blobs((14, 16), first=18), "first must"),
         (lambda: Blobs(14, also=Blobs(16)), "also must"),
         (lambda: Bounds(((14,), (15,)), (0, 0, 9, 9)), "colors for 2 regions"),
@@ -193,6 +194,18 @@ def test_thin_objects_in_front_of_walls():
     frame[150, 100:104] = 14  # beside another
     frame[140:180, 104:108] = 14
     assert game.vem(frame).xywh[:3].tolist() == [[30, 23, 10, 2], [100, 150, 4, 1], [0, 0, 0, 0]]
+
+
+def test_upright_objects_in_front_of_figures():
+    categories = (Category("A", Blobs(14, max_across=1, min_size=(1, 3)), count=3), *CATEGORIES[1:])
+    game = dataclasses.replace(GAME, categories=categories, decode=three)
+    frame = np.zeros((210, 160), np.uint8)
+    frame[20:28, 29:36] = 14  # a figure
+    frame[23:31, 31] = 14  # half hidden by it, beside the next word of the bitmap
+    frame[100:104, 10:12] = 14
+    frame[150:156, 32] = 14  # below another
+    frame[146:150, 30:34] = 14
+    assert game.vem(frame).xywh[:3].tolist() == [[31, 28, 1, 3], [32, 150, 1, 6], [0, 0, 0, 0]]
 
 
 def test_objects_of_two_shapes():

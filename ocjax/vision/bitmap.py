@@ -179,9 +179,10 @@ def any_within(bitmap: Bitmap, width: int, height: int) -> Bitmap:
     return _over(_over(bitmap, width, shift_right, jnp.bitwise_or), height, shift_down, jnp.bitwise_or)
 
 
-def short_runs(bitmap: Bitmap, most: int) -> Bitmap:
-    """The pixels of vertical runs of at most `most` pixels."""
-    long = _over(_over(bitmap, most + 1, shift_up, jnp.bitwise_and), most + 1, shift_down, jnp.bitwise_or)
+def short_runs(bitmap: Bitmap, most: int, *, across: bool = False) -> Bitmap:
+    """The pixels of vertical (or horizontal, `across`) runs of at most `most` pixels."""
+    there, back = (shift_left, shift_right) if across else (shift_up, shift_down)
+    long = _over(_over(bitmap, most + 1, there, jnp.bitwise_and), most + 1, back, jnp.bitwise_or)
     return bitmap & ~long
 
 
