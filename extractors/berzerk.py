@@ -15,8 +15,8 @@ with the human's shot), the pose before a shot or a death, to which side the hum
 turned. On the frame on which a room is left, or a life lost, the room is still on the screen, but
 RAM keeps all robots but the first, and where their shot is: the rows of that one and of the human
 are cleared, and the way of the shot. The next frame shows nobody. VEM takes a shot that touches who
-fires it for a part of him, too, and does not see one that flies up or down across a robot (up to
-10 % of the frames with a robot's shot).
+fires it for a part of him, too, and does not see one that flies up or down where a robot's body
+covers it, nor the true length of one in line with an arm (5 % each of the frames with such a shot).
 """
 
 import functools
@@ -238,13 +238,23 @@ def _shots(colors: Colors, **options: Any) -> Blobs:
     return shape(min_size=(1, 6), max_size=(1, 6), also=across)
 
 
+def _missiles() -> Blobs:
+    """As `_shots`, and one that flies upright across a robot, told from its legs and arms.
+
+    Those have four or six rows; a shot makes them longer, or a robot's other parts cut it to five.
+    """
+    line = functools.partial(Blobs, ROBOTS, FIELD, max_across=1)
+    part = line(min_size=(1, 5), max_size=(1, 5), also=_shots(ROBOTS, min_size=(3, 2)))
+    return line(min_size=(1, 7), max_size=(1, 10), also=part)
+
+
 number = functools.partial(Digits, FONT, top=LINE_TOP, required=True)
 
 PLAYER = Blobs(HUMAN, FIELD, gap=(0, 2), min_size=(3, 17), max_size=(9, 26))
 ENEMY = Blobs(ROBOTS, FIELD, min_size=(4, 4), max_size=(12, 24))
 # Of an arm and the shot beside it, the left part counts: most of these shots are at the left wall.
 SHOT = _shots(HUMAN, connectivity=4, min_size=(4, 2), split=(4, 2))
-MISSILE = _shots(ROBOTS, min_size=(3, 2))
+MISSILE = _missiles()
 OTTO = Blobs(HUMAN, FIELD, min_size=(8, 10), max_size=(8, 16), area=(60, 90))
 NOTICE = Bounds(TEXT, LINE, min_size=(40, 7))
 POINTS = Bounds(TEXT, LINE, value=number(lefts=CELLS))
