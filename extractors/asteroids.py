@@ -24,8 +24,12 @@ While the reset switch is held, a game begins on every frame. So the first frame
 the asteroids of the game before, whose random numbers follow from the last one; the second frame
 has those of the RAM, the third one also the ship. Not in the RAM: the digits of the frame on which
 a point is made; on odd frames, whether a ship that is there again has already been drawn. In a
-frame, asteroids of one colour that touch are one object, and VEM sees no parts of one column.
+frame, asteroids of one colour that touch are one component: VEM reports two if it is larger than
+the largest asteroid (as wide as both where one is below the other), and otherwise one. It does not
+see a part at the edge of one column and two rows.
 """
+
+import functools
 
 import jax
 import jax.numpy as jnp
@@ -266,15 +270,12 @@ def _late(m: Ram) -> jax.Array:
 
 
 WHOLE_SHIP = Bounds(SHIP, FIELD, min_size=(3, 2), exclude=("PlayerMissile",))
-ROCK_RULE = Blobs(
-    COLORS,
-    FIELD,
-    min_size=(2, 1),
-    area=(2, 900),
-    max_size=(24, 56),
-    split=(20, 34),
-    split_by_color=True,
-)
+# Asteroids of one colour that touch are two beside or, at any columns, one below the other.
+rocks = functools.partial(Blobs, COLORS, FIELD, split_by_color=True)
+LAST_COLUMNS = rocks(min_size=(1, 4), max_size=(1, 28))
+BELOW_EACH_OTHER = rocks(min_size=(2, 29), max_size=(32, 56), split=(33, 28), also=LAST_COLUMNS)
+SIDE_BY_SIDE = rocks(min_size=(17, 1), max_size=(32, 28), split=(16, 28), also=BELOW_EACH_OTHER)
+ROCK_RULE = rocks(min_size=(2, 1), max_size=(16, 28), also=SIDE_BY_SIDE)
 # Of two shots of the ship, one has the saucer's colour and is told from the ship that it touches.
 SHOTS = Blobs((SHIP[0], *SAUCER), FIELD, gap=(3, 4), max_size=(1, 2), split_by_color=True)
 SAUCERS = Blobs(SAUCER, FIELD, min_size=(5, 6), max_size=(7, 10))
