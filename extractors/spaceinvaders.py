@@ -15,9 +15,11 @@ lines between two steps of byte 9 make bullets 4 to 12 rows high. A bullet's box
 alien, a shield or a cannon covers of it, which VEM does not see.
 
 Covered: later waves, landing, deaths, game over, all of ALE's modes, both players at once and in
-turn. Not in RAM: the difficulty switches (a cannon is 14 pixels wide at difficulty 1, boxes say 7),
-what a hit takes from a shield on the frame of the hit, which alien's explosion ends on a frame, an
-upper bomb on the frame on which it hits.
+turn. Not in RAM: the difficulty switches. A cannon is 14 pixels wide at difficulty 1, boxes say 7:
+the ROM reads the switches where it draws (F1EB) and where a shot leaves the cannon (FBC8), 4 pixels
+further right; until then two games that differ in the switch alone have the same RAM. Not in RAM
+either: what a hit takes from a shield on the frame of the hit, which alien's explosion ends on a
+frame, an upper bomb on the frame on which it hits.
 """
 
 import functools
@@ -268,7 +270,7 @@ GAME = Game(
         Category("Satellite", Bounds(PURPLE, SCORES), doc="the saucer"),
         Category("Bullet", BULLETS, count=4, doc="two bombs, two shots"),
         display("Lives", LIVES, doc="shown when a life begins"),
-        display("P1Score", SCORE_1, doc="hidden by the saucer"),
+        display("P1Score", SCORE_1, blinks=True, doc="hidden by the saucer"),
         display("P2Score", SCORE_2, doc="hidden by the saucer"),
     ),
 )
