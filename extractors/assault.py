@@ -1,9 +1,9 @@
 """Assault: a cannon below a mother ship that sends enemies down in three rows.
 
-Enemy slots are row * 2 + half, rows from the bottom. An enemy that is whole, or is hit whole, has
-the slot of its left half and a box around both halves; one that was split has a box for each half.
-An enemy stays valid while it explodes and is not valid while its level hides it. While the mother
-ship opens its bay to set off an enemy, the bay is part of its box. The ground's line is scenery.
+Enemy slots are row * 2 + half, rows from the bottom; one that comes down changes its row. One that
+is whole, or is hit whole, has the slot of its left half and a box around both halves; one that was
+split has a box for each half. It stays valid while it explodes, but not while its level hides it.
+While the mother ship opens its bay, that is part of its box. The ground's line is scenery.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (positions, flags), and the ROM's code. Positions are
 in the chip's coding. What moves in the overscan (shots, cannon) lags behind the RAM on the screen;
