@@ -2,11 +2,10 @@
 
 Slots of EnemyHelicopter and EnemyPlane: the game's three lanes from the bottom, which hold one or
 the other. Of Truck: the places of a convoy. Of Bomb: the whole one or its upper half, the lower
-half. Of MiniTruck and MiniEnemy: block of the landscape from the left (all move on together, not
-counted in the RAM) * 3 + place or lane, with boxes of what the radar shows. The shot is the line
-that is left of it. Life has a box around the helicopters in reserve, one less than its `value`.
-What explodes is no object, but a truck that was hit blinks. Scenery: sky, mountains, the maker's
-name.
+half. Of MiniTruck and MiniEnemy: block of the landscape from the left (all move on together,
+uncounted) * 3 + place or lane, with boxes of what the radar shows. The shot is the line that is
+left of it. Life has a box around the helicopters in reserve, one less than its `value`. What
+explodes is no object, but a truck that was hit blinks. Scenery: sky, mountains, the maker's name.
 
 RAM: ALE's source (score, lives), OCAtari 2.2, and the ROM's code. The game moves the enemies before
 a frame is drawn, and the player, the bombs and the landscape after it, when it also counts hits.
