@@ -11,10 +11,9 @@ skulls move at F8C0-F9F0 of the first bank, before a room is drawn (second bank,
 explorer after it, at F159-F75D, which `_explorer` takes back. His picture is chosen in between, for
 the next frame. Each room has code of its own: `LAYOUT` was read off the screen.
 
-Covered: all rooms of the three pyramids (by writing RAM), lit and dark, all traps, the end.
-Not in RAM: whether a wall stopped a step, where he caught a ladder or rope, his last picture but
-one, the room that he has just left. VEM misses parts that he hides, spiders before ladders of their
-colour, and ropes of rooms 8 and 14 in other colours.
+Covered: all rooms of the three pyramids (by writing RAM), lit and dark, traps, the end. Not in RAM:
+whether a wall stopped a step, where he caught a ladder or rope, his last picture but one, the room
+that he has just left. VEM misses what he hides, spiders before ladders, ropes in other colours.
 """
 
 import functools
@@ -34,7 +33,7 @@ from ocjax.rules import Blobs, Bounds, Category, Gauge, Runs, display
 ROM = Rom("montezuma_revenge", "3347a6dd59049b15a38394aa2dafa585")
 FONT, D000, FC00 = ROM.font(0xC08, rows=8, top_first=True), 0x1000, 0x1C00  # and offsets
 EXITS, PLAYS, FALLS, BLANK, STANDS, CLIMBS, SWINGS, STRIDES, SIDEWAYS = 2, 4, 7, 1, 8, 10, 14, 18, 2
-ROOMS, BONUS, HIDDEN, LONG_BEAMS, BRIDGE_OFF, TORCH = 24, 15, 19, 12, 36, 0x80
+ROOMS, BONUS, HIDDEN, LONG_BEAMS, BRIDGE_OFF, TORCH, JUST_DIED = 24, 15, 19, 12, 36, 0x80, 91
 LOWER = (0, 7, 12, 17, 18)  # rooms that begin a row later
 LADDER_TOP, TOP_FLOOR, LADDER_FOOT, FIRST_BEAM, DOOR = 0xFE, 0xEB, 0x86, 0xA3, 0x7C
 WESTS, EASTS = (ROM.bytes(0x1F00 + low, 12).tolist() for low in (0x56, 0x62))  # limits, by floor
@@ -119,7 +118,7 @@ POSES += (0x0BA, 0x0C9, 0x0E7, 0x0FD, 0x2C8, 0x2DD)
 EXPLORERS = Pictures.of(_picture(D000 + p) if p != GONE else NOTHING for p in POSES)
 LIFTS, PAIR = ROM.bytes(0xFEF, len(POSES)).tolist(), np.zeros(256, np.int32)
 PAIR[[p & 255 for p in POSES]] = [0, 1, 2, 3, 4, 5, 5, 7, 7, 9, 9, 11, 11, 13, 13, 15, 15]
-PAIRED, SECOND = 5, tuple(p & 255 for p in POSES[6::2])
+UPRIGHT, PAIRED, SECOND = 4, 5, tuple(p & 255 for p in POSES[6::2])
 ARC = [v - 256 if v > 127 else v for v in ROM.bytes(FC00 + 0x247, 20).tolist()]  # of a jump
 
 
@@ -153,6 +152,7 @@ class Ram(RamMap):
     leap = byte(87)  # kind of a jump
     floor = byte(96)
     stick = bits(102, first=4, count=4)  # up, down, left, right; 1: not pressed
+    tune = byte(108)  # counts the steps of one
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -257,7 +257,7 @@ def _explorer(m: Ram, room: jax.Array) -> Box:
     belt = (room == 1) & (x >= 0x37) & (x < 0x63) & (m.y >= 0xBB) & (m.y < 0xC5)
     belt = belt | ((room == 5) & (x >= 0x38) & (x < 0x64) & (m.y == 0xEB))
     x = x + jnp.where(belt & plays & ((m.clock & 1) == 0), 1, 0)
-    pose = lookup(PAIR, m.picture)
+    pose = jnp.where(m.tune == JUST_DIED, UPRIGHT, lookup(PAIR, m.picture))
     turns = (pose >= PAIRED) & ((m.pose >= CLIMBS) | among(m.picture, SECOND))
     pose = pose + jnp.where(turns, (m.clock - 1) >> 2 & 1, 0)
     top = 308 + jnp.where(among(room, LOWER), 1, 0) - y + pick(pose, LIFTS)
