@@ -14,9 +14,9 @@ that do not shoot, extra lives). Not in RAM: a shot on the frame on which it hit
 with the human's shot), the pose before a shot or a death, to which side the human looked before he
 turned. On the frame on which a room is left, or a life lost, the room is still on the screen, but
 RAM keeps all robots but the first, and where their shot is: the rows of that one and of the human
-are cleared, and the way of the shot. The next frame shows nobody. VEM takes a shot that touches who
-fires it for a part of him, too, and does not see one that flies up or down where a robot's body
-covers it, nor the true length of one in line with an arm (5 % each of the frames with such a shot).
+are cleared, and the way of the shot. The next frame shows nobody. VEM takes a shot that touches a
+robot for a part of it, too, and does not see one that flies up or down where a robot's body covers
+it, nor the true length of one in line with an arm (5 % each of the frames with such a shot).
 """
 
 import functools
@@ -250,7 +250,7 @@ def _missiles() -> Blobs:
 
 number = functools.partial(Digits, FONT, top=LINE_TOP, required=True)
 
-PLAYER = Blobs(HUMAN, FIELD, gap=(0, 2), min_size=(3, 17), max_size=(9, 26))
+PLAYER = Bounds(HUMAN, FIELD, min_size=(3, 17), exclude=("PlayerMissile",))  # Otto is lower
 ENEMY = Blobs(ROBOTS, FIELD, min_size=(4, 4), max_size=(12, 24))
 # Of an arm and the shot beside it, the left part counts: most of these shots are at the left wall.
 SHOT = _shots(HUMAN, connectivity=4, min_size=(4, 2), split=(4, 2))
