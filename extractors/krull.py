@@ -6,29 +6,26 @@ of Star: where it flashes in the web while the player is at the window. In the d
 a box around both mares. Castle: the wall at the wedding, the Black Fortress that rises in the
 desert. Wall: the 4 x 16 pieces of the cage, row by row. Life and Weapon are found in the desert;
 those that the player has are Life_HUD and Weapon_HUD, a slot an icon. Sun is the time of day, the
-value of Hour_Glass the rows of its sand. Lines of the web carry the player, who scores where he
-jumps into them ($FA77 and $FAC7 of the second half). Each of two is drawn at three places in turn;
-those of the frame and of the one before are valid. The web itself, the horizon, the ground and
-particles are scenery. The title screen has the score and the icons.
+value of Hour_Glass the rows of its sand. Lines of the web carry the player ($FA77 and $FAC7 of the
+second half). Each of two is drawn at three places in turn; those of two frames are valid. The web,
+the horizon, the ground and particles are scenery.
 
-RAM: ALE's source (score, lives), OCAtari 2.2 (scenes, records), and the ROM's code: all of it moves
-between the vertical sync and the drawing, so that the RAM has what is on the screen, save what is
-found in the desert. The lair's and the wedding's bride and player share a sprite.
+RAM: ALE's source (score, lives), OCAtari 2.2 (scenes, records), and the ROM's code, which moves all
+before the drawing ($F300 of the first half), save what is found in the desert.
 
 Covered: all four scenes; the fortress, the star, and the lair (whole and broken cage, the weapon in
-hand and thrown) by writes to the RAM. Not covered: later rounds, the weapon in flames. Not exact:
-shots whose first rows a sprite hides. VEM cuts mares that touch in the middle; it takes a weapon
-that the player holds for a part of him; it misses the player while he flashes, his sword, a spider
-that a line crosses, a line with its tip off the screen, a shot in Slayers' or player's colours.
+hand and thrown) by writes to the RAM. Not covered: later rounds, the weapon in flames. VEM cuts
+mares that touch in the middle; it takes the player's weapon for a part of him; it misses him while
+he flashes, his sword, a spider that a line crosses, a shot that a figure resembles or hides.
 """
 
-import functools
+from functools import partial
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.boxes import Box, box, choose
-from ocjax.console import NUSIZ_COPIES, NUSIZ_SPACING
+from ocjax.console import NUSIZ_COPIES, NUSIZ_SPACING, signed_nibble, wrap
 from ocjax.digits import score_box
 from ocjax.game import Game
 from ocjax.ops import among, mod, pick
@@ -45,8 +42,8 @@ RISEN = 0x40  # greatest `castle` of a castle
 WEAPON, LIFE = 0xE2, 0xE9  # `item`
 STAR = 0x29  # `foe_picture` while the star is in the web in place of the spider
 TOP, BOTTOM = 18, 0x50  # least `shot_top` that is drawn; least `y` and `shot_top` that are not
-FREE = 15  # `shooter` of a shot that has left its Slayer
-LEFTWARD, RIGHTWARD = 1, 15  # `shot_slant`
+TURNS = 9  # of two rows, in which a figure is drawn
+IN_FIGURE, ABOVE_PEOPLE, ABOVE_SLAYERS, BELOW_SLAYERS = 4, 73, 61, 82  # columns of the beam
 SLANTED_FROM = 45  # the row in which a slanted shot would be at `shot_x`
 TALLEST = 24  # rows of a figure; the bytes that are no figures may say more
 
@@ -63,7 +60,7 @@ SECOND = 256  # the first picture of the second page
 STAY = ("Score", "Life_HUD", "Weapon_HUD")  # on the title screen after a game
 MARES, SPIDERS = (ROM.pictures(range(0x900, 0x9F8), height) for height in (9, 10))
 
-FIELD = (8, 16, 160, 173)
+FIELD, ABOVE_GROUND = (8, 16, 160, 173), (8, 16, 160, 172)
 ROW, COLUMN = np.repeat(np.arange(4), 16), np.tile(np.arange(16), 4)  # of the cage's pieces
 WALL_X, WALL_Y = 48 + 4 * COLUMN, 39 + 4 * ROW
 WALL_BYTE, WALL_BIT = 2 * ROW + COLUMN // 8, np.minimum(COLUMN, 15 - COLUMN)
@@ -87,7 +84,6 @@ class Ram(RamMap):
     shot_top = byte(76)  # (y - 13) / 2
     shot_bottom = byte(77)  # likewise; what is found in the desert: steps of 1/32 of a column
     shot_x = byte(78)  # x - 7; of what is found in the desert
-    shooter = bits(79, first=0, count=4)  # record of the Slayer
     shot_slant = bits(79, first=4, count=4)
     castle = byte(80)  # rows that have risen
     cage = byte(*range(115, 123))  # a bit for each piece
@@ -181,8 +177,7 @@ def _left(x: jax.Array) -> jax.Array:
 
 def _lyssa(m: Ram) -> Box:
     x, y, flags, picture = _record(m, 2, 6, 0)
-    # Taken, she shares a sprite with the player, who is drawn first.
-    behind = jnp.maximum(2 * y + 16, 2 * m.y[7] + 44)
+    behind = jnp.maximum(2 * y + 16, 2 * m.y[7] + 44)  # the player, who has the same sprite
     top = jnp.where((m.taken == 1) & (m.scene == WEDDING), behind, 2 * y + 15)
     return PEOPLE.box(picture, x + 8, top, mirrored=(flags & 16) > 0).clip(*FIELD)
 
@@ -203,23 +198,30 @@ def _slayers(m: Ram) -> Box:
 
 
 def _shot(m: Ram) -> Box:
-    """The Slayers' shot, which slants a column a row."""
-    top = 2 * m.shot_top + 13
-    height = 2 * (m.shot_bottom - m.shot_top) - jnp.where(m.shooter == FREE, 0, 1)
-    step = jnp.where(m.shot_slant == LEFTWARD, -1, jnp.where(m.shot_slant == RIGHTWARD, 1, 0))
-    width = jnp.where(step == 0, 1, height)
-    left = mod(m.shot_x + 167 + step * (top - SLANTED_FROM), 160)
+    """The Slayers' shot, of a row more or less where the beam has passed it when it is switched."""
+    top, rows = 2 * m.shot_top + 13, 2 * (m.shot_bottom - m.shot_top)
+    step = -signed_nibble(m.shot_slant)  # columns a row
+    head = mod(m.shot_x + 167 + step * (top - SLANTED_FROM), 160)
+    late = jnp.where(head < _passed(m.shot_top, m.y[6:], ABOVE_PEOPLE), 1, 0)
+    waits = jnp.where(m.shot_bottom > m.y[0], BELOW_SLAYERS, ABOVE_SLAYERS)
+    longer = wrap(head + step * (rows - 1)) < _passed(m.shot_bottom, m.y[:5], waits)
+    top, left, height = top + late, wrap(head + late * step), rows - late - jnp.where(longer, 0, 1)
     left = left - jnp.where(step < 0, height - 1, 0)
-    return box(left, top, width, height, among(m.shot_top, range(TOP, BOTTOM))).clip(
-        8, 16, 160, 172
-    )
+    shot = box(left, top, jnp.where(step == 0, 1, height), height)
+    return shot.where(among(m.shot_top, range(TOP, BOTTOM))).clip(*ABOVE_GROUND)
+
+
+def _passed(turn: jax.Array, starts: jax.Array, waits: jax.Array | int) -> jax.Array:
+    """The column that the beam has passed, from whether one of the figures is drawn then."""
+    since = turn - starts
+    return jnp.where(((since > 0) & (since <= TURNS)).any(), IN_FIGURE, waits)
 
 
 def _lines(m: Ram) -> Box:
     """The lines: those of this frame and of the one before."""
     place = np.tile(np.arange(3), 2)
     x = jnp.repeat(m.line_x + np.array([-33, 7]), 3) + 24 * place
-    return box(x, 16, 41, 156, place != m.next_place).clip(8, 16, 160, 172)
+    return box(x, 16, 41, 156, place != m.next_place).clip(*ABOVE_GROUND)
 
 
 def _weapons(m: Ram) -> Box:
@@ -245,23 +247,23 @@ OTHERS = (0, 6, 0x0E, 0x22, 0x42, 0xEE, 0xA0, *COLORS, *SLAYER, *BRIDE)
 STONES = tuple(c for c in range(0, 256, 2) if c not in OTHERS)
 CASTLES = Bounds(((0xD8,), STONES), ((32, 16, 128, 44), (48, 97, 112, 145)), min_size=(64, 3))
 ITEMS = (8, 157, 160, 164)
-figure = functools.partial(Blobs, gap=(1, 1))
+figure = partial(Blobs, gap=(1, 1))
 PLAYER = figure((*COLORS, 0xEE), FIELD, min_size=(4, 7), max_size=(16, 16))
 SLAYERS = figure(SLAYER, FIELD, min_size=(3, 4), max_size=(8, 17))
 SPIDER = figure(0x0E, FIELD, min_size=(7, 7), max_size=(8, 12))
-STARS = Cells(
-    0x0E, tuple(STAR_X.tolist()), tuple(STAR_Y.tolist()), 3, 4, whole=False, margin=(1, 2)
-)
+STARS = Cells(0x0E, (20, 137) * 4, tuple(STAR_Y.tolist()), 3, 4, whole=False, margin=(1, 2))
 MARES_AT = (8, 145, 160, 154)
 RIDE = Blobs((0x38, 0xEE), MARES_AT, min_size=(4, 5), max_size=(16, 9), split=(8, 9), area=(20, 80))
-MAGENTA = tuple(range(0x50, 0x60, 2))
-THROWN = Bounds(MAGENTA, (8, 60, 160, 173), min_size=(4, 1))
+THROWN = Bounds(tuple(range(0x50, 0x60, 2)), (8, 60, 160, 173), min_size=(4, 1))
 WEAPONS = Bounds(((0xC8,), (0xEE,)), (ITEMS, (8, 56, 160, 173)), min_size=(2, 2), exclude=("Life",))
 HIT = range(0x6E, 0xEE, 16)  # the player's other colours when he flashes
-ANY = tuple(c for c in range(0, 256, 2) if c not in (0xA0, 0xD8, *SLAYER, *COLORS, *HIT))
-SHOT = Blobs(ANY, (8, 44, 160, 172), min_size=(1, 5), max_size=(8, 8), area=(5, 9))
-TIPS = (8, 97, 73, 172), (87, 97, 160, 172)  # where the lines have their tips: in one row
-LINES = Runs(((6, 0x0E), (6, *COLORS)), TIPS, ((1, 1),) * 2, 3, ((0, 81, 40), (40, 81, 0)))
+ANY = tuple(c for c in range(0, 256, 2) if c not in (0xA0, *SLAYER, *COLORS, *HIT))
+shot = partial(Blobs, region=(8, 44, 160, 172), min_size=(1, 5), max_size=(8, 8), area=(5, 9))
+SHOT = shot(tuple(c for c in range(0, 256, 2) if c != 0xA0), also=shot(ANY))
+# The lines in a row 8 columns from their tips; the first of them have the tip beyond the edge.
+CROSSED = (*((x, 113, x + 1, 172) for x in range(8, 16)), (16, 113, 80, 172), (80, 113, 160, 172))
+BESIDE = (*((x, 97, 32) for x in range(9)), (32, 97, 8))  # columns, and rows above
+LINES = Runs(((6, 14),) * 9 + ((6, *COLORS, *HIT),), CROSSED, ((1, 1),) * 10, 3, BESIDE)
 CAGE = Cells(0x24, tuple(WALL_X.tolist()), tuple(WALL_Y.tolist()), 4, 4)
 GLASS = Cells((0, 0x48), (121,), (3,), 5, 8, whole=False, margin=(1, 0))
 LIVES = tuple((56 + 8 * i, 188, 62 + 8 * i, 195) for i in range(3))
