@@ -16,19 +16,21 @@ the end of the game, frame skips 3 and 4. Not in the RAM: whether Mario took a s
 frames, on which he may walk or climb, unless he jumps, the step sounds, or nothing is touched;
 `decode` assumes that he did. Neither is it there that a jump has just ended, nor where the hammer
 was before it was taken on this frame. When a life ends, the RAM is set up anew before its last
-frame is drawn, which still shows the barrels, but not Mario. VEM sees no hammer that touches a
-ladder, less of a ladder or barrel that something covers, and no fireballs without rivets. It does
-not know the colours that the game cycles through when it is left alone.
+frame is drawn, which shows the barrels, but not Mario: the column of each floor's last obstacle
+gives their rows, save on ladders. Without a barrel on the lowest floor or a new game, it cannot be
+told from the next frame. VEM sees no hammer that touches a ladder, less of a ladder or barrel that
+something covers, no fireballs without rivets, and not the colours of a game that is left alone.
 """
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.boxes import Box, box
+from ocjax.console import position
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
 from ocjax.ops import among, lookup, pick, reached
-from ocjax.ram import RamMap, bcd, bits, byte
+from ocjax.ram import RamMap, bcd, bits, byte, high
 from ocjax.rom import Rom
 from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, display
 
@@ -70,6 +72,8 @@ UPPER_ENDS, LOWER_ENDS = ROM.bytes(0xACD, 34), ROM.bytes(0xB00, 34)
 FLOORS = tuple(range(0x16, 0xA0, 0x1C))  # least `y` of the floors below the uppermost one
 RIVET_X, RIVET_Y = np.array([52, 104] * 4), np.repeat([144, 116, 88, 60], 2)
 
+BARREL_FLOORS = (12, 33, 61, 89, 117, 145)  # least `y` of barrels
+EMPTY = 93  # `lowest_row` without an obstacle
 PLAYING = 128  # least value of `state`
 MOVED = 2  # `wait` on a frame on which Mario may have moved
 WHOLE = 13  # `ladder` below which a barrel rolls down it
@@ -103,7 +107,11 @@ class Ram(RamMap):
     bonus = bcd(36)  # hundreds
     obstacle_x = byte(65, 66, 67, 68)  # x + 4
     on_ladder = bits(69, 70, 71, 72, first=7)
+    goes_right = bits(69, 70, 71, 72)
     ladder = byte(73, 74, 75, 76)  # number of the ladder that a barrel takes or took
+    coarse_x = byte(*range(82, 76, -1))  # of the obstacle that each floor had last, top first
+    fine_x = high(*range(88, 82, -1))
+    lowest_row = byte(97)  # of the obstacle on the lowest floor, y - 77
     clock = byte(104)
     at_ladder = byte(106)  # number of Mario's ladder
     control = byte(107)  # the joystick when the jump began; a bit is 0 where it is pushed
@@ -144,7 +152,8 @@ def _in_play(m: Ram) -> jax.Array:
 def _life_over(m: Ram) -> jax.Array:
     """Whether the frame is the last one of a life, without Mario, though the RAM is set up anew."""
     game_over = (m.state == 0) & (m.sound == POINTS) & (m.sound_left == 31)
-    return game_over | ((m.state >= PLAYING) & ~_in_play(m))
+    shown = (m.obstacle_y == 0).all() & (m.lowest_row != EMPTY)
+    return game_over | shown | ((m.state >= PLAYING) & ~_in_play(m))
 
 
 def _step(m: Ram) -> tuple[jax.Array, jax.Array]:
@@ -182,9 +191,8 @@ def _at_side(m: Ram, left: jax.Array, right: jax.Array) -> jax.Array:
 
 
 def _at_ladder_end(m: Ram) -> jax.Array:
-    above = (m.y == lookup(UPPER_ENDS, m.at_ladder)) & (m.heading == 255)
-    below = (m.y == lookup(LOWER_ENDS, m.at_ladder)) & (m.heading == 254)
-    return above | below
+    end = jnp.where(m.heading == 255, *(lookup(e, m.at_ladder) for e in (UPPER_ENDS, LOWER_ENDS)))
+    return (m.y == end) & (m.heading >= 254)
 
 
 def _mario(m: Ram, dx: jax.Array, dy: jax.Array) -> Box:
@@ -195,16 +203,27 @@ def _mario(m: Ram, dx: jax.Array, dy: jax.Array) -> Box:
     pose = jnp.where(m.heading >= 128, jnp.where(ends, STANDS, CLIMBS), pose)
     facing = jnp.where(m.heading >= 128, NORTH, jnp.where(m.heading == 0, WEST, EAST))
     head, feet = pick(pose, HEAD), pick(pose, FEET)
-    return box(
-        m.x - dx - 4, y + 22 + head, 8, feet - head, ~_life_over(m), orientation=facing
-    ).clip(*BOARD)
+    mario = box(m.x - dx - 4, y + 22 + head, 8, feet - head, ~_life_over(m), orientation=facing)
+    return mario.clip(*BOARD)
 
 
 def _obstacles(m: Ram) -> Box:
     """Barrels or fireballs. The side of a barrel that rolls down a ladder is a row lower."""
     side = (m.on_ladder == 1) & (m.ladder < WHOLE) & (m.board == 0)
     low = jnp.where(side, 1, 0)
-    return box(m.obstacle_x - 4, m.obstacle_y + 40 + low, 8, 8 - low, m.obstacle_y > 0)
+    y = jnp.where(_life_over(m), _last_rows(m), m.obstacle_y)
+    return box(m.obstacle_x - 4, y + 40 + low, 8, 8 - low, y > 0)
+
+
+def _last_rows(m: Ram) -> jax.Array:
+    """The barrels' `y` on the last frame of a life, from the floors on which they were drawn."""
+    drawn_x = position(m.coarse_x + 2, m.fine_x)
+    steps = reached(m.obstacle_x, BENDS.tolist())
+    slope, y = jnp.where(m.goes_right == 1, steps, len(BENDS) - steps), jnp.zeros_like(steps)
+    for floor, start in enumerate(BARREL_FLOORS):
+        there = (m.obstacle_x == drawn_x[floor]) & (m.goes_right == 1 - floor % 2)
+        y = jnp.where(there, start + (slope if 0 < floor < 5 else 0), y)
+    return jnp.where((m.on_ladder == 0) & (m.board == 0), y, 0)
 
 
 def _hammer(m: Ram, dx: jax.Array) -> Box:
@@ -245,19 +264,17 @@ def _timer(m: Ram) -> Box:
 
 BOTH = (GIRDERS, BLUE)
 SMALL = Blobs(OBSTACLE, BOARD, min_size=(6, 5), max_size=(8, 8))
-HAMMER = Blobs(
-    (OBSTACLE, *BOTH), (20, 66, 140, 82), min_size=(4, 6), max_size=(6, 7), area=(14, 24)
-)
-
+HUNG = (20, 66, 140, 82)
+HAMMER = Blobs((OBSTACLE, *BOTH), HUNG, min_size=(4, 6), max_size=(6, 7), area=(14, 24))
 MARIO = Bounds((RED, WHITE, BOOTS), BOARD)
 RIVETS = Cells(BLUE, tuple(RIVET_X.tolist()), tuple(RIVET_Y.tolist()), 4, 1)
 POINTS_SEEN = Bounds(BLUE, (55, 7, 103, 14), value=Digits(FONT, SCORE_LEFTS, TOP))
 BONUS_SEEN = Bounds(GREEN, (71, 7, 103, 14), value=Digits(FONT, TIMER_LEFTS, TOP))
-
-
-def _colors(first_board: tuple, second: tuple) -> tuple[tuple[int, ...], ...]:
-    return ((GIRDERS,),) * len(first_board) + ((BLUE,),) * len(second)
-
+FIRST, SECOND = ((GIRDERS,),), ((BLUE,),)  # the boards' colours, one entry for each region
+LADDER_COLORS = FIRST * len(LADDERS) + SECOND * len(BLUE_LADDERS)
+PLATFORM_COLORS = FIRST * len(PLATFORMS) + SECOND * len(BLUE_PLATFORMS)
+RUNGS = Bounds(LADDER_COLORS, tuple(map(tuple, LADDERS_AT.tolist())))
+BEAMS = Bounds(PLATFORM_COLORS, PLATFORMS + BLUE_PLATFORMS)
 
 GAME = Game(
     name="DonkeyKong",
@@ -274,18 +291,8 @@ GAME = Game(
         Category("DonkeyKong", Bounds(KONG, KONG_AT), doc="the ape"),
         Category("Girlfriend", Bounds(PAULINE, PAULINE_AT), doc="Pauline"),
         Category("OilDrum", Bounds(GIRDERS, DRUM), doc="stack at the lower left"),
-        Category(
-            "Ladder",
-            Bounds(_colors(LADDERS, BLUE_LADDERS), tuple(map(tuple, LADDERS_AT.tolist()))),
-            count=len(LADDERS_AT),
-            doc="whole and broken ones, upper first; first those of the first board",
-        ),
-        Category(
-            "Platform",
-            Bounds(_colors(PLATFORMS, BLUE_PLATFORMS), PLATFORMS + BLUE_PLATFORMS),
-            count=len(GIRDERS_AT),
-            doc="girders, upper first; first those of the first board",
-        ),
+        Category("Ladder", RUNGS, count=34, doc="whole or broken; upper first, board by board"),
+        Category("Platform", BEAMS, count=13, doc="girders, upper first, board by board"),
         display("Life", Bounds(BOTH, LIVES, value=Gauge(8, 4, 1)), doc="lives that are left"),
         display("Score", POINTS_SEEN, blinks=True, doc="points"),
         display("Timer", BONUS_SEEN, doc="bonus that is left"),

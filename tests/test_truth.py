@@ -21,8 +21,6 @@ STALE = {
     ("Berzerk", "lost"): 0.75,
     ("Bowling", "last"): 0.9,
     ("DemonAttack", "last"): 0.94,
-    ("DonkeyKong", "last"): 0.92,
-    ("DonkeyKong", "lost"): 0.9,
     ("Qbert", "last"): 0.96,
     ("UpNDown", "lost"): 0.85,
     ("Venture", "lost"): 0.6,
