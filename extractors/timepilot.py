@@ -15,9 +15,9 @@ two by turns, the jet's shot by turns at its place and at the place before.
 
 Covered: all eras and mother ships (written to RAM), all difficulties, the flight through time, lost
 lives, the end of the game. Not exact: clouds in the lower half hide shots and parts of planes, and
-black lines at the left edge what is on them; a plane hides its new shot. VEM does not see the jet's
-shot at its nose, does not read the score, and takes the era from a pixel of the sky, which a cloud
-of the blue era may cover.
+black lines at the left edge what is on them; a plane hides its new shot in its colour; no shot is
+drawn where `y` is a multiple of 16. VEM does not see the jet's shot at its nose, does not read the
+score, and takes the era from a pixel of the sky, which a cloud of the blue era may cover.
 """
 
 import functools
