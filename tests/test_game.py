@@ -17,6 +17,8 @@ from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, Runs, display
 from ocjax.views import views
 from ocjax.vision import palette
 
+pytestmark = pytest.mark.usefixtures("quick_compilation")
+
 
 class Ram(RamMap):
     x = byte(1)

@@ -12,6 +12,8 @@ from ocjax import masks
 from ocjax.envs import Dqn, Masks, Vector
 from ocjax.envs.observations import FEATURES
 
+pytestmark = pytest.mark.usefixtures("quick_compilation")
+
 
 @pytest.fixture(scope="module")
 def pong():

@@ -10,6 +10,8 @@ from conftest import excerpt
 import ocjax
 from ocjax.envs import PerturbObjects
 
+pytestmark = pytest.mark.usefixtures("quick_compilation")
+
 KEY = jax.random.key(3)
 FIELDS = ("xywh", "valid", "orientation", "value", "rgb")
 

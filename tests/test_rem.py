@@ -10,6 +10,8 @@ from test_contract import host
 from ocjax import _xla, rem
 from ocjax.ram import RAM_SIZE
 
+pytestmark = pytest.mark.usefixtures("quick_compilation")
+
 LANES = 512
 RAMS = np.random.default_rng(3).integers(0, 256, (LANES, RAM_SIZE), dtype=np.uint8)
 

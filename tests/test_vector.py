@@ -18,6 +18,8 @@ from gymnasium.vector import AutoresetMode
 import ocjax
 from ocjax.envs import PRESETS, Dqn, Masks, Vector, WorkerError, ale, make, variations
 
+pytestmark = pytest.mark.usefixtures("quick_compilation")
+
 gymnasium.register_envs(ale_py)
 
 # Every kind of observation with a memory, and short episodes that end both by the game and by the limit of frames.
