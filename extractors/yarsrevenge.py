@@ -12,12 +12,14 @@ stack had last: the kernel that was drawn, or where the program was after it. f7
 before the frame is drawn, but HMOVE comes after it, so that columns are those before the last move.
 
 Covered: all modes and difficulties, both shields, the cannon, rounds without the zone.
-Not exact: the columns of a Yar that has just reached the edge, that the shield threw back while a
-shot flew, or that dies in motion (up to 4 off until it is gone; no byte tells); the swirl's in the
-fast modes with difficulty 1; shield blocks, missile and swirl on the frame of a hit; 3 of 100
-shots, of which the cause is not known. VEM sees of what is behind the zone, and of missiles in
-front of it, only parts or nothing, a shot not while it touches the Yar, and the Qotile inside a
-shield that rotates only on frames on which the shield is not drawn.
+Not exact: the columns of a Yar that has just reached the edge while a shot flies, that the shield
+threw back while a shot flew, or that dies in motion (up to 4 off until it is gone; no byte tells);
+the column of a shot fired on the frame on which the one before left the screen (f8e8 keeps the old
+one's column for it, 3 of 100 shots); a fast swirl's in its first frames; shield blocks, missile and
+swirl on the frame of a hit; the swirl as it leaves the screen, when it is home in the RAM. VEM sees
+of what is behind the zone, and of missiles in front of it, only parts or nothing, a shot not while
+it touches the Yar (15 of 100 samples of shots), and the Qotile inside a shield that rotates only on
+frames on which the shield is not drawn.
 """
 
 import functools
@@ -55,16 +57,14 @@ LIGHTS = tuple(hue | light for hue in range(0, 256, 16) for light in range(2, 16
 DIM = tuple(hue | light for hue in range(0, 256, 16) for light in (0, 2, 4, 6) if hue | light)
 ZONE = (52, 3, 80, 195)
 ROWS, COLUMNS = np.arange(128) // 8, np.arange(128) % 8
-CELLS_X, CELLS_Y = (
-    tuple(128 + 4 * COLUMNS.tolist()[i] for i in range(128)),
-    tuple((8 * ROWS).tolist()),
-)
+CELLS_X, CELLS_Y = (tuple(v.tolist()) for v in (128 + 4 * COLUMNS, 8 * ROWS))
 SCORE_LEFTS = range(55, 103, 8)
-
 
 MOVES = ROM.bytes(0xF25, 16)
 DX, DY = (8 - (MOVES >> 4 ^ 8)).tolist(), ((MOVES & 15 ^ 8) - 8).tolist()
 """Pixels a step in each of 16 directions, from the south on, counterclockwise."""
+FAST_DX = (8 - (np.roll(ROM.bytes(0xFEA, 16), 8) >> 4 ^ 8)).tolist()
+"""Those of a fast swirl, which flies in the directions from 8 on and in 0."""
 DELAYS = ROM.bytes(0xF08, 5).tolist()
 """Steps of a missile in 256 frames, by its speed."""
 
@@ -93,6 +93,8 @@ ENEMIES = Pictures.of([_double(look, 9 if look == QOTILE else 8) for look in ran
 
 
 class Ram(RamMap):
+    variation = bits(0, count=3)  # of the game
+    trenches = bits(0, first=5)  # later rounds, in which the swirl flies at any time
     shield = byte(*range(16, 0, -1))  # its rows from the top; the lowest bit is the left column
     zone = byte(17)  # its columns; 0: there is none
     speed = byte(18)  # of the missile
@@ -123,6 +125,7 @@ class Ram(RamMap):
     enemy_look = byte(44)
     missile_y = byte(46)
     missile_x = byte(47)
+    contact_x = byte(51)  # x + 12 of a Yar that the shield threw back, or another use
     cannon_wide = bits(53, first=4)
     missile_flies = bits(53, first=7)
     missile_part = byte(54)  # 1 / 256 of a step
@@ -140,8 +143,8 @@ def decode(m: Ram) -> dict[str, Box]:
     clock = (m.next_clock - 1) & 255
     odd = jnp.where(m.stack == SHIELD_DRAWN, 0, jnp.where(m.stack == ZONE_DRAWN, 1, clock & 1))
     odd = shared(jnp.where(among(m.stack, LIFE_LOST), 0, odd))
-    before = m.x - jnp.where(m.moving > 0, _step(m.x, m.heading), 0)
-    enemy = _enemy(m, odd).where(plays)
+    before = _before(m)
+    enemy = _enemy(m, odd, clock).where(plays)
     begins = (m.missile_flies | m.dies | m.spins) == 0  # a round
     zone_clock = shared((clock - 1) & 255 | 1)
     zone = lookup(ZONE_ROWS, zone_clock)
@@ -159,17 +162,19 @@ def decode(m: Ram) -> dict[str, Box]:
     }
 
 
-def _step(x: jax.Array, heading: jax.Array) -> jax.Array:
-    """The step to the side that the Yar has just made; none where it is at the edge."""
-    step = pick(heading, DX)
-    return jnp.where((x + step < 5) | (x + step > 0x97), 0, step)
+def _before(m: Ram) -> jax.Array:
+    """The Yar's column before its last move, where a waiting shot is. At the edge it did not move."""
+    step = jnp.where(m.moving > 0, pick(m.heading, DX), 0)
+    stays = (m.x + step < 5) | (m.x + step > 0x97)
+    waits = (m.shot_flies == 0) & ~among(m.stack, SHOT_HIT) & (jnp.abs(m.shot_x - 4 - m.x) <= 4)
+    return jnp.where(waits, m.shot_x - 4, m.x - jnp.where(stays, 0, step))
 
 
 def _player(m: Ram, odd: jax.Array, before: jax.Array) -> Box:
-    dissolved = among(m.stack, LIFE_LOST)
     thrown = among(m.stack, THROWN_BACK)
+    thrown = thrown | (m.dies == 1) & (m.shot_flies == 0) & (m.contact_x == m.x + 12)
     x = jnp.where(odd == 1, before, m.x + jnp.where(thrown, 7, 0))
-    look = jnp.where(dissolved, LAST_PICTURE, m.look)
+    look = jnp.where(among(m.stack, LIFE_LOST), LAST_PICTURE, m.look)
     mirrored = m.heading & 8 == 0
     return YARS.box(look, x, m.y + 3, mirrored=mirrored, orientation=8 - m.heading & 15)
 
@@ -199,11 +204,17 @@ def _shot(m: Ram, odd: jax.Array, zone_clock: jax.Array, before: jax.Array) -> B
     return box(x, y + late, 1, 2, there & ~new & (m.dies == 0), orientation=8 - m.shot_heading & 15)
 
 
-def _enemy(m: Ram, odd: jax.Array) -> Box:
-    """The Qotile or the swirl, which rests when its pictures begin again."""
+def _enemy(m: Ram, odd: jax.Array, clock: jax.Array) -> Box:
+    """The Qotile or the swirl, which rests when its pictures begin again.
+
+    It starts when the clock is at 0 or 128. A swirl that is further than it could be is fast.
+    """
     rests = (m.flies == 0) | (m.enemy_x == HOME_X) | (m.dies == 1)
     rests = rests | (m.enemy_look == FIRST_SWIRL) & (odd == 0)
-    step = jnp.where(rests, 0, pick(m.enemy_heading, DX))
+    slow = pick(m.enemy_heading, DX)
+    fast = (m.variation > 1) & (m.trenches == 0) & (HOME_X - m.enemy_x > (clock & 127) * -slow)
+    step = jnp.where(fast, pick(m.enemy_heading, FAST_DX), slow)
+    step = jnp.where(rests, 0, step)
     return ENEMIES.box(m.enemy_look, m.enemy_x - step, m.enemy_y + 3)
 
 
@@ -251,29 +262,19 @@ def _turned_back(shield: jax.Array) -> jax.Array:
 facing = functools.partial(Category, attributes=("orientation",))
 between = functools.partial(display, blinks=True)  # shown between two rounds
 
-PLAYER = Blobs(YAR, gap=(3, 3), min_size=(4, 8), max_size=(10, 18))
+# The Qotile is 18 rows high and has the Yar's colour now and then.
+PLAYER = Blobs(YAR, gap=(3, 3), min_size=(4, 8), max_size=(10, 17))
+PLAYER = Blobs(YAR, gap=(3, 3), min_size=(2, 6), max_size=(2, 6), also=PLAYER)  # as it dissolves
 SHOT = Blobs(YAR, gap=(3, 3), max_size=(1, 2))
 ENEMY = Blobs(LIGHTS, (150, 0, 158, 195), min_size=(8, 17), max_size=(8, 18))
 SWIRL = Blobs(SWIRLS, gap=(1, 1), min_size=(6, 10), max_size=(8, 16))
 IN_ZONE = Blobs(tuple(c for c in LIGHTS if c & 8 and c not in (YAR, 0x5A)), ZONE, max_size=(4, 3))
-MISSILE = Blobs(
-    tuple(c for c in LIGHTS if c != YAR),
-    min_size=(3, 1),
-    max_size=(4, 3),
-    ignore=(ZONE,),
-    also=IN_ZONE,
-)
-CANNON = Blobs(
-    (*DIM, 0x5A),
-    (0, 0, 128, 195),
-    gap=(0, 4),
-    min_size=(3, 4),
-    max_size=(8, 8),
-    ignore=(ZONE,),
-)
-BLOCKS = Cells(
-    SHIELDS, CELLS_X, CELLS_Y, 4, 8, whole=False, exclude=("Enemy", "Enemy_Missile"), floats=True
-)
+OTHERS = tuple(c for c in LIGHTS if c != YAR)
+MISSILE = Blobs(OTHERS, min_size=(3, 1), max_size=(4, 3), ignore=(ZONE,), also=IN_ZONE)
+cannon = functools.partial(Blobs, gap=(0, 4), min_size=(3, 4), max_size=(8, 8), ignore=(ZONE,))
+CANNON = cannon((*DIM, 0x5A), (0, 0, 128, 195))
+cells = functools.partial(Cells, whole=False, exclude=("Enemy", "Enemy_Missile"), floats=True)
+BLOCKS = cells(SHIELDS, CELLS_X, CELLS_Y, 4, 8)
 STRIPES = Bounds(DIM, ZONE, min_size=(28, 150))
 POINTS = Bounds(YAR, (55, 48, 103, 55), value=Digits(FONT, SCORE_LEFTS, 48, required=True))
 LIVES = Bounds(YAR, (95, 74, 103, 81), value=Digits(FONT, (95,), 74, required=True))
