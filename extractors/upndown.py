@@ -15,12 +15,13 @@ by the player's last step but one (f275).
 
 Covered: round 1, lost lives, the end of the game, all modes and difficulties; the other rounds by
 the ROM's tables alone.
+The first frame of a start shows none of the cars.
 Not exact: the frame of a lost life, which still shows cars and flags, while the RAM is as at the
 new start (f224); those on which a car is hit, a flag is collected or a record begins anew,
 because the new state has overwritten the old one; all rows but the player's on some frames on
 which he speeds up or slows down, because the joystick is not kept; the column of a car that
 changes sides in a crossing.
-For VEM: cars that touch, parts of cars of a few rows, and flags in the road's colour.
+For VEM: cars that touch, some parts of cars of a few rows, and flags in the road's colour.
 Life shows at most four of the five in reserve.
 """
 
@@ -51,6 +52,8 @@ NEAR, ROWS, FAR = 4, 16, 255  # rows between sprites, of a picture, and where th
 SPACE, BOTTOM = 24, 0x98  # rows that a sprite out of the way needs, and where they end
 RIGHT = 142  # from this column on, the last row of a picture is cleared before it is drawn
 LAST_ROW = 0x9E  # beyond it a record begins anew
+START_ROWS = ROM.bytes(BANK + 0xA84, 3)  # `y` of the other cars
+MOST = 3  # columns that the player moves in a frame
 MIDDLE, CROSSING = 0x48, 0x47
 DYING, LIFE_TAKEN = 0x40, 0x20  # `pause` and `attract` on the frame of a lost life
 STARTING, IDLE = (0x3F, 0x40), 0x22  # likewise while a text replaces the score
@@ -102,6 +105,7 @@ class Ram(RamMap):
     speeds = byte(33, 34, 35)
     kind = byte(36)
     kinds = byte(37, 38, 39)
+    next_x = byte(40)  # of the player
     x = byte(41, 42, 43)
     y = byte(49, 50, 51)
     player_y = byte(56)
@@ -115,7 +119,7 @@ def decode(m: Ram) -> dict[str, Box]:
     scroll = jnp.where(m.pause == 0, _steps(m.speed, limit), 0)
     x, y = _before(m, scroll)
     kinds = jnp.concatenate([m.kind[None], m.kinds])
-    objects = _objects(m, kinds, x, y, scroll)
+    objects = _objects(m, kinds, x, y, scroll).where(~_starts(m))
     others, kind = objects[1:], m.kinds
     score = jnp.where(((m.counter & 63) == 0) & (m.pause == 0), m.score - 10, m.score)
     icons = m.lives + jnp.where((m.pause == DYING) & (m.attract >> 1 == LIFE_TAKEN >> 1), 1, 0)
@@ -138,6 +142,12 @@ def decode(m: Ram) -> dict[str, Box]:
         ),
         "Life": box(16 + 8 * icon, 196, 4, 8, icon < icons),
     }
+
+
+def _starts(m: Ram) -> jax.Array:
+    """Whether a new start is not on the screen yet: the player's column is still the last one's."""
+    ready = jnp.all(jnp.abs(m.y - START_ROWS) <= 1)
+    return ready & (jnp.abs(m.player_x - m.next_x) > MOST)
 
 
 def _steps(speed: jax.Array, limit: jax.Array) -> jax.Array:
@@ -244,11 +254,22 @@ def _objects(m: Ram, kind: jax.Array, x: jax.Array, y: jax.Array, scroll: jax.Ar
 
 blobs = functools.partial(Blobs, region=VIEW)
 own = functools.partial(blobs, (BLACK, GREY))
-PLAYER_RULE = own(min_size=(14, 5), max_size=(16, 5), area=(57, 99))
-PLAYER_RULE = own(min_size=(14, 6), max_size=(16, 8), area=(84, 150), also=PLAYER_RULE)
-PLAYER_RULE = own(min_size=(14, 9), max_size=(16, 11), area=(118, 200), also=PLAYER_RULE)
-PLAYER_RULE = own(min_size=(14, 12), max_size=(16, 13), area=(134, 230), also=PLAYER_RULE)
-PLAYER_RULE = own(min_size=(14, 14), max_size=(16, 16), area=(165, 256), also=PLAYER_RULE)
+PLAYER_AREAS = (  # width, heights and pixels of parts of the player's car that no other car has
+    (14, 5, 5, 52, 60),
+    (14, 6, 6, 58, 64),
+    (14, 7, 7, 64, 67),
+    (16, 5, 7, 70, 112),
+    (16, 8, 9, 100, 126),
+    (16, 9, 9, 91, 93),
+    (16, 10, 10, 104, 109),
+    (16, 10, 11, 130, 150),
+    (16, 12, 12, 132, 160),
+    (16, 13, 13, 150, 180),
+    (16, 14, 16, 165, 256),
+)
+PLAYER_RULE = own(min_size=(14, 4), max_size=(14, 4), area=(38, 40))
+for w, low, high, least, most in PLAYER_AREAS:
+    PLAYER_RULE = own(min_size=(w, low), max_size=(w, high), area=(least, most), also=PLAYER_RULE)
 car = functools.partial(blobs, (BLACK, *CAR_COLORS))
 CARS = car(min_size=(10, 4), max_size=(16, 6), area=(36, 96))
 CARS = car(min_size=(10, 7), max_size=(16, 9), area=(70, 256), also=CARS)
