@@ -163,7 +163,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _before(m: Ram) -> jax.Array:
-    """The Yar's column before its last move, where a waiting shot is. At the edge it did not move."""
+    """The Yar's column before its last move: that of a waiting shot; at an edge it did not move."""
     step = jnp.where(m.moving > 0, pick(m.heading, DX), 0)
     stays = (m.x + step < 5) | (m.x + step > 0x97)
     waits = (m.shot_flies == 0) & ~among(m.stack, SHOT_HIT) & (jnp.abs(m.shot_x - 4 - m.x) <= 4)
