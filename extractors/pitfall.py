@@ -218,7 +218,9 @@ STAIR = Bounds(EARTH, (78, 136, 82, 178), min_size=(4, 20))
 PITS = Bounds(BLACK, ((48, 122, 60, 128), (100, 122, 112, 128)))
 SLIME = Blobs(BLACK, (48, 118, 112, 132), gap=(8, 0), min_size=(30, 3), max_size=(64, 10))
 rope = functools.partial(Blobs, BROWN, (44, 65, 116, 117), max_run=44, gap=(4, 25))
-ROPE = rope(min_size=(6, 20), max_size=(33, 41), also=rope(min_size=(1, 41), max_size=(10, 42)))
+BESIDE = rope(gap=(0, 0), min_size=(3, 16), max_size=(8, 40), area=(16, 44))  # a trunk: its lines
+ROPE = rope(min_size=(1, 41), max_size=(10, 42), also=BESIDE)
+ROPE = rope(min_size=(6, 20), max_size=(33, 41), also=ROPE)
 CLOCK = Digits(FONT, (29, 37, 53, 61), 22, weights=(600, 60, 10, 1))
 POINTS = Digits(FONT, range(21, 69, 8), 9, base=-START)
 hole = functools.partial(Category, rgb=(0, 0, 0), blinks=True)  # background, so never drawn
