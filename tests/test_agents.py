@@ -90,6 +90,11 @@ def learner():
     return network, update, ppo.init(network, fast, 4, 0)
 
 
+def test_rewards_are_compressed():
+    got = ppo.compressed(jnp.asarray([-10_000, -7, 0, 1, 7], jnp.float32))
+    assert np.allclose(got, [-np.log(10_001), -np.log(8), 0, np.log(2), np.log(8)])
+
+
 def test_updates_prefer_what_is_rewarded(learner):
     network, update, state = learner
     rng, fixed = np.random.default_rng(0), statistics.initial_moments((4,))
