@@ -2,9 +2,9 @@
 
     python benchmarks/transfer.py CHECKOUT [GAME] [--frames 10000000] [--games 10] [--seed 0]
 
-CHECKOUT is a checkout of JAXAtari; needs its packages (flax, chex, gymnax and Pillow) and the extra `rl`. GAME is Freeway (the default)
-or Pong. The policy sees JAXAtari's stacked object observations: the present ones, and their change since the step before. JAXAtari's
-wrappers, with their default settings, stand between the policy and both games. Training is PPO with the hyperparameters of `ocjax train`.
+CHECKOUT is a checkout of JAXAtari. The script needs JAXAtari's packages (flax, chex, gymnax and Pillow) and the extra `rl`. GAME is Freeway
+(the default) or Pong. The policy sees the latest object observation and its change since the previous step, through JAXAtari's wrappers
+with their default settings, except that rewards are not clipped. Training uses PPO with the default hyperparameters of `ocjax train`.
 """
 
 import argparse

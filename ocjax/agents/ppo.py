@@ -144,8 +144,8 @@ def advantages(reward: jax.Array, value: jax.Array, terminated: jax.Array, ended
 def compressed(reward: jax.Array) -> jax.Array:
     """sign(r) log(1 + |r|) (Hester et al., 2018), float32.
 
-    Rewards of one game can differ by orders of magnitude. In Skiing, each step costs 7 points, and the last one up to 10,000 for missed
-    gates: with a discount factor of 0.99, an agent with these rewards learns to put off the end of the game.
+    Rewards of one game can differ by orders of magnitude. In Skiing, each step gives -7 points, and the last one down to -10,000 for missed
+    gates: with these rewards and a discount factor of 0.99, an agent learns to delay the end of the game.
     """
     return jnp.sign(reward) * jnp.log1p(jnp.abs(reward))
 
