@@ -90,12 +90,13 @@ def test_every_instance_plays_equally_many_games(policy, tmp_path, monkeypatch):
     monkeypatch.setattr("ocjax.agents.playing.MOST_ENVS", 2)
     path = tmp_path / "policy.npz"
     policy.write(path)
-    played, again, other = (play(ocjax.load("Pong"), str(path), 3, seed=seed) for seed in (0, 0, 1))
+    played, again = (play(ocjax.load("Pong"), str(path), 3, seed=0) for _ in range(2))
+    other = play(ocjax.load("Pong"), str(path), 2, seed=1)
     assert len(played.returns) == len(played.frames) == 3
     assert (np.abs(played.returns) <= 21).all()
     assert (played.frames > 2_000).all()
     assert np.array_equal(played.frames, again.frames)
-    assert not np.array_equal(played.frames, other.frames)
+    assert not np.array_equal(other.frames, played.frames[:2])
     assert played.settings == policy.settings
 
 

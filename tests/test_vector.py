@@ -441,15 +441,16 @@ def test_wrong_options_are_refused():
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="needs the memory of a process from Linux's /proc")
 def test_many_steps_do_not_leak(request):
     """Memory does not grow, and neither a process nor shared memory remains."""
-    calls = request.config.getoption("--soak") // 256
+    num_envs = 64
+    calls = request.config.getoption("--soak") // num_envs
     shared = set(Path("/dev/shm").iterdir())
-    envs = ocjax.make_vec("Pong", 256, frame_skip=1, num_workers=2, autoreset_mode="SameStep", max_episode_frames=400)
+    envs = ocjax.make_vec("Pong", num_envs, frame_skip=1, num_workers=2, autoreset_mode="SameStep", max_episode_frames=400)
     envs.reset(seed=0)
     pids = [w.process.pid for w in envs.pool._workers]
     sizes = {pid: [] for pid in (os.getpid(), *pids)}
     rng = np.random.default_rng(0)
     for t in range(1, calls + 1):
-        envs.step(rng.integers(6, size=256))
+        envs.step(rng.integers(6, size=num_envs))
         if t in (calls // 3, 2 * calls // 3, calls):
             for pid, size in sizes.items():
                 size.append(int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE"))

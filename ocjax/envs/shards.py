@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, Self
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from ocjax.envs.observations import Computed, Kind, Snapshot
@@ -25,7 +26,7 @@ FRAMES = ("screen", "gray", "pooled")  # pixel arrays that something is computed
 
 
 def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
-    """The function that extracts objects and computes observations, jit-compiled unless there is nothing to compute.
+    """The function that extracts objects and computes observations, jit-compiled where there is something to compute.
 
     Args:
         game: the game.
@@ -39,19 +40,22 @@ def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
     """
     computed_kinds = {name: kind for name, kind in kinds.items() if isinstance(kind, Computed)}
 
-    def observe(arrays: Mapping[str, Any], memory: dict[str, Any]) -> Observed:
-        objects = {}
-        if mode in ("rem", "both"):
-            objects["rem"] = game.rem(arrays["ram"])
-        if mode in ("vem", "both"):
-            objects["vem"] = game.vem(arrays["screen"])
-        snapshot = Snapshot(objects.get("rem"), objects.get("vem"), arrays.get("gray"), arrays.get("pooled"), arrays["started"])
+    def compute(arrays: Mapping[str, Any], vem: Objects | None, memory: dict[str, Any]) -> Observed:
+        rem = game.rem(arrays["ram"]) if mode in ("rem", "both") else None
+        snapshot = Snapshot(rem, vem, arrays.get("gray"), arrays.get("pooled"), arrays["started"])
         computed, new_memory = {}, dict(memory)
         for name, kind in computed_kinds.items():
             computed[name], new_memory[name] = kind.update(game, mode, snapshot, memory[name])
-        return Observed(computed, new_memory, objects)
+        return Observed(computed, new_memory, {name: o for name, o in (("rem", rem), ("vem", vem)) if o is not None})
 
-    return observe if mode == "raw" and not computed_kinds else jax.jit(observe)
+    compiled = jax.jit(compute) if computed_kinds or mode in ("rem", "both") else compute
+
+    def observe(arrays: Mapping[str, Any], memory: dict[str, Any]) -> Observed:
+        # VEM is compiled alone: with its own options, that takes half as long as within another program. A JAX array is not waited for.
+        vem = game.vem(jnp.asarray(arrays["screen"])) if mode in ("vem", "both") else None
+        return compiled({name: a for name, a in arrays.items() if name != "screen"}, vem, memory)
+
+    return observe
 
 
 @dataclass(frozen=True)
