@@ -49,6 +49,7 @@ HIT_TARGET, HIT_ROLLOVER, ALL_HIT = 0xC1, 0x64, 0x8D  # `sound` on the frame of 
 TARGET_LEFT, TARGET_RIGHT, MIDDLE = 0x48, 0x58, 0x40  # columns that tell what the ball has hit
 PLUNGED = 149, 132  # the ball in front of the plunger
 UNCHECKED = 4  # rows, modulo 16, at which the drawing does not look at the plunger
+PICTURE_ROWS, LATE_COLUMN = range(24, 168), 13  # where the ball changes late
 GONE, DEEP = 96, 97  # `ball_row` of a ball that was lost, and of one below the screen
 
 
@@ -157,9 +158,22 @@ def _ball(m: Ram) -> Box:
     across = (m.way & 0x80) > 0
     x = m.ball_x - jnp.where(across, step, 0)
     y = m.ball_y - jnp.where(across, 0, step) - 3
+    left = (y & 1 == 0) & (x <= LATE_COLUMN)
+    top = y + jnp.where(left & (x < LATE_COLUMN) & _late(y), 1, 0)
+    end = y + 4 + jnp.where(left & _late(y + 4), 1, 0)
     lost = (m.ball_x == PLUNGED[0]) & (m.ball_y == PLUNGED[1]) & (m.ball_row >= GONE)
-    x, y = jnp.where(lost, 79, x), jnp.where(lost, 189, y)
-    return box(x, y, 2, 4, ~lost | (m.ball_row < DEEP)).clip(0, 16, 160, 192)
+    x, y = jnp.where(lost, 79, x), jnp.where(lost, 189, top)
+    return box(x, y, 2, end - top, ~lost | (m.ball_row < DEEP)).clip(0, 16, 160, 192)
+
+
+def _late(y: jax.Array) -> jax.Array:
+    """Whether, at an even row, the ball changes only on the next row left of `LATE_COLUMN`.
+
+    The store at F352, which shows a ball of the line before, comes in the middle of the picture's
+    rows, but early at F3AD, on every fourth of the even ones.
+    """
+    row = y - PICTURE_ROWS.start & 31
+    return (y >= PICTURE_ROWS.start) & (y < PICTURE_ROWS.stop) & (row < 16) & (row & 7 < 6)
 
 
 def _flippers(m: Ram) -> Box:
