@@ -270,7 +270,7 @@ def _ground() -> tuple[Area, ...]:
 
 ships = functools.partial(Category, count=4)
 GORGON = Bounds(SHIP, LANES, exclude=("BanditBomber", "Projectile"))
-BOMBER = Blobs(SHIP, SKY, min_size=(9, 7), max_size=(9, 7))
+BOMBER = Blobs(SHIP, SKY, min_size=(9, 7), max_size=(9, 7), area=(18, 28))
 CANNONS = Bounds(CANNON, ((0, 124, 8, 132), (152, 112, 160, 120)))
 POWER = Bounds(GENERATORS, ((82, 124, 90, 132), (60, 137, 68, 145), (142, 137, 148, 145)))
 SHOTS = Blobs(SHOT, SKY, gap=(3, 2), max_size=(1, 2))
