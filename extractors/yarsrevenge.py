@@ -12,14 +12,13 @@ stack had last: the kernel that was drawn, or where the program was after it. f7
 before the frame is drawn, but HMOVE comes after it, so that columns are those before the last move.
 
 Covered: all modes and difficulties, both shields, the cannon, rounds without the zone.
-Not exact: the columns of a Yar that has just reached the edge while a shot flies, that the shield
-threw back while a shot flew, or that dies in motion (up to 4 off until it is gone; no byte tells);
+Not exact, up to 4 columns off: a Yar that has just reached the edge, that the shield threw back or
+that a missile hit in motion while a shot flew (its last move is in the byte that a shot uses, too);
 the column of a shot fired on the frame on which the one before left the screen (f8e8 keeps the old
 one's column for it, 3 of 100 shots); a fast swirl's in its first frames; shield blocks, missile and
 swirl on the frame of a hit; the swirl as it leaves the screen, when it is home in the RAM. VEM sees
 of what is behind the zone, and of missiles in front of it, only parts or nothing, a shot not while
-it touches the Yar (15 of 100 samples of shots), and the Qotile inside a shield that rotates only on
-frames on which the shield is not drawn.
+it touches the Yar, and the Qotile inside a shield that rotates only while that is not drawn.
 """
 
 import functools
@@ -28,6 +27,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.boxes import Box, box
+from ocjax.console import signed_nibble
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
 from ocjax.ops import among, lookup, pick, shared
@@ -43,16 +43,12 @@ SHIELD_DRAWN, ZONE_DRAWN, EXPLOSION_DRAWN, SCORE_DRAWN = 0xFF, 0x6B, 0xD5, 0x1B 
 WAITING = 6  # `status` between two rounds
 NEW_ROUND = 0x8A  # `stack` after the fire button has ended the display of the score
 THROWN_BACK = (0xD9, 0xE6, 0xEC)  # `stack` after the Yar has touched the shield
-LIFE_LOST = (0x9A, 0xA3)  # `stack` when the Yar has dissolved
-LAST_PICTURE = 0x59  # of a Yar that dissolves
+LIFE_LOST, LAST_PICTURE = (0x9A, 0xA3), 0x59  # `stack` when the Yar has dissolved; its `look`
 SHOT_HIT = (0x1D, 0x37, 0x3F, 0x47, 0x50)  # `stack` after a shot was compared with the shield
 FIRST_SWIRL, QOTILE = 0xC4, 0xDF  # `enemy_look`
 HIT, EXPLODES = 0xC0, 0x40  # `explosion` on the frame of a hit, and a bit of it
-HOME_X, LAUNCH_X = 0x96, 0x9A  # of the Qotile and its missile
-NO_CANNON = 0xF0  # `cannon_y`
-YAR = 0x7C
-SHIELDS = (0x32, 0x06, 0x74, 0x58)
-SWIRLS = (0x34, 0x86, 0xD8)
+HOME_X, LAUNCH_X, NO_CANNON = 0x96, 0x9A, 0xF0  # of the Qotile, its missile; `cannon_y`
+YAR, SWIRLS, SHIELDS = 0x7C, (0x34, 0x86, 0xD8), (0x32, 0x06, 0x74, 0x58)
 LIGHTS = tuple(hue | light for hue in range(0, 256, 16) for light in range(2, 16, 2))
 DIM = tuple(hue | light for hue in range(0, 256, 16) for light in (0, 2, 4, 6) if hue | light)
 ZONE = (52, 3, 80, 195)
@@ -60,7 +56,7 @@ ROWS, COLUMNS = np.arange(128) // 8, np.arange(128) % 8
 CELLS_X, CELLS_Y = (tuple(v.tolist()) for v in (128 + 4 * COLUMNS, 8 * ROWS))
 SCORE_LEFTS = range(55, 103, 8)
 
-MOVES = ROM.bytes(0xF25, 16)
+MOVES, YAR_MOVES = ROM.bytes(0xF25, 16), ROM.bytes(0xF25, 8, 2).tolist()
 DX, DY = (8 - (MOVES >> 4 ^ 8)).tolist(), ((MOVES & 15 ^ 8) - 8).tolist()
 """Pixels a step in each of 16 directions, from the south on, counterclockwise."""
 FAST_DX = (8 - (np.roll(ROM.bytes(0xFEA, 16), 8) >> 4 ^ 8)).tolist()
@@ -125,7 +121,7 @@ class Ram(RamMap):
     enemy_look = byte(44)
     missile_y = byte(46)
     missile_x = byte(47)
-    contact_x = byte(51)  # x + 12 of a Yar that the shield threw back, or another use
+    last_move = byte(51)  # of the Yar, for HMP1; x + 12 of one thrown back; or of a shot
     cannon_wide = bits(53, first=4)
     missile_flies = bits(53, first=7)
     missile_part = byte(54)  # 1 / 256 of a step
@@ -171,10 +167,14 @@ def _before(m: Ram) -> jax.Array:
 
 
 def _player(m: Ram, odd: jax.Array, before: jax.Array) -> Box:
+    """The Yar; where it was before its last move if a missile hit it, as f645 clears HMP1."""
     thrown = among(m.stack, THROWN_BACK)
-    thrown = thrown | (m.dies == 1) & (m.shot_flies == 0) & (m.contact_x == m.x + 12)
+    thrown = thrown | (m.dies == 1) & (m.shot_flies == 0) & (m.last_move == m.x + 12)
     x = jnp.where(odd == 1, before, m.x + jnp.where(thrown, 7, 0))
-    look = jnp.where(among(m.stack, LIFE_LOST), LAST_PICTURE, m.look)
+    gone = among(m.stack, LIFE_LOST)
+    halted = ((m.dies == 1) | gone) & (m.missile_flies == 0) & among(m.last_move, YAR_MOVES)
+    x = x + jnp.where(halted, signed_nibble(m.last_move >> 4), 0)
+    look = jnp.where(gone, LAST_PICTURE, m.look)
     mirrored = m.heading & 8 == 0
     return YARS.box(look, x, m.y + 3, mirrored=mirrored, orientation=8 - m.heading & 15)
 
