@@ -11,10 +11,10 @@ the last return address on the stack tells which of them the program has just mo
 without enemies takes a line less, an explosion one more.
 
 Covered: levels 1 to 24 (four kinds of enemies and of their shots), splits, explosions, deaths,
-overheating, game over. The gauge is not valid before a new game gives it a colour. Not in
-RAM: a shot on the frame on which it hits, the heat on the frame on which it changes (every 32nd),
-the mother ship's row on the frame on which its bay opens. VEM joins a shot to the side to the
-cannon while they touch.
+overheating, game over. The gauge is not valid before a new game gives it a colour. Not in RAM: a
+shot on the frame on which it hits; one that was fired before the heat changed (every 32nd frame)
+and is gone; the mother ship's row on the frame on which its bay opens. VEM joins a shot to the side
+to the cannon while they touch.
 """
 
 import jax
@@ -36,13 +36,11 @@ FONT = ROM.font(0xE00, rows=8)
 NO_ENEMY = (0xFD, 0xFF)  # pages of the empty picture, of explosions
 NO_CANNON, SMALL_CANNON = 0xFD, 0xFFE2  # page of the empty picture; pointer to a small one
 SHORT_BEAMS, TALL_BEAMS, FIREBALLS, LOW_FIREBALLS = range(4)  # levels, by the enemies' shots
-SIDE_SHOT = 88  # `side_shot` while it is drawn
-LEFTWARDS, RIGHTWARDS = 1, 2
+SIDE_SHOT, LEFTWARDS, RIGHTWARDS = 88, 1, 2  # `side_shot` while it is drawn; `side_way`
 # `last_call`: what the program did last of all after it had drawn the frame
 CANNON_LEFT, CANNON_RIGHT, FIRED_LEFT, FIRED_RIGHT = 0xF7BC, 0xF7A8, 0xF786, 0xF771
 LEFT_END, RIGHT_END, SIDE_STEP = 0x20, 0xB5, 3  # of a shot to the side, in steps
-HIT_SOUND = 29  # on the frame of a hit, which still shows the enemy whole
-BAY_SOUND_END = 23  # on the frame on which the bay closes, which still shows it
+HIT_SOUND, BAY_SOUND_END = 29, 23  # on the last frame that shows the enemy whole, the bay open
 
 ROW, RIGHT_HALF = np.arange(6) >> 1, (np.arange(6) & 1) == 1  # of the enemies' slots
 HALF_BIT = np.where(RIGHT_HALF, 1, 2)
@@ -53,7 +51,7 @@ ROW_HEIGHT, LOWEST_ROW = 25, 94
 ROW_COUNTS, ROW_LINES = 18, 8  # counts of a row of enemies; lines that draw it
 FIRST_COLUMN, ROW_COLUMN, CANNON_COLUMN = 5, 56, 26  # of a row, of its next lines, below
 LAST_BLOCK, CANNON_COUNT = 13, 106  # of eight counts; of the cannon's first line
-GROUND_TOP = 186
+COLD, HOT, SHOT_SOUND_END, GROUND_TOP = 2, 16, 15, 186
 
 WHITE, SCORE, LIFE, HEAT = 14, 40, 8, (198, 70)
 SHIP = (198, 38, 24, 146, 114, 214, 150, 148, 82, 86, 194, 196, WHITE)
@@ -72,8 +70,7 @@ class Ram(RamMap):
     rolls = bits(22, first=7)  # a fireball rolls along the ground
     side_shot = byte(24)
     side_way = bits(26, first=6, count=2)
-    heat_low = byte(28)  # a bit a unit
-    heat_high = byte(29)  # a bit a unit
+    heat = byte(28, 29)  # a bit a unit
     picture = byte((31, 30))  # of the cannon, a pointer
     enemy_x = byte(33, 36, 34, 37, 35, 38)  # x + 22 in the chip's coding, by slot
     missile_x = byte(39)  # x + 23 in the chip's coding
@@ -82,6 +79,7 @@ class Ram(RamMap):
     drawn_last = byte(47)  # page of the picture of the lowest enemy's right half
     is_split = bits(54, 55, 56, first=5)  # by row
     halves = bits(54, 55, 56, first=6, count=2)  # of the enemy in each row; 2 left, 1 right
+    shot_sound = byte(62)  # its next note
     sound = byte(63)
     rises = bits(66, first=7)  # the cannon's shot flies up
     missile_y = byte(67)  # lines
@@ -99,12 +97,12 @@ class Ram(RamMap):
     blast_halves = bits(106, first=6, count=2)  # 2 left, 1 right
     open_time = byte(107)
     beam_y = byte(110)  # lines
+    demo = bits(112, first=7)
     last_call = byte((127, 126))  # return address, below the end of the stack
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    heat = lax.population_count(m.heat_low) + lax.population_count(m.heat_high)
-    i3, cannon = np.arange(3), _cannon(m)
+    i3, cannon, heat = np.arange(3), _cannon(m), _heat(m)
     return {
         "Player": cannon,
         "MotherShip": _mother_ship(m),
@@ -153,22 +151,19 @@ def _enemies(m: Ram) -> Box:
     struck = hit & (m.blast_row == ROW) & (~is_split | struck_half)
     bursts = struck & ~just_hit
     left, top, width, height = _enemy_pictures(m, is_split, bursts)
-
     tops = _row_tops(m)
     y = jnp.repeat(jnp.where(_came_down(m), jnp.roll(tops, -1), tops), 2) + top
     there = (jnp.repeat(m.halves, 2) & HALF_BIT) > 0
     visible = (m.hides == 0) | bursts
-    own_box = is_split | ~RIGHT_HALF
-    too_new = (ROW == 2) & _new_enemy(m)
-    return box(left, y, width, height, (there | struck) & visible & own_box & ~too_new)
+    own_box = (is_split | ~RIGHT_HALF) & ~((ROW == 2) & _new_enemy(m))
+    return box(left, y, width, height, (there | struck) & visible & own_box)
 
 
 def _enemy_pictures(m: Ram, is_split: jax.Array, bursts: jax.Array) -> tuple[jax.Array, ...]:
     """Left, first row, width and height of what the enemies' two pictures show."""
     clock = m.frame - 1
     second, narrow_burst = (clock & 16) > 0, bursts & ((clock & 4) == 0)
-    late_kind = m.level >= FIREBALLS
-    narrow = narrow_burst | (~is_split & ~bursts & second & late_kind)
+    narrow = narrow_burst | (~is_split & ~bursts & second & (m.level >= FIREBALLS))
     inset = jnp.where(narrow, 2, 0)
     whole_kind = (m.level == SHORT_BEAMS) | (m.level == FIREBALLS)
     first_row_empty = is_split & ~bursts & ~second & ~whole_kind
@@ -200,7 +195,6 @@ def _row_tops(m: Ram) -> jax.Array:
     drawn = drawn | (just_hit & (m.blast_row == row))
     empty = jnp.where(drawn, 0, 1)
     fewer = jnp.stack([jnp.sum(empty), empty[1] + empty[2], empty[2]])
-
     # The explosion of a whole enemy takes a line more, from its own row down.
     longer = hit & ~jnp.any((m.is_split > 0) & (m.blast_row == row))
     longer = longer & (jnp.where(just_hit, m.blast_row - 1, m.blast_row) >= row)
@@ -228,8 +222,7 @@ def _missile(m: Ram, cannon: Box) -> Box:
     """The cannon's shot upwards."""
     block, x, tops = m.missile_y >> 3, packed_position(m.missile_x) - 23, _row_tops(m)
     top, bottom = (_line(m, 8 * (block + i), x, tops) for i in (0, 1))
-    base = cannon.x + 1  # of the cannon, which covers the last line
-    covered = (x >= base) & (x < base + 6)
+    covered = (x > cannon.x) & (x < cannon.x + 7)  # the last line, by the cannon
     bottom = jnp.where(block == LAST_BLOCK, GROUND_TOP - jnp.where(covered, 1, 0), bottom)
     there = (m.rises == 1) & (block > 0) & (block <= LAST_BLOCK)
     return box(x, top, 1, bottom - top, there)
@@ -267,7 +260,19 @@ def _enemy_shot(m: Ram) -> Box:
     return box(x, y, jnp.where(is_beam, 1, 8), height, there).clip(0, 125, 160, GROUND_TOP)
 
 
+def _heat(m: Ram) -> jax.Array:
+    """Units of heat on the screen, which rise or fall on every 32nd frame after it is drawn.
+
+    They rise if a shot was fired since the last time. It often still flies or sounds.
+    """
+    heat = jnp.sum(lax.population_count(m.heat))
+    fired = (m.rises == 1) | (m.side_way > 0) | (m.shot_sound < SHOT_SOUND_END) | (heat == HOT)
+    changed = ((m.frame & 31) == 1) & (heat > COLD) & (m.demo == 0)
+    return heat + jnp.where(changed, jnp.where(fired, -1, 1), 0)
+
+
 PLAYER = Blobs(CANNON, GROUND, min_size=(4, 7), max_size=(8, 8))
+CARRIER = Bounds(SHIP, (0, 12, 160, 45))
 ENEMY = Blobs(ENEMIES, ROWS, gap=(4, 0), min_size=(4, 6), max_size=(16, 8))
 MISSILE = Bounds(WHITE, (0, 45, 160, 186))
 SIDE = Bounds(CANNON, (0, 181, 160, 183), exclude=("Player",))
@@ -283,12 +288,7 @@ GAME = Game(
     decode=decode,
     categories=(
         Category("Player", PLAYER, doc="the cannon"),
-        Category(
-            "MotherShip",
-            Bounds(SHIP, (0, 12, 160, 45)),
-            rgb=(72, 160, 72),
-            doc="above, with its open bay",
-        ),
+        Category("MotherShip", CARRIER, rgb=(72, 160, 72), doc="above, with its open bay"),
         Category("Enemy", ENEMY, count=6, doc="row from the bottom * 2 + half"),
         Category("PlayerMissileVertical", MISSILE, doc="the cannon's shot up"),
         Category("PlayerMissileHorizontal", SIDE, doc="the cannon's shot to the side"),
