@@ -55,9 +55,8 @@ SAUCERS, OTHERS, SEVEN, SHOT = slice(0, 3), slice(3, 7), slice(0, 7), 7  # among
 SCRIPT_OPS, SCRIPT_PACES = ROM.bytes(0xD96, 216) & 7, ROM.bytes(0xE6E, 216)
 RISE, FALL = 2, 3
 
-HORIZON, NEAREST = 32, 210  # depths between which objects are on the beams
+HORIZON, NEAREST, GROUND = 32, 210, 164  # depths where objects are on the beams; row of line 0
 LINES = ROM.bytes(0x1EEF, 256) + 2  # by depth
-GROUND = 164  # the row of line 0
 SAUCER_GROWS, ENEMY_GROWS = (0x30, 0x50, 0x70, 0x90, 0xB8), (0x68, 0x90, 0xB0)  # at depths
 TORPEDO_GROWS = (0x4E, 0x80)
 # Tables of pages and low bytes. The top row is 2 bytes before that, seven more rows before it.
@@ -266,7 +265,8 @@ score = functools.partial(score_box, FONT, right=108, top=10, digits=6, leading_
 amount = functools.partial(score_box, NARROW_FONT, right=31, top=32, digits=2)
 SHIP_COLORS = (*range(64, 112, 2), 86, YELLOW)
 SHIP = Blobs(SHIP_COLORS, (0, 164, 160, 180), gap=(4, 2), min_size=(9, 9), max_size=(15, 16))
-DISKS = Blobs((8, 14), (0, 43, 160, 164), max_size=(8, 6))
+DISKS = Blobs((8, 14), (0, 43, 160, 164), max_size=(3, 1), split=(1, 1))  # dots, side by side
+DISKS = Blobs((8, 14), (0, 43, 160, 164), min_size=(1, 2), max_size=(8, 6), also=DISKS)
 EXPLOSIONS = Blobs((26, 24, 22, 14), FIELD, min_size=(7, 7), max_size=(8, 8), area=(17, 25))
 ENDS = Blobs((38, 86), FIELD, gap=(2, 1), min_size=(7, 5), max_size=(8, 5))
 PASSING = Blobs((140, 66, 68, 218, 58), (0, 37, 160, 44), min_size=(8, 4), max_size=(16, 7))
