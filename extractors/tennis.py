@@ -11,7 +11,8 @@ moves before the frame is drawn, so that the RAM has what is on the screen.
 
 Covered: all modes and difficulties, both ends, the end of the game. The ball is valid while it is
 on the screen; the net hides it, as do the edges. VEM does not see the part of the ball or of its
-shadow that a player covers, and not the ball beside the white lines; it does not read the scores.
+shadow that a player covers, and not the ball beside the white lines; it takes the short end of a
+side line at a player's head or racket for a part of him; it does not read the scores.
 """
 
 import functools
@@ -119,8 +120,8 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        sportsman("Player", player(PINK, max_line=12), doc="the pink player"),
-        sportsman("Enemy", player(BLUE, max_line=12), doc="the blue player"),
+        sportsman("Player", player(PINK, max_line=7), doc="the pink player"),
+        sportsman("Enemy", player(BLUE, max_line=7), doc="the blue player"),
         Category("Ball", BALL, doc="the ball"),
         Category("BallShadow", Bounds(SHADE, FIELD), doc="its shadow"),
         display("PlayerScore", Bounds(PINK, (40, 5, 56, 12)), doc="of the pink player"),
