@@ -224,7 +224,9 @@ def _slots_of(rule: Rule) -> int | None:
     """The number of slots that a rule implies, if any."""
     if isinstance(rule, Bounds):
         return None if rule.each else len(rule.slots)
-    return len(rule.x) if isinstance(rule, Cells) else rule.slots if isinstance(rule, Runs) else None
+    if isinstance(rule, Runs):
+        return None if rule.packed else rule.slots
+    return len(rule.x) if isinstance(rule, Cells) else None
 
 
 def _validate_category(game: Game, c: Category) -> None:

@@ -61,7 +61,7 @@ class Bounds:
     Args:
         colors: for all regions, or a tuple with one entry per region.
         regions: one region, or several.
-        min_size: minimum (width, height) of an object; smaller boxes are not valid.
+        min_size: minimum (width, height) of an object, or one for each region; smaller boxes are not valid.
         value: how the value is read: a `Gauge`, or `Digits` (one for each region where there are several). The value is 0 without it.
         inverse: the colours are the background's; pixels of all other colours count.
         ignore: areas of the screen whose pixels do not count.
@@ -72,7 +72,7 @@ class Bounds:
 
     colors: Colors | tuple[Colors, ...]
     regions: Area | tuple[Area, ...]
-    min_size: tuple[int, int] = (1, 1)
+    min_size: tuple[int, int] | tuple[tuple[int, int], ...] = (1, 1)
     value: Gauge | Digits | tuple[Digits, ...] | None = None
     inverse: bool = False
     ignore: tuple[Area, ...] = ()
@@ -86,6 +86,8 @@ class Bounds:
             _check_area(area)
         if self.digits and len(self.digits) != len(self.slots):
             raise ValueError(f"digits for {len(self.digits)} regions, but {len(self.slots)} regions")
+        if (sizes := len(np.atleast_2d(self.min_size))) not in (1, len(self.slots)):
+            raise ValueError(f"min_size for {sizes} regions, but {len(self.slots)} regions")
 
     @property
     def digits(self) -> tuple[Digits, ...]:
@@ -252,7 +254,7 @@ class Runs:
     """Walls and floors of known height, by the horizontal runs of pixels in one of their rows.
 
     A run belongs to the first region in whose top row it begins and whose widths allow it. Its box reaches down to the bottom of that
-    region. Each row has `most` slots, from the left.
+    region. Each row has `most` slots, from the left, unless the objects are `packed`.
 
     Args:
         colors: of each region. Pixels of different colours of a region make one run.
@@ -261,6 +263,9 @@ class Runs:
         most: runs that are looked at in each row.
         margins: columns on the left, rows above, and columns on the right by which the boxes of each region are larger than the runs, for
             objects of known shape that the row crosses at their tip; none by default.
+        gap: pieces of a run that are at most so many blank pixels apart are one run, such as a floor behind a figure.
+        columns: left and right edge of what is looked at; pixels outside do not count.
+        packed: whether the objects of all rows take the first slots of the category, whose number is free then.
     """
 
     colors: tuple[tuple[int, ...], ...]
@@ -268,6 +273,9 @@ class Runs:
     widths: tuple[tuple[int, int], ...]
     most: int
     margins: tuple[tuple[int, int, int], ...] = ()
+    gap: int = 0
+    columns: tuple[int, int] = (0, WIDTH)
+    packed: bool = False
 
     @property
     def palette(self) -> tuple[int, ...]:
@@ -299,6 +307,9 @@ class Runs:
             raise ValueError(f"{len(self.regions)} regions need as many margins, got {len(self.margins)}")
         if self.most < 1:
             raise ValueError(f"most must be at least 1, got {self.most}")
+        if not 0 <= self.gap < 32:
+            raise ValueError(f"gap must be 0 to 31 pixels, got {self.gap}")
+        _check_area((self.columns[0], 0, self.columns[1], 1))
 
 
 Rule = Bounds | Blobs | Cells | Runs

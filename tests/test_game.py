@@ -135,6 +135,9 @@ def test_wrong_games(change, message):
         (lambda: Runs(((14,),), ((0, 0, 9, 9),), (), 2), "as many colors and widths"),
         (lambda: Runs(((14,),), ((0, 0, 9, 9),), ((1, 9),), 0), "most must"),
         (lambda: Runs(((14,),), ((0, 0, 9, 9),), ((1, 9),), 1, ((0, 0, 0),) * 2), "as many margins"),
+        (lambda: Runs(((14,),), ((0, 0, 9, 9),), ((1, 9),), 1, gap=32), "gap must"),
+        (lambda: Runs(((14,),), ((0, 0, 9, 9),), ((1, 9),), 1, columns=(9, 161)), "a region is"),
+        (lambda: Bounds(14, ((0, 0, 9, 9),) * 3, ((1, 1),) * 2), "min_size for 2 regions"),
         (lambda: Cells(14, (159,), (1,), 2, 2), "on the screen"),
     ],
 )
@@ -237,6 +240,34 @@ def test_walls_of_known_height():
     seen = game.vem(frame)
     assert seen.xywh[:6].tolist() == [[0, 20, 40, 40], [0] * 4, [100, 20, 4, 60], [31, 60, 2, 20], [120, 60, 40, 20], [0] * 4]
     assert not game.vem(np.zeros_like(frame)).valid.any()
+
+
+def test_floors_behind_figures_and_between_walls():
+    floors = Runs(((14,),) * 2, ((0, 20, 160, 24), (0, 30, 160, 34)), ((12, 160),) * 2, most=3, gap=3, columns=(8, 152), packed=True)
+    game = dataclasses.replace(
+        GAME, categories=(Category("A", floors, count=3), *CATEGORIES[1:]), decode=lambda m: decode(m) | {"A": box(jnp.arange(3), 10, 4, 4)}
+    )
+    frame = np.zeros((210, 160), np.uint8)
+    frame[20:24] = frame[30:34, 20:40] = frame[30:34, 50:70] = 14
+    frame[20:24, 30:33] = 20  # a figure in front of a floor, across the edge of a word
+    frame[20:24, 60:64] = frame[20:24, 140:150] = 0  # gaps between floors; what follows the second one is too short
+    seen, overflow = game.vem_overflow(frame[None])
+    assert seen.xywh[0, :3].tolist() == [[8, 20, 52, 4], [64, 20, 76, 4], [20, 30, 20, 4]]
+    assert overflow[0].tolist() == [1, 0, 0]
+    frame[20:24] = 0
+    assert game.vem(frame).xywh[:3].tolist() == [[20, 30, 20, 4], [50, 30, 20, 4], [0] * 4]
+
+
+def test_each_region_has_its_least_size():
+    regions = ((0, 20, 20, 60), (20, 20, 40, 60))
+    game = dataclasses.replace(
+        GAME,
+        categories=(Category("A", Bounds(14, regions, ((4, 8), (4, 4))), count=2), *CATEGORIES[1:]),
+        decode=lambda m: decode(m) | {"A": box(jnp.arange(2), 10, 4, 4)},
+    )
+    frame = np.zeros((210, 160), np.uint8)
+    frame[30:34, 10:30] = 14
+    assert game.vem(frame).valid[:2].tolist() == [False, True]
 
 
 def test_objects_of_known_shape_by_their_tips():

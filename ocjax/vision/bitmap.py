@@ -179,6 +179,12 @@ def any_within(bitmap: Bitmap, width: int, height: int) -> Bitmap:
     return _over(_over(bitmap, width, shift_right, jnp.bitwise_or), height, shift_down, jnp.bitwise_or)
 
 
+def bridged(bitmap: Bitmap, gap: int) -> Bitmap:
+    """The pixels, and those of gaps of at most so many blank pixels between them in a row."""
+    wide = _over(_pad(bitmap, (0, 1)), gap + 1, shift_right, jnp.bitwise_or)
+    return bitmap | _over(wide, gap + 1, shift_left, jnp.bitwise_and)[:-1]
+
+
 def short_runs(bitmap: Bitmap, most: int, *, across: bool = False) -> Bitmap:
     """The pixels of vertical (or horizontal, `across`) runs of at most `most` pixels."""
     there, back = (shift_left, shift_right) if across else (shift_up, shift_down)

@@ -36,7 +36,8 @@ def detect_bounds(rules: Sequence[Bounds], masks: Sequence[Sequence[Bitmap]]) ->
 def _with_value(rule: Bounds, masks: Sequence[Bitmap], boxes: tuple[jax.Array, ...]) -> Detected:
     """The objects in the boxes of one rule, with the values that they show."""
     x, y, w, h = boxes
-    valid = (w >= rule.min_size[0]) & (h >= rule.min_size[1])
+    least = np.atleast_2d(rule.min_size)
+    valid = (w >= least[:, :1]) & (h >= least[:, 1:])
     if isinstance(rule.value, Gauge):
         length = h if rule.value.vertical else w
         value = rule.value.base + jnp.floor_divide(length - rule.value.start, rule.value.unit)

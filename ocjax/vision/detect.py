@@ -129,6 +129,8 @@ def detect(categories: tuple[Category, ...], frames: jax.Array, shades: Shades |
     runs = {c.name: c.rule for c in categories if isinstance(c.rule, Runs)}
     of_rows = [[batch.mask(colors) for _, colors in rule.rows] for rule in runs.values()]
     batch.found |= dict(zip(runs, detect_runs(tuple(runs.values()), of_rows), strict=True))
+    packed = [c for c in categories if isinstance(c.rule, Runs) and c.rule.packed]
+    batch.found |= {c.name: _packed(batch.found[c.name], c.count) for c in packed}
     _read_colors(batch, categories)
     return [_with_needed(batch.found, c) for c in categories]
 
@@ -148,6 +150,15 @@ def _cut(rows: Detected, width: int, count: int) -> Detected:
     total = jnp.sum(parts, axis=0)
     valid = rank[:, 0] < total[None]
     return Detected(x, of_row(rows.y), w, of_row(rows.h), valid, overflow=jnp.maximum(total - count, 0))
+
+
+def _packed(found: Detected, count: int) -> Detected:
+    """The first `count` of some objects, in the first slots."""
+    one = found.valid.astype(jnp.int32)
+    before = jnp.cumsum(one, axis=0) - one
+    here = found.valid[None] & (before[None] == jnp.arange(count, dtype=jnp.int32)[:, None, None])
+    x, y, w, h = (jnp.sum(jnp.where(here, field[None], 0), axis=1) for field in found[:4])
+    return Detected(x, y, w, h, w > 0, overflow=jnp.maximum(jnp.sum(one, axis=0) - count, 0))
 
 
 def _cut_off(upper: Detected, lower: Detected) -> Detected:

@@ -33,8 +33,8 @@ def detect_runs(rules: Sequence[Runs], masks: Sequence[Sequence[Bitmap]]) -> lis
     """
     if not rules:
         return []
-    rows = [mask[:, top : top + 1] for rule, own in zip(rules, masks, strict=True) for (top, _), mask in zip(rule.rows, own, strict=True)]
-    runs = lax.scan(_next_run, jnp.concatenate(rows, axis=1), length=max(rule.most for rule in rules))[1]
+    rows = jnp.concatenate([_rows(rule, own) for rule, own in zip(rules, masks, strict=True)], axis=1)
+    runs = lax.scan(_next_run, rows, length=max(rule.most for rule in rules))[1]
     x, end = (jnp.moveaxis(v, 0, 1) for v in runs)  # [rows, most, B]
     edges = materialize(functools.partial(_boxes, _regions(rules)), x, end)
     ends = np.cumsum([len(rule.rows) for rule in rules]).tolist()
@@ -43,6 +43,13 @@ def detect_runs(rules: Sequence[Runs], masks: Sequence[Sequence[Bitmap]]) -> lis
         left, top, right, bottom = (v[stop - len(rule.rows) : stop, : rule.most].reshape(rule.slots, -1) for v in edges)
         out.append(Detected(left, top, right - left, bottom - top, bottom > 0))
     return out
+
+
+def _rows(rule: Runs, masks: Sequence[Bitmap]) -> Bitmap:
+    """The rows that a rule looks at, between its columns, with the gaps bridged that it allows."""
+    left, right = rule.columns
+    rows = jnp.concatenate([bm.cut(mask, (left, top, right, top + 1)) for (top, _), mask in zip(rule.rows, masks, strict=True)], axis=1)
+    return bm.bridged(rows, rule.gap) if rule.gap else rows
 
 
 def _next_run(words: jax.Array, _: None) -> tuple[jax.Array, tuple[jax.Array, jax.Array]]:
