@@ -12,19 +12,20 @@ Covered: modes 0 and 1, deaths, the end of the game, and all three levels with t
 them. Random play shows the first one; the others were reached by writing RAM.
 Not in RAM: whether the player has just stepped or steered a jump to the side, and whether a jump,
 a crouch or a climb has just ended, for the joystick is nowhere noted. New points show a frame late.
-VEM takes a step of the second level and one of the third for ladders of other levels.
+Of three or four monkeys one above the other, each is drawn on every third or fourth frame. VEM does
+not see the wood in the frames in which it flashes black.
 """
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, Number, box
+from ocjax.boxes import Box, box
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
 from ocjax.ops import lookup
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, display
+from ocjax.rules import Blobs, Bounds, Category, Runs, display
 
 ROM = Rom("kangaroo", "4326edb70ff20d0ee5ba58fa5cb09d60")
 BANK = 0x1000  # offset of the second bank
@@ -68,11 +69,11 @@ def _runs(level: int, row: int) -> list[tuple[int, int]]:
     return [(16 + 4 * a, 4 * (b - a)) for a, b in zip(starts.tolist(), ends.tolist(), strict=True)]
 
 
-def _platforms(level: int) -> list[tuple[int, ...]]:
-    """Boxes of a level's floors and steps, and empty ones up to the largest number of any level."""
-    runs = [(x, 4 + ROW * row, w, 4) for row in range(ROWS) for x, w in _runs(level, row)]
-    wide = [run for run in runs if run[2] > RUNG]
-    return wide + [(0, 0, 0, 0)] * (MOST_PLATFORMS - len(wide))
+def _platforms(level: int) -> list[int]:
+    """A level's floors and steps: left edges, widths and tops above them; 0 for those it lacks."""
+    rows = ((4 + ROW * row, run) for row in range(ROWS) for run in _runs(level, row))
+    wide = [x | w << 8 | y << 16 for y, (x, w) in rows if w > RUNG]
+    return wide + [0] * (MOST_PLATFORMS - len(wide))
 
 
 def _ladders(level: int) -> list[tuple[int, ...]]:
@@ -117,6 +118,7 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
+    platforms, (x, y, w, h) = _level(m, PLATFORMS), LADDERS.T
     boxes = {
         "Player": _player(m),
         "Child": _child(m),
@@ -125,8 +127,8 @@ def decode(m: Ram) -> dict[str, Box]:
         "ThrownCoconut": _thrown(m),
         "Bell": _prize(m, 0, 1, m.bell[None])[0],
         "Fruit": _prize(m, 1, 4, m.fruits),
-        "Platform": _boxes(_level(m, PLATFORMS)),
-        "Ladder": _boxes(LADDERS, m.level == LADDER_LEVEL),
+        "Platform": box(platforms & 255, platforms >> 16, platforms >> 8 & 255, 4),
+        "Ladder": box(x, y, w, h, m.level == LADDER_LEVEL),
         "Score": _score(m),
         "Lives": box(16, 183, 8 * m.lives - 4, 7, m.lives > 0, value=m.lives + 1),
         "Time": _time(m),
@@ -138,11 +140,6 @@ def _level(m: Ram, table: np.ndarray) -> jax.Array:
     """What a table by level has for this one."""
     chosen = (np.arange(LEVELS) == m.level).reshape(LEVELS, *[1] * (table.ndim - 1))
     return jnp.sum(jnp.where(chosen, table, 0), axis=0)
-
-
-def _boxes(table: jax.Array | np.ndarray, valid: Number = True) -> Box:
-    x, y, w, h = table.T
-    return box(x, y, w, h, valid)
 
 
 def _prize(m: Ram, first: int, last: int, state: jax.Array) -> Box:
@@ -255,7 +252,7 @@ def _time(m: Ram) -> Box:
 
 # The wood flashes at the end of the third level. A climbing player hides rungs of long ladders.
 WOODEN = tuple(c for c in range(1, 128) if c & 0xF4 == c != SKY)
-RUNG_COLORS = tuple((WOOD, FUR) if level == 0 else (WOOD,) for level in LADDER_LEVEL)
+RUNG_COLORS = tuple((*WOODEN, FUR) if level == 0 else WOODEN for level in LADDER_LEVEL)
 WOODEN_ROWS = tuple((16, y, 144, y + 4) for y in range(4, 180, ROW))  # never hold the coconut
 CROUCHING = Blobs(FUR, (0, 28, 160, 180), gap=(1, 1), min_size=(4, 5), max_size=(12, 16))
 BODY = Blobs(FUR, (0, 4, 160, 180), gap=(1, 1), min_size=(4, 17), max_size=(12, 24), also=CROUCHING)
@@ -264,12 +261,13 @@ APES = Blobs(MONKEY, (16, 4, 160, 180), gap=(1, 2), min_size=(4, 8), max_size=(8
 NUTS = Blobs(MONKEY, (16, 4, 160, 180), min_size=(2, 2), max_size=(2, 3))
 BALL = Bounds(WOOD, FIELD, ignore=WOODEN_ROWS)
 FRUITS = Blobs((STRAWBERRY, PINEAPPLE), FIELD, gap=(1, 1), min_size=(3, 5), max_size=(8, 12))
-FLOORS = Blobs(
-    WOODEN, (16, 28, 144, 176), gap=(7, 0), min_size=(12, 4), max_size=(128, 4), max_run=4
-)
+FLOORS_AT = tuple((16, y, 144, y + 4) for y in range(28, 176, ROW))
+SIZES = ((12, 128),) * len(FLOORS_AT)
+FLOORS = Runs((WOODEN,) * len(SIZES), FLOORS_AT, SIZES, 2, gap=7, columns=(16, 144), packed=True)
 PLACES = tuple((x, y, x + w, y + h) for x, y, w, h in LADDERS.tolist())
-STEPS = ((132, 44, 140, 48), (20, 92, 28, 96), (20, 108, 28, 112), (36, 124, 44, 128))
-RUNGS = Bounds(RUNG_COLORS, PLACES, min_size=(8, 4), ignore=STEPS)  # steps of the other levels
+# Less than the ladders, which figures cover, and more than what is there in other levels.
+HEIGHTS = tuple((RUNG, max(4, h - 4)) for h in LADDERS[:, 3].tolist())
+RUNGS = Bounds(RUNG_COLORS, PLACES, HEIGHTS)
 POINTS = Bounds(DIGITS, (97, 183, 145, 190), value=Digits(FONT, SCORE_LEFTS, SCORE_TOP))
 SECONDS = Bounds(DIGITS, (79, 191, 95, 196), value=Digits(CLOCK_FONT, CLOCK_LEFTS, CLOCK_TOP))
 

@@ -32,6 +32,7 @@ RARE = {
     "Berzerk": ("PlayerMissile", "EnemyMissile"),
     "Centipede": ("Flea", "Scorpion"),
     "Jamesbond": ("Explosion", "Submarine", "Torpedo"),
+    "Kangaroo": ("FallingCoconut", "Fruit", "Ladder", "Platform", "ThrownCoconut"),
     "Krull": ("Beast", "Line", "Star", "Wall", "Weapon"),
     "MontezumaRevenge": ("Amulet", "Beam", "Disappearing_Platform", "Ruby", "Snake", "Spider"),
     "Pacman": ("Vitamin",),
