@@ -136,6 +136,8 @@ class Blobs:
         max_across: if not 0, pixels of horizontal runs longer than this do not count. This finds upright objects in the colour of figures.
         max_line: if not 0, pixels of lines that are one pixel wide and lead down over more rows than this, upright or slanting, do not
             count. This finds objects that hang on lines of their colour.
+        pairs: if not 0, two pixels of a row with so many blank pixels between them, and no third one as far from them, do not count. This
+            finds a beam that touches one of two dots in a face.
         ignore: areas of the screen whose pixels do not count.
         exclude: categories of whole `Cells`; pixels of their objects do not count.
         also: another rule of the same colours, or of some of them; what it finds belongs to the category, too. This is for objects that
@@ -157,6 +159,7 @@ class Blobs:
     max_run: int = 0
     max_across: int = 0
     max_line: int = 0
+    pairs: int = 0
     ignore: tuple[Area, ...] = ()
     exclude: tuple[str, ...] = ()
     also: Blobs | None = None
@@ -194,9 +197,9 @@ class Blobs:
             raise ValueError("area needs max_size")
         if not set(self.first_colors) <= set(self.palette):
             raise ValueError(f"first must be among the colors {self.palette}, got {self.first}")
-        limits = {name: getattr(self, name) for name in ("max_run", "max_across", "max_line")}
-        if min(limits.values()) < 0 or self.max_across > 30:
-            raise ValueError(f"max_run and max_line must be numbers of pixels, and max_across one up to 30, got {limits}")
+        limits = {name: getattr(self, name) for name in ("max_run", "max_across", "max_line", "pairs")}
+        if min(limits.values()) < 0 or max(self.max_across, self.pairs) > 30:
+            raise ValueError(f"max_run and max_line must be numbers of pixels, and max_across and pairs up to 30, got {limits}")
         if self.split is not None and min(self.split) < 1:
             raise ValueError(f"split must be (width, height) of at least 1 pixel, got {self.split}")
         if self.also is not None and not set(self.also.palette) <= set(self.palette):

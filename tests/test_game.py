@@ -127,7 +127,8 @@ def test_wrong_games(change, message):
         (lambda: Blobs(14, area=(3, 5)), "area needs"),
         (lambda: Blobs(14, max_run=-1), "max_run and max_line must"),
         (lambda: Blobs(14, max_line=-1), "max_run and max_line must"),
-        (lambda: Blobs(14, max_across=31), "max_across one up to 30"),
+        (lambda: Blobs(14, max_across=31), "max_across and pairs up to 30"),
+        (lambda: Blobs(14, pairs=31), "max_across and pairs up to 30"),
         (lambda: Blobs((14, 16), first=18), "first must"),
         (lambda: Blobs(14, also=Blobs(16)), "also must"),
         (lambda: Bounds(((14,), (15,)), (0, 0, 9, 9)), "colors for 2 regions"),
@@ -224,6 +225,16 @@ def test_objects_of_two_shapes():
     seen = game.vem(frame)
     assert seen.xywh[:3].tolist() == [[100, 20, 1, 6], [36, 30, 4, 2], [0, 0, 0, 0]]
     assert (np.asarray(seen.rgb)[:2] == palette.NTSC[[16, 14]]).all()
+
+
+def test_a_beam_beside_two_dots():
+    categories = (Category("A", Blobs(14, min_size=(2, 1), pairs=1), count=3), *CATEGORIES[1:])
+    game = dataclasses.replace(GAME, categories=categories, decode=three)
+    frame = np.zeros((210, 160), np.uint8)
+    frame[20, 30:38] = frame[20, 28] = frame[20, 26] = 14  # the dots are as far from the beam as from each other
+    frame[40, 60:68] = frame[40, 68] = frame[40, 70] = 14  # one of the dots touches the beam, across the edge of a word
+    frame[60, 90:98] = frame[61, 91] = 14
+    assert game.vem(frame).xywh[:3].tolist() == [[30, 20, 8, 1], [60, 40, 8, 1], [90, 60, 8, 2]]
 
 
 def test_walls_of_known_height():

@@ -199,6 +199,14 @@ def without_lines(bitmap: Bitmap, most: int) -> Bitmap:
     return bitmap & ~lax.fori_loop(0, most, lambda _, line: line | (thin & spread(shift_down(line, 1))), long)
 
 
+def without_pairs(bitmap: Bitmap, gap: int) -> Bitmap:
+    """The pixels but those of pairs in a row with so many blank pixels between them, and no third pixel as far from one of them."""
+    between = _over(shift_left(bitmap, 1), gap, shift_left, jnp.bitwise_or)
+    left = bitmap & ~between & shift_left(bitmap, gap + 1)
+    left = left & ~shift_right(left, gap + 1) & ~shift_left(left, gap + 1)
+    return bitmap & ~(left | shift_right(left, gap + 1))
+
+
 def spread(bitmap: Bitmap, where: jax.Array | np.ndarray = ALL) -> Bitmap:
     """Each pixel, and those of its neighbours left and right that are in `where`, which broadcasts to the bitmap."""
     where = where.reshape((1,) * (bitmap.ndim - where.ndim) + where.shape)

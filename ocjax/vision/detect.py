@@ -79,7 +79,7 @@ class _Frames:
         return self._counted[key]
 
     def _count(self, rule: Bounds | Blobs, colors: tuple[int, ...]) -> Bitmap:
-        read_once = isinstance(rule, Blobs) and rule.gap == (0, 0) and not (rule.max_run or rule.max_across or rule.max_line)
+        read_once = isinstance(rule, Blobs) and rule.gap == (0, 0) and not (rule.max_run or rule.max_across or rule.max_line or rule.pairs)
         mask = self.mask(colors, materialize=not read_once)
         if isinstance(rule, Bounds) and rule.inverse:
             mask = ~mask
@@ -93,7 +93,9 @@ class _Frames:
             mask = bm.short_runs(mask, rule.max_run)
         if isinstance(rule, Blobs) and rule.max_across:
             mask = bm.short_runs(mask, rule.max_across, across=True)
-        return bm.without_lines(mask, rule.max_line) if isinstance(rule, Blobs) and rule.max_line else mask
+        if isinstance(rule, Blobs) and rule.max_line:
+            mask = bm.without_lines(mask, rule.max_line)
+        return bm.without_pairs(mask, rule.pairs) if isinstance(rule, Blobs) and rule.pairs else mask
 
 
 def _shade_bits(shades: Shades, frames: jax.Array) -> jax.Array:
@@ -207,7 +209,7 @@ def _of_equal_pixels(rules: Sequence[Blobs]) -> Iterable[list[Blobs]]:
     """Rules that differ only in what sizes they accept, together."""
     groups: dict[tuple[object, ...], list[Blobs]] = {}
     for r in rules:
-        runs = r.max_run, r.max_across, r.max_line
+        runs = r.max_run, r.max_across, r.max_line, r.pairs
         pixels = r.palette, r.region, r.connectivity, r.gap, r.split_by_color, runs, tuple(r.ignore), tuple(r.exclude)
         groups.setdefault(pixels, []).append(r)
     return groups.values()
