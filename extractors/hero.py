@@ -11,10 +11,10 @@ the player's legs and rotor, which `decode` takes back. Boxes are without what r
 
 Covered: all levels and most rooms (by writing RAM), all modes, the dark, in which walls are not
 valid, deaths, the end. Not in RAM: whether a beam that begins has just hit something (near a wall
-it is taken for that), and whether the player has just stepped, which moves the beam by a column.
-A beam of one column is not valid. VEM takes dots of the face that touch the beam for a part of it;
-it misses snakes in green rooms and in the dark, enemies that touch rock of their colour, the part
-of the player behind dynamite, PowerBar's value, and that of Score while Level is in its place.
+it is taken for that), where it was when the button was released or the player turned, at times if
+he has just stepped, which moves it by a column. A beam of one column is not valid. VEM misses
+snakes in green rooms and the dark, enemies that touch rock of their colour, what is behind
+dynamite, PowerBar's value, and that of Score while Level is in its place.
 """
 
 import functools
@@ -22,7 +22,6 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax import lax
 from ocjax.boxes import Box, box, choose
 from ocjax.console import EDGE_CUTS
 from ocjax.digits import Digits, score_box
@@ -72,13 +71,11 @@ def _room(room: int, side: int) -> list[int]:
 
 ROOMS = np.array([_room(room, side) for side in (1, 0) for room in range(256)]).ravel()
 
-
 # Low bytes of pictures and colours (black ones do not show): spider, bat, moth, snake, lamp.
 BEINGS = ((0x1A, 0x4D), (0x27, 0x4D), (0x02, 0x5A), (0x0E, 0x5A), (0x34, 0x33), (0x40, 0x33))
 BEINGS += ((0x4C, 0x33), (0x58, 0x33), (0x7F, 0x17), (0x92, 0x17), (0x64, 0x8E))
 SNAKES, LAMP, TENTACLES = (0x7F, 0x92), 0x64, (0xA6, 0xB2, 0xBE, 0xCA, 0xD6)
-KINDS = np.full(256, len(BEINGS))
-KINDS[[picture for picture, _ in BEINGS]] = np.arange(len(BEINGS))
+KINDS = [{p: i for i, (p, _) in enumerate(BEINGS)}.get(low, len(BEINGS)) for low in range(256)]
 BEING_ROWS = [ROM.rows(0xB00 + p, 13) * (ROM.rows(0xD00 + c, 13) > 1) for p, c in BEINGS]
 BEING_PICTURES = Pictures.of([b & cut for cut in EDGE_CUTS[::-1] for b in (*BEING_ROWS, NOTHING)])
 BOMBS, FIRES, MINERS, RAFT = (0x26, 0x33, 0x40), (0x4D, 0x58, 0x65), (0x71, 0x7E), 0x97
@@ -93,6 +90,7 @@ ROWS = [(np.arange(TALL) - cut) // TALL == 0 for cut in range(-TALL, TALL + 1)]
 PLAYERS = Pictures.of([pose * rows for pose in ROM.rows(POSES, TALL) for rows in ROWS])
 NOWHERE, GONE = 147, 50  # least x and the `being_y` of no object
 DEAD, HALF, GROUND = 0x96, 0x80, 0x80  # least `dying` of a hit, `hits` of half a wall, `walks`
+LOWEST, HIGHEST, NEITHER = ROM.bytes(0x9E9, 3), ROM.bytes(0x9EC, 3), 3  # `y` of parts; `stick`
 REACH, MIRRORED = 16, 0x18  # columns that a beam flies; x of the miner in a mirrored room
 NO_LEVELS, BLANK, SCORES = 4, 0xAA, 0x14  # `mode`, first byte of `score`, from this `over` on
 
@@ -126,6 +124,7 @@ class Ram(RamMap):
     being = byte(77, 76, 75)  # low byte of the picture's address
     low = byte(88, 89, 90)  # likewise
     flash = byte(97)
+    contact = byte(98, 99, 100)  # of the player in each part; bits: with rock, the wall
     flight, step = byte(103), byte(104)  # pictures of the rotor and the legs, count down
     saved = byte(114)
     laser = byte(115)  # columns that the beam has flown
@@ -172,7 +171,7 @@ def _rocks(m: Ram) -> Box:
     packed = lookup(ROOMS, len(PART) * room + SLOT)
     x, end = packed & 255, (packed & 255) + (packed >> 8)
     moves = (end[LAVA_SLOT] == GAP[0]) & (x[LAVA_SLOT + 1] == GAP[1]) & (m.level >= FIRST_PULSE)
-    reach = 48 + 4 * lax.population_count(m.dots)
+    reach = 48 + 4 * jax.lax.population_count(m.dots)
     end = jnp.where(moves & (SLOT == LAVA_SLOT), jnp.where(reach == 80, 160, reach), end)
     x = jnp.where(moves & (SLOT == LAVA_SLOT + 1), jnp.where(reach == 80, end, 160 - reach), x)
     wall = (SLOT == WALL_SLOT) | ((SLOT == UPPER_SLOT) & (m.room == 0))
@@ -195,9 +194,8 @@ def _figures(m: Ram, rocks: Box) -> tuple[Box, Box]:
     """What is in the upper halves of the parts, without what rocks cover, and in the lower ones."""
     mirrored = (m.room == pick(m.level, LASTS.tolist())) & (m.low_x[1] == MIRRORED)
     left, right = (edge - m.being_x for edge in _free(rocks, m.being_x, m.being_x + 8))
-    cut = jnp.where(left > 0, left, right - 8)
-    cut = jnp.clip(jnp.where(mirrored, -cut, cut), -8, 8)
-    picture = (len(BEINGS) + 1) * (8 + cut) + lookup(KINDS, m.being)
+    cut = jnp.where(mirrored, -1, 1) * jnp.where(left > 0, left, right - 8)
+    picture = (len(BEINGS) + 1) * (8 + jnp.clip(cut, -8, 8)) + lookup(KINDS, m.being)
     there = (m.being_x < NOWHERE) & (m.being_y != GONE) & (m.points == 0)
     y, low_y = np.array([31, 70, 109]) - m.being_y, np.array([125, 86, 47])
     beings = BEING_PICTURES.box(picture, m.being_x, y, valid=there, mirrored=mirrored)
@@ -234,9 +232,10 @@ def _laser(m: Ram, rocks: Box) -> Box:
     ends = rocks.x + rocks.w
     begin = jnp.max(jnp.where(ours & (ends <= m.x + 4), ends, VISIBLE[0]))
     end = jnp.min(jnp.where(ours & (rocks.x >= m.x + 4), rocks.x, VISIBLE[2]))
-    moves = (jnp.where(left, m.stick & 1, m.stick & 2) == 0) | ((m.x & 3) > 0)
-    moves = moves & jnp.where(left, m.x >= begin, m.x + 7 < end)
-    moves = moves & (m.turns == 0) & (m.dying == 0) & (m.saved == 0) & (m.flash == 0)
+    level = among(m.y - LOWEST, (0, -1)) | among(m.y - HIGHEST, (0, 1))
+    pushed = jnp.any(jnp.where(m.contact >= 128, ~level, (m.contact >= 64) & (m.wall > 0)))
+    moves = (m.stick != NEITHER) | (m.walks == GROUND) | ((m.x & 3) > 0)
+    moves = moves & ~pushed & (m.turns == 0) & (m.dying == 0) & (m.saved == 0) & (m.flash == 0)
     x = m.x - jnp.where(moves, jnp.where(left, -1, 1), 0)
     start = jnp.where(left, x - 6 + jnp.where(half, 4, 0), x + 6)
     space = jnp.where(left, start - begin, end - start - width)
@@ -244,8 +243,8 @@ def _laser(m: Ram, rocks: Box) -> Box:
     begun = (m.laser == 0) & (m.touched == 0)
     flown = jnp.where(begun, reach, (m.laser - 3) & (REACH - 1))
     there = (m.laser < REACH) & (~begun | (reach < REACH))
-    beam = box(start + jnp.where(left, -flown, flown), row, width, 1, there)
-    beam = beam.clip(begin, VISIBLE[1], end, VISIBLE[3])
+    x = start + jnp.where(left, -flown, flown)
+    beam = box(x, row, width, 1, there).clip(begin, VISIBLE[1], end, VISIBLE[3])
     return beam.where(beam.w > 1)
 
 
@@ -269,6 +268,7 @@ LANTERN = figures((0x1E, 4, 6), (8, 20, 160, 59), min_size=(4, 5), max_size=(7, 
 STICK = figures((0x44, YELLOW), VISIBLE, min_size=(3, 10), max_size=(3, 12))
 BLAST = Blobs(0x1E, VISIBLE, gap=(3, 3), min_size=(5, 10), max_size=(8, 13))
 MINER = figures((8, 0xC8, 0x4A, 0x1E), (8, 85, 160, 98), min_size=(6, 10), max_size=(7, 13))
+BEAM = Blobs(0x46, VISIBLE, min_size=(2, 1), max_size=(12, 1), pairs=1)  # but dots of the face
 LIVES = Bounds(GREY, (40, 152, 104, 166), value=Gauge(8, 5, 2), inverse=True)
 STOCK = Bounds(GREY, (40, 166, 104, 178), value=Gauge(8, 3, 1), inverse=True)
 POINTS = Bounds((WHITE, YELLOW), (56, 179, 104, 187), value=Digits(FONT, range(56, 104, 8), 179))
@@ -286,7 +286,7 @@ GAME = Game(
         Category("Lamp", LANTERN, rgb=(252, 252, 84), doc="out when it is touched"),
         Category("Bomb", STICK, count=2, rgb=(184, 50, 50), doc="dynamite: middle, top"),
         Category("Explosion", BLAST, count=2, doc="of dynamite: middle, top"),
-        Category("LaserBeam", Blobs(0x46, VISIBLE, min_size=(2, 1), max_size=(12, 1)), doc="beam"),
+        Category("LaserBeam", BEAM, doc="beam"),
         Category("EndNPC", MINER, rgb=(92, 186, 92), doc="the miner to be saved"),
         Category("Platform", Bounds(YELLOW, (8, 136, 160, 137), min_size=(8, 1)), doc="a raft"),
         Category("Wall", ROCKS, count=18, rgb=(162, 98, 33), doc="rock"),
