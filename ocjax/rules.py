@@ -143,7 +143,7 @@ class Blobs:
         also: another rule of the same colours, or of some of them; what it finds belongs to the category, too. This is for objects that
             have two shapes, such as a shot that flies upright or across, or that only some colours tell apart in a part of the screen.
         above: another category of `Blobs`. A box ends above the objects of that category that begin inside it, such as a driver's above
-            the car of which he has a colour. The limits of sizes count for the whole box.
+            the car of which he has a colour, and fits tightly around the pixels that are left. The limits of sizes count for the whole box.
     """
 
     colors: Colors

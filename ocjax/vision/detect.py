@@ -17,7 +17,7 @@ from ocjax.ops import pick
 from ocjax.rules import Blobs, Bounds, Category, Cells, Runs, Shades
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
-from ocjax.vision.bounds import detect_bounds
+from ocjax.vision.bounds import detect_bounds, tight_boxes
 from ocjax.vision.cells import cell_pixels, detect_cells
 from ocjax.vision.components import Detected, components
 from ocjax.vision.runs import detect_runs
@@ -120,8 +120,8 @@ def detect(categories: tuple[Category, ...], frames: jax.Array, shades: Shades |
     """
     batch = _Frames(categories, frames, shades)
     batch.found |= _detect_blobs(batch, [c for c in categories if isinstance(c.rule, Blobs)])
-    on_top = {c.name: c.rule.above for c in categories if isinstance(c.rule, Blobs) and c.rule.above is not None}
-    batch.found |= {name: _cut_off(batch.found[name], batch.found[below]) for name, below in on_top.items()}
+    on_top = {c.name: c.rule for c in categories if isinstance(c.rule, Blobs) and c.rule.above is not None}
+    batch.found |= {name: _cut_off(batch, name, rule) for name, rule in on_top.items()}
     bounds = {c.name: c.rule for c in categories if isinstance(c.rule, Bounds)}
     masks = [[batch.counted(rule, colors) for _, colors in rule.slots] for rule in bounds.values()]
     batch.found |= dict(zip(bounds, detect_bounds(tuple(bounds.values()), masks), strict=True))
@@ -163,11 +163,18 @@ def _packed(found: Detected, count: int) -> Detected:
     return Detected(x, y, w, h, w > 0, overflow=jnp.maximum(jnp.sum(one, axis=0) - count, 0))
 
 
-def _cut_off(upper: Detected, lower: Detected) -> Detected:
-    """The upper boxes down to where the lower ones begin that reach into them from below."""
+def _cut_off(batch: _Frames, name: str, rule: Blobs) -> Detected:
+    """A category's boxes down to where the ones begin that reach into them from below, tight around the pixels that are left."""
+    upper, lower = batch.found[name], batch.found[rule.above or ""]
     (x, y, w, h), (x2, y2, w2) = ([v[:, None] for v in upper[:4]], [v[None] for v in lower[:3]])
     inside = lower.valid[None] & (x2 < x + w) & (x < x2 + w2) & (y2 > y) & (y2 < y + h)
-    return upper._replace(h=jnp.minimum(upper.h, jnp.min(jnp.where(inside, y2 - y, h), axis=1)))
+    left = jnp.minimum(upper.h, jnp.min(jnp.where(inside, y2 - y, h), axis=1))
+    pixels, height = batch.counted(rule, rule.palette), batch.frames.shape[1]
+    slots = [slice(i, i + 1) for i in range(len(upper.x))]
+    parts = [pixels & bm.boxes(upper.x[s], upper.y[s], upper.w[s], left[s], upper.valid[s], height) for s in slots]
+    tight = tight_boxes(parts, [(0, 0, WIDTH, height)] * len(parts))
+    x, y, w, h = (jnp.where(left < upper.h, new, old) for new, old in zip(tight, upper[:4], strict=True))
+    return upper._replace(x=x, y=y, w=w, h=h)
 
 
 def _with_needed(found: dict[str, Detected], c: Category) -> Detected:
