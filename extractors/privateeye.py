@@ -10,12 +10,13 @@ game begins with 1,000 points; the value of Score is what was won since. Clock's
 
 RAM: ALE's source (score), OCAtari 2.2 (kinds, what the bytes are), and the ROM's code: the steps at
 F513 of the second bank are made before the drawing, and what collisions change at F1FF and the
-clock's step at F8CE of the first bank after it. The kinds' pictures are listed at F6DF.
+clock's step at F8CE of the first bank after it. The kinds' pictures are listed at F6DF. The
+pointers that F693 sets up tell what is drawn of the detective, and how high.
 
 Covered: all scenes and signs of all five cases (written to RAM), the end of the game.
 Not exact: what a collision has taken or broken is gone from the RAM a frame early. VEM does not see
-things in a scene that can be carried, who is about to look out, the car while it flashes, or what
-is behind others; its boxes of who lands in the car and of Badguy are of a part, or too wide.
+things in a scene that can be carried, the car while it flashes, mud that the car touches, or what
+is behind others, and takes a curtain or a plant that touches the detective for a part of him.
 """
 
 import functools
@@ -23,11 +24,11 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box, choose
+from ocjax.boxes import Area, Box, box, choose
 from ocjax.console import copies, player_width, spacing
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
-from ocjax.ops import among, lookup
+from ocjax.ops import among, div, lookup, mod, pick
 from ocjax.ram import RamMap, bcd, bits, byte, signed
 from ocjax.rom import Pictures, Rom
 from ocjax.rules import Blobs, Bounds, Category, display
@@ -79,17 +80,19 @@ SHOPS = 17, 18, 19, 21, 22, 23  # kinds of scenes
 FALLS = 5, 6  # scenes in which only the first two records are drawn
 STARTS = 1000  # points at the beginning
 CAR_BASE, EAST, WEST = 0x13, 4, 12
-DRIVES, JUMPS, HURT = 0, 8, 12  # first of the detective's pictures that are used then
+LOOKS = np.array((0, 3, 4, 8, 9, 12, 13))  # the other seven of 14 are parts of these
+LOW_BYTES, PAGES, COLORS = ROM.bytes(SECOND | 0xD7F, 3 * 14).reshape(3, 14)[:, LOOKS].astype(int)
+APART = (LOW_BYTES - COLORS & 255).tolist()  # tells the looks apart
+HIGHEST, ROWS = 200, 0x24  # more rows of lift are less than none; rows of the detective's picture
 
 
 def _detective() -> Pictures:
-    """The extents of the detective's pictures, from the row of the counter's 0x23 down."""
-    low, high, colors = (ROM.bytes(SECOND | at, 14) for at in (0xD7F, 0xD8D, 0xD9B))
+    """The extents of each look's first 0 to 36 rows, from the row of the counter's 0x23 down."""
     out = []
-    for a, page, c in zip(low, high, colors, strict=True):
-        rows = ROM.bytes((int(page) & 15) << 8 | int(a), 0x24)[::-1].astype(int)
-        shown = ROM.bytes(0xA00 | int(c), 0x24)[::-1] != 0
-        out.append(np.where(np.cumprod(shown), rows, 0))
+    for low, page, color in zip(LOW_BYTES, PAGES, COLORS, strict=True):
+        shown = np.cumprod(ROM.bytes(0xA00 | int(color), ROWS)[::-1] != 0)
+        rows = shown * ROM.bytes(int(page & 15) << 8 | int(low), ROWS)[::-1]
+        out += [rows * (np.arange(ROWS) < n) for n in range(ROWS + 1)]
     return Pictures.of(out)
 
 
@@ -97,6 +100,7 @@ DETECTIVE = _detective()
 
 
 class Ram(RamMap):
+    pointers = byte(18, 20)  # to the detective's picture and colours, less the rows of lift
     held = byte(5)  # kind that the detective carries
     base = byte(38, 39, 40)  # 182 - bottom row
     kind = byte(41, 42, 43)
@@ -107,19 +111,14 @@ class Ram(RamMap):
     scene = byte(62)
     player_x = byte(63)
     hundredths = bcd(64)
-    clock = byte(65)
     idle = byte(70)
     score = bcd((72, 73, 74))
     fraction = byte(68)
     minutes = bcd(67)
     seconds = bcd(69)
-    car_jump = byte(84)
     car_row = byte(86)  # 182 - its top row
     depth = byte(88)  # of the way into a passage
-    speed = signed(90)
     fine_x = signed(91)  # quarters of a column; less than zero to the left
-    hurt = byte(95)
-    jump = byte(97)
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -130,25 +129,20 @@ def decode(m: Ram) -> dict[str, Box]:
         slots = SLOTS[name]
         boxes[name] = objects[slots].where(among(kinds[slots], group))
     boxes["Badguy"] = _of_kind(m, objects, np.array([BADGUY]))
-    way = objects[0]
-    to = m.kind[0] == np.array((ALLEY_KIND, WOODS_KIND))
+    way, to = objects[0], m.kind[0] == np.array((ALLEY_KIND, WOODS_KIND))
     boxes["Passage"] = box(way.x, way.y, way.w, way.h, way.valid & to)
     boxes |= _items(m, objects)
     for name, scenes in (*SIGNS.items(), ("Shop_Sign", SHOPS)):
         boxes[name] = box(64, 29, 32, 21, among(m.scene, scenes))
-    points = m.score - STARTS
-    boxes["Score"] = score_box(FONT, m.score, right=106, top=8, digits=6, value=points)
+    boxes["Score"] = score_box(FONT, m.score, right=106, top=8, digits=6, value=m.score - STARTS)
     boxes["Clock"] = _clock(m)
     return {name: b.where(there) for name, b in boxes.items()}
 
 
-def _picture(kind: jax.Array, cut: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
-    return SIZES.extent(MOST_CUT * jnp.clip(kind, 0, KINDS - 1) + jnp.clip(cut, 0, MOST_CUT - 1))
-
-
 def _objects(m: Ram) -> Box:
     """The records' objects and their copies: record * 3 + copy."""
-    left, top, width, height = _picture(m.kind, m.cut)
+    kind, cut = jnp.clip(m.kind, 0, KINDS - 1), jnp.clip(m.cut, 0, MOST_CUT - 1)
+    left, top, width, height = SIZES.extent(MOST_CUT * kind + cut)
     zoom = player_width(m.size) >> 3
     left = jnp.where(m.mirrored == 1, 8 - left - width, left)
     x = m.x + 15 + jnp.where(zoom > 1, 1, 0) + zoom * left
@@ -189,44 +183,39 @@ def _facing(m: Ram) -> jax.Array:
 
 
 def _car(m: Ram) -> Box:
-    """The car, from the side, or from behind in a passage."""
+    """The car, from the side, or from behind in a passage; it goes down on its wheels when hit."""
     top, left = BASE - m.car_row, m.fine_x < 0
-    aside = m.depth == 0
-    x = m.player_x - jnp.where(aside, jnp.where(left, 9, 3), 0)
-    w = jnp.where(aside, 20, 8)
-    return box(x, top, w, jnp.where(aside, 14, 15), orientation=_facing(m)).clip(*FIELD)
+    aside, down = m.depth == 0, jnp.where(m.car_row < CAR_BASE, 1, 0)
+    x = m.player_x - jnp.where(aside, jnp.where(left, 9, 3) + down, 0)
+    w, bottom = jnp.where(aside, 20 + 2 * down, 8), jnp.minimum(top + jnp.where(aside, 14, 15), 177)
+    return box(x, top, w, bottom - top, orientation=_facing(m)).clip(*FIELD)
 
 
 def _player(m: Ram) -> Box:
     """The detective, down to the car."""
-    jumps = (m.jump > 0) | (m.car_jump > 0)
-    lift = jnp.where(jumps, jnp.maximum(m.jump, m.car_row - CAR_BASE), m.car_row - CAR_BASE)
-    before = 4 * m.player_x + m.fine_x - jnp.where(m.depth > 0, 0, m.speed >> 1)
-    x = jnp.where(m.fine_x < 0, before + 5 >> 2, before >> 2)
-    driving = ((m.depth >> 2) ^ x) >> 1 & 7
-    look = jnp.where(jumps, JUMPS + (m.clock >> 3 & 3), DRIVES + driving)
-    look = jnp.where(m.hurt >= 128, HURT + (m.clock >> 4 & 1), look)
-    left, top, width, height = DETECTIVE.extent(look)
-    left = jnp.where(m.fine_x < 0, 8 - left - width, left)
-    y = BASE - 0x23 - lift + top
-    bottom = jnp.minimum(y + height, BASE - m.car_row)
-    return box(m.player_x + left, y, width, bottom - y, orientation=_facing(m)).clip(*FIELD)
+    apart = m.pointers[0] - m.pointers[1] & 255
+    look = sum((jnp.where(apart == a, i, 0) for i, a in enumerate(APART)), jnp.zeros_like(apart))
+    lift = pick(look, LOW_BYTES.tolist()) - m.pointers[0] & 255
+    lift = jnp.where(lift > HIGHEST, lift - 256, lift)
+    above = jnp.clip(ROWS - 1 + lift - m.car_row, 0, ROWS)  # rows that the car does not cover
+    x, y = m.player_x, BASE + 1 - ROWS - lift
+    at = (ROWS + 1) * look + above
+    figure = DETECTIVE.box(at, x, y, mirrored=m.fine_x < 0, orientation=_facing(m))
+    return figure.clip(*FIELD)
 
 
 def _clock(m: Ram) -> Box:
     """The clock before its last step."""
     back = m.hundredths + jnp.where(m.fraction + 0xAB > 0xFF, 2, 1)
     time = 60 * m.minutes + m.seconds + jnp.where(back >= 100, 1, 0)
-    minutes = time // 60
-    seconds = time - 60 * minutes
+    minutes, seconds = div(time, 60), mod(time, 60)
     left = score_box(FONT, minutes, right=74, top=19, digits=2)
     right = score_box(FONT, seconds, right=98, top=19, digits=2, leading_zeros=True)
     return box(left.x, 19, right.x + right.w - left.x, 8, value=time)
 
 
 facing = functools.partial(Category, attributes=("orientation",))
-LOW, UPPER = (8, 140, 160, 183), (8, 50, 160, 70)  # the street, the upper windows
-HOUSE = (8, 50, 160, 183)
+LOW, UPPER, HOUSE = (8, 140, 160, 183), (8, 50, 160, 70), (8, 50, 160, 183)
 BRICKS_AT = {  # columns of the bricks of walls, by row
     71: (36, 56, 100, 120),
     77: (32, 52, 68, 88, 104, 124),
@@ -236,28 +225,40 @@ BRICKS_AT = {  # columns of the bricks of walls, by row
     119: (24, 60, 96, 132),
 }
 WALL = tuple((x, y, x + 4, y + 4) for y, columns in BRICKS_AT.items() for x in columns)
-SKIN = (0x46, 0x4A, 0x16, 0x1A, 0x1E, 0x82)
-figure = functools.partial(Blobs, first=(0, 0x82), above="Car")
-DETECTIVES = figure((0, *SKIN), (8, 48, 160, 163), gap=(0, 1), min_size=(7, 9), max_size=(22, 40))
+figure = functools.partial(Blobs, (0, 0x46, 0x4A, 0x16, 0x1A, 0x1E, 0x82), gap=(0, 1), above="Car")
+DETECTIVES = figure((8, 50, 160, 165), min_size=(7, 7), max_size=(22, 40), first=(0, 0x1E, 0x82))
 CARS = Blobs(0, (8, 110, 160, 183), gap=(1, 1), min_size=(8, 8), max_size=(28, 17))
 ALLEY, WOODS = (0x06, 0x0A, 0x86), (0x14,)
 PASSAGES = Bounds((ALLEY, WOODS), ((64, 140, 96, 172), (64, 167, 96, 172)), (30, 5))
 BARRIERS = Blobs((0, 0x1E), LOW, min_size=(5, 17), max_size=(8, 18))
-MUDS = Bounds(0, (8, 174, 160, 181), min_size=(8, 4), exclude=("Car", "Shatterd_Object"))
+GROUND = functools.partial(Blobs, 0, (8, 172, 160, 181))
+MUDS = GROUND(min_size=(8, 4), max_size=(8, 4), area=(22, 22))
 PLANTS = Blobs((0x32, 0xD6, 0x1A), HOUSE, gap=(1, 1), min_size=(5, 2), max_size=(6, 16))
-BRICKS = Blobs(0x44, (14, 50, 156, 183), min_size=(4, 4), max_size=(4, 4), ignore=WALL)
-PIECES = Blobs(0, (8, 174, 160, 181), min_size=(6, 3), max_size=(8, 4), area=(6, 11))
+BRICKS = Blobs(0x44, (14, 50, 160, 183), min_size=(4, 4), max_size=(4, 4), ignore=WALL)
+PIECE = functools.partial(GROUND, gap=(3, 0))
+LAST = PIECE(min_size=(6, 3), max_size=(6, 3), area=(23, 23))
+PIECE = functools.partial(PIECE, min_size=(8, 4), max_size=(8, 4))
+PIECES = PIECE(area=(36, 36), also=PIECE(area=(33, 33), also=LAST))
 DOVES = Blobs(0x0E, (8, 56, 160, 150), min_size=(8, 5), max_size=(8, 6))
 LIZARDS = Bounds(0x1A, (8, 173, 160, 183), min_size=(7, 4))
+
+
+def _who(colors: tuple[int, ...], regions: tuple[Area, Area], most: int) -> Blobs:
+    """Who looks out: in the first region with four rows or more, in the second the hat's tip."""
+    tip = functools.partial(Blobs, colors[0], regions[1], gap=(1, 0))
+    tips = tip(min_size=(4, 2), max_size=(4, 3), also=tip(min_size=(3, 1), max_size=(3, 1)))
+    who = functools.partial(Blobs, colors, regions[0], min_size=(8, 4), max_size=(8, most))
+    return who(first=colors[0], ignore=JAIL, also=tips)
+
+
 JAIL = tuple((x, 50, x + 8, 70) for x in (44, 76, 108))
-GUYS = Bounds(0x80, HOUSE, (4, 2), ignore=JAIL)
-HEADS = Blobs((0, 0x82), (8, 150, 160, 168), min_size=(6, 5), max_size=(8, 14), first=0x82)
+GUYS = _who((0x1E, 0, 0x0E, 0x80), ((8, 50, 160, 160), (8, 50, 160, 68)), 14)
+HEADS = _who((0x82, 0), ((8, 158, 160, 167), (8, 158, 160, 167)), 6)
 CLUES = Blobs((0x0E, 0x82, 0), UPPER, gap=(0, 2), min_size=(3, 6), max_size=(8, 14), first=0x0E)
-KNIVES = Blobs(0, (8, 155, 160, 169), min_size=(8, 4), max_size=(8, 4))
+KNIVES = Blobs(0, (8, 155, 160, 183), min_size=(8, 4), max_size=(8, 4), area=(16, 16))
 RULES = BARRIERS, MUDS, PLANTS, BRICKS, PIECES, DOVES, LIZARDS, GUYS, HEADS, CLUES, KNIVES
 sign = functools.partial(Bounds, regions=(64, 29, 96, 50), min_size=(30, 20))
-DIGITS = Digits(FONT, range(58, 106, 8), 8, base=-STARTS)
-POINTS = Bounds(0x0E, (58, 8, 106, 16), value=DIGITS)
+POINTS = Bounds(0x0E, (58, 8, 106, 16), value=Digits(FONT, range(58, 106, 8), 8, base=-STARTS))
 CARRIED, NOWHERE = (138, 28, 150, 46), (0, 0, 1, 1)
 LARGER = {"Gun": ("Comb", "Shoe_Sole"), "Button": ("Necklace",)}  # things of the same colours
 

@@ -37,7 +37,10 @@ RARE = {
     "MontezumaRevenge": ("Amulet", "Beam", "Disappearing_Platform", "Ruby", "Snake", "Spider"),
     "Pacman": ("Vitamin",),
     "Pitfall": ("DiamondRing", "Fire", "GoldenBar", "MoneyBag", "Pit", "SilverBar", "Snake"),
-    "PrivateEye": ("Barrier", "Brick", "Dove", "Gun", "Lizard", "Money_Bag", "Necklace", "Pottet_Plant", "Shoe_Sole", "Stamp"),
+    "PrivateEye": (
+        *("Badguy", "Badguy_Head", "Barrier", "Brick", "Dove", "Gun", "Knife", "Lizard"),
+        *("Money_Bag", "Necklace", "Pottet_Plant", "Shatterd_Object", "Shoe_Sole", "Stamp"),
+    ),
     "Riverraid": ("Bridge", "Jet"),
     "RoadRunner": ("AcmeMine", "RoadCrack", "Rock", "Truck", "Turret", "TurretBall"),
     "Seaquest": ("SurfaceSubmarine",),
