@@ -252,6 +252,8 @@ def _validate_category(game: Game, c: Category) -> None:
     if isinstance(c.rule, Blobs) and c.rule.above is not None:
         other = next((o.rule for o in game.categories if o.name == c.rule.above and o is not c), None)
         need(isinstance(other, Blobs), text=f"above: {c.rule.above!r} is not another category of Blobs")
+    if c.otherwise is not None:
+        _validate_category(game, replace(c, rule=c.otherwise, otherwise=None))
     try:
         c.slot_rgb()
     except ValueError as error:

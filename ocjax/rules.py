@@ -339,6 +339,14 @@ class Shades:
             _color_set(colors)
 
 
+def _has_colors(rule: Rule) -> bool:
+    """Whether an object that a rule finds may have one of several colours."""
+    if isinstance(rule, Runs):
+        return False
+    several = [len(colors) for _, colors in rule.slots] if isinstance(rule, Bounds) else [len(rule.palette)]
+    return (isinstance(rule, Bounds) and rule.inverse) or max(several) > 1
+
+
 @dataclass(frozen=True)
 class Category:
     """A kind of object.
@@ -356,6 +364,8 @@ class Category:
         aliases: other names by which `game.slices`, `Objects.of` and `evaluation.from_records` know the category.
         needs: name of a category. VEM reports objects only on frames on which it finds one of that category, too. This is for screens that
             take the playfield's place and hold shapes in the objects' colours.
+        otherwise: the rule that counts on frames on which `rule` finds nothing. This is for objects that for a moment have a colour that
+            others may have, too.
     """
 
     name: str
@@ -368,6 +378,7 @@ class Category:
     blinks: bool = False
     aliases: tuple[str, ...] = ()
     needs: str | None = None
+    otherwise: Rule | None = None
 
     @property
     def has_places(self) -> bool:
@@ -379,11 +390,7 @@ class Category:
     @property
     def reads_color(self) -> bool:
         """Whether VEM reads an object's colour from the frame."""
-        if isinstance(self.rule, Runs):
-            return False
-        several = [len(colors) for _, colors in self.rule.slots] if isinstance(self.rule, Bounds) else [len(self.rule.palette)]
-        inverse = isinstance(self.rule, Bounds) and self.rule.inverse
-        return self.rgb is None and (inverse or max(several) > 1)
+        return self.rgb is None and any(_has_colors(rule) for rule in (self.rule, self.otherwise) if rule is not None)
 
     def slot_rgb(self, table: np.ndarray = palette.NTSC) -> np.ndarray:
         """The colour of each slot, uint8 `[count, 3]`; the rule's first colour where it is read from the frame."""

@@ -80,6 +80,18 @@ def test_objects_on_top_of_others():
         assert boxes == [[driver], [[30, 40, 20, 10]]]
 
 
+def test_other_colours_where_the_first_are_missing():
+    frames = np.zeros((2, 210, 160), np.uint8)
+    frames[0, 20:30, 10:20] = 20
+    frames[:, 60:66, 50:54] = 30  # another object on the first frame
+    blobs = Category("Bird", Blobs(20, max_size=(20, 20)), otherwise=Blobs(30, max_size=(20, 20)))
+    bounds = Category("Box", Bounds(20, (0, 0, 160, 210)), otherwise=Bounds(30, (0, 0, 160, 210)))
+    first, _, _ = found((blobs, bounds), frames[0])
+    second, _, _ = found((blobs, bounds), frames[1])
+    assert first == [[[10, 20, 10, 10]]] * 2
+    assert second == [[[50, 60, 4, 6]]] * 2
+
+
 @pytest.mark.parametrize("down", [0, 7, 60])
 def test_cells_of_a_grid_that_moves(down):
     frame = np.zeros((210, 160), np.uint8)

@@ -3,6 +3,7 @@
 Masks are bitmaps (`ocjax.vision.bitmap`): uint32 `[5, H, B]`, the batch last.
 """
 
+import dataclasses
 import functools
 from collections.abc import Iterable, Sequence
 
@@ -118,6 +119,7 @@ def detect(categories: tuple[Category, ...], frames: jax.Array, shades: Shades |
     Returns:
         For each category its boxes; with their colours where those are read from the frame.
     """
+    asked, categories = categories, (*categories, *(_substitute(c) for c in categories if c.otherwise is not None))
     batch = _Frames(categories, frames, shades)
     batch.found |= _detect_blobs(batch, [c for c in categories if isinstance(c.rule, Blobs)])
     on_top = {c.name: c.rule for c in categories if isinstance(c.rule, Blobs) and c.rule.above is not None}
@@ -134,7 +136,28 @@ def detect(categories: tuple[Category, ...], frames: jax.Array, shades: Shades |
     packed = [c for c in categories if isinstance(c.rule, Runs) and c.rule.packed]
     batch.found |= {c.name: _packed(batch.found[c.name], c.count) for c in packed}
     _read_colors(batch, categories)
-    return [_with_needed(batch.found, c) for c in categories]
+    batch.found |= {c.name: _either(batch.found[c.name], batch.found[_substitute(c).name]) for c in asked if c.otherwise is not None}
+    return [_with_needed(batch.found, c) for c in asked]
+
+
+def _substitute(c: Category) -> Category:
+    """A category for what another one's rule `otherwise` finds."""
+    assert c.otherwise is not None
+    return dataclasses.replace(c, name=f"{c.name} otherwise", rule=c.otherwise, otherwise=c.rule)
+
+
+def _either(first: Detected, second: Detected) -> Detected:
+    """The first objects on frames that have any, else the second ones."""
+    empty = ~jnp.any(first.valid, axis=0, keepdims=True)
+
+    def part(name: str) -> jax.Array | None:
+        own, other = getattr(first, name), getattr(second, name)
+        if own is None and other is None:
+            return None
+        own, other = (jnp.zeros_like(first.x if name != "overflow" else first.x[0]) if v is None else v for v in (own, other))
+        return jnp.where(empty if own.ndim > 1 else empty[0], other, own)
+
+    return Detected(**{name: part(name) for name in Detected._fields})  # pyright: ignore[reportArgumentType]
 
 
 def _cut(rows: Detected, width: int, count: int) -> Detected:
