@@ -1,22 +1,18 @@
 """Road Runner: a bird runs from a coyote along desert roads, picks up seed, and shuns trucks.
 
-The screen begins in the middle of the score, whose last two rows show. Seed, steel shot and mines
-lie in four lanes: slot lane, the lowest one first. On the cliff and below rocks there is one lane,
-which has two places on the cliff. Eight columns at each edge are blanked. Mountains, dashes of the
-road, bridges and the frame of the sky are scenery.
+The screen begins with the last two rows of the score. Seed, steel shot and mines lie in four lanes:
+slot lane, the lowest one first. On the cliff and below rocks there is one lane. Eight columns at
+each edge are blanked. Mountains, dashes of the road, bridges and the sky's frame are scenery.
 
 RAM: OCAtari (what some bytes are), ALE's source (score, lives), and the ROM's code. Bank 0 draws
 the road at f114, bank 3 cannons at f01e, rocks at f310 and the cliff at f430. Bank 2 moves all at
-f01e, after the frame was drawn, which `decode` takes back. In scenes 1, 3, 5 and 7 the pointers to
-pictures are those of the next frame, too. HMOVE in the middle of lines moves seed from lane to
-lane. On the frame of a lost life the RAM is as at the new start.
+f01e after the drawing, which `decode` takes back; in scenes 1, 3, 5 and 7 so are the pointers to
+pictures. HMOVE within lines moves seed between lanes. A lost life has the RAM of the new start.
 
 Covered: all eight scenes (beyond scene 0 by writing RAM), lost lives, the end of the game.
 Not exact: the columns of a bird that stops where it keeps still while the road moves, or that a
-truck pushes, and the coyote's where the road is narrow; figures on the frame on which they stop,
-begin to run or land; the last of 30 frames of a bonus; figures and cracks that an edge cuts; boxes
-that cover each other. In scenes 1, 3, 5 and 7, 93 to 97 % of REM's figures are exact. VEM does
-not see burnt, grey figures and turrets; details of the bird are seed to it, words a sign.
+truck pushes; figures on the frame on which they stop, begin to run or land; a bonus's last frame;
+what an edge cuts; boxes that touch or overlap. To VEM, a burnt coyote without a bird is Player too.
 """
 
 import functools
@@ -35,25 +31,21 @@ from ocjax.rules import Blobs, Bounds, Category, Gauge, display
 
 ROM = Rom("road_runner", "ce5cc62608be2cd3ed8abd844efb8919")
 FONT = ROM.font(0x1F80, rows=2, stride=7)  # the rows that are on the screen
-
 VIEW = (8, 2, 152, 210)
 LINES = 86  # of the road, where the pictures are
 START_X, COYOTE_START_X, SEED_START_X = 0x64, 0x82, 16
 STILL, GONE = 0x45, 0x91  # the bird keeps still while the road moves, a figure beyond is hidden
 FAR, BACK_LIMIT, TRUCK_LIMIT = 0x50, 0x90, 0x8E
 KINDS = {"Seed": 1, "AcmeMine": 2, "SteelShot": 3}  # of what lies in the lanes
-ROAD, NARROW, CLIFFS = 0x80, 3, 9  # `scenery`
-GAP, LOOKS_BACK = 0xC1, 0x21  # the same: seed below a bridge, a turret that looks to the right
+ROAD, NARROW, CLIFFS, GAP, LOOKS_BACK = 0x80, 3, 9, 0xC1, 0x21  # `scenery`; the last: turret
 FIRST_LINES = (96, 99, 96, 81, 96, 123, 96, 81)  # of the road, in each scene
 REPEATED = (255, 125, 255, 135, 255, 147, 255, 135)  # the first line that repeats a row
-NOTHING = 0x1E73  # of `PICTURES`
+NOTHING, EDGE = 0x1E73, 134  # of `PICTURES`; the road's first row in scenes 3 and 7
 CLIFF, ROCKS, BRIDGE = 1, 5, 1  # the first two of `scene`, the last one of `scenery` & 15
-BLANK, JUMP, JUST_WON = 0x80, 29, 30  # least `sign` between scenes, first `jump`, `bonus_time`
+EXIT, BLANK, JUMP, JUST_WON = 16, 0x80, 29, 30  # two of `sign`, first `jump`, `bonus_time`
 SIGN_LINES = (73, 75, 75, 74, 75, 75, 75, 74)  # the first one, in each scene
-PACES = (1, 2)  # `pose` of one who runs
-YELLOW, BLACK = 30, 0
-PLAYER_COLORS = (134, 136, 138, 142)
-COYOTE_COLORS = (48, 50, 52, 54, 56, 58)  # the ones of the mountains are among them
+YELLOW, BLACK, GREY = 30, 0, (4, 6)
+PLAYER_COLORS, COYOTE_COLORS = (134, 136, 138, 142), (48, 50, 52, 54, 56, 58)
 DRIFTS, MOVES = ((ROM.bytes(at, 9).astype(np.int8) >> 4).tolist() for at in (0x3FD0, 0xA00))
 BANKS = np.pad(ROM.data.reshape(4, 4096)[[0, 3]], ((0, 0), (0, LINES - 1)))  # both, then nothing
 DRAWN = np.lib.stride_tricks.sliding_window_view(BANKS, LINES, axis=1)[..., ::-1]
@@ -95,8 +87,7 @@ class Ram(RamMap):
     sign = byte(69)
     clock = low(77)
     digits = low(76, 75, 74, 73)  # 10: blank
-    aim_x = byte(78)
-    aim_y = byte(79)
+    aim = byte(78, 79)  # where the coyote goes
     x = byte(80)
     coyote_x = byte(81)
     sign_x = byte(82)
@@ -116,7 +107,7 @@ def decode(m: Ram) -> dict[str, Box]:
     entry = (m.scenery & 15 == BRIDGE) & (m.entry >= 0)
     narrow, lower = jnp.where(m.scenery == NARROW, 1, 0), jnp.where(entry, 16, 0)
     digits = jnp.where(m.digits == 10, 0, m.digits)
-    score = 100 * (1000 * digits[0] + 100 * digits[1] + 10 * digits[2] + digits[3])
+    score = 100 * jnp.sum(digits * np.array((1000, 100, 10, 1)), dtype=jnp.int32)
     lanes = _lanes(m, scrolled, narrow).where(road | among(m.scenery, (NARROW, CLIFFS, GAP)))
     start = jnp.where(cannon, COYOTE_START_X, START_X)
     lost = jnp.where(even, m.drawn_x > GONE, (m.waits == 0) & (m.drawn_x != start))
@@ -125,7 +116,7 @@ def decode(m: Ram) -> dict[str, Box]:
     icons = m.icons + jnp.where(lost, 1, 0)
     truck_x = m.truck_x - 1 - jnp.where(m.truck_x <= TRUCK_LIMIT, scrolled, 0)
     figures = _figures(m, jnp.stack([x, coyote_x]), lower - narrow)
-    on_stage = among(coyote_x, range(8, GONE)) & ~lost
+    on_stage = among(coyote_x, range(8, GONE)) & ~lost & ((m.scene != CLIFF) | (m.two_cracks == 0))
     boxes = {
         "Player": figures[0].where((x < GONE) & ~lost | even & (x <= GONE)),
         "Enemy": figures[1].where(on_stage | even & (coyote_x <= GONE)),
@@ -155,7 +146,7 @@ def _player_x(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 def _coyote_x(m: Ram, scrolled: jax.Array) -> jax.Array:
     """The coyote's column before he moved towards where the bird was lately, or fell back."""
-    ahead, level = jnp.sign(m.coyote_x - m.aim_x), m.coyote_y == m.aim_y
+    ahead, level = jnp.sign(m.coyote_x - m.aim[0]), m.coyote_y == m.aim[1]
     falls_back = (m.runs > 0) & (m.clock & 3 == 0)
     step = jnp.where(m.runs == 0, ahead, jnp.where(falls_back, -1, 0))
     steps = jnp.where(level & (m.pace != 1), (m.pace > 1) & (m.clock & 7 == 0), m.clock & 1 == 0)
@@ -167,41 +158,45 @@ def _coyote_x(m: Ram, scrolled: jax.Array) -> jax.Array:
     return jnp.where(m.scene & 1 == 0, m.coyote_x + step, x)
 
 
-def _looks(m: Ram) -> jax.Array:
-    """What was drawn of the bird and the coyote, as indices of `PICTURES`."""
-    paces = among(m.pose, PACES)
+def _looks(m: Ram) -> tuple[jax.Array, jax.Array]:
+    """What was drawn of the bird and the coyote, as indices of `PICTURES`; rows a bird falls."""
+    paces = among(m.pose, (1, 2))
     moved = (m.stick < 8) & ((m.stick > 0) | paces[0])
     runs = (m.waits < 0) & (m.stunned + m.rocket + m.falls == 0) & (m.caught <= 0)
     changes = jnp.stack([moved & (m.clock & 1 == 0), runs & (m.clock & 3 == 0)])
     pose = jnp.where(paces & changes, 3 - m.pose, m.pose)
     bird = pick(jnp.where(m.jump == JUMP, 2, pose[0]), POSES)
-    rides = jnp.where(m.clock & 1 == 0, 9, 10)
-    coyote = pick(jnp.where(m.rocket > 0, rides, pose[1]), COYOTE_POSES)
+    coyote = pick(jnp.where(m.rocket > 0, 9 + (m.clock & 1), pose[1]), COYOTE_POSES)
     top = jnp.where(m.scenery == CLIFFS, 20, jnp.where(m.y > 6, 36, 6))
     up = moved & among(m.stick, (2, 3, 4)) & ~among(m.y, (1, 28))
     down = moved & among(m.stick, (0, 6, 7)) & (m.y != top)
     step = jnp.where(up, 1, jnp.where(down, -1, 0))
     step = jnp.where(m.falls > 0, jnp.where((m.y < 52) | (m.clock == 0), -3, 0), step)
-    bird = jnp.where(m.y + step < 0x3C, bird + m.y + step, NOTHING)
-    step = jnp.where(runs & (m.caught == 0), jnp.sign(m.coyote_y - m.aim_y), 0)
+    y, fallen = m.y + step, jnp.maximum(m.y + step - 36, 0)
+    bird = jnp.where(y < 0x3C, bird + y - fallen, NOTHING)
+    step = jnp.where(runs & (m.caught == 0), jnp.sign(m.coyote_y - m.aim[1]), 0)
     looks = jnp.stack([bird, coyote + m.coyote_y + step])
     drawn = (m.pointers & 0xFFF) + jnp.where(m.pointers >> 12 == 9, 0, 4096)
-    return jnp.where(m.scene & 1 == 0, drawn, looks)
+    return jnp.where(m.scene & 1 == 0, drawn, looks), fallen
 
 
 def _figures(m: Ram, x: jax.Array, lower: jax.Array) -> Box:
     """The bird and the coyote; some lines of the screen repeat the row above them."""
-    left, top, width, height = PICTURES.extent(_looks(m))
+    looks, fallen = _looks(m)
+    left, top, width, height = PICTURES.extent(looks)
     left = jnp.where(m.mirrored == 1, 8 - left - width, left)
     who, cannon, repeated = np.arange(2), m.scene & 3 == 3, pick(m.scene, REPEATED)
+    zoom = jnp.where(cannon & (m.rocket > 0) & (who == 1), 2, 1)
 
     def line(y: jax.Array) -> jax.Array:
         more = reached(y, (139, 149)) + jnp.where(y >= 151 - who, 1, 0) + who
         return y + jnp.where(y >= repeated, 1, 0) + jnp.where(cannon, more, 0) + lower
 
-    y = pick(m.scene, FIRST_LINES) + top + jnp.where(m.scene & 1 == 0, who, 0)
-    bottom = jnp.where(m.scene == CLIFF, 157, VIEW[3])
-    return box(x + left, line(y), width, line(y + height) - line(y)).clip(*VIEW[:3], bottom)
+    y = pick(m.scene, FIRST_LINES) + top + jnp.where(m.scene & 1 == 0, who, fallen * (1 - who))
+    late = cannon & (y + height == EDGE) & (x < 70) & (who == 0)  # repeated by the road's first row
+    bottom = line(y + height) + jnp.where(late, 1, 0)
+    figures = box(x + zoom * (left + 1) - 1, line(y), zoom * width, bottom - line(y))
+    return figures.clip(*VIEW[:3], jnp.where(m.scene == CLIFF, 157, VIEW[3]))
 
 
 def _dangers(m: Ram, scrolled: jax.Array, lower: jax.Array, lost: jax.Array) -> dict[str, Box]:
@@ -229,8 +224,7 @@ def _lanes(m: Ram, scrolled: jax.Array, lower: jax.Array) -> Box:
     move, start = pick(m.layout, MOVES), m.seed_x - scrolled
     late = jnp.where(move < 0, 4 * (4 - lane), 0)
     x = modulo_screen(start + 637 - 9 * move - (3 - lane) * (9 * move + 2) + late)
-    x = jnp.where(cliff, wrap(start) - 3, x)
-    x = jnp.where(gap, wrap(start) - np.array((1, 1, 15, 1)), x)
+    x = jnp.where(gap, wrap(start) - np.array((1, 1, 15, 1)), jnp.where(cliff, wrap(start) - 3, x))
     x, width = x - jnp.where(m.kind == KINDS["Seed"], 3, 0), pick(m.kind, (0, 5, 4, 10))
     place = jnp.where(m.scene == ROCKS, 169, jnp.where(m.truck_y == 1, 130, 146))
     y, height = jnp.where(cliff, place, 165 + lower - 14 * lane), jnp.where(cliff, 4, 3)
@@ -247,33 +241,39 @@ def _beside(m: Ram, scrolled: jax.Array, road: jax.Array, lost: jax.Array) -> di
     inset = jnp.where((m.scene & 1 == 1) & (slow == 2), 1, 0)  # the upper one is small
     y = np.array((46, 55)) + jnp.where((m.scene == ROCKS) & (m.sign_x < 0x95), 1, 0)
     sign_x = jnp.where(lost, m.seed_x - 1, wrap(m.sign_x - scrolled))
-    there = jnp.where(m.scene == 0, m.sign < 3, among(m.sign, (0, 5))) & (sign_x < 0x99)
-    height = jnp.where(m.scene == 0, 15, 13)
+    leaves = (m.scene == CLIFF) & (m.sign == EXIT)
+    there = jnp.where(m.scene == 0, m.sign < 3, among(m.sign, (0, 5))) & road | leaves
+    y_sign, h = jnp.where(leaves, 73, pick(m.scene, SIGN_LINES)), jnp.where(leaves, 14, 13)
+    sign = box(sign_x, y_sign, 16, jnp.where(m.scene == 0, 15, h))
     return {
         "Cactus": box(x + inset, y, 8 - 3 * inset, 8, m.cactus_x < 0x94).clip(*VIEW),
-        "Sign": box(sign_x, pick(m.scene, SIGN_LINES), 16, height, there & road).clip(*VIEW),
+        "Sign": sign.where(there & (sign_x < 0x99)).clip(*VIEW),
     }
 
 
 ROAD_VIEW = (8, 90, 152, 182)
 PLAYER = Bounds(PLAYER_COLORS, ROAD_VIEW, min_size=(6, 16), exclude=(*KINDS, "Turret"))
-BROWN = functools.partial(Blobs, COYOTE_COLORS, ROAD_VIEW, gap=(1, 2))
-FLAT = BROWN(min_size=(5, 6), max_size=(9, 12), area=(1, 60))
+BURNT = Bounds(GREY, ROAD_VIEW, min_size=(6, 16), exclude=("Turret",))
+BURNT_COYOTE = Blobs(GREY, ROAD_VIEW, gap=(1, 2), min_size=(6, 16), max_size=(9, 36))
+BROWN = functools.partial(Blobs, COYOTE_COLORS, region=ROAD_VIEW, gap=(2, 2))
+RIDING = BROWN(min_size=(10, 20), max_size=(16, 26))
+FLAT = BROWN(min_size=(5, 6), max_size=(9, 12), area=(1, 70), also=RIDING)
 CUT = BROWN(min_size=(8, 1), max_size=(8, 5))
-COYOTE = BROWN(min_size=(5, 13), max_size=(9, 38), also=FLAT)
-FALLING = BROWN(min_size=(4, 6), max_size=(8, 12), area=(61, 199), also=CUT)
-BALL = BROWN(min_size=(4, 4), max_size=(4, 4))
-CRACKS = Blobs(COYOTE_COLORS, (8, 124, 152, 156), gap=(1, 1), min_size=(9, 32), max_size=(13, 32))
+COYOTE = BROWN(min_size=(5, 13), max_size=(9, 36), also=FLAT)
+FALLING = BROWN(min_size=(4, 6), max_size=(8, 12), area=(71, 240), also=CUT)
+CRACK = functools.partial(BROWN, region=(8, 124, 152, 156))
+CRACKS = CRACK(min_size=(1, 32), max_size=(6, 32))  # the edge cuts these
+CRACKS = CRACK(min_size=(9, 32), max_size=(13, 32), also=CRACKS)
 LANES = functools.partial(Blobs, PLAYER_COLORS, (8, 106, 152, 174), gap=(1, 1))
-HIGH_SEEDS = LANES(min_size=(5, 4), max_size=(5, 4), area=(19, 24))
-SEEDS = LANES(min_size=(1, 3), max_size=(5, 3), area=(1, 18), also=HIGH_SEEDS)
-MINES = LANES(min_size=(4, 3), max_size=(4, 4), area=(19, 99))
-TURRET = LANES(min_size=(12, 8), max_size=(12, 8))
-TRUCK = Blobs((254, 54), ROAD_VIEW, gap=(0, 3), first=254, min_size=(4, 8), max_size=(16, 18))
-BONUS = Bounds(BLACK, (70, 182, 95, 187))
-CACTI = Bounds(24, ((8, 46, 152, 55), (8, 55, 152, 64)))
+SEEDS = LANES(min_size=(1, 3), max_size=(1, 3), area=(8, 8))  # the edge cuts the first two
+SEEDS = LANES(min_size=(2, 3), max_size=(2, 3), area=(12, 12), also=SEEDS)
+SEEDS = LANES(min_size=(5, 4), max_size=(5, 4), area=(24, 24), also=SEEDS)
+SEEDS = LANES(min_size=(4, 3), max_size=(5, 3), area=(14, 18), also=SEEDS)
+SHINE = (134, 136, 138, *GREY)
+TURRET = Blobs(SHINE, (8, 128, 152, 152), gap=(1, 1), min_size=(9, 8), max_size=(12, 8))
+TRUCK = Blobs((254, 54), ROAD_VIEW, gap=(1, 3), first=254, min_size=(4, 8), max_size=(16, 18))
+SIGN = Blobs((BLACK, 72, 136), (8, 73, 152, 88), gap=(1, 1), min_size=(1, 8), max_size=(16, 15))
 ICONS = Bounds((142, 62), (55, 16, 80, 24), value=Gauge(8, -2, 1))
-
 GAME = Game(
     name="RoadRunner",
     rom=ROM.name,
@@ -281,20 +281,20 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER, doc="the bird"),
-        Category("Enemy", COYOTE, doc="the coyote"),
+        Category("Player", PLAYER, otherwise=BURNT, doc="the bird"),
+        Category("Enemy", COYOTE, otherwise=BURNT_COYOTE, doc="the coyote"),
         Category("Seed", SEEDS, count=4, doc="lane"),
-        Category("AcmeMine", MINES, count=4, doc="mines: lane"),
+        Category("AcmeMine", LANES(min_size=(4, 3), max_size=(4, 4), area=(19, 99)), 4, doc="lane"),
         Category("SteelShot", LANES(min_size=(6, 3), max_size=(10, 3)), count=4, doc="lane"),
         Category("RoadCrack", CRACKS, count=2, doc="in the cliff"),
         Category("Rock", FALLING, count=2, doc="upper, lower"),
         Category("Turret", TURRET, doc="below a bridge"),
-        Category("TurretBall", BALL, count=2, doc="of the turret"),
-        Category("Cactus", CACTI, count=2, doc="by height"),
-        Category("Sign", Bounds((BLACK, 72, 136), (8, 73, 152, 88)), doc="beside the road"),
+        Category("TurretBall", BROWN(min_size=(4, 4), max_size=(4, 4)), 2, doc="of the turret"),
+        Category("Cactus", Bounds(24, ((8, 46, 152, 55), (8, 55, 152, 64))), 2, doc="by height"),
+        Category("Sign", SIGN, doc="beside the road"),
         Category("Truck", TRUCK, doc="on the road"),
         display("Score", Bounds(YELLOW, (55, 0, 103, 2)), doc="points"),
         display("Lives", ICONS, aliases=("Bird",), doc="one more than the icons"),
-        display("Bonus", BONUS, needs="Score", doc="points for the last seed"),
+        display("Bonus", Bounds(BLACK, (70, 182, 95, 187)), needs="Score", doc="for the last seed"),
     ),
 )

@@ -42,7 +42,7 @@ RARE = {
         *("Money_Bag", "Necklace", "Pottet_Plant", "Shatterd_Object", "Shoe_Sole", "Stamp"),
     ),
     "Riverraid": ("Bridge", "Jet"),
-    "RoadRunner": ("AcmeMine", "RoadCrack", "Rock", "Truck", "Turret", "TurretBall"),
+    "RoadRunner": ("AcmeMine", "Enemy", "Player", "RoadCrack", "Rock", "Sign", "Truck", "Turret", "TurretBall"),
     "Seaquest": ("SurfaceSubmarine",),
     "TimePilot": ("Enemy_Black", "Enemy_Yellow", "Enemy_Blue", "Enemy_Orange"),
     "Venture": ("Dragon", "Serpant", "Skeleton", "Spider", "Troll", "TwoHeaded", "Wall"),
