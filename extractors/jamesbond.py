@@ -14,11 +14,10 @@ and the steps at $F652, after the drawing, which `decode` takes back. The beam i
 other frame, in place of what is in the air; both are where they were drawn last.
 
 Covered: both modes, lost vehicles, the end of the game; all 30 stages by writes to the RAM, where
-F1 is 96 (random play shows only the first mission). Not exact: depth charges and eruptions there,
-shots near the sea bed, noise above the hole, rockets cut by the surface; what is hit or leaves is
-gone from the RAM a frame early. VEM does not see black parts of the rig, nor the enemies' shot in
-the colours of an object beside it; a lost vehicle, in most of the colours in which it flashes, but
-not what it touches then.
+F1 is 98 (random play shows only the first mission). Not exact: eruptions there, noise above the
+hole; what is hit or leaves is gone from the RAM a frame early. VEM does not see black parts of the
+rig, depth charges in a sky or sea of their colour and behind hills, nor the enemies' shot in the
+colours of an object beside it; a lost vehicle, in most of the colours in which it flashes.
 """
 
 import functools
@@ -33,7 +32,7 @@ from ocjax.game import Game
 from ocjax.ops import among, pick
 from ocjax.ram import RamMap, bcd, byte, low
 from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, Category, display
+from ocjax.rules import Blobs, Bounds, Category, Shades, display
 
 ROM = Rom("jamesbond", "e51030251e440cffaab1ac63438b44ae")
 GRAPHICS = 0x1000  # offset of the pages that are at $F000 while the frame is drawn
@@ -49,7 +48,6 @@ STEP_X, STEP_Y = ([(s ^ 128) - 128 for s in steps] for steps in (STEP_X, STEP_Y)
 STEP_X[TORPEDO], STEP_Y[TORPEDO] = -2, 0
 ANIMATION = [frames & 15 for frames in ANIMATION]
 PICTURE = [at + 11 & 0xFF for at in RECORDS]  # low byte of the first picture's address
-
 SMOKE_ROWS = 15  # of the ship's pictures
 
 
@@ -60,7 +58,8 @@ def _picture(kind: int, toggle: int) -> np.ndarray:
 
 
 BOTH = [_picture(kind, toggle) for kind in range(KINDS) for toggle in (0, TOGGLE[kind])]
-SIZES = Pictures.of([rows & seen for rows in BOTH for seen in EDGE_CUTS])
+ROWS = range(1, max(HEIGHT) + 2)  # of a picture that the surface or the ground leaves
+SIZES = Pictures.of([rows[:n] & seen for rows in BOTH for n in ROWS for seen in EDGE_CUTS])
 
 PIT = np.unpackbits(ROM.rows(GRAPHICS | 0xB8F, 17).astype(np.uint8)[:, None], axis=1)
 DEPTHS = [6 + 3 * int(np.flatnonzero(column)[-1]) for column in PIT.T.repeat(2, 0)]
@@ -187,6 +186,7 @@ def _objects(m: Ram) -> Box:
     # The larger part of what the edges cut; columns 0-7 are black.
     left = jnp.where(left < 0, left + 160, jnp.where(2 * left + width > 328, left - 160, left))
     beyond = jnp.clip(left + width - 160 >> zoom, 0, 8) - jnp.clip(8 - left >> zoom, 0, 8)
+    other = len(ROWS) * other + jnp.clip(BOTTOM - y, 1, len(ROWS)) - 1
     dx, dy, w, h = SIZES.extent(len(EDGE_CUTS) * other + 8 + beyond)
     there = (m.height < NONE) & (m.object_y < NONE) & (~COPY | among(m.size, COPIES))
     return box(left + (dx << zoom), y + dy, w << zoom, h, there).clip(8, 57, 160, BOTTOM)
@@ -196,10 +196,12 @@ def _shot(m: Ram, x: jax.Array, y: jax.Array, surface: int) -> Box:
     """A shot, which begins on every other line; it stays as it is from the surface to `surface`."""
     sky = jnp.where(m.height[4] < NONE, m.height[4] + 1, 0) + jnp.where(_beamed(m), 9, 0)
     odd = (top := y + 55) + surface + jnp.where(top < AIR[3], sky, 0) & 1
-    odd = jnp.where(top < AIR[1] + 1 + sky, 0, jnp.where(top >= SEA[3] + 4, 1, odd))
-    top = top + odd
+    odd = jnp.where(top < AIR[1] + 1 + sky, 0, jnp.where(top >= SEA[3] + 3, 1, odd))
+    bed = top - SEA[3]
+    top = top + jnp.where(bed == 0, -1, odd)
     sinks = (top >= surface - 6) & (top < surface - 2)
-    bottom = jnp.where(sinks, surface, top + 4)
+    bottom = jnp.where(sinks, surface, jnp.where(bed == -4, SEA[3] - 1, top + 4))
+    bottom = jnp.where(bed >= -2, bed + SEA[3] + 5, bottom)
     top = jnp.where((top >= surface - 2) & (top < surface), surface, top)
     return box(x - 11, top, 1, bottom - top, y < NONE).clip(*FIELD)
 
@@ -233,8 +235,7 @@ def _hole(m: Ram) -> Box:
     first, last = jnp.clip(8 - x, 0, 16), jnp.clip(160 - x, 0, 16)
     depth = jnp.minimum(pick(last, DEPTH_LEFT), pick(16 - first, DEPTH_RIGHT))
     apart = (m.ground_x >= 9) & (m.ground_x < 15)  # the flames are two columns beside the hole
-    hole = box(x, 122, jnp.where(apart, 18, 16), depth, m.mission == 0)
-    return hole.clip(8, 122, 160, 170)
+    return box(x, 122, jnp.where(apart, 18, 16), depth, m.mission == 0).clip(8, 122, 160, 170)
 
 
 def _lab(m: Ram) -> Box:
@@ -251,7 +252,9 @@ TAKEN = bytes.fromhex("0002040608 0a101214 182434 828488 9498 c0c2c4 f0f4f6fe")
 PLAYER = tuple(c for c in range(0, 256, 2) if c not in TAKEN)
 VEHICLE = Blobs(PLAYER, FIELD, min_size=(4, 4), max_size=(8, 4), area=(9, 17))
 UPWARD = Blobs(PLAYER, FIELD, min_size=(1, 3), max_size=(1, 6))
-CHARGE = Blobs((0, 0xC4), BOMBED, min_size=(1, 2), max_size=(1, 6))
+charge = functools.partial(Blobs, (0, 0xC4), max_size=(1, 6))
+CHARGE = charge(BOMBED, min_size=(1, 4), also=charge((8, 121, 160, 168), min_size=(1, 2)))
+NIGHT = Shades((130, 121), (0x84, 0xC4, 0x92), ((0xC4,), (1,), (1,)))  # the sea has its colour
 blob = functools.partial(Blobs, gap=(1, 1), max_size=(8, 16))
 HOLE = blob((0xF0, 0x34), (8, 122, 160, 170), gap=(2, 6), min_size=(4, 8), max_size=(20, 48))
 FLYER = blob((0x08, 0x94, 0x34), (8, 75, 160, 89), gap=(3, 4), first=0x08, min_size=(1, 5))
@@ -267,6 +270,7 @@ GAME = Game(
     md5=ROM.md5,
     ram=Ram,
     decode=decode,
+    shades=NIGHT,
     categories=(
         Category("Player", VEHICLE, doc="the vehicle"),
         Category("Player_Shot", UPWARD, doc="the shot that flies up"),
@@ -281,12 +285,8 @@ GAME = Game(
         Category("Hornet", FLYER, doc="in the air"),
         Category("Oil_Rig", Bounds((0x22, 0xCA), LOW, (1, 8)), doc="a goal: to be landed on"),
         Category("Ship", Bounds((0x0A, 0x18, 0x42), LOW, (9, 8)), doc="without its smoke"),
-        Category(
-            "Diver", Bounds((0xC2, 0x18, 0x94), (8, 131, 160, 152), (1, 18)), doc="in the sea"
-        ),
-        Category(
-            "Submarine", Bounds((8, 0x72, 0x18), (8, 136, 160, 149), (9, 8)), doc="in the sea"
-        ),
+        Category("Diver", Bounds((0xC2, 0x18, 0x94), (8, 131, 160, 152), (1, 18)), doc="swims"),
+        Category("Submarine", Bounds((8, 0x72, 0x18), (8, 136, 160, 149), (9, 8)), doc="dives"),
         Category("Torpedo", Bounds((0x18,), (8, 121, 160, 131), (1, 5)), doc="at the surface"),
         Category("Eruption", Bounds((0xC2, 0x18), SEA, (10, 5)), doc="of a bomb in the sea"),
         Category("Capsule", Bounds((0xCA, 0xC8, 0xC6), SEA, (1, 8)), doc="a goal: to be touched"),

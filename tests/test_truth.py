@@ -31,7 +31,7 @@ RARE = {
     "BeamRider": ("Torpedos",),
     "Berzerk": ("PlayerMissile", "EnemyMissile"),
     "Centipede": ("Flea", "Scorpion"),
-    "Jamesbond": ("Explosion", "Submarine", "Torpedo"),
+    "Jamesbond": ("Depth_Charge", "Explosion", "Rocket", "Submarine", "Torpedo"),
     "Kangaroo": ("FallingCoconut", "Fruit", "Ladder", "Platform", "ThrownCoconut"),
     "Krull": ("Beast", "Line", "Star", "Wall", "Weapon"),
     "MontezumaRevenge": ("Amulet", "Beam", "Disappearing_Platform", "Ruby", "Snake", "Spider"),
