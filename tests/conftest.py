@@ -40,6 +40,14 @@ def pytest_generate_tests(metafunc):
         metafunc.parametrize("game", games, scope="session")
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """One process runs the tests of a module that are of no game, so that fixtures are set up and programs are compiled once."""
+    for item in items:
+        if item.get_closest_marker("xdist_group") is None:
+            item.add_marker(pytest.mark.xdist_group(item.path.stem))
+
+
 _compiled_for = None
 
 
