@@ -51,7 +51,8 @@ ROW_HEIGHT, LOWEST_ROW = 25, 94
 ROW_COUNTS, ROW_LINES = 18, 8  # counts of a row of enemies; lines that draw it
 FIRST_COLUMN, ROW_COLUMN, CANNON_COLUMN = 5, 56, 26  # of a row, of its next lines, below
 LAST_BLOCK, CANNON_COUNT = 13, 106  # of eight counts; of the cannon's first line
-COLD, HOT, SHOT_SOUND_END, GROUND_TOP = 2, 16, 15, 186
+GROUND_TOP, SHOT_SOUND_END = 186, 15  # a row; least `shot_sound` when no shot sounds
+COLD, HOT = 2, 16  # the least heat, which does not change, and the most
 
 WHITE, SCORE, LIFE, HEAT = 14, 40, 8, (198, 70)
 SHIP = (198, 38, 24, 146, 114, 214, 150, 148, 82, 86, 194, 196, WHITE)

@@ -265,8 +265,8 @@ score = functools.partial(score_box, FONT, right=108, top=10, digits=6, leading_
 amount = functools.partial(score_box, NARROW_FONT, right=31, top=32, digits=2)
 SHIP_COLORS = (*range(64, 112, 2), 86, YELLOW)
 SHIP = Blobs(SHIP_COLORS, (0, 164, 160, 180), gap=(4, 2), min_size=(9, 9), max_size=(15, 16))
-DISKS = Blobs((8, 14), (0, 43, 160, 164), max_size=(3, 1), split=(1, 1))  # dots, side by side
-DISKS = Blobs((8, 14), (0, 43, 160, 164), min_size=(1, 2), max_size=(8, 6), also=DISKS)
+DOTS = Blobs((8, 14), (0, 43, 160, 164), max_size=(3, 1), split=(1, 1))  # disks at the horizon
+DISKS = Blobs((8, 14), (0, 43, 160, 164), min_size=(1, 2), max_size=(8, 6), also=DOTS)
 EXPLOSIONS = Blobs((26, 24, 22, 14), FIELD, min_size=(7, 7), max_size=(8, 8), area=(17, 25))
 ENDS = Blobs((38, 86), FIELD, gap=(2, 1), min_size=(7, 5), max_size=(8, 5))
 PASSING = Blobs((140, 66, 68, 218, 58), (0, 37, 160, 44), min_size=(8, 4), max_size=(16, 7))

@@ -25,7 +25,7 @@ from ocjax.game import Game
 from ocjax.ops import lookup
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, Runs, display
+from ocjax.rules import Blobs, Bounds, Category, Gauge, Runs, display
 
 ROM = Rom("kangaroo", "4326edb70ff20d0ee5ba58fa5cb09d60")
 BANK = 0x1000  # offset of the second bank
@@ -268,6 +268,7 @@ PLACES = tuple((x, y, x + w, y + h) for x, y, w, h in LADDERS.tolist())
 # Less than the ladders, which figures cover, and more than what is there in other levels.
 HEIGHTS = tuple((RUNG, max(4, h - 4)) for h in LADDERS[:, 3].tolist())
 RUNGS = Bounds(RUNG_COLORS, PLACES, HEIGHTS)
+ICONS = Bounds(DIGITS, (16, 183, 80, 190), value=Gauge(8, -4, 1))
 POINTS = Bounds(DIGITS, (97, 183, 145, 190), value=Digits(FONT, SCORE_LEFTS, SCORE_TOP))
 SECONDS = Bounds(DIGITS, (79, 191, 95, 196), value=Digits(CLOCK_FONT, CLOCK_LEFTS, CLOCK_TOP))
 
@@ -288,7 +289,7 @@ GAME = Game(
         Category("Platform", FLOORS, count=MOST_PLATFORMS, rgb=WOOD_RGB, doc="floors and steps"),
         Category("Ladder", RUNGS, count=12, rgb=WOOD_RGB, doc="ladders of the three levels"),
         display("Score", POINTS, doc="points"),
-        display("Lives", Bounds(DIGITS, (16, 183, 80, 190)), doc="lives left but the last one"),
+        display("Lives", ICONS, doc="lives left but the last one"),
         display("Time", SECONDS, doc="time left"),
     ),
 )

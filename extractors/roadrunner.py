@@ -43,6 +43,7 @@ REPEATED = (255, 125, 255, 135, 255, 147, 255, 135)  # the first line that repea
 NOTHING, EDGE = 0x1E73, 134  # of `PICTURES`; the road's first row in scenes 3 and 7
 CLIFF, ROCKS, BRIDGE = 1, 5, 1  # the first two of `scene`, the last one of `scenery` & 15
 EXIT, BLANK, JUMP, JUST_WON = 16, 0x80, 29, 30  # two of `sign`, first `jump`, `bonus_time`
+EXITS = 1, 4  # scenes that have that sign
 SIGN_LINES = (73, 75, 75, 74, 75, 75, 75, 74)  # the first one, in each scene
 YELLOW, BLACK, GREY = 30, 0, (4, 6)
 PLAYER_COLORS, COYOTE_COLORS = (134, 136, 138, 142), (48, 50, 52, 54, 56, 58)
@@ -122,7 +123,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Enemy": figures[1].where(on_stage | even & (coyote_x <= GONE)),
         **{name: lanes.where(m.kind == kind) for name, kind in KINDS.items()},
         **_dangers(m, scrolled, lower, lost),
-        **_beside(m, scrolled, road | entry, lost),
+        **_beside(m, scrolled, road | entry | (narrow > 0), lost),
         "Truck": box(truck_x, m.truck_y + 55, 16, 18, (m.truck > 0) & road).clip(*VIEW),
         "Score": score_box(FONT, jnp.maximum(score, 10), right=103, top=0, digits=6, value=score),
         "Lives": box(55, 16, 8 * icons - 2, 8, icons > 0, value=m.icons + 1),
@@ -241,10 +242,11 @@ def _beside(m: Ram, scrolled: jax.Array, road: jax.Array, lost: jax.Array) -> di
     inset = jnp.where((m.scene & 1 == 1) & (slow == 2), 1, 0)  # the upper one is small
     y = np.array((46, 55)) + jnp.where((m.scene == ROCKS) & (m.sign_x < 0x95), 1, 0)
     sign_x = jnp.where(lost, m.seed_x - 1, wrap(m.sign_x - scrolled))
-    leaves = (m.scene == CLIFF) & (m.sign == EXIT)
+    leaves = among(m.scene, EXITS) & (m.sign == EXIT)
     there = jnp.where(m.scene == 0, m.sign < 3, among(m.sign, (0, 5))) & road | leaves
-    y_sign, h = jnp.where(leaves, 73, pick(m.scene, SIGN_LINES)), jnp.where(leaves, 14, 13)
-    sign = box(sign_x, y_sign, 16, jnp.where(m.scene == 0, 15, h))
+    top = jnp.where(leaves, 73, pick(m.scene, SIGN_LINES) - jnp.where(m.scenery == NARROW, 1, 0))
+    height = jnp.where(leaves | (m.scene == 0), jnp.where(m.scene == CLIFF, 14, 15), 13)
+    sign = box(sign_x, top, 16, height)
     return {
         "Cactus": box(x + inset, y, 8 - 3 * inset, 8, m.cactus_x < 0x94).clip(*VIEW),
         "Sign": sign.where(there & (sign_x < 0x99)).clip(*VIEW),
@@ -253,8 +255,7 @@ def _beside(m: Ram, scrolled: jax.Array, road: jax.Array, lost: jax.Array) -> di
 
 ROAD_VIEW = (8, 90, 152, 182)
 PLAYER = Bounds(PLAYER_COLORS, ROAD_VIEW, min_size=(6, 16), exclude=(*KINDS, "Turret"))
-BURNT = Bounds(GREY, ROAD_VIEW, min_size=(6, 16), exclude=("Turret",))
-BURNT_COYOTE = Blobs(GREY, ROAD_VIEW, gap=(1, 2), min_size=(6, 16), max_size=(9, 36))
+BURNT = Blobs(GREY, ROAD_VIEW, gap=(1, 2), min_size=(6, 16), max_size=(14, 37))
 BROWN = functools.partial(Blobs, COYOTE_COLORS, region=ROAD_VIEW, gap=(2, 2))
 RIDING = BROWN(min_size=(10, 20), max_size=(16, 26))
 FLAT = BROWN(min_size=(5, 6), max_size=(9, 12), area=(1, 70), also=RIDING)
@@ -262,13 +263,13 @@ CUT = BROWN(min_size=(8, 1), max_size=(8, 5))
 COYOTE = BROWN(min_size=(5, 13), max_size=(9, 36), also=FLAT)
 FALLING = BROWN(min_size=(4, 6), max_size=(8, 12), area=(71, 240), also=CUT)
 CRACK = functools.partial(BROWN, region=(8, 124, 152, 156))
-CRACKS = CRACK(min_size=(1, 32), max_size=(6, 32))  # the edge cuts these
-CRACKS = CRACK(min_size=(9, 32), max_size=(13, 32), also=CRACKS)
-LANES = functools.partial(Blobs, PLAYER_COLORS, (8, 106, 152, 174), gap=(1, 1))
-SEEDS = LANES(min_size=(1, 3), max_size=(1, 3), area=(8, 8))  # the edge cuts the first two
-SEEDS = LANES(min_size=(2, 3), max_size=(2, 3), area=(12, 12), also=SEEDS)
-SEEDS = LANES(min_size=(5, 4), max_size=(5, 4), area=(24, 24), also=SEEDS)
-SEEDS = LANES(min_size=(4, 3), max_size=(5, 3), area=(14, 18), also=SEEDS)
+CUT_CRACK = CRACK(min_size=(1, 32), max_size=(6, 32))  # by the edge
+CRACKS = CRACK(min_size=(9, 32), max_size=(13, 32), also=CUT_CRACK)
+LANES = functools.partial(Blobs, (*PLAYER_COLORS, *GREY), (8, 106, 152, 174), gap=(1, 1))
+CUT_SEED = LANES(min_size=(1, 3), max_size=(1, 3), area=(8, 8))  # by the edge
+CUT_SEED = LANES(min_size=(2, 3), max_size=(2, 3), area=(12, 12), also=CUT_SEED)
+HIGH_SEED = LANES(min_size=(5, 4), max_size=(5, 4), area=(24, 24), also=CUT_SEED)
+SEEDS = LANES(min_size=(4, 3), max_size=(5, 3), area=(14, 18), also=HIGH_SEED)
 SHINE = (134, 136, 138, *GREY)
 TURRET = Blobs(SHINE, (8, 128, 152, 152), gap=(1, 1), min_size=(9, 8), max_size=(12, 8))
 TRUCK = Blobs((254, 54), ROAD_VIEW, gap=(1, 3), first=254, min_size=(4, 8), max_size=(16, 18))
@@ -282,7 +283,7 @@ GAME = Game(
     decode=decode,
     categories=(
         Category("Player", PLAYER, otherwise=BURNT, doc="the bird"),
-        Category("Enemy", COYOTE, otherwise=BURNT_COYOTE, doc="the coyote"),
+        Category("Enemy", COYOTE, otherwise=BURNT, doc="the coyote"),
         Category("Seed", SEEDS, count=4, doc="lane"),
         Category("AcmeMine", LANES(min_size=(4, 3), max_size=(4, 4), area=(19, 99)), 4, doc="lane"),
         Category("SteelShot", LANES(min_size=(6, 3), max_size=(10, 3)), count=4, doc="lane"),

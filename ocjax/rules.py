@@ -181,6 +181,11 @@ class Blobs:
         return () if self.first is None else _color_set(self.first)
 
     @property
+    def limits(self) -> dict[str, int]:
+        """The limits by which pixels count or do not, in the order in which they apply; 0 where there is none."""
+        return {"max_run": self.max_run, "max_across": self.max_across, "max_line": self.max_line, "pairs": self.pairs}
+
+    @property
     def bottom(self) -> int:
         """The row below everything that the rule looks at; 0 where it looks at the whole screen."""
         return max(rule.region[3] if rule.region else 0 for rule in self.rules)
@@ -197,9 +202,8 @@ class Blobs:
             raise ValueError("area needs max_size")
         if not set(self.first_colors) <= set(self.palette):
             raise ValueError(f"first must be among the colors {self.palette}, got {self.first}")
-        limits = {name: getattr(self, name) for name in ("max_run", "max_across", "max_line", "pairs")}
-        if min(limits.values()) < 0 or max(self.max_across, self.pairs) > 30:
-            raise ValueError(f"max_run and max_line must be numbers of pixels, and max_across and pairs up to 30, got {limits}")
+        if min(self.limits.values()) < 0 or max(self.max_across, self.pairs) > 30:
+            raise ValueError(f"max_run and max_line must be numbers of pixels, and max_across and pairs up to 30, got {self.limits}")
         if self.split is not None and min(self.split) < 1:
             raise ValueError(f"split must be (width, height) of at least 1 pixel, got {self.split}")
         if self.also is not None and not set(self.also.palette) <= set(self.palette):

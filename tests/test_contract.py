@@ -96,3 +96,8 @@ def test_decode_is_pure(game):
     assert not jaxpr.effects
     text = str(jaxpr)
     assert not [word for word in ("callback", "random_bits", "float64", "io_") if word in text]
+
+
+def test_tests_are_grouped(request):
+    """pytest-xdist names a test's group in its ID; ungrouped, every process would compile every game."""
+    assert ("@" in request.node.nodeid) == getattr(request.config.option, "loadgroup", False)

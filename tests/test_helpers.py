@@ -54,8 +54,3 @@ def test_some_of_the_slots_of_boxes():
     assert np.array_equal(part.rgb, NTSC[[32, 34]])
     assert int(whole[4].x) == 4
     assert box(np.arange(2), 0, 1, 1)[0].rgb is None
-
-
-def test_tests_are_grouped(request):
-    """pytest-xdist names a test's group in its ID; ungrouped, every process would compile every game."""
-    assert ("@" in request.node.nodeid) == getattr(request.config.option, "loadgroup", False)

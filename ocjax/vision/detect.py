@@ -24,6 +24,13 @@ from ocjax.vision.components import Detected, components
 from ocjax.vision.runs import detect_runs
 from ocjax.vision.search import Search
 
+_FILTERS = {  # by the name of the limit in `Blobs.limits`
+    "max_run": bm.short_runs,
+    "max_across": functools.partial(bm.short_runs, across=True),
+    "max_line": bm.without_lines,
+    "pairs": bm.without_pairs,
+}
+
 
 class _Frames:
     """A batch of frames, the colour masks computed from it so far, and what its categories' rules have detected so far."""
@@ -80,7 +87,8 @@ class _Frames:
         return self._counted[key]
 
     def _count(self, rule: Bounds | Blobs, colors: tuple[int, ...]) -> Bitmap:
-        read_once = isinstance(rule, Blobs) and rule.gap == (0, 0) and not (rule.max_run or rule.max_across or rule.max_line or rule.pairs)
+        limits = {name: limit for name, limit in rule.limits.items() if limit} if isinstance(rule, Blobs) else {}
+        read_once = isinstance(rule, Blobs) and rule.gap == (0, 0) and not limits
         mask = self.mask(colors, materialize=not read_once)
         if isinstance(rule, Bounds) and rule.inverse:
             mask = ~mask
@@ -90,13 +98,9 @@ class _Frames:
             other = self.rules[name]
             inside = cell_pixels(other, self.mask(other.palette)) if isinstance(other, Cells) else self._inside(name)
             mask = mask & ~inside
-        if isinstance(rule, Blobs) and rule.max_run:
-            mask = bm.short_runs(mask, rule.max_run)
-        if isinstance(rule, Blobs) and rule.max_across:
-            mask = bm.short_runs(mask, rule.max_across, across=True)
-        if isinstance(rule, Blobs) and rule.max_line:
-            mask = bm.without_lines(mask, rule.max_line)
-        return bm.without_pairs(mask, rule.pairs) if isinstance(rule, Blobs) and rule.pairs else mask
+        for name, limit in limits.items():
+            mask = _FILTERS[name](mask, limit)
+        return mask
 
 
 def _shade_bits(shades: Shades, frames: jax.Array) -> jax.Array:
@@ -239,8 +243,8 @@ def _of_equal_pixels(rules: Sequence[Blobs]) -> Iterable[list[Blobs]]:
     """Rules that differ only in what sizes they accept, together."""
     groups: dict[tuple[object, ...], list[Blobs]] = {}
     for r in rules:
-        runs = r.max_run, r.max_across, r.max_line, r.pairs
-        pixels = r.palette, r.region, r.connectivity, r.gap, r.split_by_color, runs, tuple(r.ignore), tuple(r.exclude)
+        limits = tuple(r.limits.items())
+        pixels = r.palette, r.region, r.connectivity, r.gap, r.split_by_color, limits, tuple(r.ignore), tuple(r.exclude)
         groups.setdefault(pixels, []).append(r)
     return groups.values()
 
