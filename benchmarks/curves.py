@@ -2,13 +2,14 @@
 
     python benchmarks/curves.py [FOLDER ...]
 
-The mean returns in each FOLDER (of `ocjax train`) are copied, thinned, to benchmarks/curves/<Game>-<seed>.csv. All curves that are kept
-there are drawn into docs/curves.png. Needs matplotlib (extra `dev`).
+The mean returns in each FOLDER (of `ocjax train`) are copied, thinned, to benchmarks/curves/<Game>-<inputs>-<seed>.csv. All curves that
+are kept there are drawn into docs/curves.png. Needs matplotlib (extra `dev`).
 """
 
 import argparse
 import csv
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,6 +17,7 @@ import matplotlib as mpl
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
 
 HERE = Path(__file__).parent
 KEPT, PICTURE = HERE / "curves", HERE.parent / "docs" / "curves.png"
@@ -42,7 +44,7 @@ REFERENCES = {
     "SpaceInvaders": Reference(148.0, 1652.0, None),
     "Tennis": Reference(-23.8, -8.9, -1.0),
 }
-COLORS = {"random": "tab:gray", "human": "tab:green", "ocatari": "tab:orange"}
+COLORS = {"random": "tab:gray", "human": "tab:green", "ocatari": "tab:orange", "objects": "tab:blue", "pixels": "tab:red"}
 
 
 def keep(folder: Path) -> None:
@@ -52,32 +54,38 @@ def keep(folder: Path) -> None:
         rows = [(int(row["frames"]), float(row["return"])) for row in csv.DictReader(file) if row["return"] != "nan"]
     step = max(1, len(rows) // POINTS)
     KEPT.mkdir(exist_ok=True)
-    with (KEPT / f"{config['game']}-{config['seed']}.csv").open("w", newline="") as file:
+    with (KEPT / f"{config['game']}-{config['inputs']}-{config['seed']}.csv").open("w", newline="") as file:
         out = csv.writer(file, lineterminator="\n")
         out.writerow(("frames", "return"))
         out.writerows([*rows[:-1:step], rows[-1]])
+
+
+def draw_game(axis: Axes, game: str, paths: Sequence[Path]) -> None:
+    """Draw the curves of a game, and what to compare them with."""
+    for path in paths:
+        inputs = path.stem.split("-")[1]
+        with path.open() as file:
+            points = [(float(row["frames"]) / 1e6, float(row["return"])) for row in csv.DictReader(file)]
+        axis.plot(*zip(*points, strict=True), color=COLORS[inputs], linewidth=1, label=inputs if path.stem.endswith("-0") else None)
+    for name, value in REFERENCES[game]._asdict().items() if game in REFERENCES else ():
+        if value is not None:
+            axis.axhline(value, color=COLORS[name], linestyle="--", linewidth=1, label=name.replace("ocatari", "OCAtari, 40 M frames"))
+    axis.set(title=game, xlabel="million emulated frames", ylabel="mean return of 100 games")
+    axis.legend(fontsize="x-small", loc="lower right")
 
 
 def draw() -> None:
     """Draw all curves that are kept."""
     curves: dict[str, list[Path]] = {}
     for path in sorted(KEPT.glob("*.csv")):
-        curves.setdefault(path.stem.rsplit("-", 1)[0], []).append(path)
+        curves.setdefault(path.stem.split("-")[0], []).append(path)
     columns = min(COLUMNS, len(curves))
     rows = -(-len(curves) // columns)
     figure, axes = plt.subplots(rows, columns, figsize=(4.2 * columns, 3.2 * rows), squeeze=False, layout="constrained")
     for axis in axes.flat[len(curves) :]:
         axis.axis("off")
     for axis, (game, paths) in zip(axes.flat, curves.items(), strict=False):
-        for path in paths:
-            with path.open() as file:
-                points = [(float(row["frames"]) / 1e6, float(row["return"])) for row in csv.DictReader(file)]
-            axis.plot(*zip(*points, strict=True), color="tab:blue", label="ocjax" if path == paths[0] else None)
-        for name, value in REFERENCES[game]._asdict().items() if game in REFERENCES else ():
-            if value is not None:
-                axis.axhline(value, color=COLORS[name], linestyle="--", linewidth=1, label=name.replace("ocatari", "OCAtari, 40 M frames"))
-        axis.set(title=game, xlabel="million emulated frames", ylabel="mean return of 100 games")
-        axis.legend(fontsize="x-small", loc="lower right")
+        draw_game(axis, game, paths)
     figure.savefig(PICTURE, dpi=80)
 
 

@@ -133,6 +133,7 @@ class SavedPolicy:
             "md5": self.game.md5,
             "hud": self.game.hud,
             "features": self.observation.features,
+            "grid_features": self.observation.grid_features,
             "history": self.observation.history,
             "normalize": self.observation.normalize,
             "sampled": self.sampled,
@@ -185,7 +186,12 @@ def read(path: str | Path, game: Game) -> SavedPolicy:
 def _observation(description: Mapping[str, Any]) -> Vector:
     if not description:
         return PLAIN
-    return Vector(description["features"], history=int(description["history"]), normalize=bool(description["normalize"]))
+    return Vector(
+        description["features"],
+        grid_features=description.get("grid_features"),  # policies of before this option do not have it
+        history=int(description["history"]),
+        normalize=bool(description["normalize"]),
+    )
 
 
 def _known(description: Mapping[str, Any]) -> dict[str, Any]:

@@ -387,9 +387,12 @@ class Category:
     @property
     def has_places(self) -> bool:
         """Whether each slot stands for a place on the screen, so that VEM's objects never change their slots."""
-        if isinstance(self.rule, Cells):
-            return not self.rule.floats
-        return isinstance(self.rule, Bounds) and not self.rule.each
+        return self.on_grid or (isinstance(self.rule, Bounds) and not self.rule.each)
+
+    @property
+    def on_grid(self) -> bool:
+        """Whether each slot is a cell of a fixed grid, so that its object never moves."""
+        return isinstance(self.rule, Cells) and not self.rule.floats
 
     @property
     def reads_color(self) -> bool:

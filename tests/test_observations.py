@@ -206,10 +206,25 @@ def test_dqn_frames():
     envs.close()
 
 
+def test_grids_have_features_of_their_own():
+    """The others' features are the same, at other places of the vector."""
+    kinds = {"same": Vector(("y", "my", "valid")), "own": Vector(("y", "my", "valid"), grid_features=("valid",))}
+    envs = ocjax.make_vec("Breakout", 2, obs=kinds, num_workers=0)
+    observed, _ = envs.reset(seed=0)
+    for _ in range(5):
+        observed, *_ = envs.step(np.array([1, 2]))
+    names = {kind: list(envs.features[kind]) for kind in kinds}
+    assert names["own"] == [name for name in names["same"] if name[1] != "Block" or name[-1] == "valid"]
+    assert np.array_equal(observed["own"], observed["same"][:, [names["same"].index(name) for name in names["own"]]])
+    envs.close()
+
+
 def test_wrong_vector_options_are_refused():
     for features in ((), ("x", "speed"), ("x", "x")):
-        with pytest.raises(ValueError, match="features must be None or distinct names of"):
+        with pytest.raises(ValueError, match=r"^features must be None or distinct names of"):
             Vector(features)
+        with pytest.raises(ValueError, match=r"^grid_features must be None or distinct names of"):
+            Vector(grid_features=features)
     with pytest.raises(ValueError, match="history must be at least 1"):
         Vector(history=0)
     with pytest.raises(ValueError, match="stack must be at least 1"):

@@ -24,7 +24,7 @@ ACTIONS = 6  # of Pong
 def policy():
     """A policy of Pong with random weights that looks at movements."""
     game, rng = ocjax.load("Pong", hud=False), np.random.default_rng(0)
-    kind = Vector(("x", "y", "dx", "dy", "valid"), history=2, normalize=False)
+    kind = Vector(("x", "y", "dx", "dy", "valid"), grid_features=("valid",), history=2, normalize=False)
     n = len(kind.features_of(game))
     layers = [(rng.normal(size=(n, 8)), rng.normal(size=8)), (rng.normal(size=(8, ACTIONS)), rng.normal(size=ACTIONS))]
     settings = Settings(frame_skip=4, repeat_action_probability=0.0, noop_max=30, episodic_life=True)

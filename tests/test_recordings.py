@@ -170,7 +170,7 @@ def stored(path, name, header, data=bytes(8), **info):
         (
             b"{'descr': '|u1', 'fortran_order': False, 'shape': (1, 8)}",
             {"file_size": 2**40, "compress_size": 2**40},
-            "claims 1,099,511,627,776",
+            "claims 1,099,511,627,776|Overlapped entries",
         ),
         (b"{'descr': '|u1', 'fortran_order': False, 'shape': (1, 8)}", {"file_size": 2**40}, "claims 1,099,511,627,776"),
         (b"{'descr': '|O', 'fortran_order': False, 'shape': (1,)}", {}, "claims object"),

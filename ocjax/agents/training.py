@@ -25,6 +25,8 @@ from ocjax.policies import SavedPolicy
 from ocjax.registry import load
 
 FEATURES = ("x", "y", "dx", "dy", "nx", "ny", "mx", "my", "orientation", "valid")
+# Positions on a fixed grid say nothing, and those relative to the player change all at once: in Breakout, 108 bricks hide the ball.
+GRID_FEATURES = ("valid",)
 PRESET = "dqn"
 CHECKPOINT_SECONDS = 120.0
 STACK = 4  # grey frames of an observation of pixels
@@ -48,6 +50,7 @@ class Config:
         preset: the settings of the environments. Rewards are not clipped, whatever it says, but scaled by the spread of the returns.
         hyperparameters: of PPO.
         features: of each slot, as `ocjax.envs.Vector` names them, in pixels; for "objects".
+        grid_features: likewise, for the slots of fixed grids.
     """
 
     game: str
@@ -56,11 +59,12 @@ class Config:
     preset: str = PRESET
     hyperparameters: Hyperparameters = dataclasses.field(default_factory=Hyperparameters)
     features: tuple[str, ...] = FEATURES
+    grid_features: tuple[str, ...] = GRID_FEATURES
 
     @property
     def vector(self) -> Vector:
         """The observation of "objects"."""
-        return Vector(self.features, normalize=False)
+        return Vector(self.features, grid_features=self.grid_features, normalize=False)
 
     def to_json(self) -> str:
         """The configuration as JSON."""

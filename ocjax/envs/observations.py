@@ -137,9 +137,11 @@ class Vector(Computed):
     mx and my still tell what approaches. In mode "vem", `ocjax.track` keeps objects in the same slots from step to step.
 
     Args:
-        features: distinct names of x, y, w, h, dx, dy, nx, ny, mx, my, orientation, value and valid, the same for all slots. With None,
+        features: distinct names of x, y, w, h, dx, dy, nx, ny, mx, my, orientation, value and valid, for all slots. With None,
             a slot has x, y, w, h, dx and dy, then orientation and value if its category has them, and valid. Display objects that have a
             value, such as scores, do not have x to dy: their boxes only tell how many digits are shown.
+        grid_features: likewise, for the slots of fixed grids such as Breakout's bricks, whose objects never move
+            (`Category.on_grid`). With None, they have the same features as others.
         history: number of states.
         normalize: whether features are scaled: lengths to units of the screen's width or height, orientations to turns, and values v to
             sign(v) log(1 + |v|) / log(1 + 10^6). Without it, lengths are in pixels and orientations are compass points 0 to 15.
@@ -153,14 +155,17 @@ class Vector(Computed):
 
     features: tuple[str, ...] | None = None
     _: KW_ONLY
+    grid_features: tuple[str, ...] | None = None
     history: int = 1
     normalize: bool = True
 
     def __post_init__(self) -> None:
-        if self.features is not None:
-            object.__setattr__(self, "features", tuple(self.features))
-            if not self.features or not set(self.features) <= set(FEATURES) or len(set(self.features)) < len(self.features):
-                raise ValueError(f"features must be None or distinct names of {', '.join(FEATURES)}, got {self.features}")
+        for option in ("features", "grid_features"):
+            names = getattr(self, option)
+            if names is not None:
+                object.__setattr__(self, option, tuple(names))
+                if not names or not set(names) <= set(FEATURES) or len(set(names)) < len(names):
+                    raise ValueError(f"{option} must be None or distinct names of {', '.join(FEATURES)}, got {names}")
         if self.history < 1:
             raise ValueError(f"history must be at least 1, got {self.history}")
 
@@ -171,6 +176,8 @@ class Vector(Computed):
 
     def _features(self, category: Category) -> tuple[str, ...]:
         """The features of a category's slots."""
+        if self.grid_features is not None and category.on_grid:
+            return self.grid_features
         if self.features is not None:
             return self.features
         box = () if category.hud and "value" in category.attributes else ("x", "y", "w", "h", "dx", "dy")
