@@ -1,11 +1,11 @@
-"""REM and VEM on JAX's default device, such as a GPU: equal to the CPU's results, and how quick.
+"""REM and VEM on JAX's default device, such as a GPU: whether results equal the CPU's, and throughput.
 
     python benchmarks/accelerators.py [GAME ...] [--states 1048576] [--frames 16384] [--seconds 1]
 
 Results for the frames in tests/data and for random bytes are compared with those of the CPU in the same process, value by value. Batches
-lie in the device's memory before a call, and its results stay there; the column "with copies" begins and ends with numpy arrays. The last
-column divides the time by that of a copy, on the device, of the bytes that are read and written. Rates are medians of repeated calls, each
-waited for, after a first call, whose time is that of the compilation.
+lie in the device's memory before a call, and its results stay there; the column "from and to numpy" includes both copies. The last column
+is the time relative to that of a copy, on the device, of as many bytes as are read and written. Rates are medians over repeated calls, each
+of which is waited for. The first call is timed separately, as compilation.
 """
 
 import argparse
@@ -26,7 +26,7 @@ import ocjax
 from ocjax import _xla
 
 NOISE = 1000  # random states
-HEADINGS = "game", "method", "batch", "equal", "compilation s", "million a second", "10-90 %", "with copies", "times a copy"
+HEADINGS = "game", "method", "batch", "equal", "compilation s", "million a second", "10-90 %", "from and to numpy", "times a copy"
 
 
 def noise(samples: np.ndarray) -> np.ndarray:

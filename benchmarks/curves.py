@@ -1,9 +1,9 @@
-"""Draw learning curves from the folders of trainings, and keep their numbers.
+"""Draw learning curves from the folders of training runs, and keep their data.
 
     python benchmarks/curves.py [FOLDER ...]
 
-The mean returns in each FOLDER (of `ocjax train`) are copied, thinned, to benchmarks/curves/<Game>-<inputs>-<seed>.csv. All curves that
-are kept there are drawn into docs/curves.png. Needs matplotlib (extra `dev`).
+The mean returns in each FOLDER (written by `ocjax train`) are thinned to about 200 points and saved as
+benchmarks/curves/<Game>-<inputs>-<seed>.csv. All saved curves are drawn into docs/curves.png. Needs matplotlib (extra `dev`).
 """
 
 import argparse
@@ -48,7 +48,7 @@ COLORS = {"random": "tab:gray", "human": "tab:green", "ocatari": "tab:orange", "
 
 
 def keep(folder: Path) -> None:
-    """Copy the curve of a training."""
+    """Save the curve of a training run."""
     config = json.loads((folder / "config.json").read_text())
     with (folder / "metrics.csv").open() as file:
         rows = [(int(row["frames"]), float(row["return"])) for row in csv.DictReader(file) if row["return"] != "nan"]
@@ -90,9 +90,9 @@ def draw() -> None:
 
 
 def main() -> None:
-    """Keep and draw."""
+    """Save and draw."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folders", nargs="*", type=Path, metavar="FOLDER", help="of trainings")
+    parser.add_argument("folders", nargs="*", type=Path, metavar="FOLDER", help="of training runs")
     for folder in parser.parse_args().folders:
         keep(folder)
     draw()
