@@ -15,9 +15,10 @@ two by turns, the jet's shot by turns at its place and at the place before.
 
 Covered: all eras and mother ships (written to RAM), all difficulties, the flight through time, lost
 lives, the end of the game. Not exact: clouds in the lower half hide shots and parts of planes, and
-black lines at the left edge what is on them; a plane hides its new shot in its colour; no shot is
-drawn where `y` is a multiple of 16. VEM does not see the jet's shot at its nose, does not read the
-score, and takes the era from a pixel of the sky, which a cloud of the blue era may cover.
+black lines what is at the left edge; a plane hides its new shot; none is drawn where `y` is a
+multiple of 16. VEM sees no shot at the jet's nose or within 2 columns of a plane, whose tips look
+alike, does not read the score, and takes the era from a pixel of the sky, which a blue era's cloud
+may cover.
 """
 
 import functools
@@ -268,7 +269,7 @@ def _left(m: Ram) -> Box:
 plane = functools.partial(Category, attributes=("orientation",), count=8)
 shot = functools.partial(Category, count=2, blinks=True, doc="their shots")
 PLANES = [Blobs(c, SKY, gap=(3, 2), min_size=(3, 2), max_size=(8, 15)) for c in UNUSED]
-SHOTS = [Blobs(c, SKY, min_size=(1, 2), max_size=(1, 2)) for c in UNUSED]
+SHOTS = [Blobs(c, SKY, gap=(2, 0), min_size=(1, 2), max_size=(1, 2)) for c in UNUSED]
 JET_SHOT = Blobs(JET[0], SKY, min_size=(1, 2), max_size=(1, 2), ignore=(NOSE,))
 WHOLE_JET = Bounds((JET[0], WARP_WHITE), NOSE, (3, 3))
 COLORS_BY_ERA = tuple(
