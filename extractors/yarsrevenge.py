@@ -263,9 +263,9 @@ facing = functools.partial(Category, attributes=("orientation",))
 between = functools.partial(display, blinks=True)  # shown between two rounds
 
 # The Qotile is 18 rows high and has the Yar's colour now and then.
-PLAYER = Blobs(YAR, gap=(3, 3), min_size=(4, 8), max_size=(10, 17))
-PLAYER = Blobs(YAR, gap=(3, 3), min_size=(2, 6), max_size=(2, 6), also=PLAYER)  # as it dissolves
-SHOT = Blobs(YAR, gap=(3, 3), max_size=(1, 2))
+PLAYER = Blobs(YAR, gap=(2, 3), min_size=(4, 8), max_size=(10, 17))
+PLAYER = Blobs(YAR, gap=(2, 3), min_size=(2, 6), max_size=(2, 6), also=PLAYER)  # as it dissolves
+SHOT = Blobs(YAR, gap=(2, 3), max_size=(1, 2))
 ENEMY = Blobs(LIGHTS, (150, 0, 158, 195), min_size=(8, 17), max_size=(8, 18))
 SWIRL = Blobs(SWIRLS, gap=(1, 1), min_size=(6, 10), max_size=(8, 16))
 IN_ZONE = Blobs(tuple(c for c in LIGHTS if c & 8 and c not in (YAR, 0x5A)), ZONE, max_size=(4, 3))
