@@ -14,10 +14,10 @@ and the steps at $F652, after the drawing, which `decode` takes back. The beam i
 other frame, in place of what is in the air; both are where they were drawn last.
 
 Covered: both modes, lost vehicles, the end of the game; all 30 stages by writes to the RAM, where
-F1 is 98 (random play shows only the first mission). Not exact: eruptions there, noise above the
-hole; what is hit or leaves is gone from the RAM a frame early. VEM does not see black parts of the
-rig, depth charges in a sky or sea of their colour and behind hills, nor the enemies' shot in the
-colours of an object beside it; a lost vehicle, in most of the colours in which it flashes.
+F1 is 98.7 (random play shows only the first mission). Not exact: noise above the hole; what is hit
+or leaves is gone from the RAM a frame early. VEM does not see black parts of the rig, depth charges
+in a sky or sea of their colour and behind hills, nor the enemies' shot in the colours of an object
+beside it; a lost vehicle, in most of the colours in which it flashes.
 """
 
 import functools
@@ -25,12 +25,12 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box
+from ocjax.boxes import Box, box, choose
 from ocjax.console import EDGE_CUTS
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
 from ocjax.ops import among, pick
-from ocjax.ram import RamMap, bcd, byte, low
+from ocjax.ram import RamMap, bcd, byte, high, low
 from ocjax.rom import Pictures, Rom
 from ocjax.rules import Blobs, Bounds, Category, Shades, display
 
@@ -38,9 +38,8 @@ ROM = Rom("jamesbond", "e51030251e440cffaab1ac63438b44ae")
 GRAPHICS = 0x1000  # offset of the pages that are at $F000 while the frame is drawn
 FONT = ROM.font(GRAPHICS | 0x800, rows=7)
 
-MISSILE, ICE, ROCKET, DIVER, SATELLITE, SUBMARINE, BOMB, TORPEDO = range(8)
-SHIP, OIL_RIG, HELICOPTER, *_ = range(8, 15)
-KINDS = 15  # each with a record of eleven bytes, which its picture follows
+MISSILE, _, ROCKET, *_, TORPEDO, SHIP, _, HELICOPTER, _, EXPLOSION, ERUPTION, _ = range(15)
+KINDS, NIGHTS = 15, 4  # each kind has a record of eleven bytes; first mission at night
 RECORDS = GRAPHICS | (ROM.bytes(0xB62, KINDS) & 15) << 8 | ROM.bytes(0xB53, KINDS)
 RECORD = np.array([ROM.bytes(at, 11) for at in RECORDS])
 TOGGLE, ANIMATION, PERIOD, STEP_X, STEP_Y, HEIGHT, _, START_Y = RECORD.T[:8].tolist()
@@ -82,16 +81,15 @@ BEAM_LEFT, BEAM_WIDTH = _beams().tolist()
 FIELD, AIR, SEA = (8, 57, 160, 179), (8, 57, 160, 121), (8, 121, 160, 152)
 IN_AIR, IN_SEA, COPY = np.array([[1, 1, 0, 0, 0], [0, 0, 1, 1, 0], [0, 1, 0, 1, 0]]) > 0
 BOTTOM = np.where(IN_SEA, SEA[3], AIR[3])
-BOMBED = (8, 57, 160, 168)  # below it, the sea bed covers the depth charges
-SKY, LOW = (8, 57, 160, 72), (8, 99, 160, 121)
+BOMBED, SKY, LOW = (8, 57, 160, 168), (8, 57, 160, 72), (8, 99, 160, 121)  # the first to the bed
 NAMES = ("Missile", "Ice", "Rocket", "Diver", "Satellite", "Submarine", "Bomb", "Torpedo", "Ship")
 NAMES += ("Oil_Rig", "Helicopter", "Hornet", "Explosion", "Eruption", "Capsule")
 SLOTS = (slice(4), 4, slice(0, 3, 2), 2, 4, 2, slice(2), 2, 0, 0, 4, 0, slice(2), 2, 2)
 
 NOT_RUNNING, TITLE, OVER = 0xFE, 8, 32  # bits of `status`: no motion, a title, with the score
-DIES, ODD = 0x80, 0x40  # bits of `flags`; every other frame is odd
+DIES, ODD, BEAM, LAB = 0x80, 0x40, 0x40, 4  # bits of `flags` (odd: every other frame), `more_flags`
 SLOW, FIRST_SLOW, FIRST_FAST = 0x40, 35, (22, 23)  # bit of `shot_way`; first `enemy_shot_y`
-BEAM, LAB = 0x40, 4  # bits of `more_flags`
+LATE, UNLIT = 22, 105  # least columns of enemies' shots in time, of missiles without their last row
 NONE = 128  # least value of rows and heights that stand for nothing
 JUST_DIED, LIT = 0x3C, 0x77  # `pause` then; `rig_colors` while the rig shows
 DOUBLE, QUAD, COPIES = 5, 7, (1, 2, 4)  # sizes: of twice and four times the width; of two copies
@@ -120,6 +118,7 @@ class Ram(RamMap):
     height = byte(47, 47, 48, 48, 49)  # rows less 1
     object_y = byte(50, 50, 51, 51, 52)  # 179 - y
     animation = low(53, 53, 54, 54, 55)  # frames until the picture changes
+    drawn = high(53, 53, 54, 54, 55)  # 0 until the first picture is drawn
     step_timer = byte(56, 56, 57, 57, 58)  # frames until the next step
     object_x = byte(59, 59, 60, 60, 61)
     picture = byte(62, 62, 63, 63, 64)  # low byte of its address
@@ -130,12 +129,13 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    objects = _objects(m)
+    objects, charge = _objects(m), _shot(m, m.bomb_x - 3, m.bomb_y, 123).clip(*BOMBED)
+    shown = charge.clip(*SEA)  # at night, when sky and sea bed have its colours
     icons, life_y = 16 * jnp.minimum(m.lives, 3) - 8, 184 + jnp.minimum(m.mission, 1)
     boxes = {
         "Player": box(_column(m.x), m.y + 50, 8, 4).clip(*FIELD),
         "Player_Shot": _shot(m, m.shot_x, m.shot_y, 123),
-        "Depth_Charge": _shot(m, m.bomb_x - 3, m.bomb_y, 123).clip(*BOMBED),
+        "Depth_Charge": choose((m.mission >= NIGHTS) & shown.valid, shown, charge),
         "Enemy_Shot": _enemy_shot(m),
         "Laser": _beam(m),
         "Fire_Hole": _hole(m),
@@ -169,7 +169,7 @@ def _beamed(m: Ram) -> jax.Array:
 
 
 def _objects(m: Ram) -> Box:
-    """The objects in the air, in the sea and in the sky as they were drawn."""
+    """The objects as they were drawn; the larger part of what the edges and columns 0-7 cut."""
     k, (runs, moved) = m.kind, _moved(m)
     step = jnp.where(moved, pick(k, STEP_X), 0)
     behind = _beamed(m) & IN_AIR  # last drawn on the frame before
@@ -181,38 +181,40 @@ def _objects(m: Ram) -> Box:
     other = 2 * k + jnp.where((m.picture != pick(k, PICTURE)) ^ toggled, 1, 0)
     zoom = jnp.where(m.size == DOUBLE, 1, jnp.where(m.size == QUAD, 2, 0))
     width, left = 8 << zoom, _column(x) + jnp.where(zoom > 0, 1, 0)
-    gap = jnp.where(m.size == 1, 16, jnp.where(m.size == 2, 32, 64))
-    left = left + jnp.where(COPY, gap, 0)
-    # The larger part of what the edges cut; columns 0-7 are black.
+    left = left + jnp.where(COPY, jnp.where(m.size == 1, 16, jnp.where(m.size == 2, 32, 64)), 0)
     left = jnp.where(left < 0, left + 160, jnp.where(2 * left + width > 328, left - 160, left))
     beyond = jnp.clip(left + width - 160 >> zoom, 0, 8) - jnp.clip(8 - left >> zoom, 0, 8)
-    other = len(ROWS) * other + jnp.clip(BOTTOM - y, 1, len(ROWS)) - 1
+    bottom = BOTTOM - jnp.where((k == MISSILE) & IN_SEA & (left >= UNLIT), 1, 0)
+    other = len(ROWS) * other + jnp.clip(bottom - y, 1, len(ROWS)) - 1
     dx, dy, w, h = SIZES.extent(len(EDGE_CUTS) * other + 8 + beyond)
     there = (m.height < NONE) & (m.object_y < NONE) & (~COPY | among(m.size, COPIES))
-    return box(left + (dx << zoom), y + dy, w << zoom, h, there).clip(8, 57, 160, BOTTOM)
+    there = there & ~(runs & (m.drawn == 0) & among(k, (TORPEDO, EXPLOSION, ERUPTION)))
+    return box(left + (dx << zoom), y + dy, w << zoom, h, there).clip(8, 57, 160, bottom)
 
 
 def _shot(m: Ram, x: jax.Array, y: jax.Array, surface: int) -> Box:
-    """A shot, which begins on every other line; it stays as it is from the surface to `surface`."""
+    """A shot, which begins on every other line; borders of the kernel make it longer or shorter."""
     sky = jnp.where(m.height[4] < NONE, m.height[4] + 1, 0) + jnp.where(_beamed(m), 9, 0)
     odd = (top := y + 55) + surface + jnp.where(top < AIR[3], sky, 0) & 1
     odd = jnp.where(top < AIR[1] + 1 + sky, 0, jnp.where(top >= SEA[3] + 3, 1, odd))
     bed = top - SEA[3]
     top = top + jnp.where(bed == 0, -1, odd)
-    sinks = (top >= surface - 6) & (top < surface - 2)
-    bottom = jnp.where(sinks, surface, jnp.where(bed == -4, SEA[3] - 1, top + 4))
+    bottom = jnp.where(bed == -4, SEA[3] - 1, top + 4)
     bottom = jnp.where(bed >= -2, bed + SEA[3] + 5, bottom)
-    top = jnp.where((top >= surface - 2) & (top < surface), surface, top)
+    bottom = bottom + jnp.where(among(AIR[1] + sky - top, (1, 3)), 1, 0)
+    sinks, dives = (among(top, range(*ends)) for ends in ((116, surface), (surface - 3, surface)))
+    bottom = jnp.where(dives, surface + 2, jnp.where(sinks, surface, bottom))
+    top = jnp.where(dives & (top >= 120), surface, top)
     return box(x - 11, top, 1, bottom - top, y < NONE).clip(*FIELD)
 
 
 def _enemy_shot(m: Ram) -> Box:
     """The enemies' shot before its last step, from the frame on on which it is drawn."""
-    way, y = m.shot_way, m.enemy_shot_y
-    dies = (m.flags & DIES) > 0
+    way, y, dies = m.shot_way, m.enemy_shot_y, (m.flags & DIES) > 0
     across, down = jnp.where((way & 128) > 0, 1, 2), jnp.where((way & SLOW) > 0, 1, 2)
     dx, dy = across * ((way & 1) - (way >> 1 & 1)), down * ((way >> 3 & 1) - (way >> 2 & 1))
     shot = _shot(m, m.enemy_shot_x - jnp.where(dies, 0, dx), y - jnp.where(dies, 0, dy), 122)
+    shot = box(shot.x, shot.y + jnp.where(shot.x < LATE, 1, 0), 1, shot.h, shot.valid)
     fresh = jnp.where((way & SLOW) > 0, y == FIRST_SLOW, among(y, FIRST_FAST)) & (way > 0) & ~dies
     bottom = jnp.where(m.mission > 0, SEA[3], AIR[3] - 1)  # it vanishes in the ground
     return shot.where((y < NONE) & ~fresh).clip(8, 57, 160, bottom)
@@ -230,8 +232,7 @@ def _beam(m: Ram) -> Box:
 
 def _hole(m: Ram) -> Box:
     """The hole; at an edge, the larger part of what is in columns 8-159, for it goes round."""
-    x = _column(m.ground_x) + 1
-    x = jnp.where(x > 156, x - 160, x)
+    x = jnp.where((x := _column(m.ground_x) + 1) > 156, x - 160, x)
     first, last = jnp.clip(8 - x, 0, 16), jnp.clip(160 - x, 0, 16)
     depth = jnp.minimum(pick(last, DEPTH_LEFT), pick(16 - first, DEPTH_RIGHT))
     apart = (m.ground_x >= 9) & (m.ground_x < 15)  # the flames are two columns beside the hole
@@ -247,12 +248,11 @@ def _lab(m: Ram) -> Box:
     return box(left, 156, right - left, 23, there).clip(*FIELD)
 
 
-# A vehicle that is lost flashes in all colours, but other things have these.
-TAKEN = bytes.fromhex("0002040608 0a101214 182434 828488 9498 c0c2c4 f0f4f6fe")
-PLAYER = tuple(c for c in range(0, 256, 2) if c not in TAKEN)
+TAKEN = bytes.fromhex("0002040608 0a101214 182434 828488 9498 c0c2c4 f0f4f6fe")  # by others
+PLAYER = tuple(c for c in range(0, 256, 2) if c not in TAKEN)  # a lost vehicle flashes in all
 VEHICLE = Blobs(PLAYER, FIELD, min_size=(4, 4), max_size=(8, 4), area=(9, 17))
 UPWARD = Blobs(PLAYER, FIELD, min_size=(1, 3), max_size=(1, 6))
-charge = functools.partial(Blobs, (0, 0xC4), max_size=(1, 6))
+charge = functools.partial(Blobs, (0, 0xC4), max_size=(1, 7))
 CHARGE = charge(BOMBED, min_size=(1, 4), also=charge((8, 121, 160, 168), min_size=(1, 2)))
 NIGHT = Shades((130, 121), (0x84, 0xC4, 0x92), ((0xC4,), (1,), (1,)))  # the sea has its colour
 blob = functools.partial(Blobs, gap=(1, 1), max_size=(8, 16))
@@ -260,7 +260,8 @@ HOLE = blob((0xF0, 0x34), (8, 122, 160, 170), gap=(2, 6), min_size=(4, 8), max_s
 FLYER = blob((0x08, 0x94, 0x34), (8, 75, 160, 89), gap=(3, 4), first=0x08, min_size=(1, 5))
 rocket = functools.partial(blob, (0x0A, 6, 0x98, 0x9C, 0x18, 0x44), FIELD, first=0x0A)
 ROCKETS = rocket(min_size=(7, 9), also=rocket(min_size=(2, 4), max_size=(8, 8)))
-SPARKS = Blobs((0x44, 0x6A), (8, 75, 160, 121), gap=(5, 2), min_size=(5, 1), max_size=(8, 16))
+SPARKS = Blobs((0x44, 0x6A), (8, 115, 160, 121), gap=(5, 2), min_size=(5, 3), max_size=(8, 6))
+BURST = Blobs((0xC2, 0x18), SEA, gap=(7, 4), min_size=(10, 5), max_size=(32, 16))
 MISSILES = blob((6, 0x34, 0x1A), FIELD, min_size=(3, 5), first=6)
 POINTS = Bounds(0x18, (54, 15, 102, 22), value=Digits(FONT, range(54, 102, 8), 15))
 
@@ -274,7 +275,7 @@ GAME = Game(
     categories=(
         Category("Player", VEHICLE, doc="the vehicle"),
         Category("Player_Shot", UPWARD, doc="the shot that flies up"),
-        Category("Depth_Charge", CHARGE, doc="the shot that falls; from the second mission on"),
+        Category("Depth_Charge", CHARGE, blinks=True, doc="falls; from the second mission on"),
         Category("Enemy_Shot", Bounds(0xFE, (8, 74, 160, 156), (1, 2)), doc="of all enemies"),
         Category("Laser", Bounds(0xFE, (8, 63, 160, 74), (2, 6)), doc="a helicopter's beam"),
         Category("Fire_Hole", HOLE, doc="in the ground"),
@@ -288,7 +289,7 @@ GAME = Game(
         Category("Diver", Bounds((0xC2, 0x18, 0x94), (8, 131, 160, 152), (1, 18)), doc="swims"),
         Category("Submarine", Bounds((8, 0x72, 0x18), (8, 136, 160, 149), (9, 8)), doc="dives"),
         Category("Torpedo", Bounds((0x18,), (8, 121, 160, 131), (1, 5)), doc="at the surface"),
-        Category("Eruption", Bounds((0xC2, 0x18), SEA, (10, 5)), doc="of a bomb in the sea"),
+        Category("Eruption", BURST, doc="of a bomb in the sea"),
         Category("Capsule", Bounds((0xCA, 0xC8, 0xC6), SEA, (1, 8)), doc="a goal: to be touched"),
         Category("Explosion", SPARKS, count=2, doc="above the sea; deadly"),
         Category("Bomb", blob(0x44, AIR, min_size=(2, 5), max_size=(4, 5)), count=2, doc="falls"),
