@@ -5,8 +5,7 @@ the object and its copy, in the air, then in the sea; of Rocket: in the air, in 
 valid while a flash lights it, for it has the sky's colour otherwise. Capsule leaves a Lab that was
 hit. Explosion is what a missile leaves above the sea, which kills, too; slots as Bomb's. Life has a
 box around the icons, three at most. A hole goes round at the edges; its box has the larger part.
-Smoke, stars, hills on the sea bed and the maker's name are scenery. Title screens show nothing but
-the score of a game.
+Smoke, stars, hills on the sea bed and the maker's name are scenery. Title screens show but a score.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (the first mission's bytes), and the ROM's code: the
 drawing at $F000 of pages 4-7, the records of kinds at $FD00, to which $FB53 of pages 0-2 points,
@@ -15,9 +14,9 @@ other frame, in place of what is in the air; both are where they were drawn last
 
 Covered: both modes, lost vehicles, the end of the game; all 30 stages by writes to the RAM, where
 F1 is 98.7 (random play shows only the first mission). Not exact: noise above the hole; what is hit
-or leaves is gone from the RAM a frame early. VEM does not see black parts of the rig, depth charges
-in a sky or sea of their colour and behind hills, nor the enemies' shot in the colours of an object
-beside it; a lost vehicle, in most of the colours in which it flashes.
+or leaves, but for explosions, is gone from the RAM a frame early. VEM does not see black parts of
+the rig, depth charges in a sky or sea of their colour and behind hills, nor the enemies' shot in
+the colours of an object beside it; a lost vehicle, in most of the colours in which it flashes.
 """
 
 import functools
@@ -39,15 +38,14 @@ GRAPHICS = 0x1000  # offset of the pages that are at $F000 while the frame is dr
 FONT = ROM.font(GRAPHICS | 0x800, rows=7)
 
 MISSILE, _, ROCKET, *_, TORPEDO, SHIP, _, HELICOPTER, _, EXPLOSION, ERUPTION, _ = range(15)
-KINDS, NIGHTS = 15, 4  # each kind has a record of eleven bytes; first mission at night
+KINDS, NIGHTS, SMOKE_ROWS = 15, 4, 15  # first mission at night; of the ship's pictures
 RECORDS = GRAPHICS | (ROM.bytes(0xB62, KINDS) & 15) << 8 | ROM.bytes(0xB53, KINDS)
-RECORD = np.array([ROM.bytes(at, 11) for at in RECORDS])
+RECORD = np.array([ROM.bytes(at, 11) for at in RECORDS])  # of each kind; its pictures follow
 TOGGLE, ANIMATION, PERIOD, STEP_X, STEP_Y, HEIGHT, _, START_Y = RECORD.T[:8].tolist()
 STEP_X, STEP_Y = ([(s ^ 128) - 128 for s in steps] for steps in (STEP_X, STEP_Y))
 STEP_X[TORPEDO], STEP_Y[TORPEDO] = -2, 0
 ANIMATION = [frames & 15 for frames in ANIMATION]
 PICTURE = [at + 11 & 0xFF for at in RECORDS]  # low byte of the first picture's address
-SMOKE_ROWS = 15  # of the ship's pictures
 
 
 def _picture(kind: int, toggle: int) -> np.ndarray:
@@ -90,7 +88,7 @@ NOT_RUNNING, TITLE, OVER = 0xFE, 8, 32  # bits of `status`: no motion, a title, 
 DIES, ODD, BEAM, LAB = 0x80, 0x40, 0x40, 4  # bits of `flags` (odd: every other frame), `more_flags`
 SLOW, FIRST_SLOW, FIRST_FAST = 0x40, 35, (22, 23)  # bit of `shot_way`; first `enemy_shot_y`
 LATE, UNLIT = 22, 105  # least columns of enemies' shots in time, of missiles without their last row
-NONE = 128  # least value of rows and heights that stand for nothing
+NONE, SPARKS_Y = 128, 64  # least value that stands for nothing; `object_y` of explosions
 JUST_DIED, LIT = 0x3C, 0x77  # `pause` then; `rig_colors` while the rig shows
 DOUBLE, QUAD, COPIES = 5, 7, (1, 2, 4)  # sizes: of twice and four times the width; of two copies
 
@@ -113,8 +111,7 @@ class Ram(RamMap):
     enemy_shot_x = byte(39)  # x + 11
     lab_x = byte(42)
     ground_x = byte(43)  # of the hole, or of the lab's right half
-    # In the air and its copy, in the sea and its copy, in the sky.
-    kind = byte(44, 44, 45, 45, 46)
+    kind = byte(44, 44, 45, 45, 46)  # in the air and its copy, in the sea and its copy, in the sky
     height = byte(47, 47, 48, 48, 49)  # rows less 1
     object_y = byte(50, 50, 51, 51, 52)  # 179 - y
     animation = low(53, 53, 54, 54, 55)  # frames until the picture changes
@@ -125,11 +122,14 @@ class Ram(RamMap):
     size = byte(71, 71, 72, 72, 73)  # NUSIZ1
     rig_colors = byte(74)  # low byte of the address of the colours in the air
     score = bcd((94, 93, 92))
+    last_y = byte(102)  # `object_y` of the last step of this frame, if any
     pause = byte(121)  # frames
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    objects, charge = _objects(m), _shot(m, m.bomb_x - 3, m.bomb_y, 123).clip(*BOMBED)
+    ended = IN_AIR & (m.kind >= NONE) & (m.last_y == SPARKS_Y)  # explosions, in these steps
+    kinds = jnp.where(ended, EXPLOSION, m.kind)
+    objects, charge = _objects(m, kinds), _shot(m, m.bomb_x - 3, m.bomb_y, 123).clip(*BOMBED)
     shown = charge.clip(*SEA)  # at night, when sky and sea bed have its colours
     icons, life_y = 16 * jnp.minimum(m.lives, 3) - 8, 184 + jnp.minimum(m.mission, 1)
     boxes = {
@@ -144,7 +144,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Life": box(9, life_y, icons, 4, m.lives > 0, value=m.lives + 1),
     }
     for kind, (name, slots) in enumerate(zip(NAMES, SLOTS, strict=True)):
-        boxes[name] = objects[slots].where(m.kind[slots] == kind)
+        boxes[name] = objects[slots].where(kinds[slots] == kind)
     boxes["Oil_Rig"] = boxes["Oil_Rig"].where(m.rig_colors == LIT)
     hidden = {name: TITLE | (OVER if name == "Score" else 0) for name in boxes}
     return {name: b.where((m.status & hidden[name]) != TITLE) for name, b in boxes.items()}
@@ -155,12 +155,12 @@ def _column(x: jax.Array) -> jax.Array:
     return x - 1 - jnp.where((x >= 5) & (x < 15), 5, 0)
 
 
-def _moved(m: Ram) -> tuple[jax.Array, jax.Array]:
+def _moved(m: Ram, kinds: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Whether the objects have been moved since they were drawn, and which have made a step."""
     stands = ((m.flags & DIES) > 0) & (m.pause != JUST_DIED)
     runs = ((m.status & NOT_RUNNING) == 0) & ~stands
-    aims = ((m.more_flags & BEAM) > 0) & ((m.clock + 1 & 15) != 0) & (m.kind == HELICOPTER)
-    return runs, runs & (m.step_timer == pick(m.kind, PERIOD)) & ~aims
+    aims = ((m.more_flags & BEAM) > 0) & ((m.clock + 1 & 15) != 0) & (kinds == HELICOPTER)
+    return runs, runs & (m.step_timer == pick(kinds, PERIOD)) & ~aims
 
 
 def _beamed(m: Ram) -> jax.Array:
@@ -168,13 +168,13 @@ def _beamed(m: Ram) -> jax.Array:
     return ((m.more_flags & BEAM) > 0) & ((m.flags & (ODD | DIES)) == ODD)
 
 
-def _objects(m: Ram) -> Box:
+def _objects(m: Ram, k: jax.Array) -> Box:
     """The objects as they were drawn; the larger part of what the edges and columns 0-7 cut."""
-    k, (runs, moved) = m.kind, _moved(m)
+    ended, (runs, moved) = k != m.kind, _moved(m, k)
     step = jnp.where(moved, pick(k, STEP_X), 0)
     behind = _beamed(m) & IN_AIR  # last drawn on the frame before
     x = m.object_x - step - jnp.where(behind, step - jnp.where((m.clock & 3) == 0, 1, 0), 0)
-    y = m.object_y - jnp.where(moved, pick(k, STEP_Y), 0)
+    y = jnp.where(ended, SPARKS_Y, m.object_y) - jnp.where(moved, pick(k, STEP_Y), 0)
     rises = among(k, (MISSILE, ROCKET)) & IN_SEA
     y = 179 - jnp.where(rises, jnp.maximum(y, pick(k, START_Y)), y)
     toggled = runs & (m.animation == pick(k, ANIMATION))
@@ -187,7 +187,7 @@ def _objects(m: Ram) -> Box:
     bottom = BOTTOM - jnp.where((k == MISSILE) & IN_SEA & (left >= UNLIT), 1, 0)
     other = len(ROWS) * other + jnp.clip(bottom - y, 1, len(ROWS)) - 1
     dx, dy, w, h = SIZES.extent(len(EDGE_CUTS) * other + 8 + beyond)
-    there = (m.height < NONE) & (m.object_y < NONE) & (~COPY | among(m.size, COPIES))
+    there = (ended | (m.height < NONE) & (m.object_y < NONE)) & (~COPY | among(m.size, COPIES))
     there = there & ~(runs & (m.drawn == 0) & among(k, (TORPEDO, EXPLOSION, ERUPTION)))
     return box(left + (dx << zoom), y + dy, w << zoom, h, there).clip(8, 57, 160, bottom)
 
@@ -222,7 +222,7 @@ def _enemy_shot(m: Ram) -> Box:
 
 def _beam(m: Ram) -> Box:
     """The beam as it was last drawn: on this frame, or on the one before the ground moved."""
-    late, moved = ((m.flags & ODD) == 0) & ((m.clock & 3) == 0), _moved(m)[1][4]
+    late, moved = ((m.flags & ODD) == 0) & ((m.clock & 3) == 0), _moved(m, m.kind)[1][4]
     x = m.object_x[4] + jnp.where(late, 1, 0) + jnp.where(moved, 1, 0)
     begins = moved & (m.object_x[4] == AIMS[-3])  # from the next frame on
     there = ((m.more_flags & BEAM) > 0) & ((m.flags & DIES) == 0) & (m.kind[4] == HELICOPTER)

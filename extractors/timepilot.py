@@ -14,11 +14,11 @@ of a hit. Every lane of 16 rows has a place for a plane. Shots are drawn on even
 two by turns, the jet's shot by turns at its place and at the place before.
 
 Covered: all eras and mother ships (written to RAM), all difficulties, the flight through time, lost
-lives, the end of the game. Not exact: clouds in the lower half hide shots and parts of planes, and
+lives, the end of the game. Not exact: clouds in the lower half hide shots and parts of planes,
 black lines what is at the left edge; a plane hides its new shot; none is drawn where `y` is a
 multiple of 16. VEM sees no shot at the jet's nose or within 2 columns of a plane, whose tips look
-alike, does not read the score, and takes the era from a pixel of the sky, which a blue era's cloud
-may cover.
+like shots; it reads no score, and takes the era from a pixel of the sky, which a blue cloud may
+cover.
 """
 
 import functools
