@@ -17,8 +17,7 @@ Covered: all eras and mother ships (written to RAM), all difficulties, the fligh
 lives, the end of the game. Not exact: clouds in the lower half hide shots and parts of planes,
 black lines what is at the left edge; a plane hides its new shot; none is drawn where `y` is a
 multiple of 16. VEM sees no shot at the jet's nose or within 2 columns of a plane, whose tips look
-like shots; it reads no score, and takes the era from a pixel of the sky, which a blue cloud may
-cover.
+like shots; it reads no score, and takes the era from a pixel of sky that clouds may hide.
 """
 
 import functools
