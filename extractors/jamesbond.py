@@ -275,7 +275,7 @@ GAME = Game(
     categories=(
         Category("Player", VEHICLE, doc="the vehicle"),
         Category("Player_Shot", UPWARD, doc="the shot that flies up"),
-        Category("Depth_Charge", CHARGE, blinks=True, doc="falls; from the second mission on"),
+        Category("Depth_Charge", CHARGE, doc="falls; from the second mission on"),
         Category("Enemy_Shot", Bounds(0xFE, (8, 74, 160, 156), (1, 2)), doc="of all enemies"),
         Category("Laser", Bounds(0xFE, (8, 63, 160, 74), (2, 6)), doc="a helicopter's beam"),
         Category("Fire_Hole", HOLE, doc="in the ground"),
