@@ -127,6 +127,7 @@ class Blobs:
         min_size, max_size: (width, height) limits; components outside them are not objects.
         split: (width, height) of one object, for objects that touch. A larger component is split into as many objects as cover it (4 at
             most), evenly spaced from edge to edge. `max_size` then limits the whole component.
+        tight: whether boxes fit tightly around the pixels in them, also those of the objects of a component that is split.
         area: minimum and maximum number of pixels of a component, including those that `gap` bridges from the left and from above. This
             tells pictures of the same size apart. Needs `max_size`.
         first: colours that the object's first pixel (in raster order) must have. This tells apart objects that share some of their colours.
@@ -136,6 +137,8 @@ class Blobs:
         max_across: if not 0, pixels of horizontal runs longer than this do not count. This finds upright objects in the colour of figures.
         max_line: if not 0, pixels of lines that are one pixel wide and lead down over more rows than this, upright or slanting, do not
             count. This finds objects that hang on lines of their colour.
+        min_line: if not 0, only pixels of lines of a single colour that lead down over at least so many rows, upright or by a column a
+            row, count. This finds thin shots before figures whose rows have different colours.
         pairs: if not 0, two pixels of a row with so many blank pixels between them, and no third one as far from them, do not count. This
             finds a beam that touches one of two dots in a face.
         ignore: areas of the screen whose pixels do not count.
@@ -153,12 +156,14 @@ class Blobs:
     min_size: tuple[int, int] = (1, 1)
     max_size: tuple[int, int] | None = None
     split: tuple[int, int] | None = None
+    tight: bool = False
     area: tuple[int, int] | None = None
     first: Colors | None = None
     split_by_color: bool = False
     max_run: int = 0
     max_across: int = 0
     max_line: int = 0
+    min_line: int = 0
     pairs: int = 0
     ignore: tuple[Area, ...] = ()
     exclude: tuple[str, ...] = ()
@@ -204,6 +209,8 @@ class Blobs:
             raise ValueError(f"first must be among the colors {self.palette}, got {self.first}")
         if min(self.limits.values()) < 0 or max(self.max_across, self.pairs) > 30:
             raise ValueError(f"max_run and max_line must be numbers of pixels, and max_across and pairs up to 30, got {self.limits}")
+        if not 0 <= self.min_line < 32:
+            raise ValueError(f"min_line must be 0 to 31 rows, got {self.min_line}")
         if self.split is not None and min(self.split) < 1:
             raise ValueError(f"split must be (width, height) of at least 1 pixel, got {self.split}")
         if self.also is not None and not set(self.also.palette) <= set(self.palette):

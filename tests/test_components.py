@@ -219,6 +219,25 @@ def test_lines_are_left_out(most):
     assert np.array_equal(bitmap.without_lines(packed, most), expected)
 
 
+@pytest.mark.parametrize("least", [2, 5, 6, 31])
+def test_only_lines_of_one_colour_are_left(least):
+    """Lines of 31 rows upright and slanting both ways, across words and over each other; one that changes its colour, and a spot."""
+    height, rows = 70, np.arange(31)
+    frame = np.zeros((height, W), np.uint8)
+    frame[2 + rows, 31], frame[3 + rows, 20 + rows], frame[4 + rows, 80 - rows] = 2, 4, 6
+    frame[40:45, 5], frame[45:50, 5] = 8, 10
+    frame[60, 60] = 12
+    expected = np.zeros((height, W), bool)
+    for slope in (-1, 0, 1):
+        for y, x in np.argwhere(frame):
+            columns = x + slope * np.arange(least)
+            if y + least <= height and (frame[y + np.arange(least), columns] == frame[y, x]).all():
+                expected[y + np.arange(least), columns] = True
+    planes = bitmap.planes(jnp.asarray(frame)[None])
+    found = bitmap.in_lines(bitmap.color_mask(planes, range(2, 14, 2)), planes, least)
+    assert np.array_equal(found, bitmap.planes(jnp.asarray(expected, jnp.uint8)[None])[0])
+
+
 def test_stage_last_at_most():
     table = jnp.array([0, 0, 3, 3, 7, 12])
     got = stages._last_at_most(lambda i: table[i], 5, jnp.arange(10, dtype=jnp.int32))

@@ -127,6 +127,7 @@ def test_wrong_games(change, message):
         (lambda: Blobs(14, area=(3, 5)), "area needs"),
         (lambda: Blobs(14, max_run=-1), "max_run and max_line must"),
         (lambda: Blobs(14, max_line=-1), "max_run and max_line must"),
+        (lambda: Blobs(14, min_line=32), "min_line must"),
         (lambda: Blobs(14, max_across=31), "max_across and pairs up to 30"),
         (lambda: Blobs(14, pairs=31), "max_across and pairs up to 30"),
         (lambda: Blobs((14, 16), first=18), "first must"),
@@ -235,6 +236,28 @@ def test_a_beam_beside_two_dots():
     frame[40, 60:68] = frame[40, 68] = frame[40, 70] = 14  # one of the dots touches the beam, across the edge of a word
     frame[60, 90:98] = frame[61, 91] = 14
     assert game.vem(frame).xywh[:3].tolist() == [[30, 20, 8, 1], [60, 40, 8, 1], [90, 60, 8, 2]]
+
+
+def test_a_thin_shot_before_a_figure():
+    categories = (Category("A", Blobs((14, 16, 18), (0, 20, 160, 60), max_size=(8, 8), min_line=5), count=3), *CATEGORIES[1:])
+    game = dataclasses.replace(GAME, categories=categories, decode=three)
+    frame = np.zeros((210, 160), np.uint8)
+    frame[30:34, 40:48], frame[34:38, 40:48] = 16, 18  # a figure
+    frame[29 + np.arange(7), 42 + np.arange(7)] = 14
+    frame[40:45, 60] = frame[62:70, 80] = 16
+    frame[45:49, 60] = 14
+    assert game.vem(frame).xywh[:3].tolist() == [[42, 29, 7, 7], [60, 40, 1, 5], [0, 0, 0, 0]]
+
+
+def test_figures_of_unequal_height_that_touch():
+    rule = Blobs(14, (0, 20, 160, 60), max_size=(16, 9), split=(8, 9), tight=True)
+    game = dataclasses.replace(GAME, categories=(Category("A", rule, count=3), *CATEGORIES[1:]), decode=three)
+    frame = np.zeros((210, 160), np.uint8)
+    frame[30:38, 26:34], frame[29:37, 34:41] = 14, 14
+    frame[40:44, 100:103] = 14
+    assert game.vem(frame).xywh[:3].tolist() == [[26, 30, 8, 8], [33, 29, 8, 9], [100, 40, 3, 4]]
+    frame[29:37, 34:42] = 14
+    assert game.vem(frame).xywh[:3].tolist() == [[26, 30, 8, 8], [34, 29, 8, 8], [100, 40, 3, 4]]
 
 
 def test_walls_of_known_height():

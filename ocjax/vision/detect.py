@@ -88,7 +88,8 @@ class _Frames:
 
     def _count(self, rule: Bounds | Blobs, colors: tuple[int, ...]) -> Bitmap:
         limits = {name: limit for name, limit in rule.limits.items() if limit} if isinstance(rule, Blobs) else {}
-        read_once = isinstance(rule, Blobs) and rule.gap == (0, 0) and not limits
+        lines = isinstance(rule, Blobs) and rule.min_line > 0
+        read_once = isinstance(rule, Blobs) and rule.gap == (0, 0) and not limits and not lines
         mask = self.mask(colors, materialize=not read_once)
         if isinstance(rule, Bounds) and rule.inverse:
             mask = ~mask
@@ -100,7 +101,16 @@ class _Frames:
             mask = mask & ~inside
         for name, limit in limits.items():
             mask = _FILTERS[name](mask, limit)
-        return mask
+        return self._in_lines(mask, rule, colors) if lines else mask
+
+    def _in_lines(self, mask: Bitmap, rule: Blobs, colors: tuple[int, ...]) -> Bitmap:
+        """The pixels in lines of a single colour, in the rows of the rule's region; only bits in which the colours differ are compared."""
+        height = mask.shape[1]
+        _, top, _, bottom = rule.region or (0, 0, WIDTH, height)
+        differ = int(np.bitwise_or.reduce([c ^ colors[0] for c in colors]))
+        planes = [self._planes[i, :, top:bottom] for i in range(8) if differ >> i & 1]
+        lines = bm.in_lines(mask[:, top:bottom], planes, rule.min_line)
+        return jnp.pad(lines, ((0, 0), (top, height - bottom), (0, 0)))
 
 
 def _shade_bits(shades: Shades, frames: jax.Array) -> jax.Array:
@@ -128,6 +138,8 @@ def detect(categories: tuple[Category, ...], frames: jax.Array, shades: Shades |
     batch.found |= _detect_blobs(batch, [c for c in categories if isinstance(c.rule, Blobs)])
     on_top = {c.name: c.rule for c in categories if isinstance(c.rule, Blobs) and c.rule.above is not None}
     batch.found |= {name: _cut_off(batch, name, rule) for name, rule in on_top.items()}
+    loose = {c.name: c.rule for c in categories if isinstance(c.rule, Blobs) and c.rule.tight}
+    batch.found |= {name: _tight(batch, rule, batch.found[name], batch.found[name].valid) for name, rule in loose.items()}
     bounds = {c.name: c.rule for c in categories if isinstance(c.rule, Bounds)}
     masks = [[batch.counted(rule, colors) for _, colors in rule.slots] for rule in bounds.values()]
     batch.found |= dict(zip(bounds, detect_bounds(tuple(bounds.values()), masks), strict=True))
@@ -196,12 +208,17 @@ def _cut_off(batch: _Frames, name: str, rule: Blobs) -> Detected:
     (x, y, w, h), (x2, y2, w2) = ([v[:, None] for v in upper[:4]], [v[None] for v in lower[:3]])
     inside = lower.valid[None] & (x2 < x + w) & (x < x2 + w2) & (y2 > y) & (y2 < y + h)
     left = jnp.minimum(upper.h, jnp.min(jnp.where(inside, y2 - y, h), axis=1))
+    return _tight(batch, rule, upper._replace(h=left), left < upper.h)
+
+
+def _tight(batch: _Frames, rule: Blobs, found: Detected, which: jax.Array) -> Detected:
+    """The same objects, with tight boxes around the pixels in those of some of them, bool `[count, B]`."""
     pixels, height = batch.counted(rule, rule.palette), batch.frames.shape[1]
-    slots = [slice(i, i + 1) for i in range(len(upper.x))]
-    parts = [pixels & bm.boxes(upper.x[s], upper.y[s], upper.w[s], left[s], upper.valid[s], height) for s in slots]
-    tight = tight_boxes(parts, [(0, 0, WIDTH, height)] * len(parts))
-    x, y, w, h = (jnp.where(left < upper.h, new, old) for new, old in zip(tight, upper[:4], strict=True))
-    return upper._replace(x=x, y=y, w=w, h=h)
+    slots = [slice(i, i + 1) for i in range(len(found.x))]
+    parts = [pixels & bm.boxes(found.x[s], found.y[s], found.w[s], found.h[s], found.valid[s], height) for s in slots]
+    tight = tight_boxes(parts, [rule.region or (0, 0, WIDTH, height)] * len(parts))
+    x, y, w, h = (jnp.where(which, new, old) for new, old in zip(tight, found[:4], strict=True))
+    return found._replace(x=x, y=y, w=w, h=h)
 
 
 def _with_needed(found: dict[str, Detected], c: Category) -> Detected:
@@ -244,7 +261,7 @@ def _of_equal_pixels(rules: Sequence[Blobs]) -> Iterable[list[Blobs]]:
     groups: dict[tuple[object, ...], list[Blobs]] = {}
     for r in rules:
         limits = tuple(r.limits.items())
-        pixels = r.palette, r.region, r.connectivity, r.gap, r.split_by_color, limits, tuple(r.ignore), tuple(r.exclude)
+        pixels = r.palette, r.region, r.connectivity, r.gap, r.split_by_color, limits, r.min_line, tuple(r.ignore), tuple(r.exclude)
         groups.setdefault(pixels, []).append(r)
     return groups.values()
 
