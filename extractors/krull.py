@@ -1,22 +1,20 @@
 """Krull: the wedding that Slayers attack, the ride of the fire mares, the web, the beast's lair.
 
-The byte `scene` says which it is. Slots of Slayers: record * 3 + copy; of Line: record * 3 + place;
-of Fire_Mare: the two mares; of Weapon: what is found in the desert, the player's own in the lair;
-of Star: where it flashes in the web while the player is at the window. In the desert the player has
-a box around both mares. Castle: the wall at the wedding, the Black Fortress that rises in the
-desert. Wall: the 4 x 16 pieces of the cage, row by row. Life and Weapon are found in the desert;
-those that the player has are Life_HUD and Weapon_HUD, a slot an icon. Sun is the time of day, the
-value of Hour_Glass the rows of its sand. Lines of the web carry the player ($FA77 and $FAC7 of the
-second half). Each of two is drawn at three places in turn; those of two frames are valid. The web,
-the horizon, the ground and particles are scenery.
+Slots of Line: record * 3 + place; of Weapon: what is found in the desert, the player's own in the
+lair; of Star: where it flashes in the web while the player is at the window. In the desert the
+player has a box around both mares. Life_HUD and Weapon_HUD are what the player has, a slot an icon.
+Sun is the time of day, the value of Hour_Glass the rows of its sand. Lines of the web carry the
+player ($FA77 and $FAC7 of the second half). Each of two is drawn at three places in turn; those of
+two frames are valid. The web, the horizon, the ground and particles are scenery.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (scenes, records), and the ROM's code, which moves all
 before the drawing ($F300 of the first half), save what is found in the desert.
 
 Covered: all four scenes; the fortress, the star, and the lair (whole and broken cage, the weapon in
-hand and thrown) by writes to the RAM. Not covered: later rounds, the weapon in flames. VEM cuts
+hand and thrown) by writes to the RAM. Not covered: later rounds, the weapon in flames. On the frame
+on which the web's lines jump back by a place, those of the frame before are not valid. VEM cuts
 mares that touch in the middle; it takes the player's weapon for a part of him; it misses him while
-he flashes, his sword, a spider that a line crosses, a shot that a figure resembles or hides.
+he flashes, his sword, a spider that a line crosses, a line that he hangs on, a shot behind figures.
 """
 
 from functools import partial
@@ -35,7 +33,6 @@ from ocjax.rules import Blobs, Bounds, Category, Cells, Runs, display
 
 ROM = Rom("krull", "4baada22435320d185c95b7dd2bcdb24")
 FONT = ROM.font((0xB08, 0xB0E, *range(0xB15, 0xB4D, 7)), rows=7)
-
 WEDDING, LAIR, WEB, DESERT = range(4)  # `scene`
 STRIDES = 0x70  # least picture of the beast that is 12 columns wide
 RISEN = 0x40  # greatest `castle` of a castle
@@ -59,7 +56,6 @@ STAR_X, STAR_Y = np.array([20, 137] * 4), 2 * ROM.bytes(0x1F7A, 4).repeat(2) + 2
 SECOND = 256  # the first picture of the second page
 STAY = ("Score", "Life_HUD", "Weapon_HUD")  # on the title screen after a game
 MARES, SPIDERS = (ROM.pictures(range(0x900, 0x9F8), height) for height in (9, 10))
-
 FIELD, ABOVE_GROUND = (8, 16, 160, 173), (8, 16, 160, 172)
 ROW, COLUMN = np.repeat(np.arange(4), 16), np.tile(np.arange(16), 4)  # of the cage's pieces
 WALL_X, WALL_Y = 48 + 4 * COLUMN, 39 + 4 * ROW
@@ -90,8 +86,7 @@ class Ram(RamMap):
     line_x = byte(116, 115)  # x + 33 and x - 7 of the first place
     next_place = byte(117)  # at which the lines are drawn on the next frame
     slayers = byte(82)
-    # The eight records.
-    x = byte(*range(83, 91))
+    x = byte(*range(83, 91))  # of the eight records
     y = byte(*range(91, 99))
     flags = byte(*range(99, 107))
     picture = byte(*range(107, 115))
@@ -242,28 +237,27 @@ def _item(m: Ram, left: int, width: int) -> Box:
 COLORS = (0x34, 0x36, 0x38, 0x3A)
 SLAYER = (0x44, 0x54, 0x64, 0x74, 0x84, 0x94, 0xA4, 0xB4)
 BRIDE = (0x98, 0xA8, 0x88, 0xB8, 0x58, 0x68, 0x78, 0x48)
-
-OTHERS = (0, 6, 0x0E, 0x22, 0x42, 0xEE, 0xA0, *COLORS, *SLAYER, *BRIDE)
-STONES = tuple(c for c in range(0, 256, 2) if c not in OTHERS)
+OTHERS = {0, 6, 0x0E, 0x22, 0x42, 0xEE, 0xA0, *COLORS, *SLAYER, *BRIDE}
+STONES = tuple(sorted({*range(0, 256, 2)} - OTHERS))
 CASTLES = Bounds(((0xD8,), STONES), ((32, 16, 128, 44), (48, 97, 112, 145)), min_size=(64, 3))
-ITEMS = (8, 157, 160, 164)
+ITEM, ITEMS = (0xC8, 0xCE), (8, 157, 160, 164)  # the second colour while it can be taken
 figure = partial(Blobs, gap=(1, 1))
 PLAYER = figure((*COLORS, 0xEE), FIELD, min_size=(4, 7), max_size=(16, 16))
 SLAYERS = figure(SLAYER, FIELD, min_size=(3, 4), max_size=(8, 17))
 SPIDER = figure(0x0E, FIELD, min_size=(7, 7), max_size=(8, 12))
 STARS = Cells(0x0E, (20, 137) * 4, tuple(STAR_Y.tolist()), 3, 4, whole=False, margin=(1, 2))
-MARES_AT = (8, 145, 160, 154)
-RIDE = Blobs((0x38, 0xEE), MARES_AT, min_size=(4, 5), max_size=(16, 9), split=(8, 9), area=(20, 80))
+ride = partial(Blobs, min_size=(4, 5), max_size=(16, 9), split=(8, 9), tight=True, area=(20, 80))
 THROWN = Bounds(tuple(range(0x50, 0x60, 2)), (8, 60, 160, 173), min_size=(4, 1))
-WEAPONS = Bounds(((0xC8,), (0xEE,)), (ITEMS, (8, 56, 160, 173)), min_size=(2, 2), exclude=("Life",))
+WEAPONS = Bounds((ITEM, (0xEE,)), (ITEMS, (8, 56, 160, 173)), min_size=(2, 2), exclude=("Life",))
 HIT = range(0x6E, 0xEE, 16)  # the player's other colours when he flashes
-ANY = tuple(c for c in range(0, 256, 2) if c not in (0xA0, *SLAYER, *COLORS, *HIT))
-shot = partial(Blobs, region=(8, 44, 160, 172), min_size=(1, 5), max_size=(8, 8), area=(5, 9))
-SHOT = shot(tuple(c for c in range(0, 256, 2) if c != 0xA0), also=shot(ANY))
-# The lines in a row 8 columns from their tips; the first of them have the tip beyond the edge.
-CROSSED = (*((x, 113, x + 1, 172) for x in range(8, 16)), (16, 113, 80, 172), (80, 113, 160, 172))
-BESIDE = (*((x, 97, 32) for x in range(9)), (32, 97, 8))  # columns, and rows above
-LINES = Runs(((6, 14),) * 9 + ((6, *COLORS, *HIT),), CROSSED, ((1, 1),) * 10, 3, BESIDE)
+ANY = tuple(c for c in range(0, 256, 2) if c != 0xA0)
+SHOT = Blobs(ANY, (8, 44, 160, 172), min_size=(1, 5), max_size=(8, 8), area=(5, 9), min_line=5)
+# The row in which left and right lines are apart. The tip of some is beyond the edge, and the first
+# of them shows two rows further down. Lines have the colours of figures beside them.
+FIRST = (*((x, 111, x + 1, 172) for x in range(8, 15)), (8, 113, 9, 172))
+CROSSED = (*FIRST, (15, 111, 79, 172), (80, 111, 160, 172))
+BESIDE = (*((x - 8, 95, 33) for x in range(8, 15)), (0, 97, 32), (7, 95, 33), (33, 95, 7))
+LINES = Runs((*((6, 14),) * 9, (6, *COLORS, *HIT)), CROSSED, ((1, 1),) * 10, 3, BESIDE, packed=True)
 CAGE = Cells(0x24, tuple(WALL_X.tolist()), tuple(WALL_Y.tolist()), 4, 4)
 GLASS = Cells((0, 0x48), (121,), (3,), 5, 8, whole=False, margin=(1, 0))
 LIVES = tuple((56 + 8 * i, 188, 62 + 8 * i, 195) for i in range(3))
@@ -284,10 +278,16 @@ GAME = Game(
         Category("Spider", SPIDER, doc="in the web"),
         Category("Star", STARS, count=8, blinks=True, needs="Window", doc="in the spider's place"),
         Category("Line", LINES, count=6, needs="Window", doc="the web's moving lines"),
-        Category("Fire_Mare", RIDE, count=2, needs="Hour_Glass", doc="run side by side"),
+        Category(
+            "Fire_Mare",
+            ride((0x38, 0xEE), (8, 145, 160, 154)),
+            count=2,
+            needs="Hour_Glass",
+            doc="run side by side",
+        ),
         Category("Enemy_Weapon", THROWN, needs="Beast", doc="what the beast throws"),
         Category("Weapon", WEAPONS, count=2, doc="in the desert; the player's in the lair"),
-        Category("Life", Blobs(0xC8, ITEMS, min_size=(5, 7), max_size=(6, 7)), doc="likewise"),
+        Category("Life", Blobs(ITEM, ITEMS, min_size=(5, 7), max_size=(6, 7)), doc="likewise"),
         Category("Window", Bounds(6, (76, 23, 84, 49), min_size=(8, 26)), doc="of the web"),
         Category("Castle", CASTLES, count=2, doc="the wall at the wedding, the Black Fortress"),
         Category("Wall", CAGE, count=64, doc="pieces of the cage, row by row"),
