@@ -101,7 +101,7 @@ class _Frames:
             mask = mask & ~inside
         for name, limit in limits.items():
             mask = _FILTERS[name](mask, limit)
-        return self._in_lines(mask, rule, colors) if lines else mask
+        return self._in_lines(mask, rule, colors) if isinstance(rule, Blobs) and lines else mask
 
     def _in_lines(self, mask: Bitmap, rule: Blobs, colors: tuple[int, ...]) -> Bitmap:
         """The pixels in lines of a single colour, in the rows of the rule's region; only bits in which the colours differ are compared."""
