@@ -27,7 +27,7 @@ from ocjax.boxes import Box, box
 from ocjax.console import packed_position
 from ocjax.digits import Digits
 from ocjax.game import Game
-from ocjax.ops import div, lookup
+from ocjax.ops import among, div, lookup
 from ocjax.ram import RamMap, bcd, byte
 from ocjax.rom import Rom
 from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, display
@@ -41,7 +41,8 @@ PICTURE = 12  # bytes
 SIDE_CARS, FRONT_CARS = 0xBC, 0xBC + PICTURE  # low bytes; the second ones are two pictures further
 EXPLOSION, POINTS = 0x83, 0x8F  # low bytes; the points' pictures are those for 10, 20, ...
 AWAY = 0x88  # `y`, or more, of who is not in the maze
-NO_RECORD = 129  # `drawn_last`
+DRAWN = range(-6, 3)  # where a record that is drawn beside dynamite begins, from there
+OUTSIDE = 12  # columns beside the maze's outer wall
 DROPPED, LIT = 84, range(63, 84)  # `fuse`: on the frame of the drop; while dynamite is shown
 COPYRIGHT = 0xAB  # `shown_high`
 
@@ -80,7 +81,6 @@ class Ram(RamMap):
     x = byte(28, 29, 30, 31)  # already moved on
     place = byte(33, 34, 35, 36)  # x + 1 in the chip's coding; 0 on the first frame of a game
     dynamite_y = byte(12)  # y - 37
-    drawn_last = byte(13)  # y of the record to which the drawing loop came last
     dynamite_x = byte(32)  # x + 1
     fuse = byte(63)  # counts down from 84
     waits = byte(64)  # dynamite is to be dropped at the next line
@@ -104,7 +104,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Player": player,
         "Bank": others.where(visible & (page == BANK_PAGE)),
         "Police": others.where(page == CAR_PAGE),
-        "Dynamite": _dynamite(m),
+        "Dynamite": _dynamite(m, records),
         "Points": others.where(visible & is_points),
         "Explosion": others.where(visible & is_burst),
         "Life": box(ICON_X, ICON_Y, 8, 7, np.arange(6) < m.lives),
@@ -146,7 +146,7 @@ def _streets_are_grey(m: Ram) -> jax.Array:
     return (flash & 6) == 6
 
 
-def _dynamite(m: Ram) -> Box:
+def _dynamite(m: Ram, records: Box) -> Box:
     """What the walls leave of it: they have the same colour."""
     x, width = m.dynamite_x - 1, jnp.where(((m.fuse + 1) & 2) > 0, 4, 8)
     row = jnp.minimum(m.dynamite_y >> 3, MAZE_ROWS - 1)
@@ -161,7 +161,9 @@ def _dynamite(m: Ram) -> Box:
     end = jnp.where(third, edges[2] + 4, jnp.where(second, edges[2], edges[1]))
     right = jnp.minimum(x + width, end)
     there = (m.fuse >= LIT.start) & (m.fuse < LIT.stop)
-    longer = (x < 10) & (m.drawn_last == NO_RECORD)  # its end comes too late for these columns
+    # While two records are drawn beside it, its end ($F7FE) comes too late for the first columns.
+    beside = records.valid & among(records.y - m.dynamite_y - MAZE_TOP, DRAWN)
+    longer = (x < OUTSIDE) & (jnp.sum(jnp.where(beside, 1, 0)) > 1)
     return box(left, m.dynamite_y + MAZE_TOP, right - left, jnp.where(longer, 3, 2), there)
 
 
@@ -185,7 +187,7 @@ three = functools.partial(Category, count=3)
 sprites = functools.partial(Blobs, max_size=(8, 7))
 
 POLICE = sprites(BLUE, STREETS, min_size=(3, 3))
-DYNAMITE = Blobs(WALL, (0, 38, 160, 176), min_size=(2, 1), max_size=(8, 3), max_run=3)
+DYNAMITE = Blobs(WALL, (0, 38, 160, 176), gap=(4, 0), min_size=(2, 2), max_size=(8, 3), max_run=3)
 LOOT = sprites(GREY, STREETS, gap=(1, 0), min_size=(7, 7), area=(38, 48))
 BURST = sprites(GREY, STREETS, gap=(1, 0), min_size=(8, 7), area=(25, 36))
 ICONS = Cells(CAR[0], tuple(ICON_X.tolist()), tuple(ICON_Y.tolist()), 8, 7, whole=False)
