@@ -209,28 +209,28 @@ def in_lines(bitmap: Bitmap, planes: Iterable[Bitmap], least: int) -> Bitmap:
         planes: the bits that tell their colours apart.
         least: number of rows.
     """
-    height, out = bitmap.shape[1], jnp.zeros_like(bitmap)
+    height, slopes = bitmap.shape[1], (0, 1, -1)  # columns to the right a row
 
     def aside(rows: Bitmap, columns: int) -> Bitmap:
         return shift_left(rows, columns) if columns >= 0 else shift_right(rows, -columns)
 
-    for slope in (0, 1, -1):  # columns to the right a row
+    def as_below(mask: Bitmap, *bits: Bitmap) -> list[Bitmap]:
+        differs = [functools.reduce(jnp.bitwise_or, (b[:, :-1] ^ aside(b[:, 1:], s) for b in bits)) for s in slopes]
+        return [mask[:, :-1] & aside(mask[:, 1:], s) & ~d for s, d in zip(slopes, differs, strict=True)]
 
-        def as_below(mask: Bitmap, *bits: Bitmap, slope: int = slope) -> Bitmap:
-            differs = functools.reduce(jnp.bitwise_or, (b[:, :-1] ^ aside(b[:, 1:], slope) for b in bits))
-            return mask[:, :-1] & aside(mask[:, 1:], slope) & ~differs
+    def heads(*same: Bitmap) -> list[Bitmap]:
+        rows = height - least + 1
+        steps = [[aside(b[:, i : i + rows], i * s) for i in range(least - 1)] for s, b in zip(slopes, same, strict=True)]
+        return [functools.reduce(jnp.bitwise_and, of_slope) for of_slope in steps]
 
-        def heads(same: Bitmap, slope: int = slope) -> Bitmap:
-            rows = height - least + 1
-            return functools.reduce(jnp.bitwise_and, (aside(same[:, i : i + rows], i * slope) for i in range(least - 1)))
+    def whole(*first: Bitmap) -> Bitmap:
+        room = [jnp.pad(b, ((0, 0), (least - 1, least - 1), (0, 0))) for b in first]
+        return functools.reduce(
+            jnp.bitwise_or,
+            (aside(b[:, least - 1 - i :][:, :height], -i * s) for s, b in zip(slopes, room, strict=True) for i in range(least)),
+        )
 
-        def whole(first: Bitmap, slope: int = slope) -> Bitmap:
-            room = jnp.pad(first, ((0, 0), (least - 1, least - 1), (0, 0)))
-            parts = (aside(room[:, least - 1 - i : height + least - 1 - i], -i * slope) for i in range(least))
-            return functools.reduce(jnp.bitwise_or, parts)
-
-        out = out | materialize(whole, materialize(heads, materialize(as_below, bitmap, *planes)))
-    return out
+    return materialize(whole, *materialize(heads, *materialize(as_below, bitmap, *planes)))
 
 
 def without_pairs(bitmap: Bitmap, gap: int) -> Bitmap:
