@@ -10,11 +10,10 @@ in the chip's coding. What moves in the overscan (shots, cannon) lags behind the
 the last return address on the stack tells which of them the program has just moved or fired. A row
 without enemies takes a line less, an explosion one more.
 
-Covered: levels 1 to 24 (four kinds of enemies and of their shots), splits, explosions, deaths,
-overheating, game over. The gauge is not valid before a new game gives it a colour. Not in RAM: a
-shot on the frame on which it hits; one that was fired before the heat changed (every 32nd frame)
-and is gone; the mother ship's row on the frame on which its bay opens. VEM joins a shot to the side
-to the cannon while they touch.
+Covered: levels 1 to 24 (four kinds of enemies and shots), splits, explosions, deaths, overheating,
+game over. The gauge is not valid until a new game colours it. Not in RAM: a shot on the frame on
+which it hits; one fired before the heat changed (every 32nd frame) that is gone; the mother ship's
+row on the frame on which its bay opens. VEM joins a sideways shot that touches the cannon to it.
 """
 
 import jax

@@ -2,21 +2,20 @@
 
 The game has a record for each of three lanes: the air, the sea, the sky. Slots of Missile and Bomb:
 the object and its copy, in the air, then in the sea; of Rocket: in the air, in the sea. Oil_Rig is
-valid while a flash lights it, for it has the sky's colour otherwise. Capsule leaves a Lab that was
-hit. Explosion is what a missile leaves above the sea, which kills, too; slots as Bomb's. Life has a
+valid while a flash lights it; else it has the sky's colour. Capsule leaves a Lab that was hit.
+Explosion is what a missile leaves above the sea, which is deadly, too; slots as Bomb's. Life has a
 box around the icons, three at most. A hole goes round at the edges; its box has the larger part.
-Smoke, stars, hills on the sea bed and the maker's name are scenery. Title screens show but a score.
+Smoke, stars, hills on the sea bed and the maker's name are scenery. Titles show a score.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (the first mission's bytes), and the ROM's code: the
 drawing at $F000 of pages 4-7, the records of kinds at $FD00, to which $FB53 of pages 0-2 points,
 and the steps at $F652, after the drawing, which `decode` takes back. The beam is drawn on every
 other frame, in place of what is in the air; both are where they were drawn last.
 
-Covered: both modes, lost vehicles, the end of the game; all 30 stages by writes to the RAM, where
-F1 is 98.7 (random play shows only the first mission). Not exact: noise above the hole; what is hit
-or leaves, but for explosions, is gone from the RAM a frame early. VEM does not see black parts of
-the rig, depth charges in a sky or sea of their colour and behind hills, nor the enemies' shot in
-the colours of an object beside it; a lost vehicle, in most of the colours in which it flashes.
+Covered: both modes, lost vehicles, game over; all 30 stages by RAM writes (random play: the first
+mission). Not exact: noise above the hole; what is hit or leaves, but for explosions, is gone from
+the RAM a frame early. VEM does not see black parts of the rig, depth charges behind hills or before
+their own colour, enemy shots beside an object of their colours, or most flashes of a lost vehicle.
 """
 
 import functools

@@ -1,18 +1,18 @@
 """Road Runner: a bird runs from a coyote along desert roads, picks up seed, and shuns trucks.
 
-The screen begins with the last two rows of the score. Seed, steel shot and mines lie in four lanes:
-slot lane, the lowest one first. On the cliff and below rocks there is one lane. Eight columns at
-each edge are blanked. Mountains, dashes of the road, bridges and the sky's frame are scenery.
+The screen begins with the last two rows of the score. Seed, steel shot and mines lie in four lanes,
+one slot each from the bottom; on the cliff and below rocks, in one. Eight columns at each edge are
+blanked. Mountains, dashes of the road, bridges and the sky's frame are scenery.
 
 RAM: OCAtari (what some bytes are), ALE's source (score, lives), and the ROM's code. Bank 0 draws
 the road at f114, bank 3 cannons at f01e, rocks at f310 and the cliff at f430. Bank 2 moves all at
 f01e after the drawing, which `decode` takes back; in scenes 1, 3, 5 and 7 so are the pointers to
 pictures. HMOVE within lines moves seed between lanes. A lost life has the RAM of the new start.
 
-Covered: all eight scenes (beyond scene 0 by writing RAM), lost lives, the end of the game.
-Not exact: the columns of a bird that stops where it keeps still while the road moves, or that a
-truck pushes; figures on the frame on which they stop, begin to run or land; a bonus's last frame;
-what an edge cuts; boxes that touch or overlap. To VEM, a burnt coyote without a bird is Player too.
+Covered: all eight scenes (beyond scene 0 by writing RAM), lost lives, the end of the game. Not
+exact: the columns of a bird that a truck pushes or that stops where it keeps still while the road
+moves; figures on the frame on which they stop, begin to run or land; a bonus's last frame; what an
+edge cuts; boxes that touch or overlap. To VEM, a burnt coyote without a bird is Player too.
 """
 
 import functools
@@ -43,8 +43,7 @@ REPEATED = (255, 125, 255, 135, 255, 147, 255, 135)  # the first line that repea
 NOTHING, EDGE = 0x1E73, 134  # of `PICTURES`; the road's first row in scenes 3 and 7
 CLIFF, ROCKS, BRIDGE = 1, 5, 1  # the first two of `scene`, the last one of `scenery` & 15
 EXIT, BLANK, JUMP, JUST_WON = 16, 0x80, 29, 30  # two of `sign`, first `jump`, `bonus_time`
-EXITS = 1, 4  # scenes that have that sign
-SIGN_LINES = (73, 75, 75, 74, 75, 75, 75, 74)  # the first one, in each scene
+EXITS, SIGN_LINES = (1, 4), (73, 75, 75, 74, 75, 75, 75, 74)  # scenes; the first, in each scene
 YELLOW, BLACK, GREY = 30, 0, (4, 6)
 PLAYER_COLORS, COYOTE_COLORS = (134, 136, 138, 142), (48, 50, 52, 54, 56, 58)
 DRIFTS, MOVES = ((ROM.bytes(at, 9).astype(np.int8) >> 4).tolist() for at in (0x3FD0, 0xA00))
