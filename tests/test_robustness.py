@@ -213,6 +213,35 @@ def test_a_worker_that_does_not_reply_is_named_in_time(how):
     assert not any(Path(f"/proc/{pid}").exists() for pid in pids)
 
 
+def test_a_suspension_of_all_processes_is_no_silence():
+    """Clusters and containers suspend whole jobs; the time of it counts at most as one wait."""
+    program = """
+import os, time
+import numpy as np, ocjax
+from ocjax.envs import AlePool
+def wait(ram):
+    time.sleep(0.15)
+pool = AlePool(ocjax.load("Pong"), 1, num_workers=1, hook=wait)
+pool.reset([0])
+pool._workers._time_limit = 1.5
+print(os.getpid(), *(w.process.pid for w in pool._workers), flush=True)
+pool.send(np.zeros(1, int))
+pool.wait()
+print("stepped", flush=True)
+pool.close()
+"""
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True) as parent:
+        assert parent.stdout is not None
+        pids = [int(pid) for pid in parent.stdout.readline().split()]
+        time.sleep(0.2)
+        for number, pause in ((signal.SIGSTOP, 2.0), (signal.SIGCONT, 0.0)):
+            for pid in pids:
+                os.kill(pid, number)
+            time.sleep(pause)
+        assert parent.stdout.readline() == "stepped\n"
+    assert parent.returncode == 0
+
+
 def test_slow_starts_are_no_silence():
     """Each emulator that has started gives the others the whole time again: together these take longer than the limit."""
     pool = AlePool(PONG, 12, num_workers=1)

@@ -22,6 +22,7 @@ _PROGRAM = Path(interface.__file__).with_name("__main__.py")
 _GRACE = 2.0  # seconds that all workers together have to end by themselves
 _DYING = 5.0  # seconds that a worker may take to end after its socket has closed
 _MESSAGE_BYTES = 4000  # of a worker's stderr that an error quotes
+_SLICE = 1.0  # seconds of one wait for replies; a suspension of all processes counts at most this much towards the time limit
 _REPLIES = 256  # bytes, more replies than a worker can owe
 
 
@@ -203,14 +204,14 @@ class Workers:
 
         Args:
             progress: called when there has been no reply for `interval` seconds; if it returns a new number, the time limit starts anew.
-            interval: by default the time limit.
+            interval: at most, and by default, a second or the time limit, whichever is shorter.
 
         Raises:
             WorkerError: a worker failed, died, or did not reply in time.
         """
         if not self._sent:
             self._send()
-        patience = min((s for s in (interval, self._time_limit) if s is not None), default=None)
+        patience = min(s for s in (interval, self._time_limit, _SLICE) if s is not None)
         waiting, silent, last = dict(enumerate(self._processes)), 0.0, progress()
         while True:
             for i in [i for i, worker in waiting.items() if worker.has_finished(self._number)]:
@@ -221,7 +222,7 @@ class Workers:
             events = self._selector.select(patience)
             for key, _ in events:
                 key.data.receive()
-            silent = 0.0 if events else silent + (patience or 0.0)
+            silent = 0.0 if events else silent + patience
             if not events and last != (last := progress()):
                 silent = 0.0
             if self._time_limit is not None and silent >= self._time_limit:
