@@ -10,9 +10,10 @@ for what they leave open (the digits show the score of the frame before).
 
 Covered: all twelve modes (balls that are caught, steered or break through, timed ones, invisible
 bricks), both difficulties (A: smaller paddles), all lives, the end of the game. Invisible bricks
-are valid while they flash. Not in RAM: the last of the five frames of a flash; one row of the ball
-while a paddle holds it (it keeps the delay of the row in which it was caught); and the width of the
-lives' digit on the frame on which a ball is lost.
+are valid while they flash. Not in RAM: the last of the five frames of a flash, and those of it on
+which another brick is hit, for that sets the counter anew; one row of the ball while a paddle holds
+it (it keeps the delay of the row in which it was caught); and the width of the lives' digit on the
+frame on which a ball is lost.
 """
 
 import jax
