@@ -6,7 +6,7 @@
 import dataclasses
 import io
 import json
-import zipfile
+import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from ocjax import output
+from ocjax import npz, output
 from ocjax.envs import Settings
 from ocjax.envs.observations import Snapshot, Vector
 from ocjax.game import Game
@@ -162,25 +162,43 @@ def read(path: str | Path, game: Game) -> SavedPolicy:
         PolicyError: the file is missing, damaged, or does not fit the game.
     """
     try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = dict(file)
-        description = json.loads(str(arrays.pop("description"))) if "description" in arrays else {}
-    except (OSError, ValueError, zipfile.BadZipFile, EOFError) as error:
+        arrays = npz.read(Path(path), lambda name: re.fullmatch(r"[wb]\d+|mean|deviation|description", name) is not None)
+    except (OSError, npz.NpzError) as error:
         raise PolicyError(f"{path} is not a readable policy (.npz with w0, b0, w1, b1, ...): {error}") from error
+    description = _description(path, arrays)
     if description and description.get("md5") != game.md5:
         raise PolicyError(f"{path}: the policy is for {description.get('game')}, not for {game.name}")
+    for name, array in arrays.items():
+        if name != "description" and not (array.dtype.kind in "iuf" and np.isfinite(array).all()):
+            raise PolicyError(f"{path}: {name} must hold finite numbers, got {array.dtype} {list(array.shape)}")
     try:
         kind, known = _observation(description), _known(description)
-    except (KeyError, TypeError, ValueError) as error:
-        raise PolicyError(f"{path}: the description of the policy is damaged: {error}") from error
-    if description:
-        game = load(game.name, hud=bool(description["hud"]))
+        game = load(game.name, hud=bool(description["hud"])) if description else game
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        raise PolicyError(f"{path}: the description of the policy is damaged: {type(error).__name__}: {error}") from error
+    if "w0" not in arrays:
+        raise PolicyError(f"{path} is not a readable policy: it has no layer w0")
+    if kind.history > arrays["w0"].size:  # every state has inputs; a number that is too large would not fit into memory below
+        raise PolicyError(f"{path}: layer 0 has {arrays['w0'].size:,} weights, too few for a history of {kind.history:,} states")
     inputs = len(kind.features_of(game))
     units = np.tile(np.array(PLAIN_UNITS, np.float32), game.num_slots) if kind is PLAIN else np.ones(inputs, np.float32)
     mean, deviation = arrays.get("mean", np.zeros(inputs, np.float32)), arrays.get("deviation", units)
     if mean.shape != (inputs,) or deviation.shape != (inputs,) or not (deviation > 0).all():
         raise PolicyError(f"{path}: mean and deviation must have shape [{inputs}] for {game.name}, and deviation must be positive")
     return SavedPolicy(game, _layers(path, game, arrays, inputs), kind, mean, deviation, **known)
+
+
+def _description(path: str | Path, arrays: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    """What a file says of its policy, or nothing."""
+    if "description" not in arrays:
+        return {}
+    try:
+        description = json.loads(str(arrays["description"]))
+    except (ValueError, RecursionError):
+        description = None
+    if not isinstance(description, dict):
+        raise PolicyError(f"{path}: the description of the policy must be a JSON object, got {str(arrays['description'])[:200]!r}")
+    return description
 
 
 def _observation(description: Mapping[str, Any]) -> Vector:
@@ -213,8 +231,6 @@ def _layers(path: str | Path, game: Game, arrays: Mapping[str, np.ndarray], inpu
             )
         layers.append((w.astype(np.float32), b.astype(np.float32)))
         width = w.shape[1]
-    if not layers:
-        raise PolicyError(f"{path} is not a readable policy: it has no layer w0")
     return layers
 
 

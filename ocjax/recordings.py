@@ -2,16 +2,13 @@
 
 import dataclasses
 import json
-import math
-import os
-import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ocjax import output
+from ocjax import npz, output
 from ocjax.game import Game
 from ocjax.ram import RAM_SIZE
 from ocjax.registry import UnknownGameError, load
@@ -21,10 +18,6 @@ NUMBERS = {"rewards": "if", "lives": "iu"}  # kinds of dtype; all other arrays a
 BOOLS = ("resets", "ends")
 XOR = {"previous": "screens", "previous_shown": "shown"}  # stored as exclusive or with the other: nearly all zero, a tenth of the size
 FACTS = ("game", "md5", "frame_skip", "settings")
-DENSEST = 1100  # bytes that one byte of compressed data holds at most; deflate's limit is 1032
-END_RECORD = 22  # bytes of the record at the end of a zip archive
-_MEMBERS = frozenset(f"{name}.npy" for name in (*ARRAYS, *FACTS))
-_HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
 
 
 class RecordingError(ValueError):
@@ -156,48 +149,14 @@ def _load_file(path: Path) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]
     if not path.exists():
         raise FileNotFoundError(f"no recording {path}")
     try:
-        with zipfile.ZipFile(path) as archive:
-            _check_count(archive)
-            stored = {info.filename: _load_array(archive, info) for info in archive.infolist()}
-    except Exception as error:  # a damaged file can fail anywhere in zipfile, zlib, numpy and the parser of its headers
-        raise RecordingError(f"{path} is not a readable .npz recording: {type(error).__name__}: {error}") from error
-    arrays, facts = ({k: array for k in names if (array := stored.get(f"{k}.npy")) is not None} for names in (ARRAYS, FACTS))
+        stored = npz.read(path, {*ARRAYS, *FACTS}.__contains__)
+    except npz.NpzError as error:
+        raise RecordingError(f"{path} is not a readable .npz recording: {error}") from error
+    arrays, facts = ({k: stored[k] for k in names if k in stored} for names in (ARRAYS, FACTS))
     for name, fact in facts.items():
         if fact.shape != ():
             raise RecordingError(f"{path}: {name} must be a single value, got {fact.dtype} {list(fact.shape)}")
     return arrays, facts
-
-
-def _check_count(archive: zipfile.ZipFile) -> None:
-    """Check that the directory at the end of the file was read to its last entry; zipfile does not check this."""
-    assert archive.fp is not None
-    archive.fp.seek(-END_RECORD - len(archive.comment), os.SEEK_END)
-    count = int.from_bytes(archive.fp.read(END_RECORD)[10:12], "little")
-    if count != len(archive.infolist()):
-        raise ValueError(f"its directory has {len(archive.infolist())} entries instead of {count}")
-
-
-def _load_array(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray | None:
-    """One array of the file; None if it is not part of a recording, in which case only its header is checked.
-
-    The size that the header gives is compared with the size of the file before memory is allocated: one byte of compressed data holds at
-    most `DENSEST` bytes.
-    """
-    assert archive.fp is not None
-    with archive.open(info) as file:
-        if info.filename not in _MEMBERS:
-            return None
-        size = archive.fp.seek(0, os.SEEK_END)
-        if not (info.compress_size <= size and info.file_size <= DENSEST * info.compress_size):
-            raise ValueError(f"{info.filename} claims {info.file_size:,} bytes out of {info.compress_size:,} in a file of {size:,}")
-        version = np.lib.format.read_magic(file)
-        if version not in _HEADERS:
-            raise ValueError(f"{info.filename} is of version {version} of numpy's format, which stores plain arrays as 1.0 or 2.0")
-        shape, is_fortran, dtype = _HEADERS[version](file)
-        data = file.read()  # to the end, where the checksum is compared
-    if dtype.hasobject or len(data) != math.prod(shape) * dtype.itemsize:
-        raise ValueError(f"{info.filename} claims {dtype} {list(shape)}, but has {len(data):,} bytes")
-    return np.ndarray(shape, dtype, bytearray(data), order="F" if is_fortran else "C")
 
 
 def _frame_skip(path: Path, facts: Mapping[str, np.ndarray]) -> int | None:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import DATA
+from conftest import DATA, damaged_archive
 from PIL import Image
 from typer.testing import CliRunner
 
@@ -70,11 +70,25 @@ def test_files_that_are_no_policies(policy, tmp_path):
         policies.read(path, ocjax.load("Boxing"))
     with np.load(path) as file:
         arrays: dict[str, Any] = dict(file)
+
+    def described(drop=None, **changes):
+        description = json.loads(str(arrays["description"])) | changes
+        description.pop(drop, None)
+        return np.array(json.dumps(description))
+
     for change, message in (
         ({"description": np.array(json.dumps({"md5": policy.game.md5}))}, "description of the policy is damaged"),
-        ({"description": np.array("{")}, "not a readable policy"),
+        ({"description": described(drop="hud")}, "description of the policy is damaged: KeyError"),
+        ({"description": described(history=10**12)}, "too few for a history of 1,000,000,000,000 states"),
+        ({"description": described(history=1e400)}, "description of the policy is damaged"),
+        ({"description": np.array("{")}, "must be a JSON object"),
+        ({"description": np.array("[1]")}, "must be a JSON object"),
+        ({"description": np.array("[" * 100_000)}, "must be a JSON object"),
         ({"deviation": np.zeros_like(policy.mean)}, "deviation must be positive"),
         ({"mean": policy.mean[1:]}, "must have shape"),
+        ({"mean": np.full_like(policy.mean, np.nan)}, "mean must hold finite numbers"),
+        ({"w0": arrays["w0"].astype("U8")}, "w0 must hold finite numbers"),
+        ({"w1": np.array([None])}, "not a readable policy.*claims object"),
     ):
         files: dict[str, Any] = arrays | change
         np.savez(path, **files)
@@ -83,6 +97,22 @@ def test_files_that_are_no_policies(policy, tmp_path):
     np.savez(path, description=arrays["description"])
     with pytest.raises(PolicyError, match="no layer w0"):
         policies.read(path, ocjax.load("Pong"))
+
+
+def test_damaged_policies_are_refused(policy, tmp_path):
+    path = tmp_path / "policy.npz"
+    policy.write(path)
+    good, refused = path.read_bytes(), 0
+    for number in range(200):
+        path.write_bytes(damaged_archive(good, number))
+        try:
+            loaded = policies.read(path, ocjax.load("Pong"))
+        except PolicyError as error:
+            assert str(path) in str(error)  # noqa: PT017
+            refused += 1
+        else:
+            assert np.array_equal(loaded.layers[0][0], policy.layers[0][0].astype(np.float16))
+    assert refused > 100
 
 
 def test_every_instance_plays_equally_many_games(policy, tmp_path, monkeypatch):

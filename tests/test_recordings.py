@@ -4,7 +4,7 @@ import zipfile
 
 import numpy as np
 import pytest
-from conftest import DATA
+from conftest import DATA, damaged_archive
 from test_cli import run
 
 import ocjax
@@ -112,23 +112,8 @@ def damage(tmp_path_factory):
     good = (folder / "whole.npz").read_bytes()
 
     def damaged(number):
-        rng = np.random.default_rng(number)
-        data = bytearray(good)
-        at = int(rng.integers(len(data)))
-        if number % 2:  # in the headers, which are a small part of the file
-            at = int(rng.choice([i for i in range(len(data)) if data[i : i + 2] == b"PK"])) + int(rng.integers(60))
-        at = min(at, len(data) - 1)
-        match number % 8 // 2:
-            case 0:
-                data[at] ^= 1 << int(rng.integers(8))
-            case 1:
-                data[at] = int(rng.integers(256))
-            case 2:
-                data[at : at + 4] = rng.bytes(4)
-            case 3:
-                del data[at : at + int(rng.integers(1, 200))]
         path = folder / "Pong.npz"
-        path.write_bytes(data)
+        path.write_bytes(damaged_archive(good, number))
         return path
 
     return damaged, recordings.read(folder / "whole.npz")
