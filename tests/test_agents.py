@@ -216,6 +216,16 @@ def test_more_frames_continue_a_training(tmp_path):
         Trainer(Config("Pong", 1, hyperparameters=TINY), tmp_path / "run")
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "file").touch()
+    path = tmp_path / "run" / "metrics.csv"
+    text = path.read_text()
+    path.write_text(text[: text.index("\n") + 1])
+    with pytest.raises(TrainingError, match=r"metrics.csv has 0 rows, the checkpoint is of row \d"):
+        Trainer(config, tmp_path / "run")
+    path.write_text(text)
+    for damaged in (tmp_path / "run" / "checkpoints").rglob("*METADATA"):
+        damaged.write_text("{")
+    with pytest.raises(TrainingError, match=r"the checkpoint checkpoints/\d+ .* is damaged.*Restore the folder from a copy"):
+        Trainer(config, tmp_path / "run")
     with pytest.raises(TrainingError, match="is not empty"):
         Trainer(config, tmp_path / "other")
 

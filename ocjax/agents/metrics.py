@@ -82,11 +82,17 @@ class Metrics:
         return {"seconds": self.seconds, "recent": list(self.recent), "rows": len(self.rows)}
 
     def restore(self, saved: dict[str, Any]) -> None:
-        """Continue after a checkpoint."""
+        """Continue after a checkpoint.
+
+        Raises:
+            ValueError: the file lacks rows.
+        """
         self.seconds = float(saved["seconds"])
         self.recent.extend(saved["recent"])
         with (self._folder / "metrics.csv").open() as file:
             self.rows = [dict(row) for row in csv.DictReader(file)][: int(saved["rows"])]
+        if len(self.rows) < saved["rows"]:
+            raise ValueError(f"metrics.csv has {len(self.rows):,} rows, the checkpoint is of row {saved['rows']:,}")
 
 
 class Bar:

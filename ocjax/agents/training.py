@@ -97,7 +97,7 @@ class Trainer:
         folder: is created if necessary.
 
     Raises:
-        TrainingError: the folder holds another training.
+        TrainingError: the folder holds another training, or its checkpoint is damaged.
     """
 
     def __init__(self, config: Config, folder: Path) -> None:
@@ -203,6 +203,17 @@ class Trainer:
         step = self._checkpoints.latest_step()
         if step is None:
             return
+        try:
+            self._restore_from(step)
+        except Exception as error:  # a damaged file can fail anywhere in Orbax, TensorStore, JSON, and the states of the emulators
+            self.close()
+            raise TrainingError(
+                f"{self.folder}: the checkpoint checkpoints/{step} or metrics.csv is damaged, or another version of ocjax wrote it: "
+                f"{type(error).__name__}: {error}. Restore the folder from a copy, or train in another one"
+            ) from error
+
+    def _restore_from(self, step: int) -> None:
+        """Continue from a checkpoint."""
         state = {"pending": self._pending.result(), "acting": self._acting}
         items = {
             "state": ocp.args.StandardRestore(state),  # pyright: ignore[reportCallIssue]
