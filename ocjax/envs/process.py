@@ -216,20 +216,21 @@ class Workers:
         while True:
             for i in [i for i, worker in waiting.items() if worker.has_finished(self._number)]:
                 del waiting[i]
+                silent = 0.0
                 yield i
             if not waiting:
                 break
+            if self._time_limit is not None and silent >= self._time_limit:
+                silence = next(iter(waiting.values())).silence(silent)
+                for worker in waiting.values():
+                    worker.process.kill()  # it would not end by itself
+                raise silence
             events = self._selector.select(patience)
             for key, _ in events:
                 key.data.receive()
             silent = 0.0 if events else silent + patience
             if not events and last != (last := progress()):
                 silent = 0.0
-            if self._time_limit is not None and silent >= self._time_limit:
-                silence = next(iter(waiting.values())).silence(silent)
-                for worker in waiting.values():
-                    worker.process.kill()  # it would not end by itself
-                raise silence
         self.busy = False
 
     def end(self) -> None:
