@@ -111,6 +111,7 @@ def _number(*lefts: int) -> Bounds:
     return Bounds(GREY, region, value=Digits(FONT, lefts, DIGITS_TOP))
 
 
+# A paddle that touches the bottom of the right wall, which has its colour, ends after 16 columns.
 PADDLE = Blobs(RED, (8, 189, 160, 193), min_size=(8, 4), max_size=(26, 4), split=(16, 4))
 BALL = Bounds((GREY, *ROWS), FIELD, exclude=("Block", "Player"))
 BLOCKS = Cells(ROWS, tuple(BLOCK_X.tolist()), tuple(BLOCK_Y.tolist()), 8, 6)

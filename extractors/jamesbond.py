@@ -13,8 +13,9 @@ and the steps at $F652, after the drawing, which `decode` takes back. The beam i
 other frame, in place of what is in the air; both are where they were drawn last.
 
 Covered: both modes, lost vehicles, game over; all 30 stages by RAM writes (random play: the first
-one). Not exact: noise above the hole; what is hit or leaves, but for explosions, is gone from RAM
-early. VEM misses black parts of the rig, most flashes of a lost vehicle, some depth charges.
+one). Not exact: noise above the hole; what is hit or leaves, but for explosions, is gone a frame
+early. VEM misses black parts of the rig, most flashes of a lost vehicle, depth charges behind hills
+or before their own colour, and shots in a hornet's box.
 """
 
 import functools
@@ -74,7 +75,7 @@ def _beams() -> np.ndarray:
 
 
 BEAM_LEFT, BEAM_WIDTH = _beams().tolist()
-FIELD, AIR, SEA = (8, 57, 160, 179), (8, 57, 160, 121), (8, 121, 160, 152)
+FIELD, AIR, SEA, SHOT = (8, 57, 160, 179), (8, 57, 160, 121), (8, 121, 160, 152), (8, 74, 160, 156)
 IN_AIR, IN_SEA, COPY = np.array([[1, 1, 0, 0, 0], [0, 0, 1, 1, 0], [0, 1, 0, 1, 0]]) > 0
 BOTTOM = np.where(IN_SEA, SEA[3], AIR[3])
 BOMBED, SKY, LOW = (8, 57, 160, 168), (8, 57, 160, 72), (8, 99, 160, 121)  # the first to the bed
@@ -252,7 +253,7 @@ VEHICLE = Blobs(PLAYER, FIELD, min_size=(4, 4), max_size=(8, 4), area=(9, 17))
 UPWARD = Blobs(PLAYER, FIELD, min_size=(1, 3), max_size=(1, 6))
 charge = functools.partial(Blobs, (0, 0xC4), max_size=(1, 7))
 CHARGE = charge(BOMBED, min_size=(1, 4), also=charge((8, 121, 160, 168), min_size=(1, 2)))
-DIM = Bounds((8, 0x94), (8, 75, 160, 91), (1, 3), exclude=("Hornet",))  # in its rows
+DIM = Bounds((8, 0x94), (8, 75, 160, 91), (1, 3), exclude=("Hornet",))  # beside one
 NIGHT = Shades((130, 121), (0x84, 0xC4, 0x92), ((0xC4,), (1,), (1,)))  # the sea has its colour
 blob = functools.partial(Blobs, gap=(1, 1), max_size=(8, 16))
 HOLE = blob((0xF0, 0x34), (8, 122, 160, 170), gap=(2, 6), min_size=(4, 8), max_size=(20, 48))
@@ -275,7 +276,7 @@ GAME = Game(
         Category("Player", VEHICLE, doc="the vehicle"),
         Category("Player_Shot", UPWARD, doc="the shot that flies up"),
         Category("Depth_Charge", CHARGE, doc="falls; from the second mission on"),
-        Category("Enemy_Shot", Bounds(0xFE, (8, 74, 160, 156), (1, 2)), otherwise=DIM, doc="shots"),
+        Category("Enemy_Shot", Bounds(0xFE, SHOT, (1, 2)), otherwise=DIM, doc="of all enemies"),
         Category("Laser", Bounds(0xFE, (8, 63, 160, 74), (2, 6)), doc="a helicopter's beam"),
         Category("Fire_Hole", HOLE, doc="in the ground"),
         Category("Lab", Bounds((0x18, 0x22, 0x36), (8, 156, 160, 179)), doc="on the sea bed"),

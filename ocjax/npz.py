@@ -1,10 +1,12 @@
 """Arrays of `.npz` files that may be damaged or made to do harm: sizes are checked before memory is allocated, and nothing is unpickled."""
 
+import json
 import math
 import os
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -39,6 +41,15 @@ def read(path: Path, wanted: Callable[[str], bool]) -> dict[str, np.ndarray]:
             return {name: _load(archive, info) for name, info in members.items() if wanted(name)}
     except Exception as error:  # a damaged file can fail anywhere in zipfile, zlib, numpy and the parser of its headers
         raise NpzError(f"{type(error).__name__}: {error}") from error
+
+
+def json_object(text: np.ndarray) -> dict[str, Any] | None:
+    """The JSON object in an array that holds a text; None if it holds none."""
+    try:
+        found = json.loads(str(text))
+    except (ValueError, RecursionError):
+        return None
+    return found if isinstance(found, dict) else None
 
 
 def _check_count(archive: zipfile.ZipFile) -> None:

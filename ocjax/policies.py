@@ -192,11 +192,8 @@ def _description(path: str | Path, arrays: Mapping[str, np.ndarray]) -> dict[str
     """What a file says of its policy, or nothing."""
     if "description" not in arrays:
         return {}
-    try:
-        description = json.loads(str(arrays["description"]))
-    except (ValueError, RecursionError):
-        description = None
-    if not isinstance(description, dict):
+    description = npz.json_object(arrays["description"])
+    if description is None:
         raise PolicyError(f"{path}: the description of the policy must be a JSON object, got {str(arrays['description'])[:200]!r}")
     return description
 

@@ -169,11 +169,8 @@ def _frame_skip(path: Path, facts: Mapping[str, np.ndarray]) -> int | None:
 def _settings(path: Path, facts: Mapping[str, np.ndarray]) -> dict[str, Any] | None:
     if "settings" not in facts:
         return None
-    try:
-        settings = json.loads(str(facts["settings"]))
-    except (ValueError, RecursionError):
-        settings = None
-    if not isinstance(settings, dict):
+    settings = npz.json_object(facts["settings"])
+    if settings is None:
         raise RecordingError(f"{path}: settings must be a JSON object, got {str(facts['settings'])[:200]!r}")
     return settings
 

@@ -72,7 +72,6 @@ def quick_compilation():
     jax.clear_caches()
 
 
-@functools.cache
 def damaged_archive(good, number):
     """The bytes of a zip archive, damaged in one of four ways, chosen by a number."""
     rng = np.random.default_rng(number)
@@ -93,6 +92,7 @@ def damaged_archive(good, number):
     return bytes(data)
 
 
+@functools.cache
 def excerpt(name):
     """The arrays of a game's recording in `tests/data`.
 

@@ -214,8 +214,6 @@ def test_more_frames_continue_a_training(tmp_path):
     second.close()
     with pytest.raises(TrainingError, match="holds another training"):
         Trainer(Config("Pong", 1, hyperparameters=TINY), tmp_path / "run")
-    (tmp_path / "other").mkdir()
-    (tmp_path / "other" / "file").touch()
     path = tmp_path / "run" / "metrics.csv"
     text = path.read_text()
     path.write_text(text[: text.index("\n") + 1])
@@ -226,6 +224,8 @@ def test_more_frames_continue_a_training(tmp_path):
         damaged.write_text("{")
     with pytest.raises(TrainingError, match=r"the checkpoint checkpoints/\d+ .* is damaged.*Restore the folder from a copy"):
         Trainer(config, tmp_path / "run")
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "file").touch()
     with pytest.raises(TrainingError, match="is not empty"):
         Trainer(config, tmp_path / "other")
 

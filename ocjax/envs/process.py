@@ -22,7 +22,7 @@ _PROGRAM = Path(interface.__file__).with_name("__main__.py")
 _GRACE = 2.0  # seconds that all workers together have to end by themselves
 _DYING = 5.0  # seconds that a worker may take to end after its socket has closed
 _MESSAGE_BYTES = 4000  # of a worker's stderr that an error quotes
-_SLICE = 1.0  # seconds of one wait for replies; a suspension of all processes counts at most this much towards the time limit
+_SLICE = 1.0  # seconds of one wait for replies; a suspension counts as one wait towards the time limit
 _REPLIES = 256  # bytes, more replies than a worker can owe
 
 
@@ -204,7 +204,7 @@ class Workers:
 
         Args:
             progress: called when there has been no reply for `interval` seconds; if it returns a new number, the time limit starts anew.
-            interval: at most, and by default, a second or the time limit, whichever is shorter.
+            interval: seconds, of which at most one, and no more than the time limit, counts; None for these.
 
         Raises:
             WorkerError: a worker failed, died, or did not reply in time.
