@@ -13,7 +13,7 @@ without enemies takes a line less, an explosion one more.
 Covered: levels 1 to 24 (four kinds of enemies and shots), splits, explosions, deaths, overheating,
 game over. The gauge is not valid until a new game colours it. Not in RAM: a shot on the frame on
 which it hits; one fired before the heat changed (every 32nd frame) that is gone; the mother ship's
-row on the frame on which its bay opens. VEM joins a sideways shot that touches the cannon to it.
+row as its bay opens. In VEM, the box of a side shot that touches the cannon spans both.
 """
 
 import jax
@@ -27,7 +27,7 @@ from ocjax.game import Game
 from ocjax.ops import among, mod
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, display
+from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, Runs, display
 
 ROM = Rom("assault", "de78b3a064d374390ac0710f95edde92")
 FONT = ROM.font(0xE00, rows=8)
@@ -272,6 +272,7 @@ def _heat(m: Ram) -> jax.Array:
 
 
 PLAYER = Blobs(CANNON, GROUND, min_size=(4, 7), max_size=(8, 8))
+BESIDE_SHOT = Runs((CANNON,), ((0, 185, 160, 186),), ((6, 6),), 1, ((1, 7, 1),))  # by its wheels
 CARRIER = Bounds(SHIP, (0, 12, 160, 45))
 ENEMY = Blobs(ENEMIES, ROWS, gap=(4, 0), min_size=(4, 6), max_size=(16, 8))
 MISSILE = Bounds(WHITE, (0, 45, 160, 186))
@@ -287,7 +288,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER, doc="the cannon"),
+        Category("Player", PLAYER, otherwise=BESIDE_SHOT, doc="the cannon"),
         Category("MotherShip", CARRIER, rgb=(72, 160, 72), doc="above, with its open bay"),
         Category("Enemy", ENEMY, count=6, doc="row from the bottom * 2 + half"),
         Category("PlayerMissileVertical", MISSILE, doc="the cannon's shot up"),

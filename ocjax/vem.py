@@ -14,83 +14,87 @@ from jax import lax
 from ocjax import _xla
 from ocjax.objects import UNKNOWN, Objects
 from ocjax.vision import palette
-from ocjax.vision.detect import Detected, detect
+from ocjax.vision.detect import detect
+from ocjax.vision.detected import Detected
 
 if TYPE_CHECKING:
     from ocjax.game import Game
 
 CHUNK = 64  # frames at a time
 
-# Bits beside a slot's colour. A bool or int8 array of its own would be transposed by a loop whose unrolled stores take up to a fifth of
-# VEM's compilation.
-_VALID, _ORIENTED = 1 << 24, 1 << 31
 
-
-def _pair(low: jax.Array, high: jax.Array) -> jax.Array:
-    """Two 16-bit numbers as one of 32 bits, which halves the work of assembling slots."""
-    return low | (high << 16)
-
-
-def _unpair(*pairs: jax.Array) -> jax.Array:
-    """int32 `[B, N]` each of two 16-bit numbers -> int16 `[B, N, 2 * len(pairs)]`."""
-    numbers = lax.bitcast_convert_type(jnp.stack(pairs, axis=-1), jnp.int16)
-    return numbers.reshape(*pairs[0].shape, 2 * len(pairs))
-
-
-def _by_slot(fields: Sequence[jax.Array | None], defaults: Sequence[np.ndarray], lanes: int) -> jax.Array:
-    """Fields of each category as one array, int32 `[N, B]`; neighbours that have none take their defaults `[count]` in one piece."""
+def _by_slot(fields: Sequence[jax.Array | None], game: Game, lanes: int) -> jax.Array:
+    """Fields of each category as one array, int32 `[N, B]`; neighbours that have none take zeros in one piece."""
     pieces = []
-    for absent, group in itertools.groupby(zip(fields, defaults, strict=True), key=lambda pair: pair[0] is None):
-        own, default = zip(*group, strict=True)
-        if absent:
-            constant = jnp.asarray(np.concatenate(default), jnp.int32)
-            own = [jnp.broadcast_to(constant[:, None], (len(constant), lanes))]
-        pieces += own
+    for absent, group in itertools.groupby(zip(fields, game.categories, strict=True), key=lambda pair: pair[0] is None):
+        own, categories = zip(*group, strict=True)
+        pieces += [jnp.zeros((sum(c.count for c in categories), lanes), jnp.int32)] if absent else own
     return jnp.concatenate(pieces)
 
 
-def _colors(game: Game, found: Sequence[Detected], lanes: int) -> jax.Array:
-    """The colours of all slots, uint32 `[N, B]`: read from the frame, or the slot's own."""
-    own = palette.packed(game.slot_rgb)
-    if all(f.color is None for f in found):
-        return jnp.broadcast_to(jnp.asarray(own)[:, None], (len(own), lanes))
-    table = np.concatenate([palette.packed(game.palette), own])
-    own_index = len(game.palette) + np.arange(len(own))
-    index = _by_slot([f.color for f in found], [own_index[s] for s in game.slices.values()], lanes)
-    return jnp.asarray(table)[index]
+def _needed(game: Game, found: Sequence[Detected]) -> np.ndarray | jax.Array:
+    """Whether each category's slots count, as it needs none or one that was found, bool `[categories, B]`."""
+    needs = [c.needs for c in game.categories]
+    others = sorted({name for name in needs if name is not None})
+    if not others:
+        return np.ones((len(needs), 1), bool)
+    index = {c.name: i for i, c in enumerate(game.categories)}
+    shown = [jnp.any(found[index[name]].valid, axis=0) for name in others]
+    which = [len(others) if name is None else others.index(name) for name in needs]
+    return jnp.stack([*shown, jnp.ones_like(shown[0])])[np.array(which)]
 
 
-def _flags(game: Game) -> np.ndarray:
-    """Bits of valid slots, int32 `[N, 1]`: one that is always set, and the sign where the category has an orientation."""
-    oriented = np.array(["orientation" in game.categories[i].attributes for i in game.slot_category])
-    return np.where(oriented, _VALID | _ORIENTED, _VALID).astype(np.uint32).view(np.int32)[:, None]
+def _extract(game: Game, frames: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """What is in the slots on uint8 `[B, H, 160]`, and how many objects of each category had no slot, int32 `[B, categories]`.
 
-
-def _extract(game: Game, frames: jax.Array) -> tuple[Objects, jax.Array]:
-    """Objects of uint8 `[B, H, 160]`, and how many of each category had no slot, int32 `[B, categories]`."""
-    found = detect(game.categories, frames, game.shades)
-    x, y, w, h, valid = (jnp.concatenate([getattr(f, name) for f in found]) for name in ("x", "y", "w", "h", "valid"))
-    lanes = len(frames)
-    value = _by_slot([f.value for f in found], [np.zeros(len(f.x)) for f in found], lanes)
-    mask = -valid.astype(jnp.int32)
-    color = lax.bitcast_convert_type(_colors(game, found, lanes), jnp.int32) | jnp.asarray(_flags(game))
-    by_slot = jnp.concatenate([_pair(x, y) & mask, _pair(w, h) & mask, value & mask, color & mask])
-    xy, wh, value, color = jnp.split(_xla.transpose(by_slot), 4, axis=1)
-    valid, orientation = (color & _VALID) > 0, jnp.where(color < 0, jnp.int8(UNKNOWN), jnp.int8(0))
-    colors = lax.bitcast_convert_type(color, jnp.uint8)[..., :3]
+    Slots are one array, which the loop over chunks of a batch writes: int32 `[B, 2, N]` of boxes and values, or `[B, 3, N]` with colours in
+    games that read some from the frame: palette indices plus 1, and 0 where the slot has its own colour.
+    """
+    found, lanes = detect(game.categories, frames, game.shades), len(frames)
+    needed = _needed(game, found)
+    box = jnp.where(needed[game.slot_category], jnp.concatenate([f.box for f in found]), jnp.uint32(0))
+    fields = [_by_slot([f.value for f in found], game, lanes)]
+    if any(f.color is not None for f in found):
+        fields.append(_by_slot([None if f.color is None else f.color + 1 for f in found], game, lanes))
+    rows = [lax.bitcast_convert_type(box, jnp.int32), *(jnp.where(box != 0, field, 0) for field in fields)]
+    slots = _xla.transpose(jnp.concatenate(rows)).reshape(lanes, len(rows), -1)
     nothing = jnp.zeros(lanes, jnp.int32)
-    overflow = jnp.stack([nothing if f.overflow is None else f.overflow for f in found], axis=-1)
-    return Objects(_unpair(xy, wh), valid, orientation, value, colors, game), overflow
+    overflow = jnp.stack([nothing if f.overflow is None else f.overflow for f in found])
+    return slots, jnp.where(needed, overflow, 0).T
+
+
+def _objects(game: Game, slots: jax.Array) -> Objects:
+    """Objects from the slots that `_extract` returns."""
+    box, value = slots[:, 0], slots[:, 1]
+    valid = box != 0
+    xywh = lax.bitcast_convert_type(box, jnp.uint8).astype(jnp.int16)
+    oriented = np.array(["orientation" in game.categories[i].attributes for i in game.slot_category])
+    orientation = jnp.where(valid & oriented[None], jnp.int8(UNKNOWN), jnp.int8(0))
+    color = jnp.asarray(palette.packed(game.slot_rgb))[None]
+    if slots.shape[1] > 2:
+        read = slots[:, 2]
+        color = jnp.where(read > 0, jnp.asarray(palette.packed(game.palette))[read - 1], color)
+    rgb = lax.bitcast_convert_type(jnp.where(valid, color, jnp.uint32(0)), jnp.uint8)[..., :3]
+    return Objects(xywh, valid, orientation, value, rgb, game)
 
 
 def extractor_with_overflow(game: Game) -> Callable[[jax.Array], tuple[Objects, jax.Array]]:
     """The game's VEM of uint8 `[B, H, 160]`, with the number of objects that had no slot, int32 `[B, categories]`."""
-    return jax.jit(lambda frames: _xla.in_chunks(lambda chunk: _extract(game, chunk), frames, CHUNK))
+
+    def extract(frames: jax.Array) -> tuple[Objects, jax.Array]:
+        slots, overflow = _xla.in_chunks(lambda chunk: _extract(game, chunk), frames, CHUNK)
+        return _objects(game, slots), overflow
+
+    return jax.jit(extract)
 
 
 def extractor(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
     """The game's VEM: uint8 `[..., H, 160]` or `[..., H, 160, 3]` -> `Objects`."""
-    by_index = _xla.any_batch(lambda frames: _xla.in_chunks(lambda chunk: _extract(game, chunk)[0], frames, CHUNK), 2)
+
+    def by_frame(frames: jax.Array) -> Objects:
+        return _objects(game, _xla.in_chunks(lambda chunk: _extract(game, chunk)[0], frames, CHUNK))
+
+    by_index = _xla.any_batch(by_frame, 2)
     to_index = _xla.any_batch(lambda rgb: palette.to_index(rgb, game.palette), 3)
 
     def extract(frames: jax.Array | np.ndarray) -> Objects:

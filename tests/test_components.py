@@ -75,7 +75,8 @@ def check(masks, searches):
     for mask, search, boxes in zip(masks, searches, found, strict=True):
         for b in range(len(frames)):
             want = reference(mask[b], search)
-            got = [tuple(int(v[k, b]) for v in boxes[:4]) for k in range(search.count) if boxes.valid[k, b]]
+            sides = boxes.x, boxes.y, boxes.w, boxes.h
+            got = [tuple(int(v[k, b]) for v in sides) for k in range(search.count) if boxes.valid[k, b]]
             assert got == want[: search.count]
             assert boxes.overflow[b] == max(len(want) - search.count, 0)
             assert not boxes.valid[len(want) :, b].any()
@@ -236,6 +237,22 @@ def test_only_lines_of_one_colour_are_left(least):
     planes = bitmap.planes(jnp.asarray(frame)[None])
     found = bitmap.in_lines(bitmap.color_mask(planes, range(2, 14, 2)), planes, least)
     assert np.array_equal(found, bitmap.planes(jnp.asarray(expected, jnp.uint8)[None])[0])
+
+
+@pytest.mark.parametrize("height", [1, 31, 32, 33, 40, 150])
+def test_rows_and_columns(height):
+    """First and last set rows and columns of bitmaps with a few pixels, or none."""
+    rng = np.random.default_rng(height)
+    pixels = rng.random((height, 160, 20)) < rng.choice([0, 0.0005, 0.5], 20)
+    words = jnp.asarray(np.packbits(pixels, axis=1).reshape(height, 5, 4, 20).transpose(1, 0, 3, 2).copy().view(">u4")[..., 0].astype("u4"))
+    for used, (first, last) in (
+        (pixels.any(axis=1), bitmap.rows(bitmap.any_of(words))),
+        (pixels.any(axis=0), bitmap.columns(bitmap.or_rows(words))),
+    ):
+        for lane in range(20):
+            where = np.flatnonzero(used[:, lane])
+            assert int(last[lane]) == (where[-1] if len(where) else -1)
+            assert int(first[lane]) == where[0] if len(where) else int(first[lane]) > int(last[lane])
 
 
 def test_stage_last_at_most():

@@ -61,6 +61,12 @@ def test_transpose_and_padding(lanes):
     assert lanes <= _xla.padded(lanes) <= lanes + 16
 
 
+@pytest.mark.parametrize("shape", [(1,), (15,), (16,), (17,), (700,), (3, 5), (50, 5)])
+def test_running_sum(shape):
+    x = np.random.default_rng(0).integers(-9, 9, shape).astype(np.int32)
+    assert np.array_equal(_xla.running_sum(jnp.asarray(x)), np.cumsum(x, axis=0))
+
+
 @pytest.mark.parametrize("n", [1, 4, 5, 8, 11])
 def test_chunks(n):
     x = np.arange(3 * n, dtype=np.int32).reshape(n, 3)

@@ -19,6 +19,9 @@ from ocjax.boxes import WIDTH, Area
 
 U = jnp.uint32
 ALL = np.array(0xFFFFFFFF, np.uint32)
+# Rows that are reduced at once. XLA divides a longer reduction itself, into three kernels and a copy of its operand, which it does not fuse
+# with what computes it.
+BLOCK = 32
 Bitmap = jax.Array
 
 
@@ -120,16 +123,21 @@ def areas(height: int, filled: Iterable[Area]) -> np.ndarray:
 
 def boxes(x: jax.Array, y: jax.Array, w: jax.Array, h: jax.Array, valid: jax.Array, height: int) -> Bitmap:
     """All pixels of boxes, each int32 `[count, B]`, as a bitmap `[5, height, B]`."""
-    word = 32 * np.arange(WIDTH // 32, dtype=np.int32)[:, None, None]
-    first, last = (jnp.clip(edge[None] - word, 0, 32) for edge in (x, x + w))
-    ink = (U(0xFFFFFFFF) >> jnp.minimum(first, 31).astype(U)) & ~(U(0x7FFFFFFF) >> jnp.maximum(last - 1, 0).astype(U))
-    ink = jnp.where(valid[None] & (first < last), ink, U(0))  # [5, count, B]
+    ink = jnp.where(valid[None], columns_between(x, x + w), U(0))
     rows = jnp.arange(height, dtype=jnp.int32)[:, None]
     out = jnp.zeros((WIDTH // 32, height, x.shape[1]), U)
     for k in range(len(x)):
         inside = (rows >= y[k][None]) & (rows < (y[k] + h[k])[None])
         out = out | jnp.where(inside[None], ink[:, k : k + 1], U(0))
     return out
+
+
+def columns_between(left: jax.Array, right: jax.Array) -> jax.Array:
+    """Rows in which the columns from `left` to before `right` are set, int32 `[n, B]`: uint32 `[5, n, B]`."""
+    word = 32 * np.arange(WIDTH // 32, dtype=np.int32)[:, None, None]
+    first, last = (jnp.clip(edge[None] - word, 0, 32) for edge in (left, right))
+    ink = (ALL >> jnp.minimum(first, 31).astype(U)) & ~(U(0x7FFFFFFF) >> jnp.maximum(last - 1, 0).astype(U))
+    return jnp.where(first < last, ink, U(0))
 
 
 def rows_at(bitmap: Bitmap, row: jax.Array) -> jax.Array:
@@ -287,12 +295,49 @@ def any_of(bitmap: Bitmap) -> jax.Array:
     return functools.reduce(operator.or_, bitmap)
 
 
-def columns(words: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """First and last set column of single rows `[words, ...]`, int32; (32 * words, -1) where none is set."""
-    start = 32 * np.arange(len(words), dtype=np.int32).reshape(-1, *([1] * (words.ndim - 1)))
-    first = jnp.where(words != 0, start + lax.clz(words).astype(jnp.int32), 32 * len(words))
+def columns(words: jax.Array, width: int = 32) -> tuple[jax.Array, jax.Array]:
+    """First and last set column of single rows `[words, ...]`, int32; (width * words, -1) where none is set.
+
+    Each word stands for `width` columns, in its top bits.
+    """
+    start = width * np.arange(len(words), dtype=np.int32).reshape(-1, *([1] * (words.ndim - 1)))
+    first = jnp.where(words != 0, start + lax.clz(words).astype(jnp.int32), width * len(words))
     last = jnp.where(words != 0, start + 31 - _trailing(words), -1)
     return jnp.min(first, axis=0), jnp.max(last, axis=0)
+
+
+def rows(used: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """First and last row that is not 0, of uint32 `[rows, ...]`, int32 `[...]`; the last is -1 where all rows are 0."""
+    size = _block_size(len(used))
+    return columns(upright(used, size), size)
+
+
+def upright(rows: jax.Array, size: int = 32) -> jax.Array:
+    """Which rows are not 0, as words for `size` rows each: uint32 `[rows, ...]` -> `[words, ...]`, the first row in the top bit."""
+    blocks = _blocks(rows, 0, size)
+    bits = np.array(1 << 31 >> np.arange(size), np.uint32).reshape(1, -1, *(1 for _ in rows.shape[1:]))
+    return jnp.sum(jnp.where(blocks != 0, bits, U(0)), axis=1, dtype=U)
+
+
+def or_rows(bitmap: jax.Array) -> jax.Array:
+    """The words of all rows or-ed together: uint32 `[words, rows, ...]` -> `[words, ...]`."""
+    if bitmap.shape[1] <= BLOCK:
+        return lax.reduce(bitmap, U(0), lax.bitwise_or, (1,))
+    by_block = lax.reduce(_blocks(bitmap, 1, _block_size(bitmap.shape[1])), U(0), lax.bitwise_or, (2,))
+    return any_of(jnp.moveaxis(by_block, 1, 0))
+
+
+def _block_size(n: int) -> int:
+    """Rows in each of the fewest blocks of at most `BLOCK` rows."""
+    return -(-n // -(-n // BLOCK))
+
+
+def _blocks(x: jax.Array, axis: int, size: int) -> jax.Array:
+    """An axis in blocks, filled up with zeros: `[n, ...]` -> `[blocks, size, ...]`."""
+    n = x.shape[axis]
+    count = -(-n // size)
+    padded = jnp.pad(x, [(0, (count * size - n) * (i == axis)) for i in range(x.ndim)]) if n % size else x
+    return padded.reshape(*x.shape[:axis], count, size, *x.shape[axis + 1 :])
 
 
 def _trailing(w: jax.Array) -> jax.Array:

@@ -1,5 +1,6 @@
 """`Bounds` rules: the tight box of a region's pixels, and the values that digits and gauges show."""
 
+import itertools
 from collections.abc import Sequence
 
 import jax
@@ -13,7 +14,7 @@ from ocjax.digits import Digits
 from ocjax.rules import Bounds, Gauge
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
-from ocjax.vision.components import Detected
+from ocjax.vision.detected import Detected, boxes
 
 
 def detect_bounds(rules: Sequence[Bounds], masks: Sequence[Sequence[Bitmap]]) -> list[Detected]:
@@ -26,45 +27,40 @@ def detect_bounds(rules: Sequence[Bounds], masks: Sequence[Sequence[Bitmap]]) ->
     if not rules:
         return []
     slots = [(mask, region) for rule, own in zip(rules, masks, strict=True) for mask, (region, _) in zip(own, rule.slots, strict=True)]
-    boxes = tight_boxes(*zip(*slots, strict=True))
-    ends = np.cumsum([len(rule.slots) for rule in rules]).tolist()
-    return [
-        _with_value(rule, own, tuple(v[end - len(own) : end] for v in boxes)) for rule, own, end in zip(rules, masks, ends, strict=True)
-    ]
+    x, y, w, h = tight_boxes(*zip(*slots, strict=True))
+    least = np.concatenate([np.broadcast_to(rule.min_size, (len(rule.slots), 2)) for rule in rules])
+    box = boxes(x, y, w, h, (w >= least[:, :1]) & (h >= least[:, 1:]))
+    ends = np.cumsum([0, *(len(rule.slots) for rule in rules)]).tolist()
+    found = [Detected(box[start:end]) for start, end in itertools.pairwise(ends)]
+    return [_with_value(rule, own, f) for rule, own, f in zip(rules, masks, found, strict=True)]
 
 
-def _with_value(rule: Bounds, masks: Sequence[Bitmap], boxes: tuple[jax.Array, ...]) -> Detected:
-    """The objects in the boxes of one rule, with the values that they show."""
-    x, y, w, h = boxes
-    least = np.atleast_2d(rule.min_size)
-    valid = (w >= least[:, :1]) & (h >= least[:, 1:])
+def _with_value(rule: Bounds, masks: Sequence[Bitmap], found: Detected) -> Detected:
+    """The objects of one rule, with the values that they show."""
     if isinstance(rule.value, Gauge):
-        length = h if rule.value.vertical else w
-        value = rule.value.base + jnp.floor_divide(length - rule.value.start, rule.value.unit)
-        return Detected(x, y, w, h, valid, value)
+        length = found.h if rule.value.vertical else found.w
+        return found._replace(value=rule.value.base + jnp.floor_divide(length - rule.value.start, rule.value.unit))
     if not rule.digits:
-        return Detected(x, y, w, h, valid)
+        return found
     readings = [read_digits(digits, mask) for digits, mask in zip(rule.digits, masks, strict=True)]
     value, matched = (jnp.stack(v) for v in zip(*readings, strict=True))
     optional = np.array([[not digits.required] for digits in rule.digits])
-    return Detected(x, y, w, h, valid & (matched | optional), value)
+    return found.where(matched | optional)._replace(value=value)
 
 
 def tight_boxes(masks: Sequence[Bitmap], regions: Sequence[Area]) -> tuple[jax.Array, ...]:
     """Tight boxes of the pixels of masks inside regions: x, y, w, h, int32 `[n, B]`; w and h are not positive where there are none."""
-    height = max(bottom - top for _, top, _, bottom in regions)
+    words = -(-max(bottom - top for _, top, _, bottom in regions) // 32)
 
     def marks(*masks: Bitmap) -> tuple[jax.Array, jax.Array]:
-        """Which rows hold pixels, uint32 `[n, height, B]`, and the words of all rows or-ed together, uint32 `[5, n, B]`."""
+        """Which rows of each region hold pixels, and which columns: uint32 `[words, n, B]` and `[5, n, B]`."""
         inside = [bm.cut(mask, region) for mask, region in zip(masks, regions, strict=True)]
-        rows = [jnp.pad(bm.any_of(m), ((0, height - m.shape[1]), (0, 0))) for m in inside]
-        return jnp.stack(rows), jnp.stack([lax.reduce(m, U(0), lax.bitwise_or, (1,)) for m in inside], axis=1)
+        rows = [bm.upright(bm.any_of(m)) for m in inside]
+        rows = [jnp.pad(row, ((0, words - len(row)), (0, 0))) for row in rows]
+        return jnp.stack(rows, axis=1), jnp.stack([bm.or_rows(m) for m in inside], axis=1)
 
     rows, columns = materialize(marks, *masks)
-    index = jnp.arange(height, dtype=jnp.int32)[:, None]
-    top = jnp.min(jnp.where(rows != 0, index, height), axis=1)
-    bottom = jnp.max(jnp.where(rows != 0, index, -1), axis=1)
-    first, last = bm.columns(columns)
+    (first, last), (top, bottom) = bm.columns(columns), bm.columns(rows)
     tops = np.array([[region[1]] for region in regions], np.int32)
     return first, top + tops, last - first + 1, bottom - top + 1
 

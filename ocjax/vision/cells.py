@@ -8,7 +8,7 @@ from jax import lax
 from ocjax.rules import Cells
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
-from ocjax.vision.components import Detected
+from ocjax.vision.detected import Detected, boxes
 
 
 def cell_pixels(rule: Cells, mask: Bitmap) -> Bitmap:
@@ -24,7 +24,7 @@ def detect_cells(rule: Cells, mask: Bitmap) -> Detected:
         return _detect(rule, mask)
     moved, down = _to_last_row(rule, mask)
     found = _detect(rule, moved)
-    return found._replace(y=found.y + down[None])
+    return Detected(boxes(found.x, found.y + down[None], found.w, found.h, found.valid))
 
 
 def _to_last_row(rule: Cells, mask: Bitmap) -> tuple[Bitmap, jax.Array]:
@@ -83,10 +83,8 @@ def _whole(rule: Cells, cells: jax.Array, inner: jax.Array, clear: jax.Array) ->
     """Cells all of whose pixels are set."""
     every = lax.reduce(cells, U(0xFFFFFFFF), lax.bitwise_and, (0,))
     valid = clear & jnp.all((every & inner) == inner, axis=0)
-    x, y = np.array(rule.x), np.array(rule.y)
-    boxes = np.stack([x, y, np.full_like(x, rule.w), np.full_like(x, rule.h)])
-    full = jnp.broadcast_to(jnp.asarray(boxes, jnp.int32)[..., None], (*boxes.shape, valid.shape[-1]))
-    return Detected(full[0], full[1], full[2], full[3], valid)
+    x, y = (np.array(v)[:, None] for v in (rule.x, rule.y))
+    return Detected(boxes(x, y, rule.w, rule.h, valid))
 
 
 def _tight(rule: Cells, cells: jax.Array, clear: jax.Array) -> Detected:
@@ -97,4 +95,4 @@ def _tight(rule: Cells, cells: jax.Array, clear: jax.Array) -> Detected:
     bottom = jnp.max(jnp.where(used, index, -1), axis=0)
     first, last = bm.columns(lax.reduce(cells, U(0), lax.bitwise_or, (0,)))
     base_x, base_y = (jnp.asarray(v, jnp.int32)[:, None] for v in (np.array(rule.x) - rule.margin[0], np.array(rule.y)))
-    return Detected(first + base_x, top + base_y, last - first + 1, bottom - top + 1, clear & (bottom >= 0))
+    return Detected(boxes(first + base_x, top + base_y, last - first + 1, bottom - top + 1, clear & (bottom >= 0)))

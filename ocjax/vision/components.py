@@ -25,6 +25,7 @@ of a row stacked while they are filled: 46 instead of 33 for Asteroids, because 
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -34,27 +35,26 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ocjax._xla import materialize, varying
+from ocjax._xla import materialize, running_sum, varying
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
+from ocjax.vision.detected import Detected, packed
 from ocjax.vision.fill import extent, fill, fill_large
 from ocjax.vision.search import MAX_AREA, MAX_PARTS, NOTHING, UNLIMITED, Search
 
 BLOCK = 8  # rows that candidates are counted in
 MIN_CANDIDATES, CANDIDATES_PER_FRAME = 32, 8  # candidates of a round: at least, and for each frame
-
-
-class Detected(NamedTuple):
-    """What VEM finds of one category or in one mask, one entry per slot, batch last; `Objects` are made of these."""
-
-    x: jax.Array  # int32 [count, B]
-    y: jax.Array  # int32 [count, B]
-    w: jax.Array  # int32 [count, B]
-    h: jax.Array  # int32 [count, B]
-    valid: jax.Array  # bool [count, B]
-    value: jax.Array | None = None  # int32 [count, B]; None: 0
-    color: jax.Array | None = None  # int32 [count, B], palette indices; None: the category's colour
-    overflow: jax.Array | None = None  # int32 [B], objects for which there was no slot; None: 0
+ANY_SIZE = UNLIMITED, UNLIMITED
+LIMITS: dict[str, Callable[[Search], int]] = {  # of each alternative of a search, by their names in the tables
+    "min_w": lambda s: s.min_size[0],
+    "min_h": lambda s: s.min_size[1],
+    "max_w": lambda s: (s.max_size or ANY_SIZE)[0],
+    "max_h": lambda s: (s.max_size or ANY_SIZE)[1],
+    "part_w": lambda s: (s.split or ANY_SIZE)[0],
+    "part_h": lambda s: (s.split or ANY_SIZE)[1],
+    "min_area": lambda s: (s.area or (0, MAX_AREA))[0],
+    "max_area": lambda s: (s.area or (0, MAX_AREA))[1],
+}
 
 
 # ------------------------------------------------------------------------------------------------------------ the board
@@ -77,47 +77,60 @@ class _Layout:
         self.first_slot = np.cumsum([0, *(s.count for s in searches)])
 
         self.corners = [bm.ALL if s.connectivity == 8 else ~bm.ALL for s in searches]  # whether corners connect: all bits set, or none
+        self.limits = list(itertools.zip_longest(*(s.alternatives for s in searches), fillvalue=NOTHING))
+        self.tables = self._tables()
 
-    def of(self, mask: jax.Array, table: Sequence[int] | np.ndarray) -> jax.Array:
-        """The entry of each candidate's mask in a table with one entry per mask."""
-        values = np.asarray(table, np.int32)
-        return jnp.asarray(values)[mask] if len(set(values.tolist())) > 1 else jnp.full_like(mask, values[0])
+    def _tables(self) -> dict[str, np.ndarray]:
+        """What the stages look up for each mask, int32 `[masks]` each."""
+        tables = {
+            "corners": np.array(self.corners).view(np.int32),
+            "unlimited": [s.unlimited for s in self.searches],
+            "gap_x": [s.gap[0] for s in self.searches],
+            "gap_y": [s.gap[1] for s in self.searches],
+            "up": [begin + 1 - s.top for begin, s in zip(self.begins[:-1].tolist(), self.searches, strict=True)],  # board to screen
+            "count": [s.count for s in self.searches],
+            "first_slot": self.first_slot[:-1],
+        }
+        for i, limits in enumerate(self.limits):
+            tables |= {f"{name} {i}": [of(search) for search in limits] for name, of in LIMITS.items()}
+        return {name: np.asarray(table, np.int32) for name, table in tables.items()}
 
-    def pairs_of(self, mask: jax.Array, table: Sequence[tuple[int, int]]) -> tuple[jax.Array, jax.Array]:
-        """The same for pairs."""
-        return self.of(mask, [a for a, _ in table]), self.of(mask, [b for _, b in table])
-
-    def corners_of(self, mask: jax.Array) -> jax.Array:
-        """Whether corners connect in each candidate's mask: words with all bits set, or none."""
-        return self.of(mask, np.array(self.corners).view(np.int32)).astype(U)
+    def look_up(self, mask: jax.Array) -> dict[str, jax.Array]:
+        """The entries of each candidate's mask in all tables, int32 `[n]` each, in one gather."""
+        differ = {name: table for name, table in self.tables.items() if (table != table[0]).any()}
+        rows = dict(zip(differ, jnp.asarray(np.stack(list(differ.values())))[:, mask], strict=True)) if differ else {}
+        return {name: rows[name] if name in rows else jnp.full_like(mask, table[0]) for name, table in self.tables.items()}
 
     def corners_by_row(self) -> np.ndarray:
-        """The same for each row of the board, uint32 `[1, rows, 1]`."""
+        """Whether corners connect in each row of the board: words with all bits set, or none, uint32 `[1, rows, 1]`."""
         heights = np.diff([*self.begins[:-1], self.n_rows])
         return np.repeat(np.array(self.corners), heights)[None, :, None]
 
 
-def _bridged(mask: Bitmap, dx: int, dy: int) -> Bitmap:
-    """Every pixel spread dx to the right and dy down, so that parts at most (dx, dy) apart connect; `mask` has room for it."""
-    for distance, shift in ((dx, bm.shift_right), (dy, bm.shift_down)):
+def _board(layout: _Layout, masks: Sequence[Bitmap]) -> Bitmap:
+    """All masks, one below the other, with an empty row above each, and the parts of each component connected."""
+    board = jnp.zeros((layout.n_words, layout.n_rows, layout.lanes), U)
+    for mask, begin in zip(masks, layout.begins.tolist(), strict=False):
+        board = lax.dynamic_update_slice(board, mask, (0, begin + 1, 0))
+    parts = zip((s.gap for s in layout.searches), itertools.pairwise(layout.begins.tolist()), strict=True)
+    for gap, neighbours in itertools.groupby(parts, key=lambda part: part[0]):
+        if gap != (0, 0):
+            rows = [row for _, of_mask in neighbours for row in of_mask]
+            bridged = materialize(functools.partial(_bridged, gap=gap), board[:, rows[0] : rows[-1]])
+            board = lax.dynamic_update_slice(board, bridged, (0, rows[0], 0))
+    return board
+
+
+def _bridged(masks: Bitmap, gap: tuple[int, int]) -> Bitmap:
+    """Every pixel spread dx to the right and dy down, so that parts at most (dx, dy) apart connect.
+
+    A component's first pixel stays, and its box grows by (dx, dy), for which there is room below each mask.
+    """
+    for distance, shift in zip(gap, (bm.shift_right, bm.shift_down), strict=True):
         n = 1
         while n <= distance:
-            mask, n = mask | shift(mask, min(n, distance - n + 1)), 2 * n
-    return mask
-
-
-def _board(layout: _Layout, masks: Sequence[Bitmap]) -> Bitmap:
-    """All masks, one below the other, with an empty row above each.
-
-    Spread to the right and down, the parts of a component connect, its first pixel stays, and its box grows by its rule's `gap`.
-    """
-    board = jnp.zeros((layout.n_words, layout.n_rows, layout.lanes), U)
-    for mask, search, begin in zip(masks, layout.searches, layout.begins.tolist(), strict=False):
-        if search.gap != (0, 0):
-            room = jnp.pad(mask, ((0, layout.n_words - len(mask)), (0, search.gap[1]), (0, 0)))
-            mask = _bridged(room, *search.gap)
-        board = lax.dynamic_update_slice(board, mask, (0, begin + 1, 0))
-    return board
+            masks, n = masks | shift(masks, min(n, distance - n + 1)), 2 * n
+    return masks
 
 
 def _starts(board: Bitmap, corners: np.ndarray = bm.ALL) -> Bitmap:
@@ -156,9 +169,9 @@ class _Index:
         starts = materialize(lambda b: _starts(b[:, :searched], layout.corners_by_row()[:, 1:searched]), board)
         counts = jnp.sum(bm.popcount(starts), axis=0, dtype=jnp.int32)
         blocks = jnp.sum(counts.reshape(-1, BLOCK, layout.lanes), axis=1, dtype=jnp.int32)
-        above = jnp.pad(jnp.cumsum(blocks, axis=0), ((1, 0), (0, 0)))  # candidates above each block
+        above = jnp.pad(running_sum(blocks), ((1, 0), (0, 0)))  # candidates above each block
         ends = above[layout.begins // BLOCK]
-        self.segments = jnp.pad(jnp.cumsum((ends[1:] - ends[:-1]).ravel()), (1, 0))  # candidates before each segment
+        self.segments = jnp.pad(running_sum((ends[1:] - ends[:-1]).ravel()), (1, 0))  # candidates before each segment
         self.total = self.segments[-1]
         self.n_blocks, self.n_rows = len(blocks), starts.shape[1]
         self._starts, self._counts, self._above, self._ends = (v.ravel() for v in (starts, counts, above, ends))
@@ -251,14 +264,14 @@ class _Measured(NamedTuple):
     area: jax.Array  # int32: pixels
 
 
-def _measure(layout: _Layout, board: Bitmap, found: _Candidates, offset: jax.Array) -> _Measured:
-    """Fill each candidate's component in its window."""
+def _measure(layout: _Layout, board: Bitmap, found: _Candidates, offset: jax.Array, corners: jax.Array) -> _Measured:
+    """Fill each candidate's component in its window; `corners` are words with all bits set where corners connect, or none."""
     reach = layout.reach_x
     cut = _windows(layout, board, offset, found.column)
     seed = jnp.zeros(cut[1:].shape, U).at[0, reach // 32].set(U(1 << (31 - reach % 32)))
-    corners = layout.corners_of(found.segment // layout.lanes)
     filled = fill(cut[1:], seed & cut[1:], corners, reach)
-    first, last, _, bottom, head = extent(jnp.moveaxis(filled, 1, 0))
+    first, last, _, bottom = extent(jnp.moveaxis(filled, 1, 0))
+    head, _ = bm.columns(filled[0])
     above = bm.any_of(bm.spread(filled[0], corners) & cut[0]) != 0
     inside = (first > 0) & (last < 2 * reach) & (bottom < layout.reach_y)
     area = jnp.sum(bm.popcount(filled), axis=(0, 1), dtype=jnp.int32)
@@ -268,7 +281,7 @@ def _measure(layout: _Layout, board: Bitmap, found: _Candidates, offset: jax.Arr
 
 def _measure_large(layout: _Layout, board: Bitmap, found: _Candidates, measured: _Measured, wanted: jax.Array) -> _Measured:
     """Fill the wanted candidates' components on the whole board, one candidate of each frame at a time."""
-    large = wanted & ~measured.inside & (layout.of(found.segment // layout.lanes, [int(s.unlimited) for s in layout.searches]) > 0)
+    large = wanted & ~measured.inside
     lane, rows = found.segment % layout.lanes, jnp.arange(layout.n_rows)[None, :, None]
 
     def next_of_each_lane(state: tuple[jax.Array, ...]) -> tuple[jax.Array, ...]:
@@ -279,11 +292,13 @@ def _measure_large(layout: _Layout, board: Bitmap, found: _Candidates, measured:
         bit = (U(1) << (31 - (column & 31)).astype(U))[None, None]
         words = jnp.arange(layout.n_words)[:, None, None] == (column >> 5)[None, None]
         seed = jnp.where(words & (rows == row[None, None]), bit, U(0))
-        first, last, top, bottom, head = extent(fill_large(board, seed & board, layout.corners_by_row()))
+        filled = fill_large(board, seed & board, layout.corners_by_row())
+        first, last, top, bottom = extent(filled)
+        head, _ = bm.columns(bm.rows_at(filled, jnp.minimum(top, layout.n_rows - 1)[None])[:, 0])
         here = open_ & (index[lane] == jnp.arange(layout.n_candidates))
         own = jnp.where(here, ((top >= row) & (head == column))[lane], own)
-        filled = ((first, left), (last, right), (bottom - row + 1, height))
-        left, right, height = (jnp.where(here, new[lane], old) for new, old in filled)
+        sides = ((first, left), (last, right), (bottom - row + 1, height))
+        left, right, height = (jnp.where(here, new[lane], old) for new, old in sides)
         return open_ & ~here, own, left, right, height
 
     state = (large, measured.own, measured.left, measured.right, measured.height)
@@ -307,47 +322,33 @@ class _Accepted(NamedTuple):
     parts: jax.Array  # objects in all; 0: the component is none
 
 
-def _accept(layout: _Layout, found: _Candidates, measured: _Measured, exists: jax.Array) -> _Accepted:
-    """Apply the limits of each candidate's search."""
-    mask, searches = found.segment // layout.lanes, layout.searches
-    dx, dy = layout.pairs_of(mask, [s.gap for s in searches])
-    w, h = measured.right - measured.left + 1 - dx, measured.height - dy
+def _accept(layout: _Layout, found: _Candidates, measured: _Measured, own: dict[str, jax.Array], exists: jax.Array) -> _Accepted:
+    """Apply the limits of each candidate's search, of which `own` are the entries in the tables."""
+    w, h = measured.right - measured.left + 1 - own["gap_x"], measured.height - own["gap_y"]
     part_w = part_h = jnp.full_like(w, UNLIMITED)
     good = jnp.zeros_like(exists)
-    for limits in reversed(list(itertools.zip_longest(*(s.alternatives for s in searches), fillvalue=NOTHING))):
-        met = _meets(layout, mask, limits, w, h, measured.area)
-        size = layout.pairs_of(mask, [s.split or (UNLIMITED, UNLIMITED) for s in limits])
-        part_w, part_h = (jnp.where(met, new, old) for new, old in zip(size, (part_w, part_h), strict=True))
+    for i in reversed(range(len(layout.limits))):
+        met = (w >= own[f"min_w {i}"]) & (h >= own[f"min_h {i}"]) & (w <= own[f"max_w {i}"]) & (h <= own[f"max_h {i}"])
+        if any(s.area for s in layout.limits[i]):
+            met = met & (measured.area >= own[f"min_area {i}"]) & (measured.area <= own[f"max_area {i}"])
+        part_w, part_h = jnp.where(met, own[f"part_w {i}"], part_w), jnp.where(met, own[f"part_h {i}"], part_h)
         good = good | met
     good = good & exists & measured.own & measured.inside
     across = jnp.clip(-(-w // part_w), 1, MAX_PARTS)
     down = jnp.clip(-(-h // part_h), 1, MAX_PARTS // across)
-    y = found.row - 1 - layout.of(mask, [begin - s.top for begin, s in zip(layout.begins[:-1].tolist(), searches, strict=True)])
-    return _Accepted(measured.left, y, w, h, part_w, part_h, across, jnp.where(good, across * down, 0))
+    return _Accepted(measured.left, found.row - own["up"], w, h, part_w, part_h, across, jnp.where(good, across * down, 0))
 
 
-def _meets(layout: _Layout, mask: jax.Array, limits: Sequence[Search], w: jax.Array, h: jax.Array, area: jax.Array) -> jax.Array:
-    """Whether components are within the limits of their masks."""
-    least_w, least_h = layout.pairs_of(mask, [s.min_size for s in limits])
-    most_w, most_h = layout.pairs_of(mask, [s.max_size or (UNLIMITED, UNLIMITED) for s in limits])
-    met = (w >= least_w) & (h >= least_h) & (w <= most_w) & (h <= most_h)
-    if not any(s.area for s in limits):
-        return met
-    least, most = layout.pairs_of(mask, [s.area or (0, MAX_AREA) for s in limits])
-    return met & (area >= least) & (area <= most)
-
-
-def _parts(layout: _Layout, a: _Accepted) -> list[jax.Array]:
-    """The boxes of each component's objects, evenly spaced from edge to edge: x, y, w, h in a byte each, uint32 `[n]`."""
-    out = []
+def _parts(layout: _Layout, a: _Accepted) -> jax.Array:
+    """The boxes of each component's objects, evenly spaced from edge to edge: words `[parts, n]`."""
+    splits = any(limits.split for of_alternative in layout.limits for limits in of_alternative)
+    part = jnp.arange(MAX_PARTS if splits else 1, dtype=jnp.int32)[:, None]
+    a = _Accepted(*(v[None] for v in a))
     down = jnp.maximum(a.parts // a.across, 1)
-    for p in range(MAX_PARTS if any(a.split for s in layout.searches for a in s.alternatives) else 1):
-        column, row = p % a.across, p // a.across
-        x = a.x + column * (a.w - a.part_w) // jnp.maximum(a.across - 1, 1)
-        y = a.y + row * (a.h - a.part_h) // jnp.maximum(down - 1, 1)
-        w, h = jnp.where(a.across > 1, a.part_w, a.w), jnp.where(down > 1, a.part_h, a.h)
-        out.append(x.astype(U) | (y.astype(U) << 8) | (w.astype(U) << 16) | (h.astype(U) << 24))
-    return out
+    column, row = part % a.across, part // a.across
+    x = a.x + column * (a.w - a.part_w) // jnp.maximum(a.across - 1, 1)
+    y = a.y + row * (a.h - a.part_h) // jnp.maximum(down - 1, 1)
+    return packed(x, y, jnp.where(a.across > 1, a.part_w, a.w), jnp.where(down > 1, a.part_h, a.h))
 
 
 class _Progress(NamedTuple):
@@ -355,24 +356,24 @@ class _Progress(NamedTuple):
 
     done: jax.Array  # int32: candidates looked at
     totals: jax.Array  # int32 [segments]: objects of each mask and frame
-    packed: jax.Array  # uint32 [slots * lanes]: boxes, 0 where there is none
+    boxes: jax.Array  # uint32 [slots * lanes]: words, 0 where there is none
 
 
-def _write(layout: _Layout, index: _Index, found: _Candidates, accepted: _Accepted, so_far: _Progress) -> _Progress:
+def _write(
+    layout: _Layout, index: _Index, found: _Candidates, accepted: _Accepted, own: dict[str, jax.Array], so_far: _Progress
+) -> _Progress:
     """Put accepted objects into their slots, in the candidates' order."""
-    lanes = layout.lanes
-    mask, lane = found.segment // lanes, found.segment % lanes
-    before = jnp.cumsum(accepted.parts) - accepted.parts
-    first_of_segment = jnp.maximum(index.segments[found.segment] - so_far.done, 0)
-    rank = so_far.totals[found.segment] + before - before[first_of_segment]
-    count, base = layout.of(mask, [s.count for s in layout.searches]), layout.of(mask, layout.first_slot[:-1])
-    packed = so_far.packed
-    for p, entry in enumerate(_parts(layout, accepted)):
-        has_slot = (p < accepted.parts) & (rank + p < count)
-        slot = jnp.where(has_slot, (base + rank + p) * lanes + lane, packed.size)
-        packed = packed.at[slot].set(entry, mode="drop")
-    totals = so_far.totals.at[found.segment].add(accepted.parts)
-    return _Progress(so_far.done + layout.n_candidates, totals, packed)
+    before = jnp.pad(running_sum(accepted.parts), (1, 0))  # objects of the candidates before each
+    begins = jnp.clip(index.segments - so_far.done, 0, layout.n_candidates)  # the first candidate of each segment, in this round
+    before_segment = _at(before, begins)
+    rank = before[:-1] + _at(so_far.totals - before_segment[:-1], found.segment)
+    entries = _parts(layout, accepted)
+    part = jnp.arange(len(entries), dtype=jnp.int32)[:, None]
+    has_slot = (part < accepted.parts[None]) & (rank[None] + part < own["count"][None])
+    slot = ((own["first_slot"] + rank)[None] + part) * layout.lanes + (found.segment % layout.lanes)[None]
+    slot = jnp.where(has_slot, slot, so_far.boxes.size)
+    boxes = so_far.boxes.at[slot.ravel()].set(entries.ravel(), mode="drop")
+    return _Progress(so_far.done + layout.n_candidates, so_far.totals + jnp.diff(before_segment), boxes)
 
 
 def components(masks: Sequence[Bitmap], searches: Sequence[Search]) -> list[Detected]:
@@ -385,6 +386,8 @@ def components(masks: Sequence[Bitmap], searches: Sequence[Search]) -> list[Dete
     Returns:
         The boxes in each mask, in raster order of the components' first pixels.
     """
+    order = sorted(range(len(searches)), key=lambda i: searches[i].gap)  # masks of equal gaps are bridged together
+    masks, searches = [masks[i] for i in order], [searches[i] for i in order]
     layout = _Layout(masks, searches)
     board = _board(layout, masks)
     index = _Index(layout, board)
@@ -397,19 +400,17 @@ def components(masks: Sequence[Bitmap], searches: Sequence[Search]) -> list[Dete
         k = so_far.done + jnp.arange(layout.n_candidates, dtype=jnp.int32)
         found, offset = materialize(locate, k, small=0)
         exists = k < index.total
-        measured = _measure(layout, board, found, offset)
+        own = layout.look_up(found.segment // layout.lanes)
+        measured = _measure(layout, board, found, offset, own["corners"].astype(U))
         if any(s.unlimited for s in searches):
-            measured = _measure_large(layout, board, found, measured, exists & measured.own)
-        return _write(layout, index, found, _accept(layout, found, measured, exists), so_far)
+            measured = _measure_large(layout, board, found, measured, exists & measured.own & (own["unlimited"] > 0))
+        return _write(layout, index, found, _accept(layout, found, measured, own, exists), own, so_far)
 
     n_segments, n_slots = len(masks) * layout.lanes, int(layout.first_slot[-1])
     start = _Progress(jnp.int32(0), jnp.zeros(n_segments, jnp.int32), jnp.zeros(n_slots * layout.lanes, U))
-    _, totals, packed = lax.while_loop(lambda s: s.done < index.total, one_round, varying(start, board))
-    packed, totals = packed.reshape(-1, layout.lanes), totals.reshape(-1, layout.lanes)
-    fields = [(packed >> shift & U(255)).astype(jnp.int32) for shift in (0, 8, 16, 24)]
-    fields.append(packed > 0)
-    out = []
-    for total, (a, b) in zip(totals, itertools.pairwise(layout.first_slot.tolist()), strict=True):
-        x, y, w, h, valid = (v[a:b] for v in fields)
-        out.append(Detected(x, y, w, h, valid, overflow=total - jnp.sum(valid, axis=0, dtype=jnp.int32)))
-    return out
+    _, totals, boxes = lax.while_loop(lambda s: s.done < index.total, one_round, varying(start, board))
+    boxes, totals = boxes.reshape(-1, layout.lanes), totals.reshape(-1, layout.lanes)
+    overflow = jnp.maximum(totals - np.array([[s.count] for s in searches], np.int32), 0)
+    slots = itertools.pairwise(layout.first_slot.tolist())
+    found = [Detected(boxes[first:end], overflow=more) for (first, end), more in zip(slots, overflow, strict=True)]
+    return [found[i] for i in np.argsort(order)]

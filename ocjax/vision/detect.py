@@ -5,6 +5,7 @@ Masks are bitmaps (`ocjax.vision.bitmap`): uint32 `[5, H, B]`, the batch last.
 
 import dataclasses
 import functools
+import itertools
 from collections.abc import Iterable, Sequence
 
 import jax
@@ -18,9 +19,10 @@ from ocjax.ops import pick
 from ocjax.rules import Blobs, Bounds, Category, Cells, Runs, Shades
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
-from ocjax.vision.bounds import detect_bounds, tight_boxes
+from ocjax.vision.bounds import detect_bounds
 from ocjax.vision.cells import cell_pixels, detect_cells
-from ocjax.vision.components import Detected, components
+from ocjax.vision.components import components
+from ocjax.vision.detected import Detected, boxes
 from ocjax.vision.runs import detect_runs
 from ocjax.vision.search import Search
 
@@ -153,7 +155,7 @@ def detect(categories: tuple[Category, ...], frames: jax.Array, shades: Shades |
     batch.found |= {c.name: _packed(batch.found[c.name], c.count) for c in packed}
     _read_colors(batch, categories)
     batch.found |= {c.name: _either(batch.found[c.name], batch.found[_substitute(c).name]) for c in asked if c.otherwise is not None}
-    return [_with_needed(batch.found, c) for c in asked]
+    return [batch.found[c.name] for c in asked]
 
 
 def _substitute(c: Category) -> Category:
@@ -179,56 +181,57 @@ def _either(first: Detected, second: Detected) -> Detected:
 def _cut(rows: Detected, width: int, count: int) -> Detected:
     """The objects of a width that stand side by side in some boxes, the first `count` of them."""
     parts = jnp.where(rows.valid, -(-rows.w // width), 0)
-    before = jnp.cumsum(parts, axis=0) - parts
-    rank = jnp.arange(count, dtype=jnp.int32)[:, None, None]
-    here = (before[None] <= rank) & (rank < (before + parts)[None])
-
-    def of_row(field: jax.Array) -> jax.Array:
-        return jnp.sum(jnp.where(here, field[None], 0), axis=1)
-
-    x = of_row(rows.x - width * before) + width * rank[:, 0]
-    w = jnp.minimum(width, of_row(rows.x + rows.w) - x)
-    total = jnp.sum(parts, axis=0)
-    valid = rank[:, 0] < total[None]
-    return Detected(x, of_row(rows.y), w, of_row(rows.h), valid, overflow=jnp.maximum(total - count, 0))
+    upto = _xla.running_sum(parts)
+    rank = jnp.arange(count, dtype=jnp.int32)[:, None]
+    before, box = _pick(rank, upto - parts, upto, upto - parts, rows.box)
+    row = Detected(box)
+    left = width * (rank - before)
+    valid = rank < upto[-1:]
+    cut = boxes(row.x + left, row.y, jnp.minimum(width, row.w - left), row.h, valid)
+    return Detected(cut, overflow=jnp.maximum(upto[-1] - count, 0))
 
 
 def _packed(found: Detected, count: int) -> Detected:
     """The first `count` of some objects, in the first slots."""
     one = found.valid.astype(jnp.int32)
-    before = jnp.cumsum(one, axis=0) - one
-    here = found.valid[None] & (before[None] == jnp.arange(count, dtype=jnp.int32)[:, None, None])
-    x, y, w, h = (jnp.sum(jnp.where(here, field[None], 0), axis=1) for field in found[:4])
-    return Detected(x, y, w, h, w > 0, overflow=jnp.maximum(jnp.sum(one, axis=0) - count, 0))
+    upto = _xla.running_sum(one)
+    (box,) = _pick(jnp.arange(count, dtype=jnp.int32)[:, None], upto - one, upto, found.box)
+    return Detected(box, overflow=jnp.maximum(upto[-1] - count, 0))
+
+
+def _pick(rank: jax.Array, first: jax.Array, end: jax.Array, *fields: jax.Array) -> list[jax.Array]:
+    """For each rank `[count, 1]` the fields `[n, B]` of the element with `first <= rank < end`; zeros without one."""
+    here = (first[None] <= rank[:, None]) & (rank[:, None] < end[None])
+    return [jnp.sum(jnp.where(here, field[None], 0), axis=1, dtype=field.dtype) for field in fields]
 
 
 def _cut_off(batch: _Frames, name: str, rule: Blobs) -> Detected:
     """A category's boxes down to where the ones begin that reach into them from below, tight around the pixels that are left."""
     upper, lower = batch.found[name], batch.found[rule.above or ""]
-    (x, y, w, h), (x2, y2, w2) = ([v[:, None] for v in upper[:4]], [v[None] for v in lower[:3]])
+    x, y, w, h = (v[:, None] for v in (upper.x, upper.y, upper.w, upper.h))
+    x2, y2, w2 = (v[None] for v in (lower.x, lower.y, lower.w))
     inside = lower.valid[None] & (x2 < x + w) & (x < x2 + w2) & (y2 > y) & (y2 < y + h)
     left = jnp.minimum(upper.h, jnp.min(jnp.where(inside, y2 - y, h), axis=1))
-    return _tight(batch, rule, upper._replace(h=left), left < upper.h)
+    shorter = upper._replace(box=boxes(upper.x, upper.y, upper.w, left, upper.valid))
+    return _tight(batch, rule, shorter, left < upper.h)
 
 
 def _tight(batch: _Frames, rule: Blobs, found: Detected, which: jax.Array) -> Detected:
     """The same objects, with tight boxes around the pixels in those of some of them, bool `[count, B]`."""
-    pixels, height = batch.counted(rule, rule.palette), batch.frames.shape[1]
-    slots = [slice(i, i + 1) for i in range(len(found.x))]
-    parts = [pixels & bm.boxes(found.x[s], found.y[s], found.w[s], found.h[s], found.valid[s], height) for s in slots]
-    tight = tight_boxes(parts, [rule.region or (0, 0, WIDTH, height)] * len(parts))
-    x, y, w, h = (jnp.where(which, new, old) for new, old in zip(tight, found[:4], strict=True))
-    return found._replace(x=x, y=y, w=w, h=h)
+    left, top, right, bottom = rule.region or (0, 0, WIDTH, batch.frames.shape[1])
+    pixels = bm.cut(batch.counted(rule, rule.palette), (left, top, right, bottom))
+    rows, columns = _xla.materialize(functools.partial(_marks, top), pixels, found.box)
+    (first, last), (upper, lower) = bm.columns(columns), bm.rows(rows)
+    tight = boxes(first, top + upper, last - first + 1, lower - upper + 1, found.valid)
+    return found._replace(box=jnp.where(which, tight, found.box))
 
 
-def _with_needed(found: dict[str, Detected], c: Category) -> Detected:
-    """What was found of a category, without the frames that lack the category that it needs."""
-    own = found[c.name]
-    if c.needs is None:
-        return own
-    shown = jnp.any(found[c.needs].valid, axis=0, keepdims=True)
-    overflow = None if own.overflow is None else jnp.where(shown[0], own.overflow, 0)
-    return own._replace(valid=own.valid & shown, overflow=overflow)
+def _marks(top: int, pixels: Bitmap, box: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """The pixels in each box by rows, uint32 `[H, n, B]`, and by columns, `[5, n, B]`; the first row of `pixels` is `top`."""
+    found, row = Detected(box), top + jnp.arange(pixels.shape[1], dtype=jnp.int32)[:, None, None]
+    inside = (row >= found.y[None]) & (row < (found.y + found.h)[None])
+    within = jnp.where(inside[None], pixels[:, :, None] & bm.columns_between(found.x, found.x + found.w)[:, None], U(0))
+    return bm.any_of(within), bm.or_rows(within)
 
 
 def _detect_blobs(batch: _Frames, categories: Sequence[Category]) -> dict[str, Detected]:
@@ -270,14 +273,14 @@ def _merge(lists: Sequence[Detected], count: int) -> Detected:
     """The first `count` boxes of several searches, in raster order of their corners."""
     if len(lists) == 1:
         return lists[0]
-    x, y, w, h, valid = (jnp.concatenate(v) for v in list(zip(*lists, strict=True))[:5])
-    index = jnp.arange(len(x), dtype=jnp.int32)[:, None]
-    order = jnp.where(valid, y * WIDTH + x, 2**16 - 1) * 2**15 + index  # one number each: sorting five arrays takes seven times as long
+    box = jnp.concatenate([found.box for found in lists])
+    both, index = Detected(box), jnp.arange(len(box), dtype=jnp.int32)[:, None]
+    order = jnp.where(both.valid, both.y * WIDTH + both.x, 2**16 - 1) * 2**15 + index  # one number each: sorting two arrays takes longer
     index = lax.sort(order, dimension=0)[:count] % 2**15
-    x, y, w, h = (jnp.take_along_axis(v, index, axis=0) for v in (x, y, w, h))
-    found = sum(jnp.sum(b.valid, axis=0, dtype=jnp.int32) for b in lists)
-    overflow = functools.reduce(jnp.add, (b.overflow for b in lists if b.overflow is not None))
-    return Detected(x, y, w, h, w > 0, overflow=overflow + found - jnp.sum(w > 0, axis=0, dtype=jnp.int32))
+    merged = Detected(jnp.take_along_axis(box, index, axis=0))
+    more = functools.reduce(jnp.add, (found.overflow for found in lists if found.overflow is not None))
+    without_slot = jnp.sum(both.valid, axis=0, dtype=jnp.int32) - jnp.sum(merged.valid, axis=0, dtype=jnp.int32)
+    return merged._replace(overflow=more + without_slot)
 
 
 def _read_colors(batch: _Frames, categories: Sequence[Category]) -> None:
@@ -293,25 +296,24 @@ def _read_colors(batch: _Frames, categories: Sequence[Category]) -> None:
         found = batch.found[c.name]
         if firsts.get(c.name):
             matches = functools.reduce(jnp.logical_or, (color == own for own in firsts[c.name]))
-            found = found._replace(valid=found.valid & matches)
+            found = found.where(matches)
         batch.found[c.name] = found._replace(color=color) if reads[c.name] else found
 
 
 def _reads_all(c: Category) -> bool:
     """Whether all pixels of the category's colours are looked at for the colour, as each of its objects has others that count."""
-    return isinstance(c.rule, Cells) or (isinstance(c.rule, Blobs) and c.rule.also is not None)
+    return isinstance(c.rule, Cells | Runs) or (isinstance(c.rule, Blobs) and c.rule.also is not None)
 
 
 def _first_pixel_colors(frames: jax.Array, masks: Sequence[Bitmap], found: Sequence[Detected]) -> list[jax.Array]:
     """Palette index of the first pixel in the top row of each box, int32 `[count, B]` for each category."""
     lane = jnp.arange(frames.shape[0])[None]
-    x, y = (jnp.concatenate([getattr(f, name) for f in found]) for name in ("x", "y"))
-    y = jnp.clip(y, 0, frames.shape[1] - 1)
-    ends = np.cumsum([len(f.x) for f in found]).tolist()
-    rows = [y[end - len(f.x) : end] for f, end in zip(found, ends, strict=True)]
-    words = jnp.concatenate([bm.rows_at(mask, row) for mask, row in zip(masks, rows, strict=True)], axis=1)
+    every = Detected(jnp.concatenate([f.box for f in found]))
+    x, y = every.x, jnp.minimum(every.y, frames.shape[1] - 1)
+    slots = list(itertools.pairwise(np.cumsum([0, *(len(f.box) for f in found)]).tolist()))
+    words = jnp.concatenate([bm.rows_at(mask, y[start:end]) for mask, (start, end) in zip(masks, slots, strict=True)], axis=1)
     start = jnp.clip(x[None] - 32 * jnp.arange(len(words), dtype=jnp.int32)[:, None, None], 0, 32)
     words = words & jnp.where(start < 32, U(0xFFFFFFFF) >> jnp.minimum(start, 31).astype(U), U(0))
     column = jnp.minimum(bm.columns(words)[0], WIDTH - 1)
     color = frames[lane, y, column].astype(jnp.int32)
-    return [color[end - len(f.x) : end] for f, end in zip(found, ends, strict=True)]
+    return [color[start:end] for start, end in slots]

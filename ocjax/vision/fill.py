@@ -15,19 +15,20 @@ def fill(mask: jax.Array, seed: jax.Array, corners: jax.Array | np.ndarray = bm.
 
     `corners` has all bits set where pixels touch at their corners, too; runs are filled to both sides at least as far as `reach`.
     """
+    rows = len(mask)
 
-    def sweep(filled: jax.Array, reverse: bool) -> jax.Array:
-        def row(before: tuple[jax.Array, ...], here: tuple[jax.Array, jax.Array]) -> tuple[tuple[jax.Array, ...], jax.Array]:
-            m, f = here
-            now = bm.fill_rows(m, f | (m & bm.spread(jnp.stack(before), corners)), reach)
-            return now, jnp.stack(now)
-
-        return lax.scan(row, tuple(jnp.zeros_like(seed[0])), (mask, filled), reverse=reverse)[1]
+    def row(step: jax.Array, state: tuple[jax.Array, tuple[jax.Array, ...]]) -> tuple[jax.Array, tuple[jax.Array, ...]]:
+        filled, before = state
+        i = jnp.minimum(step, 2 * rows - 1 - step)  # down and up again
+        m = lax.dynamic_index_in_dim(mask, i, keepdims=False)
+        f = lax.dynamic_index_in_dim(filled, i, keepdims=False)
+        now = bm.fill_rows(m, f | (m & bm.spread(jnp.stack(before), corners)), reach)
+        return lax.dynamic_update_index_in_dim(filled, jnp.stack(now), i, 0), now
 
     def down_and_up(state: tuple[jax.Array, jax.Array]) -> tuple[jax.Array, jax.Array]:
-        filled = sweep(sweep(state[0], reverse=False), reverse=True)
-        words, rows = jnp.moveaxis(filled, 1, 0), jnp.moveaxis(mask, 1, 0)
-        missing = bm.spread(words[:, :-1], corners) & rows[:, 1:] & ~words[:, 1:]  # after a sweep up, nothing is missing upwards
+        filled, _ = lax.fori_loop(0, 2 * rows, row, (state[0], tuple(jnp.zeros_like(seed[0]))))
+        words, below = jnp.moveaxis(filled, 1, 0), jnp.moveaxis(mask, 1, 0)
+        missing = bm.spread(words[:, :-1], corners) & below[:, 1:] & ~words[:, 1:]  # after a sweep up, nothing is missing upwards
         return filled, jnp.any(missing != 0)
 
     return lax.while_loop(lambda state: state[1], down_and_up, (seed, varying(jnp.bool_(True), seed)))[0]
@@ -58,11 +59,9 @@ def fill_large(board: Bitmap, seed: Bitmap, corners: np.ndarray = bm.ALL) -> Bit
 
 
 def extent(filled: jax.Array) -> tuple[jax.Array, ...]:
-    """First and last column, first and last row, and first column of the first row, of components, uint32 `[words, rows, ...]`."""
+    """First and last column, first and last row of components, uint32 `[words, rows, ...]`."""
     used = bm.any_of(filled) != 0
     rows = jnp.arange(len(used), dtype=jnp.int32).reshape(-1, *([1] * (used.ndim - 1)))
     bottom = jnp.max(jnp.where(used, rows, -1), axis=0)
     top = jnp.min(jnp.where(used, rows, len(used)), axis=0)
-    first, last = bm.columns(lax.reduce(filled, U(0), lax.bitwise_or, (1,)))
-    head, _ = bm.columns(jnp.sum(jnp.where((rows == top[None])[None], filled, U(0)), axis=1, dtype=U))
-    return first, last, top, bottom, head
+    return *bm.columns(lax.reduce(filled, U(0), lax.bitwise_or, (1,))), top, bottom

@@ -15,7 +15,7 @@ from ocjax.boxes import WIDTH
 from ocjax.rules import Runs
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
-from ocjax.vision.components import Detected
+from ocjax.vision.detected import Detected, packed
 
 
 def _from(words: jax.Array, column: jax.Array) -> jax.Array:
@@ -36,13 +36,12 @@ def detect_runs(rules: Sequence[Runs], masks: Sequence[Sequence[Bitmap]]) -> lis
     rows = jnp.concatenate([_rows(rule, own) for rule, own in zip(rules, masks, strict=True)], axis=1)
     runs = lax.scan(_next_run, rows, length=max(rule.most for rule in rules))[1]
     x, end = (jnp.moveaxis(v, 0, 1) for v in runs)  # [rows, most, B]
-    edges = materialize(functools.partial(_boxes, _regions(rules)), x, end)
-    ends = np.cumsum([len(rule.rows) for rule in rules]).tolist()
-    out = []
-    for rule, stop in zip(rules, ends, strict=True):
-        left, top, right, bottom = (v[stop - len(rule.rows) : stop, : rule.most].reshape(rule.slots, -1) for v in edges)
-        out.append(Detected(left, top, right - left, bottom - top, bottom > 0))
-    return out
+    boxes = materialize(functools.partial(_boxes, _regions(rules)), x, end)
+    ends = np.cumsum([0, *(len(rule.rows) for rule in rules)]).tolist()
+    return [
+        Detected(boxes[start:stop, : rule.most].reshape(rule.slots, -1))
+        for rule, (start, stop) in zip(rules, itertools.pairwise(ends), strict=True)
+    ]
 
 
 def _rows(rule: Runs, masks: Sequence[Bitmap]) -> Bitmap:
@@ -90,11 +89,11 @@ def _regions(rules: Sequence[Runs]) -> list[_Region]:
     return [_Region(*np.array(regions, np.int32).T[..., None, None]) for regions in by_rank]
 
 
-def _boxes(regions: Sequence[_Region], x: jax.Array, end: jax.Array) -> tuple[jax.Array, ...]:
-    """Left, top, right and bottom of runs, int32 `[rows, most, B]`, by the first region that accepts each; zeros where none does."""
-    edges = tuple(jnp.zeros_like(x) for _ in range(4))
+def _boxes(regions: Sequence[_Region], x: jax.Array, end: jax.Array) -> jax.Array:
+    """The boxes of runs, words `[rows, most, B]`, by the first region that accepts each; 0 where none does."""
+    boxes = jnp.zeros(x.shape, U)
     for r in reversed(regions):
         fits = (x >= r.left) & (x < r.right) & (end - x >= r.least) & (end - x <= r.most)
-        new = jnp.maximum(x - r.before, 0), r.top, jnp.minimum(end + r.after, WIDTH), r.bottom
-        edges = tuple(jnp.where(fits, n, old) for n, old in zip(new, edges, strict=True))
-    return edges
+        left, right = jnp.maximum(x - r.before, 0), jnp.minimum(end + r.after, WIDTH)
+        boxes = jnp.where(fits, packed(left, r.top, right - left, r.bottom - r.top), boxes)
+    return boxes

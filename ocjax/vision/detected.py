@@ -1,0 +1,65 @@
+"""What VEM detects: boxes of objects, a word each."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax.typing import ArrayLike
+
+
+class Detected(NamedTuple):
+    """What VEM finds of one category or in one mask, one entry per slot, batch last; `Objects` are made of these.
+
+    A box is one word because the time to compile a program goes with the number of its kernels, about 14 ms each: with an array for each
+    side of the boxes and one for their validity, Krull's VEM has 43 more.
+    """
+
+    box: jax.Array  # uint32 [count, B]: x, y, w and h in a byte each, x in the lowest; 0 where there is no object
+    value: jax.Array | None = None  # int32 [count, B]; None: 0
+    color: jax.Array | None = None  # int32 [count, B], palette indices; None: the category's colour
+    overflow: jax.Array | None = None  # int32 [B], objects for which there was no slot; None: 0
+
+    @property
+    def x(self) -> jax.Array:
+        """First column, int32 `[count, B]`; the others likewise."""
+        return self._byte(0)
+
+    @property
+    def y(self) -> jax.Array:
+        """First row."""
+        return self._byte(1)
+
+    @property
+    def w(self) -> jax.Array:
+        """Width."""
+        return self._byte(2)
+
+    @property
+    def h(self) -> jax.Array:
+        """Height."""
+        return self._byte(3)
+
+    @property
+    def valid(self) -> jax.Array:
+        """Which slots hold an object, bool `[count, B]`."""
+        return self.box != 0
+
+    def _byte(self, i: int) -> jax.Array:
+        return (self.box >> (8 * i) & 255).astype(jnp.int32)
+
+    def where(self, valid: jax.Array) -> Detected:
+        """Those of the objects that are valid, bool `[count, B]`."""
+        return self._replace(box=jnp.where(valid, self.box, jnp.uint32(0)))
+
+
+def packed(x: ArrayLike, y: ArrayLike, w: ArrayLike, h: ArrayLike) -> jax.Array:
+    """Boxes as words, uint32, of integers from 0 to 255."""
+    x, y, w, h = (jnp.asarray(v).astype(jnp.uint32) for v in (x, y, w, h))
+    return x | (y << 8) | (w << 16) | (h << 24)
+
+
+def boxes(x: ArrayLike, y: ArrayLike, w: ArrayLike, h: ArrayLike, valid: jax.Array) -> jax.Array:
+    """The same, 0 where there is no object."""
+    return jnp.where(valid, packed(x, y, w, h), jnp.uint32(0))
