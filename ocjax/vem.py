@@ -21,14 +21,15 @@ if TYPE_CHECKING:
     from ocjax.game import Game
 
 CHUNK = 64  # frames at a time
+OWN_COLOR = -1  # in place of a palette index: the slot's own colour
 
 
-def _by_slot(fields: Sequence[jax.Array | None], game: Game, lanes: int) -> jax.Array:
-    """Fields of each category as one array, int32 `[N, B]`; neighbours that have none take zeros in one piece."""
+def _by_slot(fields: Sequence[jax.Array | None], game: Game, lanes: int, default: int) -> jax.Array:
+    """Fields of each category as one array, int32 `[N, B]`; neighbours that have none take the default in one piece."""
     pieces = []
     for absent, group in itertools.groupby(zip(fields, game.categories, strict=True), key=lambda pair: pair[0] is None):
         own, categories = zip(*group, strict=True)
-        pieces += [jnp.zeros((sum(c.count for c in categories), lanes), jnp.int32)] if absent else own
+        pieces += [jnp.full((sum(c.count for c in categories), lanes), default, jnp.int32)] if absent else own
     return jnp.concatenate(pieces)
 
 
@@ -48,14 +49,14 @@ def _extract(game: Game, frames: jax.Array) -> tuple[jax.Array, jax.Array]:
     """What is in the slots on uint8 `[B, H, 160]`, and how many objects of each category had no slot, int32 `[B, categories]`.
 
     Slots are one array, which the loop over chunks of a batch writes: int32 `[B, 2, N]` of boxes and values, or `[B, 3, N]` with colours in
-    games that read some from the frame: palette indices plus 1, and 0 where the slot has its own colour.
+    games that read some from the frame: palette indices, or `OWN_COLOR`.
     """
     found, lanes = detect(game.categories, frames, game.shades), len(frames)
     needed = _needed(game, found)
     box = jnp.where(needed[game.slot_category], jnp.concatenate([f.box for f in found]), jnp.uint32(0))
-    fields = [_by_slot([f.value for f in found], game, lanes)]
+    fields = [_by_slot([f.value for f in found], game, lanes, 0)]
     if any(f.color is not None for f in found):
-        fields.append(_by_slot([None if f.color is None else f.color + 1 for f in found], game, lanes))
+        fields.append(_by_slot([f.color for f in found], game, lanes, OWN_COLOR))
     rows = [lax.bitcast_convert_type(box, jnp.int32), *(jnp.where(box != 0, field, 0) for field in fields)]
     slots = _xla.transpose(jnp.concatenate(rows)).reshape(lanes, len(rows), -1)
     nothing = jnp.zeros(lanes, jnp.int32)
@@ -73,7 +74,7 @@ def _objects(game: Game, slots: jax.Array) -> Objects:
     color = jnp.asarray(palette.packed(game.slot_rgb))[None]
     if slots.shape[1] > 2:
         read = slots[:, 2]
-        color = jnp.where(read > 0, jnp.asarray(palette.packed(game.palette))[read - 1], color)
+        color = jnp.where(read == OWN_COLOR, color, jnp.asarray(palette.packed(game.palette))[read])
     rgb = lax.bitcast_convert_type(jnp.where(valid, color, jnp.uint32(0)), jnp.uint8)[..., :3]
     return Objects(xywh, valid, orientation, value, rgb, game)
 

@@ -308,35 +308,31 @@ def columns(words: jax.Array, width: int = 32) -> tuple[jax.Array, jax.Array]:
 
 def rows(used: jax.Array) -> tuple[jax.Array, jax.Array]:
     """First and last row that is not 0, of uint32 `[rows, ...]`, int32 `[...]`; the last is -1 where all rows are 0."""
-    size = _block_size(len(used))
-    return columns(upright(used, size), size)
-
-
-def upright(rows: jax.Array, size: int = 32) -> jax.Array:
-    """Which rows are not 0, as words for `size` rows each: uint32 `[rows, ...]` -> `[words, ...]`, the first row in the top bit."""
-    blocks = _blocks(rows, 0, size)
-    bits = np.array(1 << 31 >> np.arange(size), np.uint32).reshape(1, -1, *(1 for _ in rows.shape[1:]))
-    return jnp.sum(jnp.where(blocks != 0, bits, U(0)), axis=1, dtype=U)
+    blocks = _blocks(used, 0, blocks_of(len(used)))
+    size = blocks.shape[1]
+    bits = np.array(1 << 31 >> np.arange(size), np.uint32).reshape(1, -1, *(1 for _ in used.shape[1:]))
+    return columns(jnp.sum(jnp.where(blocks != 0, bits, U(0)), axis=1, dtype=U), size)
 
 
 def or_rows(bitmap: jax.Array) -> jax.Array:
     """The words of all rows or-ed together: uint32 `[words, rows, ...]` -> `[words, ...]`."""
-    if bitmap.shape[1] <= BLOCK:
-        return lax.reduce(bitmap, U(0), lax.bitwise_or, (1,))
-    by_block = lax.reduce(_blocks(bitmap, 1, _block_size(bitmap.shape[1])), U(0), lax.bitwise_or, (2,))
-    return any_of(jnp.moveaxis(by_block, 1, 0))
+    return any_of(jnp.moveaxis(or_blocks(bitmap, blocks_of(bitmap.shape[1])), 1, 0))
 
 
-def _block_size(n: int) -> int:
-    """Rows in each of the fewest blocks of at most `BLOCK` rows."""
-    return -(-n // -(-n // BLOCK))
+def or_blocks(bitmap: jax.Array, count: int) -> jax.Array:
+    """The words of the rows in each of so many blocks or-ed together: uint32 `[words, rows, ...]` -> `[words, count, ...]`."""
+    return lax.reduce(_blocks(bitmap, 1, count), U(0), lax.bitwise_or, (2,))
 
 
-def _blocks(x: jax.Array, axis: int, size: int) -> jax.Array:
-    """An axis in blocks, filled up with zeros: `[n, ...]` -> `[blocks, size, ...]`."""
-    n = x.shape[axis]
-    count = -(-n // size)
-    padded = jnp.pad(x, [(0, (count * size - n) * (i == axis)) for i in range(x.ndim)]) if n % size else x
+def blocks_of(n: int) -> int:
+    """The least number of blocks of at most `BLOCK` rows that hold `n` rows."""
+    return -(-n // BLOCK)
+
+
+def _blocks(x: jax.Array, axis: int, count: int) -> jax.Array:
+    """An axis in blocks of equal size, filled up with zeros: `[n, ...]` -> `[count, size, ...]`."""
+    size = -(-x.shape[axis] // count)
+    padded = jnp.pad(x, [(0, (count * size - x.shape[axis]) * (i == axis)) for i in range(x.ndim)])
     return padded.reshape(*x.shape[:axis], count, size, *x.shape[axis + 1 :])
 
 

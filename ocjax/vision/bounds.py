@@ -16,6 +16,8 @@ from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.detected import Detected, boxes
 
+LOW = 40  # rows of a region up to which looking at several together takes no more time than one by one
+
 
 def detect_bounds(rules: Sequence[Bounds], masks: Sequence[Sequence[Bitmap]]) -> list[Detected]:
     """The boxes of several rules' regions, found together.
@@ -50,19 +52,39 @@ def _with_value(rule: Bounds, masks: Sequence[Bitmap], found: Detected) -> Detec
 
 def tight_boxes(masks: Sequence[Bitmap], regions: Sequence[Area]) -> tuple[jax.Array, ...]:
     """Tight boxes of the pixels of masks inside regions: x, y, w, h, int32 `[n, B]`; w and h are not positive where there are none."""
-    words = -(-max(bottom - top for _, top, _, bottom in regions) // 32)
+    groups = _groups(masks, regions)
+    height = max(bottom - top for _, top, _, bottom in regions)
 
     def marks(*masks: Bitmap) -> tuple[jax.Array, jax.Array]:
-        """Which rows of each region hold pixels, and which columns: uint32 `[words, n, B]` and `[5, n, B]`."""
-        inside = [bm.cut(mask, region) for mask, region in zip(masks, regions, strict=True)]
-        rows = [bm.upright(bm.any_of(m)) for m in inside]
-        rows = [jnp.pad(row, ((0, words - len(row)), (0, 0))) for row in rows]
-        return jnp.stack(rows, axis=1), jnp.stack([bm.or_rows(m) for m in inside], axis=1)
+        """The words of each row of each region or-ed together, and those of its rows: uint32 `[height, n, B]` and `[5, n, B]`."""
+        inside = [_rows(masks[group[0]], [regions[i] for i in group]) for group in groups]
+        rows = [jnp.pad(bm.any_of(part), ((0, height - part.shape[1]), (0, 0), (0, 0))) for part in inside]
+        columns = [bm.or_blocks(part, bm.blocks_of(height)) for part in inside]  # as many blocks for each, to be or-ed at once
+        return jnp.concatenate(rows, axis=1), bm.any_of(jnp.moveaxis(jnp.concatenate(columns, axis=2), 1, 0))
 
     rows, columns = materialize(marks, *masks)
-    (first, last), (top, bottom) = bm.columns(columns), bm.columns(rows)
+    order = np.argsort([i for group in groups for i in group])
+    (first, last), (top, bottom) = (tuple(side[order] for side in sides) for sides in (bm.columns(columns), bm.rows(rows)))
     tops = np.array([[region[1]] for region in regions], np.int32)
     return first, top + tops, last - first + 1, bottom - top + 1
+
+
+def _groups(masks: Sequence[Bitmap], regions: Sequence[Area]) -> list[list[int]]:
+    """Indices of regions that are looked at together: three or more low ones of the same mask, whose rows are copied for that."""
+    of_mask: dict[int, list[int]] = {}
+    for i, (mask, (_, top, _, bottom)) in enumerate(zip(masks, regions, strict=True)):
+        of_mask.setdefault(id(mask) if bottom - top <= LOW else -1 - i, []).append(i)
+    return [part for group in of_mask.values() for part in ([group] if len(group) > 2 else [[i] for i in group])]
+
+
+def _rows(mask: Bitmap, regions: Sequence[Area]) -> jax.Array:
+    """The rows of each region, side by side, with pixels outside the region cleared: uint32 `[5, rows, n, B]`."""
+    if len(regions) == 1:
+        return bm.cut(mask, regions[0])[:, :, None]
+    height = max(bottom - top for _, top, _, bottom in regions)
+    rows = [np.minimum(top + np.arange(height), bottom - 1) for _, top, _, bottom in regions]
+    inside = [bm.areas(height, [(left, 0, right, bottom - top)]) for left, top, right, bottom in regions]
+    return mask[:, np.stack(rows, axis=1)] & jnp.asarray(np.stack(inside, axis=2))
 
 
 def read_digits(digits: Digits, mask: Bitmap) -> tuple[jax.Array, jax.Array]:

@@ -25,7 +25,6 @@ of a row stacked while they are filled: 46 instead of 33 for Asteroids, because 
 
 from __future__ import annotations
 
-import functools
 import itertools
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -116,7 +115,7 @@ def _board(layout: _Layout, masks: Sequence[Bitmap]) -> Bitmap:
     for gap, neighbours in itertools.groupby(parts, key=lambda part: part[0]):
         if gap != (0, 0):
             rows = [row for _, of_mask in neighbours for row in of_mask]
-            bridged = materialize(functools.partial(_bridged, gap=gap), board[:, rows[0] : rows[-1]])
+            bridged = materialize(lambda b, rows=rows, gap=gap: _bridged(b[:, rows[0] : rows[-1]], gap), board)
             board = lax.dynamic_update_slice(board, bridged, (0, rows[0], 0))
     return board
 

@@ -46,8 +46,12 @@ def detect_runs(rules: Sequence[Runs], masks: Sequence[Sequence[Bitmap]]) -> lis
 
 def _rows(rule: Runs, masks: Sequence[Bitmap]) -> Bitmap:
     """The rows that a rule looks at, between its columns, with the gaps bridged that it allows."""
+    parts = []
+    for _, neighbours in itertools.groupby(zip(rule.rows, masks, strict=True), key=lambda row: id(row[1])):
+        rows, (mask, *_) = zip(*neighbours, strict=True)
+        parts.append(mask[:, np.array([top for top, _ in rows])])
     left, right = rule.columns
-    rows = jnp.concatenate([bm.cut(mask, (left, top, right, top + 1)) for (top, _), mask in zip(rule.rows, masks, strict=True)], axis=1)
+    rows = jnp.concatenate(parts, axis=1) & jnp.asarray(bm.areas(1, [(left, 0, right, 1)]))
     return bm.bridged(rows, rule.gap) if rule.gap else rows
 
 
