@@ -63,7 +63,12 @@ class _Layout:
     """Where masks lie on the board, and the sizes that follow from what is searched for; all static."""
 
     def __init__(self, masks: Sequence[Bitmap], searches: Sequence[Search]) -> None:
-        self.searches = searches
+        ends = np.cumsum([0, *(s.count for s in searches)])
+        self.slots = list(itertools.pairwise(ends.tolist()))  # of each mask, in the caller's order
+        self.order = sorted(range(len(searches)), key=lambda i: searches[i].gap)  # masks of equal gaps are bridged together
+        self.first_slot = ends[self.order]  # of each mask in this order, which all that follows has
+        masks, self.searches = [masks[i] for i in self.order], [searches[i] for i in self.order]
+        searches = self.searches
         self.lanes = masks[0].shape[2]
         self.reach_x = max(s.window[0] + s.gap[0] for s in searches)
         self.reach_y = max(s.window[1] + s.gap[1] for s in searches)
@@ -73,7 +78,6 @@ class _Layout:
         self.n_rows = int(self.begins[-1]) + self.reach_y + 1
         self.window_words = -(-(2 * self.reach_x + 1) // 32)
         self.n_candidates = max(MIN_CANDIDATES, CANDIDATES_PER_FRAME * self.lanes)
-        self.first_slot = np.cumsum([0, *(s.count for s in searches)])
 
         self.corners = [bm.ALL if s.connectivity == 8 else ~bm.ALL for s in searches]  # whether corners connect: all bits set, or none
         self.limits = list(itertools.zip_longest(*(s.alternatives for s in searches), fillvalue=NOTHING))
@@ -88,7 +92,7 @@ class _Layout:
             "gap_y": [s.gap[1] for s in self.searches],
             "up": [begin + 1 - s.top for begin, s in zip(self.begins[:-1].tolist(), self.searches, strict=True)],  # board to screen
             "count": [s.count for s in self.searches],
-            "first_slot": self.first_slot[:-1],
+            "first_slot": self.first_slot,
         }
         for i, limits in enumerate(self.limits):
             tables |= {f"{name} {i}": [of(search) for search in limits] for name, of in LIMITS.items()}
@@ -385,10 +389,8 @@ def components(masks: Sequence[Bitmap], searches: Sequence[Search]) -> list[Dete
     Returns:
         The boxes in each mask, in raster order of the components' first pixels.
     """
-    order = sorted(range(len(searches)), key=lambda i: searches[i].gap)  # masks of equal gaps are bridged together
-    masks, searches = [masks[i] for i in order], [searches[i] for i in order]
     layout = _Layout(masks, searches)
-    board = _board(layout, masks)
+    board = _board(layout, [masks[i] for i in layout.order])
     index = _Index(layout, board)
 
     def locate(k: jax.Array) -> tuple[_Candidates, jax.Array]:
@@ -405,11 +407,9 @@ def components(masks: Sequence[Bitmap], searches: Sequence[Search]) -> list[Dete
             measured = _measure_large(layout, board, found, measured, exists & measured.own & (own["unlimited"] > 0))
         return _write(layout, index, found, _accept(layout, found, measured, own, exists), own, so_far)
 
-    n_segments, n_slots = len(masks) * layout.lanes, int(layout.first_slot[-1])
+    n_segments, n_slots = len(masks) * layout.lanes, layout.slots[-1][1]
     start = _Progress(jnp.int32(0), jnp.zeros(n_segments, jnp.int32), jnp.zeros(n_slots * layout.lanes, U))
     _, totals, boxes = lax.while_loop(lambda s: s.done < index.total, one_round, varying(start, board))
     boxes, totals = boxes.reshape(-1, layout.lanes), totals.reshape(-1, layout.lanes)
-    overflow = jnp.maximum(totals - np.array([[s.count] for s in searches], np.int32), 0)
-    slots = itertools.pairwise(layout.first_slot.tolist())
-    found = [Detected(boxes[first:end], overflow=more) for (first, end), more in zip(slots, overflow, strict=True)]
-    return [found[i] for i in np.argsort(order)]
+    overflow = jnp.maximum(totals[np.argsort(layout.order)] - np.array([[s.count] for s in searches], np.int32), 0)
+    return [Detected(boxes[first:end], overflow=more) for (first, end), more in zip(layout.slots, overflow, strict=True)]
