@@ -232,7 +232,7 @@ class Kernels:
         (words,) = bitmaps(self.frames["SpaceInvaders"], rule.palette)
         words = jax.jit(lambda m: bitmap.cut(m, rule.region))(words)
         limits = {"up to 8 x 10": rule.max_size, "up to 31 x 31": (31, 31), "any size": None}
-        searches = {name: Search(alien.count, rule.gap, rule.min_size, limit) for name, limit in limits.items()}
+        searches = {name: Search(alien.count, gap=rule.gap, min_size=rule.min_size, max_size=limit) for name, limit in limits.items()}
         mask = np.isin(self.screens["SpaceInvaders"], rule.palette)
         mask = np.pad(mask[:, top:bottom, left:right], ((0, 0), (0, 0), (left, WIDTH - right)))
         self.component_rows("SpaceInvaders", words, mask, searches)
@@ -274,7 +274,8 @@ class Kernels:
             for b in range(distinct if f else 0):
                 found = [(int(x), int(y), int(w) - gap[0], int(h) - gap[1]) for x, y, w, h in f(closed[b])] if f else []
                 want = sorted(r for r in found if r[2] <= max_width and r[3] <= max_height)
-                got = sorted(tuple(int(v[k, b]) for v in ours[:4]) for k in np.flatnonzero(ours.valid[:, b]))
+                sides = ours.x, ours.y, ours.w, ours.h
+                got = sorted(tuple(int(v[k, b]) for v in sides) for k in np.flatnonzero(ours.valid[:, b]))
                 if got != want:
                     raise SystemExit(f"{what}, frame {b}: the kernel finds {got}, but {name} finds {want}")
 

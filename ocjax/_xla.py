@@ -31,6 +31,7 @@ RETAIN_MEMORY = "OCJAX_RETAIN_MEMORY"  # environment variable: 1 asks for `retai
 SMALL = 2**12  # elements below which materializing costs more than it saves
 MIN_CACHED_SECONDS = 0.2  # compilations that take longer are kept on disk
 GROUP = 16  # elements of a running sum that are added at once
+MAX_SUMMED = 2**12  # elements of a running sum up to which it is computed in groups
 CACHE_LINES = 512  # rows whose length is a multiple of this map to the same cache lines
 
 
@@ -179,13 +180,13 @@ def running_sum(x: jax.Array) -> jax.Array:
     """`jnp.cumsum` of `[n]` or `[n, B]` along its first axis.
 
     XLA turns JAX's into about eight kernels, which take 0.15 s to compile. Here, the sums within groups of elements and those over groups
-    take four.
+    take four. Their work grows with the square of the length, so longer arrays are left to JAX.
     """
-    if not on_cpu():
+    if not on_cpu() or len(x) > MAX_SUMMED:
         return jnp.cumsum(x, axis=0)
     groups, tail = -(-len(x) // GROUP), x.shape[1:]
-    padded = jnp.pad(x, ((0, groups * GROUP - len(x)), *((0, 0) for _ in tail)))
-    within = _triangle(padded.reshape(groups, GROUP, *tail).swapaxes(0, 1), 0)
+    filled = jnp.pad(x, ((0, groups * GROUP - len(x)), *((0, 0) for _ in tail)))
+    within = _triangle(filled.reshape(groups, GROUP, *tail).swapaxes(0, 1), 0)
     before = _triangle(within[-1], -1)
     return (within + before[None]).swapaxes(0, 1).reshape(-1, *tail)[: len(x)]
 

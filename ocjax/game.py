@@ -211,8 +211,8 @@ def _validate_fields(game: Game) -> None:
     need(is_md5, where="md5", text=f"must be 32 hex digits, got {game.md5!r}")
     is_map = isinstance(game.ram, type) and issubclass(game.ram, RamMap)
     need(is_map, where="ram", text=f"must be a subclass of RamMap, got {game.ram!r}")
-    is_screen = len(game.screen) == 2 and game.screen[1] == WIDTH and 0 < game.screen[0] <= 256
-    need(is_screen, where="screen", text=f"must be (height, {WIDTH}), got {game.screen}")
+    is_screen = len(game.screen) == 2 and game.screen[1] == WIDTH and 0 < game.screen[0] < 256
+    need(is_screen, where="screen", text=f"must be (height, {WIDTH}) with a height below 256, got {game.screen}")
     need(len(game.categories) > 0, where="categories", text="at least one is needed")
     names, huds = [name for c in game.categories for name in (c.name, *c.aliases)], [c.hud for c in game.categories]
     need(len(set(names)) == len(names), where="categories", text=f"names repeat: {names}")

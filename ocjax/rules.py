@@ -308,8 +308,8 @@ class Runs:
 
     @property
     def bottom(self) -> int:
-        """The row below the last row that the rule looks at."""
-        return max(top for top, _ in self.rows) + 1
+        """The row below the last row of its boxes."""
+        return max(bottom for _, _, _, bottom in self.regions)
 
     def __post_init__(self) -> None:
         if not len(self.colors) == len(self.regions) == len(self.widths):
@@ -319,6 +319,9 @@ class Runs:
             _color_set(colors)
         if self.margins and len(self.margins) != len(self.regions):
             raise ValueError(f"{len(self.regions)} regions need as many margins, got {len(self.margins)}")
+        for (_, top, _, _), (least, _), (before, above, after) in zip(self.regions, self.widths, self.margins, strict=False):
+            if above > top or least + before + after < 1:
+                raise ValueError(f"margins must leave boxes on the screen, got {(before, above, after)} for row {top}, width {least}")
         if self.most < 1:
             raise ValueError(f"most must be at least 1, got {self.most}")
         if not 0 <= self.gap < 32:

@@ -34,7 +34,7 @@ def _by_slot(fields: Sequence[jax.Array | None], game: Game, lanes: int, default
 
 
 def _needed(game: Game, found: Sequence[Detected]) -> np.ndarray | jax.Array:
-    """Whether each category's slots count, as it needs none or one that was found, bool `[categories, B]`."""
+    """Whether each category counts: it needs no other one, or that one was found; bool `[categories, B]`, or `[categories, 1]`."""
     needs = [c.needs for c in game.categories]
     others = sorted({name for name in needs if name is not None})
     if not others:

@@ -97,6 +97,8 @@ def test_aliases():
         ({"categories": (Category("A", Blobs(14), attributes=("speed",)), *CATEGORIES[1:])}, "attributes"),
         ({"categories": (Category("A", Bounds(14, ((0, 0, 9, 9), (9, 0, 20, 9)))), *CATEGORIES[1:])}, "its rule has 2 slots"),
         ({"categories": (Category("A", Blobs(14, (0, 0, 9, 250))), *CATEGORIES[1:])}, "reaches down to row 250"),
+        ({"categories": (Category("A", Runs(((14,),), ((0, 9, 9, 250),), ((1, 9),), 1)), *CATEGORIES[1:])}, "reaches down to row 250"),
+        ({"screen": (256, 160)}, "height below 256"),
         ({"categories": (Category("A", Blobs(14), rgb=(1, 2)), *CATEGORIES[1:])}, "rgb must be"),
         ({"categories": (Category("A", Blobs(14), needs="H"), *CATEGORIES[1:])}, "needs: 'H' is not a category outside the display"),
         ({"decode": lambda m: decode(m) | {"A": box(jnp.arange(3), 0, 1, 1)}}, r"decode, A\.x: must have shape"),
@@ -137,6 +139,8 @@ def test_wrong_games(change, message):
         (lambda: Runs(((14,),), ((0, 0, 9, 9),), (), 2), "as many colors and widths"),
         (lambda: Runs(((14,),), ((0, 0, 9, 9),), ((1, 9),), 0), "most must"),
         (lambda: Runs(((14,),), ((0, 0, 9, 9),), ((1, 9),), 1, ((0, 0, 0),) * 2), "as many margins"),
+        (lambda: Runs(((14,),), ((0, 5, 9, 9),), ((1, 9),), 1, ((0, 6, 0),)), "boxes on the screen"),
+        (lambda: Runs(((14,),), ((0, 5, 9, 9),), ((3, 9),), 1, ((-2, 0, -1),)), "boxes on the screen"),
         (lambda: Runs(((14,),), ((0, 0, 9, 9),), ((1, 9),), 1, gap=32), "gap must"),
         (lambda: Runs(((14,),), ((0, 0, 9, 9),), ((1, 9),), 1, columns=(9, 161)), "a region is"),
         (lambda: Bounds(14, ((0, 0, 9, 9),) * 3, ((1, 1),) * 2), "min_size for 2 regions"),
@@ -258,6 +262,17 @@ def test_figures_of_unequal_height_that_touch():
     assert game.vem(frame).xywh[:3].tolist() == [[26, 30, 8, 8], [33, 29, 8, 9], [100, 40, 3, 4]]
     frame[29:37, 34:42] = 14
     assert game.vem(frame).xywh[:3].tolist() == [[26, 30, 8, 8], [34, 29, 8, 8], [100, 40, 3, 4]]
+
+
+def test_parts_without_pixels_are_dropped():
+    """An L in quarters: none at the top right."""
+    rule = Blobs(14, (0, 20, 160, 60), max_size=(8, 8), split=(4, 4), tight=True)
+    game = dataclasses.replace(GAME, categories=(Category("A", rule, count=3), *CATEGORIES[1:]), decode=three)
+    frame = np.zeros((210, 160), np.uint8)
+    frame[30:38, 26:30], frame[34:38, 30:34] = 14, 14
+    found = game.vem(frame)
+    assert found.xywh[:3].tolist() == [[26, 30, 4, 4], [0, 0, 0, 0], [26, 34, 4, 4]]
+    assert found.valid[:3].tolist() == [True, False, True]
 
 
 def test_walls_of_known_height():

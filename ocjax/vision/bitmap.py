@@ -21,7 +21,7 @@ U = jnp.uint32
 ALL = np.array(0xFFFFFFFF, np.uint32)
 # Rows that are reduced at once. XLA divides a longer reduction itself, into three kernels and a copy of its operand, which it does not fuse
 # with what computes it.
-BLOCK = 32
+MAX_REDUCED = 32
 Bitmap = jax.Array
 
 
@@ -133,11 +133,17 @@ def boxes(x: jax.Array, y: jax.Array, w: jax.Array, h: jax.Array, valid: jax.Arr
 
 
 def columns_between(left: jax.Array, right: jax.Array) -> jax.Array:
-    """Rows in which the columns from `left` to before `right` are set, int32 `[n, B]`: uint32 `[5, n, B]`."""
+    """Words in which the columns from `left` to `right - 1` are set, uint32 `[5, n, B]`, for int32 `[n, B]`."""
     word = 32 * np.arange(WIDTH // 32, dtype=np.int32)[:, None, None]
     first, last = (jnp.clip(edge[None] - word, 0, 32) for edge in (left, right))
     ink = (ALL >> jnp.minimum(first, 31).astype(U)) & ~(U(0x7FFFFFFF) >> jnp.maximum(last - 1, 0).astype(U))
     return jnp.where(first < last, ink, U(0))
+
+
+def from_column(words: jax.Array, column: jax.Array) -> jax.Array:
+    """Rows `[words, n, B]` without the pixels left of a column of each, int32 `[n, B]`."""
+    start = jnp.clip(column[None] - 32 * jnp.arange(len(words), dtype=jnp.int32)[:, None, None], 0, 32)
+    return words & jnp.where(start < 32, ALL >> jnp.minimum(start, 31).astype(U), U(0))
 
 
 def rows_at(bitmap: Bitmap, row: jax.Array) -> jax.Array:
@@ -325,8 +331,8 @@ def or_blocks(bitmap: jax.Array, count: int) -> jax.Array:
 
 
 def blocks_of(n: int) -> int:
-    """The least number of blocks of at most `BLOCK` rows that hold `n` rows."""
-    return -(-n // BLOCK)
+    """The least number of blocks of at most `MAX_REDUCED` rows that hold `n` rows."""
+    return -(-n // MAX_REDUCED)
 
 
 def _blocks(x: jax.Array, axis: int, count: int) -> jax.Array:

@@ -56,7 +56,7 @@ def tight_boxes(masks: Sequence[Bitmap], regions: Sequence[Area]) -> tuple[jax.A
     height = max(bottom - top for _, top, _, bottom in regions)
 
     def marks(*masks: Bitmap) -> tuple[jax.Array, jax.Array]:
-        """The words of each row of each region or-ed together, and those of its rows: uint32 `[height, n, B]` and `[5, n, B]`."""
+        """The words of each row of each region or-ed together, uint32 `[height, n, B]`, and those of its rows, `[5, n, B]`."""
         inside = [_rows(masks[group[0]], [regions[i] for i in group]) for group in groups]
         rows = [jnp.pad(bm.any_of(part), ((0, height - part.shape[1]), (0, 0), (0, 0))) for part in inside]
         columns = [bm.or_blocks(part, bm.blocks_of(height)) for part in inside]  # as many blocks for each, to be or-ed at once
@@ -70,7 +70,7 @@ def tight_boxes(masks: Sequence[Bitmap], regions: Sequence[Area]) -> tuple[jax.A
 
 
 def _groups(masks: Sequence[Bitmap], regions: Sequence[Area]) -> list[list[int]]:
-    """Indices of regions that are looked at together: three or more low ones of the same mask, whose rows are copied for that."""
+    """Indices of regions that are looked at together: three or more low ones of one mask, whose rows are copied; any other alone."""
     of_mask: dict[int, list[int]] = {}
     for i, (mask, (_, top, _, bottom)) in enumerate(zip(masks, regions, strict=True)):
         of_mask.setdefault(id(mask) if bottom - top <= LOW else -1 - i, []).append(i)

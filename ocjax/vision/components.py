@@ -37,7 +37,7 @@ from jax import lax
 from ocjax._xla import materialize, running_sum, varying
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
-from ocjax.vision.detected import Detected, packed
+from ocjax.vision.detected import Detected, words
 from ocjax.vision.fill import extent, fill, fill_large
 from ocjax.vision.search import MAX_AREA, MAX_PARTS, NOTHING, UNLIMITED, Search
 
@@ -60,7 +60,7 @@ LIMITS: dict[str, Callable[[Search], int]] = {  # of each alternative of a searc
 
 
 class _Layout:
-    """Where masks lie on the board, and the sizes that follow from what is searched for; all static."""
+    """Where masks lie on the board, and the sizes and tables that follow from what is searched for; all static."""
 
     def __init__(self, masks: Sequence[Bitmap], searches: Sequence[Search]) -> None:
         ends = np.cumsum([0, *(s.count for s in searches)])
@@ -80,7 +80,7 @@ class _Layout:
         self.n_candidates = max(MIN_CANDIDATES, CANDIDATES_PER_FRAME * self.lanes)
 
         self.corners = [bm.ALL if s.connectivity == 8 else ~bm.ALL for s in searches]  # whether corners connect: all bits set, or none
-        self.limits = list(itertools.zip_longest(*(s.alternatives for s in searches), fillvalue=NOTHING))
+        self.alternatives = list(itertools.zip_longest(*(s.alternatives for s in searches), fillvalue=NOTHING))
         self.tables = self._tables()
 
     def _tables(self) -> dict[str, np.ndarray]:
@@ -94,8 +94,8 @@ class _Layout:
             "count": [s.count for s in self.searches],
             "first_slot": self.first_slot,
         }
-        for i, limits in enumerate(self.limits):
-            tables |= {f"{name} {i}": [of(search) for search in limits] for name, of in LIMITS.items()}
+        for i, of_masks in enumerate(self.alternatives):
+            tables |= {f"{name} {i}": [of(search) for search in of_masks] for name, of in LIMITS.items()}
         return {name: np.asarray(table, np.int32) for name, table in tables.items()}
 
     def look_up(self, mask: jax.Array) -> dict[str, jax.Array]:
@@ -118,16 +118,17 @@ def _board(layout: _Layout, masks: Sequence[Bitmap]) -> Bitmap:
     parts = zip((s.gap for s in layout.searches), itertools.pairwise(layout.begins.tolist()), strict=True)
     for gap, neighbours in itertools.groupby(parts, key=lambda part: part[0]):
         if gap != (0, 0):
-            rows = [row for _, of_mask in neighbours for row in of_mask]
-            bridged = materialize(lambda b, rows=rows, gap=gap: _bridged(b[:, rows[0] : rows[-1]], gap), board)
-            board = lax.dynamic_update_slice(board, bridged, (0, rows[0], 0))
+            spans = [span for _, span in neighbours]
+            first, end = spans[0][0], spans[-1][1]
+            bridged = materialize(lambda b, first=first, end=end, gap=gap: _bridged(b[:, first:end], gap), board)
+            board = lax.dynamic_update_slice(board, bridged, (0, first, 0))
     return board
 
 
 def _bridged(masks: Bitmap, gap: tuple[int, int]) -> Bitmap:
     """Every pixel spread dx to the right and dy down, so that parts at most (dx, dy) apart connect.
 
-    A component's first pixel stays, and its box grows by (dx, dy), for which there is room below each mask.
+    A component's first pixel stays, and its box grows by (dx, dy), for which there is room to the right of and below each mask.
     """
     for distance, shift in zip(gap, (bm.shift_right, bm.shift_down), strict=True):
         n = 1
@@ -325,33 +326,33 @@ class _Accepted(NamedTuple):
     parts: jax.Array  # objects in all; 0: the component is none
 
 
-def _accept(layout: _Layout, found: _Candidates, measured: _Measured, own: dict[str, jax.Array], exists: jax.Array) -> _Accepted:
-    """Apply the limits of each candidate's search, of which `own` are the entries in the tables."""
-    w, h = measured.right - measured.left + 1 - own["gap_x"], measured.height - own["gap_y"]
+def _accept(layout: _Layout, found: _Candidates, measured: _Measured, entries: dict[str, jax.Array], exists: jax.Array) -> _Accepted:
+    """Apply the limits of each candidate's search, whose entries in the tables are given."""
+    w, h = measured.right - measured.left + 1 - entries["gap_x"], measured.height - entries["gap_y"]
     part_w = part_h = jnp.full_like(w, UNLIMITED)
     good = jnp.zeros_like(exists)
-    for i in reversed(range(len(layout.limits))):
-        met = (w >= own[f"min_w {i}"]) & (h >= own[f"min_h {i}"]) & (w <= own[f"max_w {i}"]) & (h <= own[f"max_h {i}"])
-        if any(s.area for s in layout.limits[i]):
-            met = met & (measured.area >= own[f"min_area {i}"]) & (measured.area <= own[f"max_area {i}"])
-        part_w, part_h = jnp.where(met, own[f"part_w {i}"], part_w), jnp.where(met, own[f"part_h {i}"], part_h)
+    for i in reversed(range(len(layout.alternatives))):
+        met = (w >= entries[f"min_w {i}"]) & (h >= entries[f"min_h {i}"]) & (w <= entries[f"max_w {i}"]) & (h <= entries[f"max_h {i}"])
+        if any(s.area for s in layout.alternatives[i]):
+            met = met & (measured.area >= entries[f"min_area {i}"]) & (measured.area <= entries[f"max_area {i}"])
+        part_w, part_h = jnp.where(met, entries[f"part_w {i}"], part_w), jnp.where(met, entries[f"part_h {i}"], part_h)
         good = good | met
     good = good & exists & measured.own & measured.inside
     across = jnp.clip(-(-w // part_w), 1, MAX_PARTS)
     down = jnp.clip(-(-h // part_h), 1, MAX_PARTS // across)
-    return _Accepted(measured.left, found.row - own["up"], w, h, part_w, part_h, across, jnp.where(good, across * down, 0))
+    return _Accepted(measured.left, found.row - entries["up"], w, h, part_w, part_h, across, jnp.where(good, across * down, 0))
 
 
 def _parts(layout: _Layout, a: _Accepted) -> jax.Array:
     """The boxes of each component's objects, evenly spaced from edge to edge: words `[parts, n]`."""
-    splits = any(limits.split for of_alternative in layout.limits for limits in of_alternative)
+    splits = any(s.split for of_masks in layout.alternatives for s in of_masks)
     part = jnp.arange(MAX_PARTS if splits else 1, dtype=jnp.int32)[:, None]
     a = _Accepted(*(v[None] for v in a))
     down = jnp.maximum(a.parts // a.across, 1)
     column, row = part % a.across, part // a.across
     x = a.x + column * (a.w - a.part_w) // jnp.maximum(a.across - 1, 1)
     y = a.y + row * (a.h - a.part_h) // jnp.maximum(down - 1, 1)
-    return packed(x, y, jnp.where(a.across > 1, a.part_w, a.w), jnp.where(down > 1, a.part_h, a.h))
+    return words(x, y, jnp.where(a.across > 1, a.part_w, a.w), jnp.where(down > 1, a.part_h, a.h))
 
 
 class _Progress(NamedTuple):
@@ -363,19 +364,19 @@ class _Progress(NamedTuple):
 
 
 def _write(
-    layout: _Layout, index: _Index, found: _Candidates, accepted: _Accepted, own: dict[str, jax.Array], so_far: _Progress
+    layout: _Layout, index: _Index, found: _Candidates, accepted: _Accepted, entries: dict[str, jax.Array], so_far: _Progress
 ) -> _Progress:
     """Put accepted objects into their slots, in the candidates' order."""
     before = jnp.pad(running_sum(accepted.parts), (1, 0))  # objects of the candidates before each
     begins = jnp.clip(index.segments - so_far.done, 0, layout.n_candidates)  # the first candidate of each segment, in this round
     before_segment = _at(before, begins)
     rank = before[:-1] + _at(so_far.totals - before_segment[:-1], found.segment)
-    entries = _parts(layout, accepted)
-    part = jnp.arange(len(entries), dtype=jnp.int32)[:, None]
-    has_slot = (part < accepted.parts[None]) & (rank[None] + part < own["count"][None])
-    slot = ((own["first_slot"] + rank)[None] + part) * layout.lanes + (found.segment % layout.lanes)[None]
+    parts = _parts(layout, accepted)
+    part = jnp.arange(len(parts), dtype=jnp.int32)[:, None]
+    has_slot = (part < accepted.parts[None]) & (rank[None] + part < entries["count"][None])
+    slot = ((entries["first_slot"] + rank)[None] + part) * layout.lanes + (found.segment % layout.lanes)[None]
     slot = jnp.where(has_slot, slot, so_far.boxes.size)
-    boxes = so_far.boxes.at[slot.ravel()].set(entries.ravel(), mode="drop")
+    boxes = so_far.boxes.at[slot.ravel()].set(parts.ravel(), mode="drop")
     return _Progress(so_far.done + layout.n_candidates, so_far.totals + jnp.diff(before_segment), boxes)
 
 
@@ -401,11 +402,11 @@ def components(masks: Sequence[Bitmap], searches: Sequence[Search]) -> list[Dete
         k = so_far.done + jnp.arange(layout.n_candidates, dtype=jnp.int32)
         found, offset = materialize(locate, k, small=0)
         exists = k < index.total
-        own = layout.look_up(found.segment // layout.lanes)
-        measured = _measure(layout, board, found, offset, own["corners"].astype(U))
+        entries = layout.look_up(found.segment // layout.lanes)
+        measured = _measure(layout, board, found, offset, entries["corners"].astype(U))
         if any(s.unlimited for s in searches):
-            measured = _measure_large(layout, board, found, measured, exists & measured.own & (own["unlimited"] > 0))
-        return _write(layout, index, found, _accept(layout, found, measured, own, exists), own, so_far)
+            measured = _measure_large(layout, board, found, measured, exists & measured.own & (entries["unlimited"] > 0))
+        return _write(layout, index, found, _accept(layout, found, measured, entries, exists), entries, so_far)
 
     n_segments, n_slots = len(masks) * layout.lanes, layout.slots[-1][1]
     start = _Progress(jnp.int32(0), jnp.zeros(n_segments, jnp.int32), jnp.zeros(n_slots * layout.lanes, U))

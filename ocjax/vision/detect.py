@@ -133,7 +133,7 @@ def detect(categories: tuple[Category, ...], frames: jax.Array, shades: Shades |
         shades: which of the rules' colours change from level to level.
 
     Returns:
-        For each category its boxes; with their colours where those are read from the frame.
+        For each category its boxes, whether or not the category that it needs is there; with colours where those are read from the frame.
     """
     asked, categories = categories, (*categories, *(_substitute(c) for c in categories if c.otherwise is not None))
     batch = _Frames(categories, frames, shades)
@@ -217,17 +217,20 @@ def _cut_off(batch: _Frames, name: str, rule: Blobs) -> Detected:
 
 
 def _tight(batch: _Frames, rule: Blobs, found: Detected, which: jax.Array) -> Detected:
-    """The same objects, with tight boxes around the pixels in those of some of them, bool `[count, B]`."""
+    """The same objects, with tight boxes around the pixels in those of some of them, bool `[count, B]`; one without pixels is dropped."""
     left, top, right, bottom = rule.region or (0, 0, WIDTH, batch.frames.shape[1])
     pixels = bm.cut(batch.counted(rule, rule.palette), (left, top, right, bottom))
     rows, columns = _xla.materialize(functools.partial(_marks, top), pixels, found.box)
     (first, last), (upper, lower) = bm.columns(columns), bm.rows(rows)
-    tight = boxes(first, top + upper, last - first + 1, lower - upper + 1, found.valid)
+    tight = boxes(first, top + upper, last - first + 1, lower - upper + 1, found.valid & (lower >= 0))
     return found._replace(box=jnp.where(which, tight, found.box))
 
 
 def _marks(top: int, pixels: Bitmap, box: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """The pixels in each box by rows, uint32 `[H, n, B]`, and by columns, `[5, n, B]`; the first row of `pixels` is `top`."""
+    """The words of each row of each box or-ed together, uint32 `[rows, n, B]`, and those of its rows, `[5, n, B]`.
+
+    `top` is the row of the screen where `pixels` begin.
+    """
     found, row = Detected(box), top + jnp.arange(pixels.shape[1], dtype=jnp.int32)[:, None, None]
     inside = (row >= found.y[None]) & (row < (found.y + found.h)[None])
     within = jnp.where(inside[None], pixels[:, :, None] & bm.columns_between(found.x, found.x + found.w)[:, None], U(0))
@@ -301,7 +304,7 @@ def _read_colors(batch: _Frames, categories: Sequence[Category]) -> None:
 
 
 def _reads_all(c: Category) -> bool:
-    """Whether all pixels of the category's colours are looked at for the colour, as each of its objects has others that count."""
+    """Whether all pixels of the category's colours are looked at for the colour: no limit applies to them, or different ones."""
     return isinstance(c.rule, Cells | Runs) or (isinstance(c.rule, Blobs) and c.rule.also is not None)
 
 
@@ -312,8 +315,7 @@ def _first_pixel_colors(frames: jax.Array, masks: Sequence[Bitmap], found: Seque
     x, y = every.x, jnp.minimum(every.y, frames.shape[1] - 1)
     slots = list(itertools.pairwise(np.cumsum([0, *(len(f.box) for f in found)]).tolist()))
     words = jnp.concatenate([bm.rows_at(mask, y[start:end]) for mask, (start, end) in zip(masks, slots, strict=True)], axis=1)
-    start = jnp.clip(x[None] - 32 * jnp.arange(len(words), dtype=jnp.int32)[:, None, None], 0, 32)
-    words = words & jnp.where(start < 32, U(0xFFFFFFFF) >> jnp.minimum(start, 31).astype(U), U(0))
+    words = bm.from_column(words, x)
     column = jnp.minimum(bm.columns(words)[0], WIDTH - 1)
     color = frames[lane, y, column].astype(jnp.int32)
     return [color[start:end] for start, end in slots]

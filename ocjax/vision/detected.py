@@ -12,8 +12,8 @@ from jax.typing import ArrayLike
 class Detected(NamedTuple):
     """What VEM finds of one category or in one mask, one entry per slot, batch last; `Objects` are made of these.
 
-    A box is one word because the time to compile a program goes with the number of its kernels, about 14 ms each: with an array for each
-    side of the boxes and one for their validity, Krull's VEM has 43 more.
+    A box is one word because the time to compile a program grows with the number of its kernels, by about 14 ms each: with an array for
+    each side of the boxes and one for their validity, Krull's VEM has 43 more.
     """
 
     box: jax.Array  # uint32 [count, B]: x, y, w and h in a byte each, x in the lowest; 0 where there is no object
@@ -54,12 +54,12 @@ class Detected(NamedTuple):
         return self._replace(box=jnp.where(valid, self.box, jnp.uint32(0)))
 
 
-def packed(x: ArrayLike, y: ArrayLike, w: ArrayLike, h: ArrayLike) -> jax.Array:
-    """Boxes as words, uint32, of integers from 0 to 255."""
+def words(x: ArrayLike, y: ArrayLike, w: ArrayLike, h: ArrayLike) -> jax.Array:
+    """Boxes as words, uint32, of integers from 0 to 255; others would spoil their neighbours' bytes."""
     x, y, w, h = (jnp.asarray(v).astype(jnp.uint32) for v in (x, y, w, h))
     return x | (y << 8) | (w << 16) | (h << 24)
 
 
 def boxes(x: ArrayLike, y: ArrayLike, w: ArrayLike, h: ArrayLike, valid: jax.Array) -> jax.Array:
-    """The same, 0 where there is no object."""
-    return jnp.where(valid, packed(x, y, w, h), jnp.uint32(0))
+    """Boxes as words, 0 where there is no object; there, the numbers may be anything."""
+    return jnp.where(valid, words(x, y, w, h), jnp.uint32(0))

@@ -15,13 +15,7 @@ from ocjax.boxes import WIDTH
 from ocjax.rules import Runs
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
-from ocjax.vision.detected import Detected, packed
-
-
-def _from(words: jax.Array, column: jax.Array) -> jax.Array:
-    """Rows `[words, n, B]` without the pixels left of a column of each, int32 `[n, B]`."""
-    start = jnp.clip(column[None] - 32 * jnp.arange(len(words), dtype=jnp.int32)[:, None, None], 0, 32)
-    return words & jnp.where(start < 32, bm.ALL >> jnp.minimum(start, 31).astype(U), U(0))
+from ocjax.vision.detected import Detected, words
 
 
 def detect_runs(rules: Sequence[Runs], masks: Sequence[Sequence[Bitmap]]) -> list[Detected]:
@@ -58,8 +52,8 @@ def _rows(rule: Runs, masks: Sequence[Bitmap]) -> Bitmap:
 def _next_run(words: jax.Array, _: None) -> tuple[jax.Array, tuple[jax.Array, jax.Array]]:
     """The rows `[words, n, B]` without the first run of each, and where that begins and ends, int32 `[n, B]`."""
     first = bm.columns(words)[0]
-    end = bm.columns(_from(~words, first))[0]
-    return _from(words, end), (first, end)
+    end = bm.columns(bm.from_column(~words, first))[0]
+    return bm.from_column(words, end), (first, end)
 
 
 class _Region(NamedTuple):
@@ -99,5 +93,5 @@ def _boxes(regions: Sequence[_Region], x: jax.Array, end: jax.Array) -> jax.Arra
     for r in reversed(regions):
         fits = (x >= r.left) & (x < r.right) & (end - x >= r.least) & (end - x <= r.most)
         left, right = jnp.maximum(x - r.before, 0), jnp.minimum(end + r.after, WIDTH)
-        boxes = jnp.where(fits, packed(left, r.top, right - left, r.bottom - r.top), boxes)
+        boxes = jnp.where(fits, words(left, r.top, right - left, r.bottom - r.top), boxes)
     return boxes
