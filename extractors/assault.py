@@ -275,7 +275,6 @@ PLAYER = Blobs(CANNON, GROUND, min_size=(4, 7), max_size=(8, 8))
 BESIDE_SHOT = Runs((CANNON,), ((0, 185, 160, 186),), ((6, 6),), 1, ((1, 7, 1),))  # by its wheels
 CARRIER = Bounds(SHIP, (0, 12, 160, 45))
 ENEMY = Blobs(ENEMIES, ROWS, gap=(4, 0), min_size=(4, 6), max_size=(16, 8))
-MISSILE = Bounds(WHITE, (0, 45, 160, 186))
 SIDE = Bounds(CANNON, (0, 181, 160, 183), exclude=("Player",))
 POINTS = Bounds(SCORE, (50, 0, 110, 12), value=Digits(FONT, range(55, 103, 8), 2))
 LIVES = Cells(LIFE, (15, 31, 47), (192,) * 3, 8, 8, whole=False)
@@ -291,8 +290,8 @@ GAME = Game(
         Category("Player", PLAYER, otherwise=BESIDE_SHOT, doc="the cannon"),
         Category("MotherShip", CARRIER, rgb=(72, 160, 72), doc="above, with its open bay"),
         Category("Enemy", ENEMY, count=6, doc="row from the bottom * 2 + half"),
-        Category("PlayerMissileVertical", MISSILE, doc="the cannon's shot up"),
-        Category("PlayerMissileHorizontal", SIDE, doc="the cannon's shot to the side"),
+        Category("PlayerMissileVertical", Bounds(WHITE, (0, 45, 160, 186)), doc="its shot up"),
+        Category("PlayerMissileHorizontal", SIDE, doc="its shot to the side"),
         Category("EnemyMissile", Bounds(ENEMY_SHOTS, BELOW), doc="beams, fireballs, rolling ones"),
         display("PlayerScore", POINTS, doc="six digits"),
         display("Lives", LIVES, count=3, attributes=(), doc="spare cannons"),

@@ -1,11 +1,10 @@
 """James Bond 007: a vehicle in the desert, on the sea and under it, in missions of several stages.
 
-The game has a record for each of three lanes: the air, the sea, the sky. Slots of Missile and Bomb:
-the object and its copy, in the air, then in the sea; of Rocket: in the air, in the sea. Oil_Rig is
-valid while a flash lights it; else it has the sky's colour. Capsule leaves a Lab that was hit.
-Explosion is what a missile leaves above the sea, which is deadly, too; slots as Bomb's. Life has a
-box around the icons, three at most. A hole goes round at the edges; its box has the larger part.
-Smoke, stars, hills on the sea bed and the maker's name are scenery. Titles show a score.
+Three lanes have a record each: the air, the sea, the sky. Slots of Missile and Bomb: the object and
+its copy, in the air, then in the sea; of Rocket: in the air, in the sea. Oil_Rig is valid while a
+flash lights it; else it has the sky's colour. Capsule leaves a Lab that was hit. Explosion, deadly
+too, is what a missile leaves above the sea. Life has one box around its icons. At an edge, a hole's
+box has its larger part. Smoke, stars, hills and names are scenery. Titles show a score.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (the first mission's bytes), and the ROM's code: the
 drawing at $F000 of pages 4-7, the records of kinds at $FD00, to which $FB53 of pages 0-2 points,
@@ -291,7 +290,7 @@ GAME = Game(
         Category("Torpedo", Bounds((0x18,), (8, 121, 160, 131), (1, 5)), doc="at the surface"),
         Category("Eruption", BURST, doc="of a bomb in the sea"),
         Category("Capsule", Bounds((0xCA, 0xC8, 0xC6), SEA, (1, 8)), doc="a goal: to be touched"),
-        Category("Explosion", SPARKS, count=2, doc="above the sea; deadly"),
+        Category("Explosion", SPARKS, count=2, doc="above the sea; slots as Bomb's"),
         Category("Bomb", blob(0x44, AIR, min_size=(2, 5), max_size=(4, 5)), count=2, doc="falls"),
         Category("Rocket", ROCKETS, count=2, doc="rises: in the air, in the sea"),
         Category("Missile", MISSILES, count=4, doc="rises: lane * 2 + copy"),
