@@ -13,6 +13,7 @@ from scipy import ndimage
 
 from ocjax.vision import bitmap
 from ocjax.vision import components as stages
+from ocjax.vision.bounds import tight_boxes
 from ocjax.vision.components import components
 from ocjax.vision.fill import fill, fill_large
 from ocjax.vision.search import MAX_PARTS, Search
@@ -23,7 +24,7 @@ H, W = 24, 160
 
 
 def reference(mask, search):
-    """Boxes in raster order of the components' first pixels, by label and find_objects."""
+    """Boxes in raster order of the components' first pixels, by label and find_objects; with the column of that pixel."""
     dx, dy = search.gap
     wide = np.zeros((mask.shape[0] + dy, mask.shape[1] + dx), bool)
     for i in range(dx + 1):
@@ -37,7 +38,7 @@ def reference(mask, search):
         size = next((s.split or (256, 256) for s in search.alternatives if meets(s, w, h, (labels == label).sum())), None)
         if size is not None:
             out.append((rows.start, first, columns.start, w, h, size))
-    return [part for y, _, x, w, h, size in sorted(out) for part in parts(x, y, w, h, size)]
+    return [(*part, first) for y, first, x, w, h, size in sorted(out) for part in parts(x, y, w, h, size)]
 
 
 def meets(search, w, h, pixels):
@@ -60,7 +61,7 @@ def compiled(searches):
     @jax.jit
     def run(frames):
         planes = bitmap.planes(frames)
-        return components([bitmap.color_mask(planes, (i + 1,)) for i in range(len(searches))], searches)
+        return components([bitmap.color_mask(planes, (i + 1,)) for i in range(len(searches))], searches, heads=True)
 
     return run
 
@@ -75,9 +76,10 @@ def check(masks, searches):
     for mask, search, boxes in zip(masks, searches, found, strict=True):
         for b in range(len(frames)):
             want = reference(mask[b], search)
-            sides = boxes.x, boxes.y, boxes.w, boxes.h
-            got = [tuple(int(v[k, b]) for v in sides) for k in range(search.count) if boxes.valid[k, b]]
-            assert got == want[: search.count]
+            assert (boxes.head is None) == any(s.split is not None for s in search.alternatives)
+            fields = [field for field in (boxes.x, boxes.y, boxes.w, boxes.h, boxes.head) if field is not None]
+            got = [tuple(int(v[k, b]) for v in fields) for k in range(search.count) if boxes.valid[k, b]]
+            assert got == [box[: len(fields)] for box in want[: search.count]]
             assert boxes.overflow[b] == max(len(want) - search.count, 0)
             assert not boxes.valid[len(want) :, b].any()
 
@@ -235,8 +237,34 @@ def test_only_lines_of_one_colour_are_left(least):
             if y + least <= height and (frame[y + np.arange(least), columns] == frame[y, x]).all():
                 expected[y + np.arange(least), columns] = True
     planes = bitmap.planes(jnp.asarray(frame)[None])
-    found = bitmap.in_lines(bitmap.color_mask(planes, range(2, 14, 2)), planes, least)
+    found = bitmap.in_lines(bitmap.color_mask(planes, range(2, 14, 2)), planes, range(8), (0, height), least)
     assert np.array_equal(found, bitmap.planes(jnp.asarray(expected, jnp.uint8)[None])[0])
+
+
+@settings(deadline=None, max_examples=5)
+@given(st.randoms(use_true_random=False))
+def test_tight_boxes(random):
+    """The bounds of regions of several masks, high and low ones, some of one mask, some of which overlap; with the first pixels."""
+    height, n_frames = 90, 6
+    rng = np.random.default_rng(random.getrandbits(32))
+    pixels = rng.random((2, n_frames, height, W)) < rng.choice([0, 0.0005, 0.01, 1], (2, n_frames, 1, 1))
+    masks = [bitmap.color_mask(bitmap.planes(jnp.asarray(m, jnp.uint8)), (1,)) for m in pixels]
+    which, regions = [], []
+    for _ in range(9):
+        (left, right), (top, bottom) = (sorted(random.sample(range(size + 1), 2)) for size in (W, height))
+        which.append(random.randrange(2))
+        regions.append((left, top, right, bottom))
+    found = np.array(tight_boxes([masks[i] for i in which], regions))
+    for k, (i, (left, top, right, bottom)) in enumerate(zip(which, regions, strict=True)):
+        for b in range(n_frames):
+            ys, xs = np.nonzero(pixels[i, b, top:bottom, left:right])
+            x, y, w, h, head = found[:, k, b]
+            if len(ys) == 0:
+                assert w <= 0
+                assert h <= 0
+                continue
+            assert (x, y, w, h) == (left + xs.min(), top + ys.min(), np.ptp(xs) + 1, np.ptp(ys) + 1)
+            assert head == left + xs[ys == ys.min()].min()
 
 
 @pytest.mark.parametrize("height", [1, 31, 32, 33, 40, 150])

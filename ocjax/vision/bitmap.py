@@ -7,7 +7,7 @@ batch.
 
 import functools
 import operator
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 
 import jax
 import jax.numpy as jnp
@@ -213,38 +213,40 @@ def without_lines(bitmap: Bitmap, most: int) -> Bitmap:
     return bitmap & ~lax.fori_loop(0, most, lambda _, line: line | (thin & spread(shift_down(line, 1))), long)
 
 
-def in_lines(bitmap: Bitmap, planes: Iterable[Bitmap], least: int) -> Bitmap:
+def in_lines(bitmap: Bitmap, planes: jax.Array, bits: Sequence[int], rows: tuple[int, int], least: int) -> Bitmap:
     """The pixels that are in lines of one colour, upright or slanting by a column a row, over at least `least` rows.
 
     Each step is computed once and stored: 5 us a frame for 128 rows and 7 bits, and 30 in one kernel, which repeats all steps for each row.
 
     Args:
-        bitmap: the pixels that count, `[words, rows, B]`.
-        planes: the bits that tell their colours apart.
+        bitmap: the pixels that count, `[words, H, B]`.
+        planes: the bits of all colours, `[8, words, H, B]`.
+        bits: those that tell the lines' colours apart.
+        rows: the first row that is looked at, and the one after the last; the others are cleared.
         least: number of rows.
     """
-    height, slopes = bitmap.shape[1], (0, 1, -1)  # columns to the right a row
+    (top, bottom), slopes = rows, (0, 1, -1)  # columns to the right a row
+    height, room = bottom - top, ((0, 0), (least - 1, least - 1), (0, 0))
 
     def aside(rows: Bitmap, columns: int) -> Bitmap:
         return shift_left(rows, columns) if columns >= 0 else shift_right(rows, -columns)
 
-    def as_below(mask: Bitmap, *bits: Bitmap) -> list[Bitmap]:
-        differs = [functools.reduce(jnp.bitwise_or, (b[:, :-1] ^ aside(b[:, 1:], s) for b in bits)) for s in slopes]
+    def as_below(bitmap: Bitmap, planes: jax.Array) -> list[Bitmap]:
+        mask, *own = (b[:, top:bottom] for b in (bitmap, *(planes[i] for i in bits)))
+        differs = [functools.reduce(jnp.bitwise_or, (b[:, :-1] ^ aside(b[:, 1:], s) for b in own)) for s in slopes]
         return [mask[:, :-1] & aside(mask[:, 1:], s) & ~d for s, d in zip(slopes, differs, strict=True)]
 
     def heads(*same: Bitmap) -> list[Bitmap]:
         rows = height - least + 1
         steps = [[aside(b[:, i : i + rows], i * s) for i in range(least - 1)] for s, b in zip(slopes, same, strict=True)]
-        return [functools.reduce(jnp.bitwise_and, of_slope) for of_slope in steps]
+        return [jnp.pad(functools.reduce(jnp.bitwise_and, of_slope), room) for of_slope in steps]
 
     def whole(*first: Bitmap) -> Bitmap:
-        room = [jnp.pad(b, ((0, 0), (least - 1, least - 1), (0, 0))) for b in first]
-        return functools.reduce(
-            jnp.bitwise_or,
-            (aside(b[:, least - 1 - i :][:, :height], -i * s) for s, b in zip(slopes, room, strict=True) for i in range(least)),
-        )
+        pixels = (aside(b[:, least - 1 - i :][:, :height], -i * s) for s, b in zip(slopes, first, strict=True) for i in range(least))
+        return functools.reduce(jnp.bitwise_or, pixels)
 
-    return materialize(whole, *materialize(heads, *materialize(as_below, bitmap, *planes)))
+    lines = materialize(whole, *materialize(heads, *materialize(as_below, bitmap, planes)))
+    return jnp.pad(lines, ((0, 0), (top, bitmap.shape[1] - bottom), (0, 0)))
 
 
 def without_pairs(bitmap: Bitmap, gap: int) -> Bitmap:
@@ -261,7 +263,15 @@ def spread(bitmap: Bitmap, where: jax.Array | np.ndarray = ALL) -> Bitmap:
     return bitmap | ((shift_left(bitmap, 1) | shift_right(bitmap, 1)) & where)
 
 
-def fill_rows(mask: Bitmap, touched: Bitmap, reach: int = 31) -> tuple[jax.Array, ...]:
+def spread_words(words: Sequence[jax.Array], where: jax.Array | np.ndarray = ALL) -> list[jax.Array]:
+    """`spread` of the words of a row, each an array of its own, which XLA fuses into what reads it."""
+    none = jnp.zeros_like(words[0])
+    where = where.reshape((1,) * (none.ndim - where.ndim) + where.shape)
+    sides = zip((none, *words[:-1]), words, (*words[1:], none), strict=True)
+    return [w | (((w << 1) | (right >> 31) | (w >> 1) | (left << 31)) & where) for left, w, right in sides]
+
+
+def fill_rows(mask: Bitmap, touched: Sequence[jax.Array] | Bitmap, reach: int = 31) -> tuple[jax.Array, ...]:
     """All horizontal runs of `mask` that hold a pixel of `touched` (a part of the mask), at least so far to both sides.
 
     Within a word to the left by a carry, to the right by doubling steps, then from word to word where a filled run goes on. (Doubling
@@ -296,7 +306,7 @@ def popcount(word: jax.Array) -> jax.Array:
     return lax.population_count(word).astype(jnp.int32)
 
 
-def any_of(bitmap: Bitmap) -> jax.Array:
+def any_of(bitmap: Iterable[jax.Array]) -> jax.Array:
     """Words or-ed together: not zero where a row holds a pixel."""
     return functools.reduce(operator.or_, bitmap)
 
@@ -322,12 +332,8 @@ def rows(used: jax.Array) -> tuple[jax.Array, jax.Array]:
 
 def or_rows(bitmap: jax.Array) -> jax.Array:
     """The words of all rows or-ed together: uint32 `[words, rows, ...]` -> `[words, ...]`."""
-    return any_of(jnp.moveaxis(or_blocks(bitmap, blocks_of(bitmap.shape[1])), 1, 0))
-
-
-def or_blocks(bitmap: jax.Array, count: int) -> jax.Array:
-    """The words of the rows in each of so many blocks or-ed together: uint32 `[words, rows, ...]` -> `[words, count, ...]`."""
-    return lax.reduce(_blocks(bitmap, 1, count), U(0), lax.bitwise_or, (2,))
+    blocks = _blocks(bitmap, 1, blocks_of(bitmap.shape[1]))
+    return any_of(jnp.moveaxis(lax.reduce(blocks, U(0), lax.bitwise_or, (2,)), 1, 0))
 
 
 def blocks_of(n: int) -> int:

@@ -9,14 +9,15 @@ import numpy as np
 from jax import lax
 
 from ocjax._xla import materialize
-from ocjax.boxes import Area
+from ocjax.boxes import WIDTH, Area
 from ocjax.digits import Digits
 from ocjax.rules import Bounds, Gauge
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.detected import Detected, boxes
 
-LOW = 40  # rows of a region up to which looking at several together takes no more time than one by one
+STRIP = 8  # rows that are looked at together
+LOW = 40  # rows of a region up to which stacking several together takes no more time than one by one
 
 
 def detect_bounds(rules: Sequence[Bounds], masks: Sequence[Sequence[Bitmap]]) -> list[Detected]:
@@ -29,11 +30,11 @@ def detect_bounds(rules: Sequence[Bounds], masks: Sequence[Sequence[Bitmap]]) ->
     if not rules:
         return []
     slots = [(mask, region) for rule, own in zip(rules, masks, strict=True) for mask, (region, _) in zip(own, rule.slots, strict=True)]
-    x, y, w, h = tight_boxes(*zip(*slots, strict=True))
+    x, y, w, h, head = tight_boxes(*zip(*slots, strict=True))
     least = np.concatenate([np.broadcast_to(rule.min_size, (len(rule.slots), 2)) for rule in rules])
     box = boxes(x, y, w, h, (w >= least[:, :1]) & (h >= least[:, 1:]))
     ends = np.cumsum([0, *(len(rule.slots) for rule in rules)]).tolist()
-    found = [Detected(box[start:end]) for start, end in itertools.pairwise(ends)]
+    found = [Detected(box[start:end], head=head[start:end]) for start, end in itertools.pairwise(ends)]
     return [_with_value(rule, own, f) for rule, own, f in zip(rules, masks, found, strict=True)]
 
 
@@ -51,40 +52,63 @@ def _with_value(rule: Bounds, masks: Sequence[Bitmap], found: Detected) -> Detec
 
 
 def tight_boxes(masks: Sequence[Bitmap], regions: Sequence[Area]) -> tuple[jax.Array, ...]:
-    """Tight boxes of the pixels of masks inside regions: x, y, w, h, int32 `[n, B]`; w and h are not positive where there are none."""
+    """Tight boxes of the pixels of masks inside regions.
+
+    The rows of all regions are stacked, each region in whole strips, so that a few kernels look at all of them.
+
+    Returns:
+        x, y, w, h and the column of the first pixel in the top row, int32 `[n, B]`; w and h are not positive where there are no pixels.
+    """
     groups = _groups(masks, regions)
-    height = max(bottom - top for _, top, _, bottom in regions)
-
-    def marks(*masks: Bitmap) -> tuple[jax.Array, jax.Array]:
-        """The words of each row of each region or-ed together, uint32 `[height, n, B]`, and those of its rows, `[5, n, B]`."""
-        inside = [_rows(masks[group[0]], [regions[i] for i in group]) for group in groups]
-        rows = [jnp.pad(bm.any_of(part), ((0, height - part.shape[1]), (0, 0), (0, 0))) for part in inside]
-        columns = [bm.or_blocks(part, bm.blocks_of(height)) for part in inside]  # as many blocks for each, to be or-ed at once
-        return jnp.concatenate(rows, axis=1), bm.any_of(jnp.moveaxis(jnp.concatenate(columns, axis=2), 1, 0))
-
-    rows, columns = materialize(marks, *masks)
-    order = np.argsort([i for group in groups for i in group])
-    (first, last), (top, bottom) = (tuple(side[order] for side in sides) for sides in (bm.columns(columns), bm.rows(rows)))
+    order = [i for group in groups for i in group]
+    strips = np.array([-(-(bottom - top) // STRIP) for _, top, _, bottom in regions])
+    begins = np.zeros_like(strips)
+    begins[order] = 1 + np.cumsum([0, *strips[order[:-1]]])  # an empty strip comes before all regions
+    stack = jnp.zeros((WIDTH // 32, STRIP * (1 + int(strips.sum())), masks[0].shape[2]), U)
+    for group in groups:
+        rows = _rows(masks[group[0]], [regions[i] for i in group])
+        stack = lax.dynamic_update_slice(stack, rows, (0, STRIP * int(begins[group[0]]), 0))
+    columns, used = materialize(_marks, stack)
+    index = np.arange(strips.max())[:, None]
+    index = np.where(index < strips, begins + index, 0)  # of the strips of each region, `[most, n]`
+    first, last = bm.columns(lax.reduce(columns[:, index], U(0), lax.bitwise_or, (1,)))
+    top, bottom = bm.columns(used[index], STRIP)
+    first_rows = jnp.asarray(STRIP * begins[:, None], jnp.int32)
+    head, _ = bm.columns(bm.rows_at(stack, first_rows + jnp.where(bottom < 0, 0, top)))
     tops = np.array([[region[1]] for region in regions], np.int32)
-    return first, top + tops, last - first + 1, bottom - top + 1
+    return first, top + tops, last - first + 1, bottom - top + 1, head
+
+
+def _marks(stack: Bitmap) -> tuple[jax.Array, jax.Array]:
+    """The words of the rows of each strip or-ed together, uint32 `[5, strips, B]`, and which of its rows hold a pixel, `[strips, B]`.
+
+    The top row is the most significant bit.
+    """
+    words, rows, lanes = stack.shape
+    in_strips = stack.reshape(words, rows // STRIP, STRIP, lanes)
+    bits = (U(1 << 31) >> np.arange(STRIP, dtype=np.uint32))[None, :, None]
+    used = jnp.sum(jnp.where(bm.any_of(in_strips) != 0, bits, U(0)), axis=1, dtype=U)
+    return lax.reduce(in_strips, U(0), lax.bitwise_or, (2,)), used
 
 
 def _groups(masks: Sequence[Bitmap], regions: Sequence[Area]) -> list[list[int]]:
-    """Indices of regions that are looked at together: three or more low ones of one mask, whose rows are copied; any other alone."""
+    """Indices of regions that are stacked together: three or more low ones of one mask; any other alone."""
     of_mask: dict[int, list[int]] = {}
     for i, (mask, (_, top, _, bottom)) in enumerate(zip(masks, regions, strict=True)):
         of_mask.setdefault(id(mask) if bottom - top <= LOW else -1 - i, []).append(i)
     return [part for group in of_mask.values() for part in ([group] if len(group) > 2 else [[i] for i in group])]
 
 
-def _rows(mask: Bitmap, regions: Sequence[Area]) -> jax.Array:
-    """The rows of each region, side by side, with pixels outside the region cleared: uint32 `[5, rows, n, B]`."""
+def _rows(mask: Bitmap, regions: Sequence[Area]) -> Bitmap:
+    """The rows of regions in whole strips, one region below the other, with pixels outside of them cleared: `[5, rows, B]`."""
     if len(regions) == 1:
-        return bm.cut(mask, regions[0])[:, :, None]
-    height = max(bottom - top for _, top, _, bottom in regions)
-    rows = [np.minimum(top + np.arange(height), bottom - 1) for _, top, _, bottom in regions]
-    inside = [bm.areas(height, [(left, 0, right, bottom - top)]) for left, top, right, bottom in regions]
-    return mask[:, np.stack(rows, axis=1)] & jnp.asarray(np.stack(inside, axis=2))
+        return bm.cut(mask, regions[0])
+    rows, inside = [], []
+    for left, top, right, bottom in regions:
+        height = -(-(bottom - top) // STRIP) * STRIP
+        rows.append(np.minimum(top + np.arange(height), bottom - 1))
+        inside.append(bm.areas(height, [(left, 0, right, bottom - top)]))
+    return mask[:, np.concatenate(rows)] & jnp.asarray(np.concatenate(inside, axis=1))
 
 
 def read_digits(digits: Digits, mask: Bitmap) -> tuple[jax.Array, jax.Array]:

@@ -130,10 +130,16 @@ def _bridged(masks: Bitmap, gap: tuple[int, int]) -> Bitmap:
 
     A component's first pixel stays, and its box grows by (dx, dy), for which there is room to the right of and below each mask.
     """
-    for distance, shift in zip(gap, (bm.shift_right, bm.shift_down), strict=True):
-        n = 1
-        while n <= distance:
-            masks, n = masks | shift(masks, min(n, distance - n + 1)), 2 * n
+    dx, dy = gap
+    before, n = jnp.pad(masks[:-1], ((1, 0), (0, 0), (0, 0))), 1
+    while n <= dx:
+        step = min(n, dx - n + 1)
+        masks = masks | (masks >> step) | (before << (32 - step))
+        before, n = before | (before >> step), 2 * n
+    n, masks = 1, jnp.pad(masks, ((0, 0), (dy, 0), (0, 0)))
+    while n <= dy:
+        step = min(n, dy - n + 1)
+        masks, n = masks[:, step:] | masks[:, :-step], 2 * n
     return masks
 
 
@@ -276,7 +282,8 @@ def _measure(layout: _Layout, board: Bitmap, found: _Candidates, offset: jax.Arr
     filled = fill(cut[1:], seed & cut[1:], corners, reach)
     first, last, _, bottom = extent(jnp.moveaxis(filled, 1, 0))
     head, _ = bm.columns(filled[0])
-    above = bm.any_of(bm.spread(filled[0], corners) & cut[0]) != 0
+    near = bm.spread_words(list(filled[0]), corners)
+    above = bm.any_of(a & b for a, b in zip(near, cut[0], strict=True)) != 0
     inside = (first > 0) & (last < 2 * reach) & (bottom < layout.reach_y)
     area = jnp.sum(bm.popcount(filled), axis=(0, 1), dtype=jnp.int32)
     left, right = found.column + first - reach, found.column + last - reach
@@ -356,11 +363,11 @@ def _parts(layout: _Layout, a: _Accepted) -> jax.Array:
 
 
 class _Progress(NamedTuple):
-    """What the rounds have found so far."""
+    """What the rounds have found so far; a slot has the box, as a word that is 0 where there is none, and the head where that is wanted."""
 
     done: jax.Array  # int32: candidates looked at
     totals: jax.Array  # int32 [segments]: objects of each mask and frame
-    boxes: jax.Array  # uint32 [slots * lanes]: words, 0 where there is none
+    slots: jax.Array  # uint32 [slots * lanes, 1 or 2]
 
 
 def _write(
@@ -375,17 +382,19 @@ def _write(
     part = jnp.arange(len(parts), dtype=jnp.int32)[:, None]
     has_slot = (part < accepted.parts[None]) & (rank[None] + part < entries["count"][None])
     slot = ((entries["first_slot"] + rank)[None] + part) * layout.lanes + (found.segment % layout.lanes)[None]
-    slot = jnp.where(has_slot, slot, so_far.boxes.size)
-    boxes = so_far.boxes.at[slot.ravel()].set(parts.ravel(), mode="drop")
-    return _Progress(so_far.done + layout.n_candidates, so_far.totals + jnp.diff(before_segment), boxes)
+    slot = jnp.where(has_slot, slot, len(so_far.slots))
+    fields = jnp.stack([parts, jnp.broadcast_to(found.column, parts.shape).astype(U)][: so_far.slots.shape[1]], axis=-1)
+    slots = so_far.slots.at[slot.ravel()].set(fields.reshape(-1, fields.shape[-1]), mode="drop")
+    return _Progress(so_far.done + layout.n_candidates, so_far.totals + jnp.diff(before_segment), slots)
 
 
-def components(masks: Sequence[Bitmap], searches: Sequence[Search]) -> list[Detected]:
+def components(masks: Sequence[Bitmap], searches: Sequence[Search], *, heads: bool = False) -> list[Detected]:
     """Bounding boxes of the connected components of several masks, found together.
 
     Args:
         masks: bitmaps of equal numbers of words and frames; the numbers of rows may differ.
         searches: what to look for in each mask.
+        heads: whether to tell the heads, too, of searches that split no component.
 
     Returns:
         The boxes in each mask, in raster order of the components' first pixels.
@@ -409,8 +418,14 @@ def components(masks: Sequence[Bitmap], searches: Sequence[Search]) -> list[Dete
         return _write(layout, index, found, _accept(layout, found, measured, entries, exists), entries, so_far)
 
     n_segments, n_slots = len(masks) * layout.lanes, layout.slots[-1][1]
-    start = _Progress(jnp.int32(0), jnp.zeros(n_segments, jnp.int32), jnp.zeros(n_slots * layout.lanes, U))
-    _, totals, boxes = lax.while_loop(lambda s: s.done < index.total, one_round, varying(start, board))
-    boxes, totals = boxes.reshape(-1, layout.lanes), totals.reshape(-1, layout.lanes)
-    overflow = jnp.maximum(totals[np.argsort(layout.order)] - np.array([[s.count] for s in searches], np.int32), 0)
-    return [Detected(boxes[first:end], overflow=more) for (first, end), more in zip(layout.slots, overflow, strict=True)]
+    nothing = jnp.zeros((n_slots * layout.lanes, 1 + heads), U)
+    start = _Progress(jnp.int32(0), jnp.zeros(n_segments, jnp.int32), nothing)
+    _, totals, slots = lax.while_loop(lambda s: s.done < index.total, one_round, varying(start, board))
+    box, head = (slots[:, i].reshape(-1, layout.lanes) for i in (0, -1))
+    most = np.array([[s.count] for s in searches], np.int32)
+    overflow = jnp.maximum(totals.reshape(-1, layout.lanes)[np.argsort(layout.order)] - most, 0)
+    found = [Detected(box[first:end], overflow=more) for (first, end), more in zip(layout.slots, overflow, strict=True)]
+    if not heads:
+        return found
+    columns = [None if s.splits else head[first:end].astype(jnp.int32) for (first, end), s in zip(layout.slots, searches, strict=True)]
+    return [f._replace(head=column) for f, column in zip(found, columns, strict=True)]

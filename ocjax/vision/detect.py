@@ -6,6 +6,7 @@ Masks are bitmaps (`ocjax.vision.bitmap`): uint32 `[5, H, B]`, the batch last.
 import dataclasses
 import functools
 import itertools
+from collections import Counter
 from collections.abc import Iterable, Sequence
 
 import jax
@@ -26,6 +27,7 @@ from ocjax.vision.detected import Detected, boxes
 from ocjax.vision.runs import detect_runs
 from ocjax.vision.search import Search
 
+FEW = 2  # regions with the same colours up to which their mask is computed for each, in its rows only
 _FILTERS = {  # by the name of the limit in `Blobs.limits`
     "max_run": bm.short_runs,
     "max_across": functools.partial(bm.short_runs, across=True),
@@ -43,6 +45,7 @@ class _Frames:
         self._shade_bits = None if shades is None else _xla.materialize(functools.partial(_shade_bits, shades), frames)
         self.rules = {c.name: c.rule for c in categories}
         self.found: dict[str, Detected] = {}
+        self._regions = Counter(colors for c in categories if isinstance(c.rule, Bounds) for _, colors in c.rule.slots)
         self._planes = bm.planes(frames)
         self._masks: dict[tuple[int, ...], Bitmap] = {}
         self._counted: dict[tuple[int, tuple[int, ...]], Bitmap] = {}
@@ -58,6 +61,14 @@ class _Frames:
     def shifts(self, colors: tuple[int, ...]) -> bool:
         """Whether one of the colours changes from level to level."""
         return self.shades is not None and not set(self.shades.levels[0]).isdisjoint(colors)
+
+    def shows_color(self, c: Category) -> bool:
+        """Whether the colour of a category's objects is read from the frame."""
+        return c.reads_color or (c.rgb is None and self.shifts(c.rule.palette))
+
+    def reads_color(self, c: Category) -> bool:
+        """Whether it is read in order to show it, or to tell the category's objects from others."""
+        return self.shows_color(c) or (isinstance(c.rule, Blobs) and bool(c.rule.first_colors))
 
     def _mask(self, planes: jax.Array, colors: tuple[int, ...]) -> Bitmap:
         if self.shades is None or self._shade_bits is None or not self.shifts(colors):
@@ -91,7 +102,10 @@ class _Frames:
     def _count(self, rule: Bounds | Blobs, colors: tuple[int, ...]) -> Bitmap:
         limits = {name: limit for name, limit in rule.limits.items() if limit} if isinstance(rule, Blobs) else {}
         lines = isinstance(rule, Blobs) and rule.min_line > 0
-        read_once = isinstance(rule, Blobs) and rule.gap == (0, 0) and not limits and not lines
+        if isinstance(rule, Blobs):
+            read_once = rule.gap == (0, 0) and not limits and not lines
+        else:
+            read_once = self._regions[colors] <= FEW and not rule.digits
         mask = self.mask(colors, materialize=not read_once)
         if isinstance(rule, Bounds) and rule.inverse:
             mask = ~mask
@@ -107,12 +121,9 @@ class _Frames:
 
     def _in_lines(self, mask: Bitmap, rule: Blobs, colors: tuple[int, ...]) -> Bitmap:
         """The pixels in lines of a single colour, in the rows of the rule's region; only bits in which the colours differ are compared."""
-        height = mask.shape[1]
-        _, top, _, bottom = rule.region or (0, 0, WIDTH, height)
+        _, top, _, bottom = rule.region or (0, 0, WIDTH, mask.shape[1])
         differ = int(np.bitwise_or.reduce([c ^ colors[0] for c in colors]))
-        planes = [self._planes[i, :, top:bottom] for i in range(8) if differ >> i & 1]
-        lines = bm.in_lines(mask[:, top:bottom], planes, rule.min_line)
-        return jnp.pad(lines, ((0, 0), (top, height - bottom), (0, 0)))
+        return bm.in_lines(mask, self._planes, [i for i in range(8) if differ >> i & 1], (top, bottom), rule.min_line)
 
 
 def _shade_bits(shades: Shades, frames: jax.Array) -> jax.Array:
@@ -223,7 +234,7 @@ def _tight(batch: _Frames, rule: Blobs, found: Detected, which: jax.Array) -> De
     rows, columns = _xla.materialize(functools.partial(_marks, top), pixels, found.box)
     (first, last), (upper, lower) = bm.columns(columns), bm.rows(rows)
     tight = boxes(first, top + upper, last - first + 1, lower - upper + 1, found.valid & (lower >= 0))
-    return found._replace(box=jnp.where(which, tight, found.box))
+    return found._replace(box=jnp.where(which, tight, found.box), head=None)
 
 
 def _marks(top: int, pixels: Bitmap, box: jax.Array) -> tuple[jax.Array, jax.Array]:
@@ -252,8 +263,9 @@ def _detect_blobs(batch: _Frames, categories: Sequence[Category]) -> dict[str, D
                 masks.append(bm.cut(batch.counted(rule, colors), region))
                 count = -(-c.count // 2) if rule.split_by_color else c.count
                 searches.append(_search(rule, count, region[1], tuple(_search(other, count, region[1]) for other in others)))
+    heads = any(batch.reads_color(c) for c in categories)
     lists: dict[str, list[Detected]] = {c.name: [] for c in categories}
-    for name, found in zip(owners, components(masks, searches), strict=True):
+    for name, found in zip(owners, components(masks, searches, heads=heads), strict=True):
         lists[name].append(found)
     return {c.name: _merge(lists[c.name], c.count) for c in categories}
 
@@ -280,7 +292,9 @@ def _merge(lists: Sequence[Detected], count: int) -> Detected:
     both, index = Detected(box), jnp.arange(len(box), dtype=jnp.int32)[:, None]
     order = jnp.where(both.valid, both.y * WIDTH + both.x, 2**16 - 1) * 2**15 + index  # one number each: sorting two arrays takes longer
     index = lax.sort(order, dimension=0)[:count] % 2**15
-    merged = Detected(jnp.take_along_axis(box, index, axis=0))
+    heads = [found.head for found in lists if found.head is not None]
+    head = jnp.take_along_axis(jnp.concatenate(heads), index, axis=0) if len(heads) == len(lists) else None
+    merged = Detected(jnp.take_along_axis(box, index, axis=0), head=head)
     more = functools.reduce(jnp.add, (found.overflow for found in lists if found.overflow is not None))
     without_slot = jnp.sum(both.valid, axis=0, dtype=jnp.int32) - jnp.sum(merged.valid, axis=0, dtype=jnp.int32)
     return merged._replace(overflow=more + without_slot)
@@ -288,19 +302,15 @@ def _merge(lists: Sequence[Detected], count: int) -> Detected:
 
 def _read_colors(batch: _Frames, categories: Sequence[Category]) -> None:
     """Read the colours of objects where they are wanted, and drop those that begin in another colour than their rule says."""
-    firsts = {c.name: c.rule.first_colors for c in categories if isinstance(c.rule, Blobs)}
-    reads = {c.name: c.reads_color or (c.rgb is None and batch.shifts(c.rule.palette)) for c in categories}
-    wanted = [c for c in categories if reads[c.name] or firsts.get(c.name)]
+    wanted = sorted((c for c in categories if batch.reads_color(c)), key=lambda c: type(c.rule).__name__)
     if not wanted:
         return
-    masks = [batch.mask(c.rule.palette) if _reads_all(c) else batch.counted(c.rule, c.rule.palette) for c in wanted]  # pyright: ignore
-    colors = _first_pixel_colors(batch.frames, masks, [batch.found[c.name] for c in wanted])
+    colors = _first_pixel_colors(batch, wanted)
     for c, color in zip(wanted, colors, strict=True):
-        found = batch.found[c.name]
-        if firsts.get(c.name):
-            matches = functools.reduce(jnp.logical_or, (color == own for own in firsts[c.name]))
-            found = found.where(matches)
-        batch.found[c.name] = found._replace(color=color) if reads[c.name] else found
+        found, firsts = batch.found[c.name], c.rule.first_colors if isinstance(c.rule, Blobs) else ()
+        if firsts:
+            found = found.where(functools.reduce(jnp.logical_or, (color == own for own in firsts)))
+        batch.found[c.name] = found._replace(color=color) if batch.shows_color(c) else found
 
 
 def _reads_all(c: Category) -> bool:
@@ -308,14 +318,20 @@ def _reads_all(c: Category) -> bool:
     return isinstance(c.rule, Cells | Runs) or (isinstance(c.rule, Blobs) and c.rule.also is not None)
 
 
-def _first_pixel_colors(frames: jax.Array, masks: Sequence[Bitmap], found: Sequence[Detected]) -> list[jax.Array]:
+def _first_pixel_colors(batch: _Frames, categories: Sequence[Category]) -> list[jax.Array]:
     """Palette index of the first pixel in the top row of each box, int32 `[count, B]` for each category."""
-    lane = jnp.arange(frames.shape[0])[None]
-    every = Detected(jnp.concatenate([f.box for f in found]))
-    x, y = every.x, jnp.minimum(every.y, frames.shape[1] - 1)
-    slots = list(itertools.pairwise(np.cumsum([0, *(len(f.box) for f in found)]).tolist()))
-    words = jnp.concatenate([bm.rows_at(mask, y[start:end]) for mask, (start, end) in zip(masks, slots, strict=True)], axis=1)
-    words = bm.from_column(words, x)
-    column = jnp.minimum(bm.columns(words)[0], WIDTH - 1)
-    color = frames[lane, y, column].astype(jnp.int32)
-    return [color[start:end] for start, end in slots]
+    found = [batch.found[c.name] for c in categories]
+    lane, last_row = jnp.arange(batch.frames.shape[0])[None], batch.frames.shape[1] - 1
+    y = jnp.minimum(Detected(jnp.concatenate([f.box for f in found])).y, last_row)
+    heads = [_head(batch, c, f) if f.head is None else f.head for c, f in zip(categories, found, strict=True)]
+    column = jnp.minimum(jnp.concatenate(heads), WIDTH - 1)
+    color = batch.frames[lane, y, column].astype(jnp.int32)
+    ends = np.cumsum([0, *(len(f.box) for f in found)]).tolist()
+    return [color[start:end] for start, end in itertools.pairwise(ends)]
+
+
+def _head(batch: _Frames, c: Category, found: Detected) -> jax.Array:
+    """Column of the first pixel in the top row of each of a category's boxes, int32 `[count, B]`."""
+    mask = batch.mask(c.rule.palette) if _reads_all(c) else batch.counted(c.rule, c.rule.palette)  # pyright: ignore
+    words = bm.rows_at(mask, jnp.minimum(found.y, mask.shape[1] - 1))
+    return bm.columns(bm.from_column(words, found.x))[0]

@@ -18,6 +18,7 @@ class Detected(NamedTuple):
 
     box: jax.Array  # uint32 [count, B]: x, y, w and h in a byte each, x in the lowest; 0 where there is no object
     value: jax.Array | None = None  # int32 [count, B]; None: 0
+    head: jax.Array | None = None  # int32 [count, B], column of the first pixel in the top row; None: not known
     color: jax.Array | None = None  # int32 [count, B], palette indices; None: the category's colour
     overflow: jax.Array | None = None  # int32 [B], objects for which there was no slot; None: 0
 

@@ -32,6 +32,11 @@ class Search:
         return (self, *self.also)
 
     @property
+    def splits(self) -> bool:
+        """Whether a component may be several objects."""
+        return any(s.split is not None for s in self.alternatives)
+
+    @property
     def unlimited(self) -> bool:
         """Whether components of any size may be objects."""
         return any(s.max_size is None for s in self.alternatives)
