@@ -48,19 +48,25 @@ def color_mask(planes: jax.Array, colors: Iterable[int]) -> Bitmap:
     """
 
     @functools.cache
+    def plane(bit: int) -> jax.Array:
+        return lax.index_in_dim(planes, bit, keepdims=False)
+
+    @functools.cache
     def node(bit: int, members: frozenset[int]) -> jax.Array | bool:
         if len(members) in (0, 2 ** (bit + 1)):
             return len(members) > 0
         high = node(bit - 1, frozenset(m - 2**bit for m in members if m >= 2**bit))
         low = node(bit - 1, frozenset(m for m in members if m < 2**bit))
-        plane = planes[bit]
+        if high is low:
+            return high
+        one = plane(bit)
+        if isinstance(high, bool) and isinstance(low, bool):
+            return one if high else ~one
         if isinstance(high, bool):
-            return (
-                (plane | low if high else ~plane & low) if not isinstance(low, bool) else high if high == low else plane if high else ~plane
-            )
+            return lax.bitwise_or(one, low) if high else lax.bitwise_and(lax.bitwise_not(one), low)
         if isinstance(low, bool):
-            return ~plane | high if low else plane & high
-        return high if high is low else (plane & high) | (~plane & low)
+            return lax.bitwise_or(lax.bitwise_not(one), high) if low else lax.bitwise_and(one, high)
+        return lax.bitwise_or(lax.bitwise_and(one, high), lax.bitwise_and(lax.bitwise_not(one), low))
 
     return jnp.broadcast_to(jnp.asarray(node(7, frozenset(colors)), U), planes.shape[1:])
 
