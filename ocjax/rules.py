@@ -209,8 +209,8 @@ class Blobs:
             raise ValueError(f"first must be among the colors {self.palette}, got {self.first}")
         if min(self.limits.values()) < 0 or max(self.max_across, self.pairs) > 30:
             raise ValueError(f"max_run and max_line must be numbers of pixels, and max_across and pairs up to 30, got {self.limits}")
-        if not 0 <= self.min_line < 32:
-            raise ValueError(f"min_line must be 0 to 31 rows, got {self.min_line}")
+        if self.min_line == 1 or not 0 <= self.min_line < 32:
+            raise ValueError(f"min_line must be 0, or 2 to 31 rows, got {self.min_line}")
         if self.split is not None and min(self.split) < 1:
             raise ValueError(f"split must be (width, height) of at least 1 pixel, got {self.split}")
         if self.also is not None and not set(self.also.palette) <= set(self.palette):

@@ -15,21 +15,21 @@ from ocjax import _xla
 from ocjax.objects import UNKNOWN, Objects
 from ocjax.vision import palette
 from ocjax.vision.detect import detect
-from ocjax.vision.detected import Detected
+from ocjax.vision.detected import OWN_COLOR, Detected
 
 if TYPE_CHECKING:
     from ocjax.game import Game
 
 CHUNK = 64  # frames at a time
-FEW_SLOTS = 128  # up to which fields are put in order by index
-OWN_COLOR = -1  # in place of a palette index: the slot's own colour
+FEW_SLOTS = 128  # slots up to which fields are put in order by index
 
 
 def _by_slot(fields: Sequence[jax.Array | None], game: Game, lanes: int, default: int = 0) -> jax.Array:
     """Fields of each category as one array `[N, B]`, int32 but for boxes; categories that have none take the default.
 
-    XLA joins neighbours in the array in which they were found at once, but copies other pieces one by one, in a kernel each. So the fields
-    are joined by the kinds of their rules and put in order by index, which compiles 5 to 10 % less code; with many slots it runs longer.
+    The boxes of categories with the same kind of rule are slices of one array. Side by side, XLA joins such slices in one copy; any other
+    piece takes a kernel of its own. So the fields are joined by kind and put in order by index, which is 5 to 10 % less code to compile;
+    with many slots, it takes longer to run.
     """
     counts = [c.count for c in game.categories]
     if sum(counts) > FEW_SLOTS:
@@ -38,10 +38,13 @@ def _by_slot(fields: Sequence[jax.Array | None], game: Game, lanes: int, default
             own, sizes = zip(*group, strict=True)
             pieces += [jnp.full((sum(sizes), lanes), default, jnp.int32)] if absent else own
         return jnp.concatenate(pieces)
+    if all(field is None for field in fields):
+        return jnp.full((sum(counts), lanes), default, jnp.int32)
     known = [(i, field) for i, field in enumerate(fields) if field is not None]
     known.sort(key=lambda pair: type(game.categories[pair[0]].rule).__name__)
     pieces = [field for _, field in known]
-    begins = dict(zip((i for i, _ in known), np.cumsum([0, *(len(field) for field in pieces)]), strict=False))
+    ends = np.cumsum([0, *(len(field) for field in pieces)])
+    begins = dict(zip((i for i, _ in known), ends[:-1], strict=True))
     if len(pieces) < len(fields):
         pieces.append(jnp.full((1, lanes), default, jnp.int32))
     rows = [begins[i] + np.arange(n) if i in begins else np.full(n, -1) for i, n in enumerate(counts)]

@@ -237,8 +237,13 @@ def test_only_lines_of_one_colour_are_left(least):
             if y + least <= height and (frame[y + np.arange(least), columns] == frame[y, x]).all():
                 expected[y + np.arange(least), columns] = True
     planes = bitmap.planes(jnp.asarray(frame)[None])
-    found = bitmap.in_lines(bitmap.color_mask(planes, range(2, 14, 2)), planes, range(8), (0, height), least)
+    colored = bitmap.color_mask(planes, range(2, 14, 2))
+    found = bitmap.in_lines(colored, planes, range(8), (0, height), least)
     assert np.array_equal(found, bitmap.planes(jnp.asarray(expected, jnp.uint8)[None])[0])
+    inner = bitmap.in_lines(colored, planes, [1, 2, 3], (1, 60), least)
+    assert np.array_equal(inner[:, 1:60], found[:, 1:60])  # no line ends outside of these rows, and these bits tell the colours apart
+    assert not inner[:, :1].any()
+    assert not inner[:, 60:].any()
 
 
 @settings(deadline=None, max_examples=5)
@@ -249,8 +254,8 @@ def test_tight_boxes(random):
     rng = np.random.default_rng(random.getrandbits(32))
     pixels = rng.random((2, n_frames, height, W)) < rng.choice([0, 0.0005, 0.01, 1], (2, n_frames, 1, 1))
     masks = [bitmap.color_mask(bitmap.planes(jnp.asarray(m, jnp.uint8)), (1,)) for m in pixels]
-    which, regions = [], []
-    for _ in range(9):
+    which, regions = [0, 1, 1, 1], [(0, 0, W, height), (0, height - 1, W, height), (3, 70, 90, height), (31, 0, 33, 1)]
+    for _ in range(7):
         (left, right), (top, bottom) = (sorted(random.sample(range(size + 1), 2)) for size in (W, height))
         which.append(random.randrange(2))
         regions.append((left, top, right, bottom))

@@ -130,6 +130,7 @@ def test_wrong_games(change, message):
         (lambda: Blobs(14, max_run=-1), "max_run and max_line must"),
         (lambda: Blobs(14, max_line=-1), "max_run and max_line must"),
         (lambda: Blobs(14, min_line=32), "min_line must"),
+        (lambda: Blobs(14, min_line=1), "min_line must"),
         (lambda: Blobs(14, max_across=31), "max_across and pairs up to 30"),
         (lambda: Blobs(14, pairs=31), "max_across and pairs up to 30"),
         (lambda: Blobs((14, 16), first=18), "first must"),

@@ -59,16 +59,17 @@ def color_mask(planes: jax.Array, colors: Iterable[int]) -> Bitmap:
         low = node(bit - 1, frozenset(m for m in members if m < 2**bit))
         if high is low:
             return high
-        one = plane(bit)
+        is_set = plane(bit)
         if isinstance(high, bool) and isinstance(low, bool):
-            return one if high else ~one
+            return is_set if high else ~is_set
         if isinstance(high, bool):
-            return lax.bitwise_or(one, low) if high else lax.bitwise_and(lax.bitwise_not(one), low)
+            return is_set | low if high else ~is_set & low
         if isinstance(low, bool):
-            return lax.bitwise_or(lax.bitwise_not(one), high) if low else lax.bitwise_and(one, high)
-        return lax.bitwise_or(lax.bitwise_and(one, high), lax.bitwise_and(lax.bitwise_not(one), low))
+            return ~is_set | high if low else is_set & high
+        return (is_set & high) | (~is_set & low)
 
-    return jnp.broadcast_to(jnp.asarray(node(7, frozenset(colors)), U), planes.shape[1:])
+    mask = node(7, frozenset(colors))
+    return jnp.full(planes.shape[1:], ALL if mask else ~ALL, U) if isinstance(mask, bool) else mask
 
 
 def shade_mask(planes: jax.Array, bits: jax.Array) -> Bitmap:
@@ -219,7 +220,7 @@ def without_lines(bitmap: Bitmap, most: int) -> Bitmap:
     return bitmap & ~lax.fori_loop(0, most, lambda _, line: line | (thin & spread(shift_down(line, 1))), long)
 
 
-def in_lines(bitmap: Bitmap, planes: jax.Array, bits: Sequence[int], rows: tuple[int, int], least: int) -> Bitmap:
+def in_lines(bitmap: Bitmap, planes: jax.Array, bits: Sequence[int], span: tuple[int, int], least: int) -> Bitmap:
     """The pixels that are in lines of one colour, upright or slanting by a column a row, over at least `least` rows.
 
     Each step is computed once and stored: 5 us a frame for 128 rows and 7 bits, and 30 in one kernel, which repeats all steps for each row.
@@ -228,10 +229,10 @@ def in_lines(bitmap: Bitmap, planes: jax.Array, bits: Sequence[int], rows: tuple
         bitmap: the pixels that count, `[words, H, B]`.
         planes: the bits of all colours, `[8, words, H, B]`.
         bits: those that tell the lines' colours apart.
-        rows: the first row that is looked at, and the one after the last; the others are cleared.
+        span: the first row that is looked at, and the one after the last; the others are cleared.
         least: number of rows.
     """
-    (top, bottom), slopes = rows, (0, 1, -1)  # columns to the right a row
+    (top, bottom), slopes = span, (0, 1, -1)  # columns to the right a row
     height, room = bottom - top, ((0, 0), (least - 1, least - 1), (0, 0))
 
     def aside(rows: Bitmap, columns: int) -> Bitmap:
@@ -239,7 +240,8 @@ def in_lines(bitmap: Bitmap, planes: jax.Array, bits: Sequence[int], rows: tuple
 
     def as_below(bitmap: Bitmap, planes: jax.Array) -> list[Bitmap]:
         mask, *own = (b[:, top:bottom] for b in (bitmap, *(planes[i] for i in bits)))
-        differs = [functools.reduce(jnp.bitwise_or, (b[:, :-1] ^ aside(b[:, 1:], s) for b in own)) for s in slopes]
+        none = jnp.zeros_like(mask[:, 1:])
+        differs = [functools.reduce(jnp.bitwise_or, (b[:, :-1] ^ aside(b[:, 1:], s) for b in own), none) for s in slopes]
         return [mask[:, :-1] & aside(mask[:, 1:], s) & ~d for s, d in zip(slopes, differs, strict=True)]
 
     def heads(*same: Bitmap) -> list[Bitmap]:
@@ -270,7 +272,7 @@ def spread(bitmap: Bitmap, where: jax.Array | np.ndarray = ALL) -> Bitmap:
 
 
 def spread_words(words: Sequence[jax.Array], where: jax.Array | np.ndarray = ALL) -> list[jax.Array]:
-    """`spread` of the words of a row, each an array of its own, which XLA fuses into what reads it."""
+    """`spread` of a bitmap whose words are separate arrays, which XLA fuses into what reads it."""
     none = jnp.zeros_like(words[0])
     where = where.reshape((1,) * (none.ndim - where.ndim) + where.shape)
     sides = zip((none, *words[:-1]), words, (*words[1:], none), strict=True)
@@ -330,7 +332,7 @@ def columns(words: jax.Array, width: int = 32) -> tuple[jax.Array, jax.Array]:
 
 def rows(used: jax.Array) -> tuple[jax.Array, jax.Array]:
     """First and last row that is not 0, of uint32 `[rows, ...]`, int32 `[...]`; the last is -1 where all rows are 0."""
-    blocks = _blocks(used, 0, blocks_of(len(used)))
+    blocks = _blocks(used, 0)
     size = blocks.shape[1]
     bits = np.array(1 << 31 >> np.arange(size), np.uint32).reshape(1, -1, *(1 for _ in used.shape[1:]))
     return columns(jnp.sum(jnp.where(blocks != 0, bits, U(0)), axis=1, dtype=U), size)
@@ -338,19 +340,16 @@ def rows(used: jax.Array) -> tuple[jax.Array, jax.Array]:
 
 def or_rows(bitmap: jax.Array) -> jax.Array:
     """The words of all rows or-ed together: uint32 `[words, rows, ...]` -> `[words, ...]`."""
-    blocks = _blocks(bitmap, 1, blocks_of(bitmap.shape[1]))
+    blocks = _blocks(bitmap, 1)
     return any_of(jnp.moveaxis(lax.reduce(blocks, U(0), lax.bitwise_or, (2,)), 1, 0))
 
 
-def blocks_of(n: int) -> int:
-    """The least number of blocks of at most `MAX_REDUCED` rows that hold `n` rows."""
-    return -(-n // MAX_REDUCED)
-
-
-def _blocks(x: jax.Array, axis: int, count: int) -> jax.Array:
-    """An axis in blocks of equal size, filled up with zeros: `[n, ...]` -> `[count, size, ...]`."""
-    size = -(-x.shape[axis] // count)
-    padded = jnp.pad(x, [(0, (count * size - x.shape[axis]) * (i == axis)) for i in range(x.ndim)])
+def _blocks(x: jax.Array, axis: int) -> jax.Array:
+    """An axis in equal blocks of at most `MAX_REDUCED` rows, filled up with zeros: `[n, ...]` -> `[blocks, size, ...]`."""
+    n = x.shape[axis]
+    count = -(-n // MAX_REDUCED)
+    size = -(-n // count)
+    padded = jnp.pad(x, [(0, (count * size - n) * (i == axis)) for i in range(x.ndim)])
     return padded.reshape(*x.shape[:axis], count, size, *x.shape[axis + 1 :])
 
 

@@ -16,8 +16,8 @@ from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.detected import Detected, boxes
 
-STRIP = 8  # rows that are looked at together
-LOW = 40  # rows of a region up to which stacking several together takes no more time than one by one
+STRIP = 8  # rows that are or-ed into one; at most 32, a bit each in `_marks`
+LOW = 40  # rows of a region up to which gathering several regions at once takes no more time than slicing them one by one
 
 
 def detect_bounds(rules: Sequence[Bounds], masks: Sequence[Sequence[Bitmap]]) -> list[Detected]:
@@ -92,7 +92,7 @@ def _marks(stack: Bitmap) -> tuple[jax.Array, jax.Array]:
 
 
 def _groups(masks: Sequence[Bitmap], regions: Sequence[Area]) -> list[list[int]]:
-    """Indices of regions that are stacked together: three or more low ones of one mask; any other alone."""
+    """Indices of regions whose rows are gathered at once: three or more low ones of one mask; any other alone."""
     of_mask: dict[int, list[int]] = {}
     for i, (mask, (_, top, _, bottom)) in enumerate(zip(masks, regions, strict=True)):
         of_mask.setdefault(id(mask) if bottom - top <= LOW else -1 - i, []).append(i)
@@ -100,7 +100,7 @@ def _groups(masks: Sequence[Bitmap], regions: Sequence[Area]) -> list[list[int]]
 
 
 def _rows(mask: Bitmap, regions: Sequence[Area]) -> Bitmap:
-    """The rows of regions in whole strips, one region below the other, with pixels outside of them cleared: `[5, rows, B]`."""
+    """The rows of regions, one below the other, with pixels outside of them cleared: `[5, rows, B]`; of several, in whole strips each."""
     if len(regions) == 1:
         return bm.cut(mask, regions[0])
     rows, inside = [], []

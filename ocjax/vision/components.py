@@ -131,12 +131,14 @@ def _bridged(masks: Bitmap, gap: tuple[int, int]) -> Bitmap:
     A component's first pixel stays, and its box grows by (dx, dy), for which there is room to the right of and below each mask.
     """
     dx, dy = gap
-    before, n = jnp.pad(masks[:-1], ((1, 0), (0, 0), (0, 0))), 1
+    before = jnp.pad(masks[:-1], ((1, 0), (0, 0), (0, 0)))  # the word to the left; less than 32 pixels reach here from no other one
+    n = 1
     while n <= dx:
         step = min(n, dx - n + 1)
         masks = masks | (masks >> step) | (before << (32 - step))
         before, n = before | (before >> step), 2 * n
-    n, masks = 1, jnp.pad(masks, ((0, 0), (dy, 0), (0, 0)))
+    masks = jnp.pad(masks, ((0, 0), (dy, 0), (0, 0)))
+    n = 1
     while n <= dy:
         step = min(n, dy - n + 1)
         masks, n = masks[:, step:] | masks[:, :-step], 2 * n
@@ -352,7 +354,7 @@ def _accept(layout: _Layout, found: _Candidates, measured: _Measured, entries: d
 
 def _parts(layout: _Layout, a: _Accepted) -> jax.Array:
     """The boxes of each component's objects, evenly spaced from edge to edge: words `[parts, n]`."""
-    splits = any(s.split for of_masks in layout.alternatives for s in of_masks)
+    splits = any(s.splits for s in layout.searches)
     part = jnp.arange(MAX_PARTS if splits else 1, dtype=jnp.int32)[:, None]
     a = _Accepted(*(v[None] for v in a))
     down = jnp.maximum(a.parts // a.across, 1)
@@ -363,7 +365,7 @@ def _parts(layout: _Layout, a: _Accepted) -> jax.Array:
 
 
 class _Progress(NamedTuple):
-    """What the rounds have found so far; a slot has the box, as a word that is 0 where there is none, and the head where that is wanted."""
+    """What the rounds have found so far. A slot holds a box, as a word that is 0 where there is none, and its head if that is asked for."""
 
     done: jax.Array  # int32: candidates looked at
     totals: jax.Array  # int32 [segments]: objects of each mask and frame
@@ -383,8 +385,8 @@ def _write(
     has_slot = (part < accepted.parts[None]) & (rank[None] + part < entries["count"][None])
     slot = ((entries["first_slot"] + rank)[None] + part) * layout.lanes + (found.segment % layout.lanes)[None]
     slot = jnp.where(has_slot, slot, len(so_far.slots))
-    fields = jnp.stack([parts, jnp.broadcast_to(found.column, parts.shape).astype(U)][: so_far.slots.shape[1]], axis=-1)
-    slots = so_far.slots.at[slot.ravel()].set(fields.reshape(-1, fields.shape[-1]), mode="drop")
+    fields = [parts] if so_far.slots.shape[1] == 1 else [parts, jnp.broadcast_to(found.column, parts.shape).astype(U)]
+    slots = so_far.slots.at[slot.ravel()].set(jnp.stack(fields, axis=-1).reshape(-1, len(fields)), mode="drop")
     return _Progress(so_far.done + layout.n_candidates, so_far.totals + jnp.diff(before_segment), slots)
 
 
@@ -394,7 +396,7 @@ def components(masks: Sequence[Bitmap], searches: Sequence[Search], *, heads: bo
     Args:
         masks: bitmaps of equal numbers of words and frames; the numbers of rows may differ.
         searches: what to look for in each mask.
-        heads: whether to tell the heads, too, of searches that split no component.
+        heads: whether to return the column of each object's first pixel (`Detected.head`), too; searches that split components have none.
 
     Returns:
         The boxes in each mask, in raster order of the components' first pixels.
@@ -421,11 +423,12 @@ def components(masks: Sequence[Bitmap], searches: Sequence[Search], *, heads: bo
     nothing = jnp.zeros((n_slots * layout.lanes, 1 + heads), U)
     start = _Progress(jnp.int32(0), jnp.zeros(n_segments, jnp.int32), nothing)
     _, totals, slots = lax.while_loop(lambda s: s.done < index.total, one_round, varying(start, board))
-    box, head = (slots[:, i].reshape(-1, layout.lanes) for i in (0, -1))
+    box = slots[:, 0].reshape(-1, layout.lanes)
     most = np.array([[s.count] for s in searches], np.int32)
     overflow = jnp.maximum(totals.reshape(-1, layout.lanes)[np.argsort(layout.order)] - most, 0)
     found = [Detected(box[first:end], overflow=more) for (first, end), more in zip(layout.slots, overflow, strict=True)]
     if not heads:
         return found
+    head = slots[:, 1].reshape(-1, layout.lanes)
     columns = [None if s.splits else head[first:end].astype(jnp.int32) for (first, end), s in zip(layout.slots, searches, strict=True)]
     return [f._replace(head=column) for f, column in zip(found, columns, strict=True)]

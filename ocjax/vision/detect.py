@@ -23,7 +23,7 @@ from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.bounds import detect_bounds
 from ocjax.vision.cells import cell_pixels, detect_cells
 from ocjax.vision.components import components
-from ocjax.vision.detected import Detected, boxes
+from ocjax.vision.detected import OWN_COLOR, Detected, boxes
 from ocjax.vision.runs import detect_runs
 from ocjax.vision.search import Search
 
@@ -45,14 +45,14 @@ class _Frames:
         self._shade_bits = None if shades is None else _xla.materialize(functools.partial(_shade_bits, shades), frames)
         self.rules = {c.name: c.rule for c in categories}
         self.found: dict[str, Detected] = {}
-        self._regions = Counter(colors for c in categories if isinstance(c.rule, Bounds) for _, colors in c.rule.slots)
+        self._bounds = Counter(colors for c in categories if isinstance(c.rule, Bounds) for _, colors in c.rule.slots)
         self._planes = bm.planes(frames)
         self._masks: dict[tuple[int, ...], Bitmap] = {}
         self._counted: dict[tuple[int, tuple[int, ...]], Bitmap] = {}
 
     def mask(self, colors: tuple[int, ...], *, materialize: bool = True) -> Bitmap:
         """The pixels that have one of the colours."""
-        if not materialize:
+        if not materialize and colors not in self._masks:
             return self._mask(self._planes, colors)
         if colors not in self._masks:
             self._masks[colors] = _xla.materialize(lambda planes: self._mask(planes, colors), self._planes)
@@ -66,8 +66,8 @@ class _Frames:
         """Whether the colour of a category's objects is read from the frame."""
         return c.reads_color or (c.rgb is None and self.shifts(c.rule.palette))
 
-    def reads_color(self, c: Category) -> bool:
-        """Whether it is read in order to show it, or to tell the category's objects from others."""
+    def needs_color(self, c: Category) -> bool:
+        """Whether the colour of a category's objects is read: to show it, or because the rule asks for the first pixel's colour."""
         return self.shows_color(c) or (isinstance(c.rule, Blobs) and bool(c.rule.first_colors))
 
     def _mask(self, planes: jax.Array, colors: tuple[int, ...]) -> Bitmap:
@@ -105,7 +105,7 @@ class _Frames:
         if isinstance(rule, Blobs):
             read_once = rule.gap == (0, 0) and not limits and not lines
         else:
-            read_once = self._regions[colors] <= FEW and not rule.digits
+            read_once = self._bounds[colors] <= FEW and not rule.digits
         mask = self.mask(colors, materialize=not read_once)
         if isinstance(rule, Bounds) and rule.inverse:
             mask = ~mask
@@ -176,17 +176,23 @@ def _substitute(c: Category) -> Category:
 
 
 def _either(first: Detected, second: Detected) -> Detected:
-    """The first objects on frames that have any, else the second ones."""
-    empty = ~jnp.any(first.valid, axis=0, keepdims=True)
+    """The first objects on frames that have any, else the second ones; without heads, as colours have been read."""
+    empty = ~jnp.any(first.valid, axis=0)
 
-    def part(name: str) -> jax.Array | None:
-        own, other = getattr(first, name), getattr(second, name)
-        if own is None and other is None:
-            return None
-        own, other = (jnp.zeros_like(first.x if name != "overflow" else first.x[0]) if v is None else v for v in (own, other))
-        return jnp.where(empty if own.ndim > 1 else empty[0], other, own)
+    def choose(own: jax.Array | None, other: jax.Array | None, default: int) -> jax.Array | None:
+        if own is None or other is None:
+            known = other if own is None else own
+            if known is None:
+                return None
+            own, other = (jnp.full_like(known, default) if v is None else v for v in (own, other))
+        return jnp.where(empty.reshape((1,) * (own.ndim - 1) + empty.shape), other, own)
 
-    return Detected(**{name: part(name) for name in Detected._fields})  # pyright: ignore[reportArgumentType]
+    return Detected(
+        jnp.where(empty[None], second.box, first.box),
+        value=choose(first.value, second.value, 0),
+        color=choose(first.color, second.color, OWN_COLOR),
+        overflow=choose(first.overflow, second.overflow, 0),
+    )
 
 
 def _cut(rows: Detected, width: int, count: int) -> Detected:
@@ -263,7 +269,7 @@ def _detect_blobs(batch: _Frames, categories: Sequence[Category]) -> dict[str, D
                 masks.append(bm.cut(batch.counted(rule, colors), region))
                 count = -(-c.count // 2) if rule.split_by_color else c.count
                 searches.append(_search(rule, count, region[1], tuple(_search(other, count, region[1]) for other in others)))
-    heads = any(batch.reads_color(c) for c in categories)
+    heads = any(batch.needs_color(c) for c in categories)
     lists: dict[str, list[Detected]] = {c.name: [] for c in categories}
     for name, found in zip(owners, components(masks, searches, heads=heads), strict=True):
         lists[name].append(found)
@@ -302,7 +308,8 @@ def _merge(lists: Sequence[Detected], count: int) -> Detected:
 
 def _read_colors(batch: _Frames, categories: Sequence[Category]) -> None:
     """Read the colours of objects where they are wanted, and drop those that begin in another colour than their rule says."""
-    wanted = sorted((c for c in categories if batch.reads_color(c)), key=lambda c: type(c.rule).__name__)
+    wanted = [c for c in categories if batch.needs_color(c)]
+    wanted.sort(key=lambda c: type(c.rule).__name__)  # slices of one array side by side: XLA joins them in one copy
     if not wanted:
         return
     colors = _first_pixel_colors(batch, wanted)

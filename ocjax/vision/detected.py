@@ -8,6 +8,8 @@ import jax
 import jax.numpy as jnp
 from jax.typing import ArrayLike
 
+OWN_COLOR = -1  # in place of a palette index: the category's colour
+
 
 class Detected(NamedTuple):
     """What VEM finds of one category or in one mask, one entry per slot, batch last; `Objects` are made of these.
@@ -19,7 +21,7 @@ class Detected(NamedTuple):
     box: jax.Array  # uint32 [count, B]: x, y, w and h in a byte each, x in the lowest; 0 where there is no object
     value: jax.Array | None = None  # int32 [count, B]; None: 0
     head: jax.Array | None = None  # int32 [count, B], column of the first pixel in the top row; None: not known
-    color: jax.Array | None = None  # int32 [count, B], palette indices; None: the category's colour
+    color: jax.Array | None = None  # int32 [count, B], palette indices or `OWN_COLOR`; None: the latter
     overflow: jax.Array | None = None  # int32 [B], objects for which there was no slot; None: 0
 
     @property
