@@ -259,6 +259,7 @@ KNIVES = Blobs(0, (8, 155, 160, 183), min_size=(8, 4), max_size=(8, 4), area=(16
 RULES = BARRIERS, MUDS, PLANTS, BRICKS, PIECES, DOVES, LIZARDS, GUYS, HEADS, CLUES, KNIVES
 sign = functools.partial(Bounds, regions=(64, 29, 96, 50), min_size=(30, 20))
 POINTS = Bounds(0x0E, (58, 8, 106, 16), value=Digits(FONT, range(58, 106, 8), 8, base=-STARTS))
+CLOCK = Bounds(0x0E, (58, 19, 98, 27), value=Digits(FONT, (58, 66, 82, 90), 19, (600, 60, 10, 1)))
 CARRIED, NOWHERE = (138, 28, 150, 46), (0, 0, 1, 1)
 LARGER = {"Gun": ("Comb", "Shoe_Sole"), "Button": ("Necklace",)}  # things of the same colours
 
@@ -295,6 +296,6 @@ GAME = Game(
         Category("Gun_Sign", sign(0x8E), doc="at the gun shop"),
         Category("Shop_Sign", sign((0x30, 0x48, 0x5E, 0x4E, 0x56, 0x0E)), doc="at other shops"),
         display("Score", POINTS, doc="points that were won"),
-        display("Clock", Bounds(0x0E, (58, 19, 98, 27)), doc="seconds that are left"),
+        display("Clock", CLOCK, doc="seconds that are left"),
     ),
 )
