@@ -1,20 +1,19 @@
 """Krull: the wedding that Slayers attack, the ride of the fire mares, the web, the beast's lair.
 
 Slots of Line: record * 3 + place; of Weapon: what is found in the desert, the player's own in the
-lair; of Star: where it flashes in the web while the player is at the window. In the desert the
-player has a box around both mares. Life_HUD and Weapon_HUD are what the player has, a slot an icon.
-Sun is the time of day, the value of Hour_Glass the rows of its sand. Lines of the web carry the
-player ($FA77 and $FAC7 of the second half). Each of two is drawn at three places in turn; those of
-two frames are valid. The web, the horizon, the ground and particles are scenery.
+lair; of Star: where it flashes in the web while the player is at the window; of Life_HUD and
+Weapon_HUD: icons. In the desert the player has a box around both mares. Hour_Glass's value is its
+rows of sand. Lines carry the player ($FA77 and $FAC7 of the second half); each of two is drawn at
+three places in turn, and those of two frames are valid. The web and the ground are scenery.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (scenes, records), and the ROM's code, which moves all
 before the drawing ($F300 of the first half), save what is found in the desert.
 
 Covered: all four scenes; the fortress, the star, and the lair (whole and broken cage, the weapon in
-hand and thrown) by writes to the RAM. Not covered: later rounds, the weapon in flames. On the frame
-on which the web's lines jump back by a place, those of the frame before are not valid. VEM cuts
-mares that touch in the middle; it takes the player's weapon for a part of him; it misses him while
-he flashes, his sword, a spider that a line crosses, a line that he hangs on, a shot behind figures.
+hand and thrown) by writes to the RAM. Not covered: later rounds, the weapon in flames. When the
+web's lines jump back by a place, those of the frame before are not valid. VEM cuts mares that touch
+in the middle; it takes the player's weapon for a part of him; it misses him while he flashes, his
+sword, a spider that a line crosses, a line that he hangs on, a shot behind figures.
 """
 
 from functools import partial
@@ -24,7 +23,7 @@ import jax.numpy as jnp
 import numpy as np
 from ocjax.boxes import Box, box, choose
 from ocjax.console import NUSIZ_COPIES, NUSIZ_SPACING, signed_nibble, wrap
-from ocjax.digits import score_box
+from ocjax.digits import Digits, score_box
 from ocjax.game import Game
 from ocjax.ops import among, mod, pick
 from ocjax.ram import RamMap, bcd, bits, byte, signed
@@ -252,12 +251,13 @@ WEAPONS = Bounds((ITEM, (0xEE,)), (ITEMS, (8, 56, 160, 173)), min_size=(2, 2), e
 HIT = range(0x6E, 0xEE, 16)  # the player's other colours when he flashes
 ANY = tuple(c for c in range(0, 256, 2) if c != 0xA0)
 SHOT = Blobs(ANY, (8, 44, 160, 172), min_size=(1, 5), max_size=(8, 8), area=(5, 9), min_line=5)
-# The row in which left and right lines are apart. The tip of some is beyond the edge, and the first
-# of them shows two rows further down. Lines have the colours of figures beside them.
+# The row in which left and right lines are apart. Tips can be beyond the edge, the first shows two
+# rows further down. Lines have the colours of figures beside them.
 FIRST = (*((x, 111, x + 1, 172) for x in range(8, 15)), (8, 113, 9, 172))
 CROSSED = (*FIRST, (15, 111, 79, 172), (80, 111, 160, 172))
 BESIDE = (*((x - 8, 95, 33) for x in range(8, 15)), (0, 97, 32), (7, 95, 33), (33, 95, 7))
 LINES = Runs((*((6, 14),) * 9, (6, *COLORS, *HIT)), CROSSED, ((1, 1),) * 10, 3, BESIDE, packed=True)
+SCORE = Digits(FONT, range(55, 103, 8), 176, centered=True)
 CAGE = Cells(0x24, tuple(WALL_X.tolist()), tuple(WALL_Y.tolist()), 4, 4)
 GLASS = Cells((0, 0x48), (121,), (3,), 5, 8, whole=False, margin=(1, 0))
 LIVES = tuple((56 + 8 * i, 188, 62 + 8 * i, 195) for i in range(3))
@@ -293,7 +293,7 @@ GAME = Game(
         Category("Wall", CAGE, count=64, doc="pieces of the cage, row by row"),
         Category("Hour_Glass", GLASS, attributes=("value",), doc="only while a game is played"),
         display("Sun", Bounds(0x0E, (8, 2, 120, 12)), attributes=(), doc="the time of day"),
-        display("Score", Bounds(0xEE, (55, 176, 103, 183)), doc="points"),
+        display("Score", Bounds(0xEE, (55, 176, 103, 183), value=SCORE), doc="points"),
         display("Life_HUD", Bounds(0xC8, LIVES), count=3, doc="in reserve; value: one more"),
         display("Weapon_HUD", Bounds(0xC8, ARMS), count=3, attributes=(), doc="weapons left"),
     ),

@@ -5,18 +5,17 @@ records of objects, each drawn up to three times side by side: slots record * 3 
 records that hold the kind. Slots of things that are looked for: in a scene, carried (at the top
 right). Badguy and Badguy_Head look out of windows and doors, as Clue does. Passage leads to another
 street or into the woods. Shop_Sign stands for all signs but those of Police, Bank and Guns.
-Hydrants, curtains, branches, bricks of walls, jail windows, and the maker's name are scenery. A
-game begins with 1,000 points; the value of Score is what was won since. Clock's is in seconds.
+Hydrants, curtains, branches, bricks and jail windows are scenery. Score counts from 1,000 points.
 
 RAM: ALE's source (score), OCAtari 2.2 (kinds, what the bytes are), and the ROM's code: the steps at
 F513 of the second bank are made before the drawing, and what collisions change at F1FF and the
 clock's step at F8CE of the first bank after it. The kinds' pictures are listed at F6DF. The
 pointers that F693 sets up tell what is drawn of the detective, and how high.
 
-Covered: all scenes and signs of all five cases (written to RAM), the end of the game.
-Not exact: what a collision has taken or broken is gone from the RAM a frame early. VEM does not see
-things in a scene that can be carried, the car while it flashes, mud that the car touches, or what
-is behind others, and takes a curtain or a plant that touches the detective for a part of him.
+Covered: all scenes and signs of all five cases (written to RAM), the end of the game. Not exact:
+what a collision has taken or broken is gone from the RAM a frame early. VEM does not see things in
+a scene that can be carried, the car while it flashes, mud that the car touches, or what is behind
+others, and takes a curtain or a plant that touches the detective for a part of him.
 """
 
 import functools

@@ -32,7 +32,7 @@ from ocjax.rules import Bounds, Category, Shades, display
 ROM = Rom("video_pinball", "107cc025334211e6d29da0b6be46aec7")
 GLYPHS = "75557", "62227", "71747", "71317", "55711", "74717", "74757", "71222", "75757", "75717"
 FONT = hex_font(GLYPHS, dots=3, dot=(4, 2), pitch=16)
-NUMBERS = ROM.font(0xC00, rows=7, stride=8, dot=(1, 2), top_first=True)
+NUMBERS = ROM.font(0xC00, rows=7, stride=8, dots=7, shift=1, dot=(1, 2), top_first=True)
 
 WHITE, GOLD, YELLOW, BLUE = 0x0E, 0x2A, 0xF8, 0x76
 FLASHES = range(0, 0x4A, 2)  # `flash`, which changes all colours
@@ -217,7 +217,14 @@ TARGETS = tuple((x, 24, x + 8, 40) for x in (60, 76, 92))
 LOGOS = tuple((x, 152, x + 8, 168) for x in (60, 76, 92))
 BALL = Bounds(BLUE, FIELD, (1, 2), ignore=_walls())
 NUMBER = Digits(NUMBERS, (45,), 56), Digits(NUMBERS, (109,), 56)
+BONUS = tuple(Digits(NUMBERS, (x + 5,), y + 8, weights=(100,)) for x, y, _, _ in FRAMES)
+BUMPERS = Bounds((BLUE, GOLD), FRAMES, value=BONUS)
 POINTS = Bounds(YELLOW, (64, 3, 156, 13), value=Digits(FONT, range(64, 160, 16), 3))
+
+
+def _shown(left: int) -> Bounds:
+    return Bounds(YELLOW, (left, 3, left + 12, 13), value=Digits(FONT, (left,), 3))
+
 
 GAME = Game(
     name="VideoPinball",
@@ -235,7 +242,7 @@ GAME = Game(
             doc="left, right",
         ),
         Category("Plunger", Bounds((YELLOW, WHITE), (148, 120, 152, 192)), doc="at the right"),
-        Category("Bumper", Bounds(BLUE, FRAMES), count=3, attributes=("value",), doc="points"),
+        Category("Bumper", BUMPERS, count=3, attributes=("value",), doc="points"),
         Category("DropTarget", Bounds(GOLD, TARGETS), count=3, doc="diamonds at the top"),
         Category("Target", Bounds(GOLD, (76, 120, 86, 136)), doc="lit now and then"),
         Category(
@@ -252,8 +259,8 @@ GAME = Game(
             doc="left, right",
         ),
         Category("Logo", Bounds(GOLD, LOGOS), count=3, doc="rolled over"),
-        display("DifficultyLevel", Bounds(YELLOW, (4, 3, 16, 13)), doc="the player's number"),
-        display("LifeUsed", Bounds(YELLOW, (36, 3, 48, 13)), doc="the ball's number"),
+        display("DifficultyLevel", _shown(4), doc="the player's number"),
+        display("LifeUsed", _shown(36), doc="the ball's number"),
         display("Score", POINTS, doc="points"),
     ),
 )

@@ -87,6 +87,7 @@ class Digits:
         base: value of a display of zeros.
         required: whether the object is valid only if the last cell matches a picture. Use this if the game shows other things in the
             number's place.
+        centered: whether shorter numbers leave cells on the right empty, too.
     """
 
     font: Font
@@ -95,6 +96,7 @@ class Digits:
     weights: tuple[int, ...] | None = None
     base: int = 0
     required: bool = False
+    centered: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "lefts", tuple(self.lefts))

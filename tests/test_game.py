@@ -196,6 +196,18 @@ def test_digits_that_are_required():
     assert found.value[:, -1].tolist() == [2, 3, 0]
 
 
+def test_centered_digits():
+    glyphs = ("7", "5", *("2",) * 8)
+    number = Digits(hex_font(glyphs, 3), (40, 44, 48, 52), 10, centered=True)
+    h = display("H", Bounds(14, (40, 10, 56, 11), value=number))
+    game = dataclasses.replace(GAME, categories=(*CATEGORIES[:2], h))
+    frames = np.zeros((3, 210, 160), np.uint8)
+    frames[:, 10, [44, 46]] = 14  # a 1 in the second cell
+    frames[:2, 10, 48:51] = 14  # a 0 in the third
+    frames[0, 10, [40, 42, 52, 54]] = 14  # ones in the first and the last
+    assert game.vem(frames).value[:, -1].tolist() == [1101, 10, 1]
+
+
 def test_thin_objects_in_front_of_walls():
     categories = (Category("A", Blobs(14, max_run=2, min_size=(2, 1)), count=3), *CATEGORIES[1:])
     game = dataclasses.replace(GAME, categories=categories, decode=three)

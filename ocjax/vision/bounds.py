@@ -10,7 +10,7 @@ from jax import lax
 
 from ocjax._xla import materialize
 from ocjax.boxes import WIDTH, Area
-from ocjax.digits import Digits
+from ocjax.digits import BASE, Digits
 from ocjax.rules import Bounds, Gauge
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
@@ -117,8 +117,12 @@ def read_digits(digits: Digits, mask: Bitmap) -> tuple[jax.Array, jax.Array]:
     glyphs = jnp.asarray(np.array(digits.font.glyphs), U)
     same = jnp.all(pictures[None] == glyphs[:, :, None, None], axis=1)  # [10, digits, B]
     worth = np.arange(len(glyphs))[:, None, None] * np.array(digits.worth)[None, :, None]
-    number = digits.base + jnp.sum(jnp.where(same, jnp.asarray(worth, jnp.int32), 0), axis=(0, 1), dtype=jnp.int32)
-    return number, jnp.any(same[:, -1], axis=0)
+    number = jnp.sum(jnp.where(same, jnp.asarray(worth, jnp.int32), 0), axis=(0, 1), dtype=jnp.int32)
+    if digits.centered:
+        for cell in reversed(range(1, len(digits.lefts))):
+            empty = jnp.all(pictures[:, cell:] == 0, axis=(0, 1))
+            number = jnp.where(empty, number // BASE, number)
+    return digits.base + number, jnp.any(same[:, -1], axis=0)
 
 
 def _pictures(digits: Digits, mask: Bitmap) -> jax.Array:
