@@ -10,11 +10,11 @@ from jax import lax
 
 from ocjax._xla import materialize
 from ocjax.boxes import WIDTH, Area
-from ocjax.digits import BASE, Digits
 from ocjax.rules import Bounds, Gauge
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.detected import Detected, boxes
+from ocjax.vision.numbers import Reading, read_numbers
 
 STRIP = 8  # rows that are or-ed into one; at most 32, a bit each in `_marks`
 LOW = 40  # rows of a region up to which gathering several regions at once takes no more time than slicing them one by one
@@ -35,17 +35,20 @@ def detect_bounds(rules: Sequence[Bounds], masks: Sequence[Sequence[Bitmap]]) ->
     box = boxes(x, y, w, h, (w >= least[:, :1]) & (h >= least[:, 1:]))
     ends = np.cumsum([0, *(len(rule.slots) for rule in rules)]).tolist()
     found = [Detected(box[start:end], head=head[start:end]) for start, end in itertools.pairwise(ends)]
-    return [_with_value(rule, own, f) for rule, own, f in zip(rules, masks, found, strict=True)]
+    numbers = [
+        (digits, mask) for rule, own in zip(rules, masks, strict=True) if rule.digits for digits, mask in zip(rule.digits, own, strict=True)
+    ]
+    readings = iter(read_numbers(*zip(*numbers, strict=True)) if numbers else ())
+    return [_with_value(rule, f, [next(readings) for _ in rule.digits]) for rule, f in zip(rules, found, strict=True)]
 
 
-def _with_value(rule: Bounds, masks: Sequence[Bitmap], found: Detected) -> Detected:
+def _with_value(rule: Bounds, found: Detected, readings: Sequence[Reading]) -> Detected:
     """The objects of one rule, with the values that they show."""
     if isinstance(rule.value, Gauge):
         length = found.h if rule.value.vertical else found.w
         return found._replace(value=rule.value.base + jnp.floor_divide(length - rule.value.start, rule.value.unit))
     if not rule.digits:
         return found
-    readings = [read_digits(digits, mask) for digits, mask in zip(rule.digits, masks, strict=True)]
     value, matched = (jnp.stack(v) for v in zip(*readings, strict=True))
     optional = np.array([[not digits.required] for digits in rule.digits])
     return found.where(matched | optional)._replace(value=value)
@@ -109,32 +112,3 @@ def _rows(mask: Bitmap, regions: Sequence[Area]) -> Bitmap:
         rows.append(np.minimum(top + np.arange(height), bottom - 1))
         inside.append(bm.areas(height, [(left, 0, right, bottom - top)]))
     return mask[:, np.concatenate(rows)] & jnp.asarray(np.concatenate(inside, axis=1))
-
-
-def read_digits(digits: Digits, mask: Bitmap) -> tuple[jax.Array, jax.Array]:
-    """The number that digits show, int32 `[B]`, and whether the last cell matches one of the font's pictures, bool `[B]`."""
-    pictures = _pictures(digits, mask)
-    glyphs = jnp.asarray(np.array(digits.font.glyphs), U)
-    same = jnp.all(pictures[None] == glyphs[:, :, None, None], axis=1)  # [10, digits, B]
-    worth = np.arange(len(glyphs))[:, None, None] * np.array(digits.worth)[None, :, None]
-    number = jnp.sum(jnp.where(same, jnp.asarray(worth, jnp.int32), 0), axis=(0, 1), dtype=jnp.int32)
-    if digits.centered:
-        for cell in reversed(range(1, len(digits.lefts))):
-            empty = jnp.all(pictures[:, cell:] == 0, axis=(0, 1))
-            number = jnp.where(empty, number // BASE, number)
-    return digits.base + number, jnp.any(same[:, -1], axis=0)
-
-
-def _pictures(digits: Digits, mask: Bitmap) -> jax.Array:
-    """The dots in each cell, uint32 `[rows, digits, B]` with the rightmost dot in the lowest bit.
-
-    A dot is set where its first column has a pixel in any of its rows.
-    """
-    dot_width, dot_height = digits.font.dot
-    rows = digits.font.height // dot_height
-    cells = bm.gather_rows(mask, np.array(digits.lefts), digits.top + np.arange(digits.font.height)[:, None], 1)[:, 0]
-    cells = lax.reduce(cells.reshape(rows, dot_height, *cells.shape[1:]), U(0), lax.bitwise_or, (1,))
-    pictures = jnp.zeros_like(cells)
-    for i in range(digits.font.dots):
-        pictures = (pictures << 1) | (cells >> (31 - i * dot_width) & 1)
-    return pictures

@@ -1,0 +1,85 @@
+"""Numbers on the screen: cells of a bitmap compared with the pictures of a font."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+
+from ocjax._xla import materialize
+from ocjax.digits import BASE, Digits, Font
+from ocjax.vision import bitmap as bm
+from ocjax.vision.bitmap import Bitmap, U
+
+
+class Reading(NamedTuple):
+    """What a number's cells show."""
+
+    value: jax.Array  # int32 [B]
+    matched: jax.Array  # bool [B], whether the last cell matches one of the font's pictures
+
+
+def read_numbers(digits: Sequence[Digits], masks: Sequence[Bitmap]) -> list[Reading]:
+    """Read numbers, those of one font and mask together.
+
+    Args:
+        digits: the cells of each number.
+        masks: the bitmap of each, `[5, H, B]`.
+    """
+    groups: dict[tuple[int, Font], list[int]] = {}
+    for i, (own, mask) in enumerate(zip(digits, masks, strict=True)):
+        groups.setdefault((id(mask), own.font), []).append(i)
+    out: dict[int, Reading] = {}
+    for group in groups.values():
+        out |= zip(group, _read([digits[i] for i in group], masks[group[0]]), strict=True)
+    return [out[i] for i in range(len(digits))]
+
+
+def _read(digits: Sequence[Digits], mask: Bitmap) -> list[Reading]:
+    """Numbers of one font and mask."""
+    ends = np.cumsum([len(own.lefts) for own in digits])
+    worth = np.zeros((len(digits), ends[-1]), np.int32)
+    for row, own, end in zip(worth, digits, ends, strict=True):
+        row[end - len(own.lefts) : end] = own.worth
+    shown = materialize(lambda m: _shown(digits, m), mask)
+    number = jnp.sum(worth[:, :, None] * jnp.maximum(shown, 0)[None], axis=1, dtype=jnp.int32)  # [numbers, B]
+    matched = shown[ends - 1] >= 0
+    return [
+        Reading(own.base + (_centered(number[i], shown[end - len(own.lefts) : end]) if own.centered else number[i]), matched[i])
+        for i, (own, end) in enumerate(zip(digits, ends, strict=True))
+    ]
+
+
+def _centered(number: jax.Array, shown: jax.Array) -> jax.Array:
+    """A number without the zeros for which empty cells on the right were taken."""
+    cells = np.arange(len(shown), dtype=np.int32)[:, None]
+    last = jnp.max(jnp.where(shown >= 0, cells, 0), axis=0)  # cell that holds a digit
+    powers = BASE ** cells[::-1]
+    return number // jnp.sum(jnp.where(last[None] == cells, powers, 0), axis=0, dtype=jnp.int32)
+
+
+def _shown(digits: Sequence[Digits], mask: Bitmap) -> jax.Array:
+    """The digit in each cell, or -1 where the cell matches none of the font's pictures, int32 `[cells, B]`."""
+    pictures = _pictures(digits, mask)
+    glyphs = jnp.asarray(np.array(digits[0].font.glyphs), U)
+    same = jnp.all(pictures[None] == glyphs[:, :, None, None], axis=1)  # [10, cells, B]
+    return jnp.sum(jnp.where(same, jnp.arange(1, BASE + 1)[:, None, None], 0), axis=0, dtype=jnp.int32) - 1
+
+
+def _pictures(digits: Sequence[Digits], mask: Bitmap) -> jax.Array:
+    """The dots in each cell, uint32 `[rows, cells, B]` with the rightmost dot in the lowest bit.
+
+    A dot is set where its first column has a pixel in any of its rows.
+    """
+    font = digits[0].font
+    dot_width, dot_height = font.dot
+    tops = np.concatenate([np.full(len(own.lefts), own.top) for own in digits])
+    lefts = np.concatenate([own.lefts for own in digits])
+    cells = bm.gather_rows(mask, lefts, tops + np.arange(font.height)[:, None], 1)[:, 0]
+    cells = lax.reduce(cells.reshape(font.height // dot_height, dot_height, *cells.shape[1:]), U(0), lax.bitwise_or, (1,))
+    pictures = jnp.zeros_like(cells)
+    for i in range(font.dots):
+        pictures = (pictures << 1) | (cells >> (31 - i * dot_width) & 1)
+    return pictures
