@@ -31,7 +31,7 @@ from ocjax.rom import Pictures, Rom
 from ocjax.rules import Blobs, Bounds, Category, Cells, Runs, display
 
 ROM = Rom("krull", "4baada22435320d185c95b7dd2bcdb24")
-FONT = ROM.font((0xB08, 0xB0E, *range(0xB15, 0xB4D, 7)), rows=7)
+FONT = ROM.font(0xB07, rows=7)
 WEDDING, LAIR, WEB, DESERT = range(4)  # `scene`
 STRIDES = 0x70  # least picture of the beast that is 12 columns wide
 RISEN = 0x40  # greatest `castle` of a castle
