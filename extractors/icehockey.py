@@ -3,9 +3,9 @@
 Player is the blue team, which defends the upper goal, Enemy the yellow one. Slot 0 of a team is its
 upper player, slot 1 its lower one. A player's box has his stick in it, which only the one nearer to
 the puck holds out; what a blue player covers of a yellow one still belongs to the box. The puck's
-box leaves out the row that the blade of a stick covers. VEM joins the head of a player to one of
-the other team whom it touches, for all heads have one colour. Scenery: the ice, the two goals
-(black, so that a puck in them is not seen), the maker's name.
+box leaves out the row that the blade of a stick covers. VEM joins the head of a blue player to a
+yellow one whom it touches, for all heads have one colour. Scenery: the ice, the two goals (black,
+so that a puck in them is not seen), the maker's name.
 
 RAM: ALE's source (scores, clock), OCAtari 2.2 (positions), and the ROM's code. The players move
 before a frame is drawn, so the screen shows them where the RAM has them. The puck, the scores and
@@ -37,6 +37,7 @@ SCORE_FONT = ROM.font(0xF5E, rows=7, pitch=9)
 RINK = (32, 22, 128, 188)  # the players' heads reach out of the ice
 ICE = (32, 42, 128, 187)
 GOALS = ((64, 42, 96, 46), (64, 184, 96, 187))
+HEAD_ROWS = 4  # with the gap below it
 BLACK, RED, HEAD, BLUE, GREEN, CREAM, YELLOW = 0, 68, 70, 132, 212, 250, 252
 BLUE_DIGITS, YELLOW_DIGITS = 136, 46
 BLUE_RGB, YELLOW_RGB = (45, 50, 184), (232, 204, 99)
@@ -220,7 +221,7 @@ GAME = Game(
     categories=(
         Category(
             "Player",
-            Blobs((BLUE, RED, HEAD), RINK, gap=(0, 1), min_size=(5, 12)),
+            Blobs((BLUE, RED), RINK, gap=(0, 1), min_size=(5, 8), headroom=HEAD_ROWS),
             count=2,
             rgb=BLUE_RGB,
             doc="blue's upper player, its lower one",

@@ -147,6 +147,7 @@ class Blobs:
             have two shapes, such as a shot that flies upright or across, or that only some colours tell apart in a part of the screen.
         above: another category of `Blobs`. A box ends above the objects of that category that begin inside it, such as a driver's above
             the car of which he has a colour, and fits tightly around the pixels that are left. The limits of sizes count for the whole box.
+        headroom: rows above the component that belong to its box, too, such as those of a head whose colour the other team's heads have.
     """
 
     colors: Colors
@@ -169,6 +170,7 @@ class Blobs:
     exclude: tuple[str, ...] = ()
     also: Blobs | None = None
     above: str | None = None
+    headroom: int = 0
 
     @property
     def rules(self) -> tuple[Blobs, ...]:
@@ -207,6 +209,8 @@ class Blobs:
             raise ValueError("area needs max_size")
         if not set(self.first_colors) <= set(self.palette):
             raise ValueError(f"first must be among the colors {self.palette}, got {self.first}")
+        if self.headroom < 0:
+            raise ValueError(f"headroom must be a number of rows, got {self.headroom}")
         if min(self.limits.values()) < 0 or max(self.max_across, self.pairs) > 30:
             raise ValueError(f"max_run and max_line must be numbers of pixels, and max_across and pairs up to 30, got {self.limits}")
         if self.min_line == 1 or not 0 <= self.min_line < 32:

@@ -80,6 +80,16 @@ def test_objects_on_top_of_others():
         assert boxes == [[driver], [[30, 40, 20, 10]]]
 
 
+def test_heads_of_another_colour():
+    frame = np.zeros((210, 160), np.uint8)
+    frame[40:50, 30:36] = 20
+    frame[2:8, 60:66] = 20  # less than the head's rows below the top of the screen
+    boxes, _, _ = found((Category("Player", Blobs(20, min_size=(6, 6), max_size=(6, 10), headroom=4), count=2),), frame)
+    assert boxes == [[[60, 0, 6, 8], [30, 36, 6, 14]]]
+    with pytest.raises(ValueError, match="headroom"):
+        Blobs(20, headroom=-1)
+
+
 def test_other_colours_where_the_first_are_missing():
     frames = np.zeros((2, 210, 160), np.uint8)
     frames[0, 20:30, 10:20] = 20

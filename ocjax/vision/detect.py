@@ -165,6 +165,8 @@ def detect(categories: tuple[Category, ...], frames: jax.Array, shades: Shades |
     packed = [c for c in categories if isinstance(c.rule, Runs) and c.rule.packed]
     batch.found |= {c.name: _packed(batch.found[c.name], c.count) for c in packed}
     _read_colors(batch, categories)
+    tall = {c.name: c.rule.headroom for c in categories if isinstance(c.rule, Blobs) and c.rule.headroom}
+    batch.found |= {name: _raised(batch.found[name], rows) for name, rows in tall.items()}
     batch.found |= {c.name: _either(batch.found[c.name], batch.found[_substitute(c).name]) for c in asked if c.otherwise is not None}
     return [batch.found[c.name] for c in asked]
 
@@ -231,6 +233,12 @@ def _cut_off(batch: _Frames, name: str, rule: Blobs) -> Detected:
     left = jnp.minimum(upper.h, jnp.min(jnp.where(inside, y2 - y, h), axis=1))
     shorter = upper._replace(box=boxes(upper.x, upper.y, upper.w, left, upper.valid))
     return _tight(batch, rule, shorter, left < upper.h)
+
+
+def _raised(found: Detected, rows: int) -> Detected:
+    """The same objects with boxes that begin some rows further up, but not above the screen."""
+    y = jnp.maximum(found.y - rows, 0)
+    return found._replace(box=boxes(found.x, y, found.w, found.y + found.h - y, found.valid))
 
 
 def _tight(batch: _Frames, rule: Blobs, found: Detected, which: jax.Array) -> Detected:
