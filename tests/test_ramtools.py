@@ -10,7 +10,7 @@ from test_cli import run
 
 import ocjax
 from ocjax import recordings, rollout
-from ocjax.ramtools import causes, correlate, fits, ram_map, residual, terminal, window
+from ocjax.ramtools import causes, correlate, fits, ram_map, residual, terminal, twins, window
 from ocjax.ramtools.session import GLOW, Session
 
 
@@ -154,6 +154,18 @@ def test_causes_finds_freeway():
     assert {a for a in range(108, 118) if "Car" in effects[a]} == set(range(108, 118))
 
 
+def test_twins(monkeypatch):
+    """Bytes 69 and 73 of Pong point to the picture of a digit that is drawn before the scores are compared with them again."""
+    found = twins.twins(ocjax.load("Pong"), count=2)
+    assert (found.moments, set(found.bytes), set(found.bytes["EnemyScore"])) == (2, {"EnemyScore"}, {69, 73})
+    end = twins.twins(ocjax.load("Bowling"), "end", count=1)
+    assert end.bytes["Pin"].total() > 10
+    assert twins.to_table(end).rows[0][0] == "Pin"
+    monkeypatch.setattr(twins, "MOST_FRAMES", 200)
+    with pytest.raises(ValueError, match="does not come to the last frame of a game within 200 frames"):
+        twins.twins(ocjax.load("Pong"), "end", count=1)
+
+
 def test_map():
     table = ram_map.ram_map(ocjax.load("Freeway"))
     rows = {row[3]: row for row in table.rows}
@@ -231,6 +243,7 @@ def test_commands(tmp_path):
         (("correlate", DATA / "Pong.npz"), ("present", "Constant")),
         (("residual", DATA / "SpaceInvaders.npz", "Alien", "x"), ("matched objects",)),
         (("causes", "Pong", "--values", 4, "--envs", 8, "--steps", 5, "--out", tmp_path / "c.png"), ("Byte", "EnemyScore")),
+        (("twins", "Pong", "--count", 1), ("Pong, 1 times any frame of play", "EnemyScore")),
         (("map", "Pong"), ("ball_x", "x + 49")),
     ):
         result = run("ram", *args, "--markdown", tmp_path / "out.md")
@@ -253,6 +266,7 @@ def test_wrong_use(tmp_path):
         (("residual", DATA / "Pong.npz", "Car", "x"), "no category 'Car'"),
         (("residual", DATA / "Pong.npz", "Ball", "z"), "must be one of x, y, w, h"),
         (("causes", "Pong", "--mode", 99), "no mode 99"),
+        (("twins", "Pong", "--moment", "birth"), "must be one of play, life, end"),
         (("watch", "Pong", "--policy", "greedy"), "no policy 'greedy'"),
         (("watch", "Pong", "--mode", 99), "no mode 99"),
     ):

@@ -12,6 +12,7 @@ from ocjax.ramtools import causes as causal
 from ocjax.ramtools import correlate as correlation
 from ocjax.ramtools import ram_map, terminal, window
 from ocjax.ramtools import residual as residuals
+from ocjax.ramtools import twins as pairs
 from ocjax.ramtools.session import Session
 from ocjax.recordings import Recording
 from ocjax.rollout import rollout
@@ -115,6 +116,25 @@ def residual(
     with errors_in_one_line(), console.status("searching"):
         found = residuals.residual(tape, category, field)
     _give(residuals.to_tables(found, f"{tape.game.name} {category} {field}"), markdown)
+
+
+@app.command()
+def twins(
+    name: Annotated[str, GAME],
+    moment: Annotated[str, typer.Option(help="play: any frame; life: frames on which a life is lost; end: last frames of games.")] = "play",
+    count: Annotated[int, typer.Option(min=1, help="Number of moments.")] = 10,
+    seed: Annotated[int, SEED] = 0,
+    game_mode: Annotated[int | None, MODE] = None,
+    markdown: Annotated[Path | None, MARKDOWN] = None,
+) -> None:
+    """Find states with equal RAM and different pictures, which prove what the RAM does not tell.
+
+    Before a moment of random play, every byte is changed, and the same actions are repeated. The game needs vision rules, but no decoder.
+    """
+    with errors_in_one_line():
+        output.check(markdown)
+        found = pairs.twins(registry.load(name), moment, count=count, seed=seed, game_mode=game_mode)
+    _give([pairs.to_table(found)], markdown)
 
 
 @app.command("map")

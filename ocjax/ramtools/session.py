@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Any
 import jax
 import numpy as np
 
-from ocjax.envs.pool import check_rom
 from ocjax.game import Game
 from ocjax.policies import make_policy
+from ocjax.ramtools.emulator import start_emulator
 
 if TYPE_CHECKING:
     import ale_py
@@ -43,16 +43,7 @@ class Session:
     def __init__(self, game: Game, policy: str = "keyboard", seed: int = 0, game_mode: int | None = None) -> None:
         import ale_py
 
-        ale_py.ALEInterface.setLoggerMode(ale_py.LoggerMode.Error)
-        self.game, self.ale = game, ale_py.ALEInterface()
-        self.ale.setInt("random_seed", seed)
-        self.ale.setFloat("repeat_action_probability", 0.0)
-        self.ale.loadROM(check_rom(game))
-        if game_mode is not None:
-            if game_mode not in self.ale.getAvailableModes():
-                raise ValueError(f"{game.name} has no mode {game_mode}; it has {list(self.ale.getAvailableModes())}")
-            self.ale.setMode(game_mode)
-        self.ale.reset_game()
+        self.game, self.ale = game, start_emulator(game, seed, game_mode)
         self.actions = list(self.ale.getMinimalActionSet())
         self._by_name = ale_py.Action.__members__
         self._random = make_policy("repeat", game, len(self.actions), 1, seed)

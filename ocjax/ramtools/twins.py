@@ -1,0 +1,203 @@
+"""`ocjax ram twins`: pairs of states with equal RAM and different pictures, which prove what the RAM does not tell.
+
+A byte is changed one or two frames before a moment of play, and the same actions are repeated. Where the console then has the same 128
+bytes as before but shows something else, no decoder of a single state can tell the two pictures apart. Bytes only get values that they
+take in play, but together with the other bytes these may make a state that the game never comes to: the pictures of a category have to be
+looked at before one believes them.
+"""
+
+import collections
+import dataclasses
+import itertools
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import jax
+import numpy as np
+from rich.progress import track
+
+from ocjax.game import Game
+from ocjax.objects import Objects
+from ocjax.policies import RandomPolicy
+from ocjax.ramtools.emulator import start_emulator
+from ocjax.tables import Cell, Table
+
+if TYPE_CHECKING:
+    import ale_py
+
+MOMENTS = {"play": "any frame of play", "life": "the frame on which a life is lost", "end": "the last frame of a game"}
+VALUES = 6  # tried of each byte
+OBSERVED = 4_000  # frames of play whose values are tried
+BACK = 1, 2  # frames between the change and the moment
+HOLD = 32  # frames for which random play holds an action at most
+APART = 50  # frames between two moments of play
+MOST_FRAMES = 60_000  # of play in which there must be a moment
+BATCH = 128  # pictures that VEM looks at at once
+SHOWN_BYTES = 6
+
+
+class Twin(NamedTuple):
+    """Two pictures that leave the same RAM."""
+
+    address: int  # of the byte that was changed before
+    moment: int  # its number
+    screen: np.ndarray  # uint8 [H, 160]
+
+
+@dataclasses.dataclass(frozen=True)
+class Twins:
+    """What the RAM does not tell at some moments.
+
+    Args:
+        game: the game.
+        moment: which moments; see `MOMENTS`.
+        moments: how many.
+        tried: changes that were tried at each of them.
+        found: changes that led to the same RAM and another picture.
+        bytes: for each category whose objects then differ, how often after a change of each byte.
+    """
+
+    game: Game
+    moment: str
+    moments: int
+    tried: int
+    found: int
+    bytes: dict[str, collections.Counter[int]]
+
+
+class _Moment(NamedTuple):
+    """A frame of play, and how it came about."""
+
+    ram: np.ndarray  # uint8 [128]
+    screen: np.ndarray  # uint8 [H, 160]
+    before: tuple[tuple[Any, "ale_py.Action"], ...]  # states before the last frames, and the actions
+
+
+def twins(game: Game, moment: str = "play", *, count: int = 10, seed: int = 0, game_mode: int | None = None) -> Twins:
+    """Look for pairs of states with equal RAM and different pictures.
+
+    Args:
+        game: the game.
+        moment: "play", "life" (a life is lost) or "end" (of the game).
+        count: number of moments.
+        seed: of the emulator and the play, which is random.
+        game_mode: as ale-py numbers it; None for the game's default.
+
+    Raises:
+        ValueError: there is no such kind of moment, or random play does not come to one.
+    """
+    if moment not in MOMENTS:
+        raise ValueError(f"moment must be one of {', '.join(MOMENTS)}, got {moment!r}")
+    ale = start_emulator(game, seed, game_mode)
+    moments: list[_Moment] = []
+    changes, pairs = _changes(game, seed, game_mode), list[Twin]()
+    description = f"changing {game.name}'s RAM"
+    for k, at in enumerate(track(_moments(ale, moment, count, seed), description, total=count, transient=True)):
+        moments.append(at)
+        here = ale.cloneSystemState()
+        pairs += (Twin(address, k, screen) for address, screen in _pairs(ale, at, changes))
+        ale.restoreSystemState(here)
+    if not moments:
+        raise ValueError(f"random play of {game.name} does not come to {MOMENTS[moment]} within {MOST_FRAMES:,} frames")
+    differing: dict[str, collections.Counter[int]] = {}
+    originals = _detect(game, [m.screen for m in moments])
+    for twin, found in zip(pairs, _detect(game, [t.screen for t in pairs]), strict=True):
+        for name in _differing(game, found, originals[twin.moment]):
+            differing.setdefault(name, collections.Counter())[twin.address] += 1
+    return Twins(game, moment, len(moments), len(changes) * len(BACK), len(pairs), differing)
+
+
+def _changes(game: Game, seed: int, game_mode: int | None) -> list[tuple[int, int]]:
+    """Addresses and values to be tried: of each byte some that it takes in random play."""
+    rng = np.random.default_rng(seed)
+    played = _play(start_emulator(game, seed, game_mode), seed)
+    rams = np.stack([state.ale.getRAM() for state in itertools.islice(played, OBSERVED)])
+    out = []
+    for address in range(128):
+        values = np.unique(rams[:, address])
+        if len(values) > 1:
+            out += [(address, int(value)) for value in rng.permutation(values)[:VALUES]]
+    return out
+
+
+class _Frame(NamedTuple):
+    """The emulator after a frame of play."""
+
+    ale: "ale_py.ALEInterface"
+    state: Any  # before the frame
+    action: "ale_py.Action"
+    lost: bool  # whether a life was lost in it
+
+
+def _play(ale: "ale_py.ALEInterface", seed: int) -> Iterator[_Frame]:
+    """Random play without end; games that are over restart."""
+    actions = ale.getMinimalActionSet()
+    policy = RandomPolicy(len(actions), 1, np.random.default_rng(seed), HOLD)
+    while True:
+        if ale.game_over():
+            ale.reset_game()
+        lives, state = ale.lives(), ale.cloneSystemState()
+        action = actions[int(policy(np.empty(0), np.empty(0))[0])]
+        ale.act(action)
+        yield _Frame(ale, state, action, ale.lives() < lives)
+
+
+def _moments(ale: "ale_py.ALEInterface", moment: str, count: int, seed: int) -> Iterator[_Moment]:
+    """Moments of random play."""
+    before: collections.deque[tuple[Any, ale_py.Action]] = collections.deque(maxlen=max(BACK))
+    found, since = 0, 0
+    for frame in _play(ale, seed):
+        before.append((frame.state, frame.action))
+        since += 1
+        over = ale.game_over()
+        wanted = {"play": since >= APART and not over, "life": frame.lost and not over, "end": over}
+        if wanted[moment] and len(before) == max(BACK):
+            yield _Moment(ale.getRAM(), ale.getScreen(), tuple(before))
+            found, since = found + 1, 0
+        if found == count or since == MOST_FRAMES:
+            return
+        if over:
+            before.clear()
+
+
+def _pairs(ale: "ale_py.ALEInterface", at: _Moment, changes: Sequence[tuple[int, int]]) -> Iterator[tuple[int, np.ndarray]]:
+    """Changed bytes and pictures that leave the moment's RAM, but are not its picture."""
+    for back in BACK:
+        steps = at.before[-back:]
+        for address, value in changes:
+            ale.restoreSystemState(steps[0][0])
+            ale.setRAM(address, value)
+            for _, action in steps:
+                ale.act(action)
+            screen = ale.getScreen()
+            if np.array_equal(ale.getRAM(), at.ram) and not np.array_equal(screen, at.screen):
+                yield address, screen
+
+
+def _detect(game: Game, screens: list[np.ndarray]) -> list[Objects]:
+    """VEM's objects in each screen; it looks at batches of one size, so that it is compiled once."""
+    out: list[Objects] = []
+    for start in range(0, len(screens), BATCH):
+        n = min(BATCH, len(screens) - start)
+        frames = np.stack(screens[start : start + n])
+        found = jax.tree.map(np.asarray, game.vem(np.resize(frames, (BATCH, *game.screen))))
+        out += [jax.tree.map(lambda a, i=i: a[i], found) for i in range(n)]
+    return out
+
+
+def _differing(game: Game, a: Objects, b: Objects) -> list[str]:
+    """Categories whose boxes differ."""
+    same = (np.asarray(a.xywh) == np.asarray(b.xywh)).all(axis=-1) & (np.asarray(a.valid) == np.asarray(b.valid))
+    return [name for name, slots in game.slices.items() if not same[slots].all()]
+
+
+def to_table(t: Twins) -> Table:
+    """A table of the categories whose objects the RAM does not determine."""
+    rows: list[list[Cell]] = []
+    for name, counts in sorted(t.bytes.items(), key=lambda item: -item[1].total()):
+        most = ", ".join(f"{address} ({n:,})" for address, n in counts.most_common(SHOWN_BYTES))
+        rows.append([name, counts.total(), most])
+    title = f"{t.game.name}, {t.moments} times {MOMENTS[t.moment]}, {t.tried:,} changes before each: {t.found:,} pairs with equal RAM"
+    if not rows:
+        rows.append(["none", 0, ""])
+    return Table(title, ["Category", "Pairs that differ in it", "Bytes changed before, and pairs"], rows)
