@@ -20,7 +20,6 @@ STALE = {
     ("Berzerk", "last"): 0.8,
     ("Berzerk", "lost"): 0.75,
     ("Bowling", "last"): 0.9,
-    ("DemonAttack", "last"): 0.94,
     ("Qbert", "last"): 0.96,
     ("UpNDown", "lost"): 0.85,
     ("Venture", "lost"): 0.6,
