@@ -5,8 +5,7 @@ its left half; the right halves of the rows; the small demon that dives at the s
 to dive, the game moves the demons above it down a row. What appears (OCAtari's EnemyPart) or
 explodes, demon or ship, is a cloud of particles and no object; the shot waits for its launch in the
 ship. EnemyMissile has two slots, left and right, for each of the game's ten rows of missiles; they
-turn as the missiles fall, so a missile keeps its slot. A ray is eight lines of the screen for each
-of its rows. Lives shows the ships in reserve; its `value` is one more. Scenery: the ground.
+turn as the missiles fall, so a missile keeps its slot. A ray fills its rows. Scenery: the ground.
 
 RAM: ALE's source (score, lives), OCAtari 2.2, and the ROM's code. Demons, the score and the ship's
 state change after a frame is drawn, and `decode` takes that back. A demon hides what is less than
@@ -16,9 +15,11 @@ one line later to the left of it: so missiles and shots are longer or shorter in
 Covered: all modes and difficulties, levels 1-14, splitting and diving demons, rays, deaths, the end
 of the game. Not in the RAM: the shot on the frame on which it hits, the picture of the demon that
 it hits, missiles on the frame on which one hits the ship, a row of a demon's height on a frame on
-which it turns round. When the game ends, it clears the demons that the screen still shows: those
-that may have been the last of a wave are not valid. VEM sees no demons while the sky flashes in one
-of their colours, or where halves cover each other, and not which pieces of bent rays are whose.
+which it turns round. When the game ends, it clears the demons that the screen still shows: they get
+the most frequent picture, and the score tells how many are left of a wave. If that is one of the
+upper two rows, its row is a guess (75 % are right); from level 5 on, they are not valid. VEM sees
+no demons while the sky flashes in one of their colours, or where halves cover each other, and not
+which pieces of bent rays are whose.
 """
 
 import functools
@@ -26,7 +27,6 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax import lax
 from ocjax.boxes import Box, box
 from ocjax.console import packed_position
 from ocjax.digits import Digits, score_box
@@ -39,14 +39,13 @@ from ocjax.rules import Blobs, Bounds, Category, Gauge, display
 ROM = Rom("demon_attack", "f0e0addc07971561ab80d9abe1b8d333")
 FONT = ROM.font(0xF00, rows=9, stride=10)
 SCORE_LEFTS = tuple(range(55, 103, 8))
-
 PURPLE, SHOT, MISSILE, YELLOW = 0x56, 0x6E, 0x4E, 0x2C
 DEMON_COLORS = tuple(sorted({YELLOW, *ROM.bytes(0xFAE, 56).tolist()}))
 GROUND_COLORS = tuple(range(0x80, 0x8E, 2))
 
 # The display program counts rows down to 0. Three lines are between the lowest demon and the rest.
 UPPER, LOWER = 182, 185  # line + row: down to the lowest demon, under it
-GROUND, TOP_ROW = LOWER + 1, 0xA2
+GROUND, TOP_ROW, CEILING = LOWER + 1, 0xA2, 0x97  # rows of demons are below the last one
 
 ROWS = 8  # of a demon
 # How much is visible of 32 pictures: of each nothing, its last row, its last two rows, ...
@@ -62,14 +61,14 @@ ROW, LOWEST = np.arange(3), 2
 DIVER, MIRRORED = 6, np.arange(7) // 3 == 1  # slots
 
 ALIVE, EXPLODES = 2, 3  # `state`
-RIGHTMOST, LEFTMOST = 0x49, 0x71  # `code`
+RIGHTMOST, LEFTMOST, NO_ROW = 0x49, 0x71, 255  # `code`; `appearing` where none does
 Y_STEPS, X_STEPS = ROM.bytes(0xEF0, 8), ROM.bytes(0xEF8, 8)  # by phase
-WAVE = 8  # demons
+WAVE, POINTS = 8, (10, 10, 15, 15)  # demons; points of each, by level; later ones split
+WAVE_ENDS = WAVE * np.cumsum(POINTS)  # scores
 HIT, HIT_NOTES = 2, (8 * FIRST_PICTURES + 1) & 255  # `sound` and, by level, `note` of a hit
 SHIP_EXPLODED = 0x1D  # `page`: the frame shows the exploding ship
 JUST_HIT = 63  # `explosion` on the last frame that shows the ship
 GAME_OVER = 0xBD  # `game`
-
 MISSILE_ROWS, SHOT_ROWS = 10, 8
 PERIODS = ROM.bytes(0xDA2, 12)  # frames between two steps of the missiles
 
@@ -78,9 +77,8 @@ class Ram(RamMap):
     level = byte(0)  # modulo 12
     score = bcd((1, 3, 5))
     x_part = byte(7, 8, 9)  # of a column
-    code = byte(13, 14, 15, 17, 18, 19, 20)  # x - 5 in the chip's coding, by slot
+    code = byte(13, 14, 15, 17, 18, 19, 20)  # x - 5 in the chip's coding, by slot; 20: or missiles
     player_code = byte(16)  # likewise
-    base_code = byte(20)  # of the missiles' first column, where no demon dives
     shot_y = byte(21)  # row of its lower end
     shot_code = byte(22)  # x - 7 in the chip's coding
     appearing = byte(23)  # row of a demon that is drawn stretched
@@ -131,28 +129,23 @@ def decode(m: Ram) -> dict[str, Box]:
     }
 
 
-def _column(code: jax.Array) -> jax.Array:
-    return packed_position(code) + 5
-
-
 def _player(m: Ram) -> Box:
     """On the frame on which the ship is hit, the game has moved its place already."""
-    x = _column(m.player_code) + jnp.where(m.explosion == JUST_HIT, 4, 0)
+    x = packed_position(m.player_code) + jnp.where(m.explosion == JUST_HIT, 9, 5)
     return box(x, LOWER - 11, 7, 12, m.page != SHIP_EXPLODED)
 
 
 def _rows(m: Ram) -> jax.Array:
     """Where the demons were drawn, before they moved."""
     moved = (m.state == ALIVE) & (m.y_part < lookup(Y_STEPS, m.phase))
-    y = m.y - jnp.where(moved, 2 * m.rises - 1, 0)
-    return jnp.where(ROW == LOWEST, m.drawn_y, y)
+    return jnp.where(ROW == LOWEST, m.drawn_y, m.y - jnp.where(moved, 2 * m.rises - 1, 0))
 
 
 def _step(m: Ram) -> jax.Array:
     """Columns to the right that whole demons and left halves moved after they were drawn."""
     turned = jnp.where(m.goes_right == 1, m.code[:3] == LEFTMOST, m.code[:3] == RIGHTMOST)
-    fires = (ROW == LOWEST) & (m.volley != 0)
-    moves = (m.state == ALIVE) & ((m.is_split == 0) | (m.left_alive == 1)) & ~turned & ~fires
+    moves = (m.state == ALIVE) & ((m.is_split == 0) | (m.left_alive == 1)) & ~turned
+    moves = moves & ((ROW != LOWEST) | (m.volley == 0))  # it stands while it fires
     moved = moves & (m.x_part < lookup(X_STEPS, m.phase))
     return jnp.where(moved, 2 * m.goes_right - 1, 0)
 
@@ -169,7 +162,7 @@ def _demons(m: Ram, y: jax.Array) -> Box:
     rows = _slots(visible, visible, jnp.asarray(ROWS))
     left, top, width, height = PICTURES.extent((ROWS + 1) * picture + rows)
     left = jnp.where(MIRRORED, 8 - left - width, left)
-    x = _column(m.code) - _slots(_step(m), jnp.zeros(3, jnp.int32), jnp.asarray(0)) + left
+    x = packed_position(m.code) + 5 - jnp.pad(_step(m), (0, 4)) + left
     line = np.where(np.arange(7) == DIVER, LOWER, UPPER) + 1 - ROWS - _slots(y, y, m.diver_y)
     width = jnp.where(small, width, 16 - 2 * left)
     return box(x, line + top, width, height, (alive | hit) & (height > 0))
@@ -181,18 +174,30 @@ def _slots(left: jax.Array, right: jax.Array, diver: jax.Array) -> jax.Array:
 
 def _alive(m: Ram, split: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Which demons are alive, and which one was hit on this frame, which shows it alive."""
-    whole = (m.state == ALIVE) & (m.appearing != ROW)
-    left = jnp.where(split, m.left_alive == 1, whole)
+    left = jnp.where(split, m.left_alive == 1, (m.state == ALIVE) & (m.appearing != ROW))
     alive = _slots(left, split & (m.right_alive == 1), m.diver_state == ALIVE)
     alive = alive & (m.picture > EXPLODING)
-    # When the game ends, it clears the demons; the frame shows all if more were to come.
-    shown = (m.appeared < WAVE) & (m.appearing != ROW)
-    shown = jnp.where(ROW == LOWEST, m.drawn_picture > EXPLODING, shown) & (m.score_shown == 1)
-    shown = _slots(shown, jnp.zeros(3, bool), jnp.asarray(False))
     struck = (m.picture == EXPLODING) | (m.picture == SPLITTING)
     struck = struck & (m.sound == HIT) & (m.note == lookup(HIT_NOTES, m.level))
     exploding = _slots(split | (m.state == EXPLODES), split, m.diver_state == EXPLODES)
-    return jnp.where(m.game == GAME_OVER, shown, alive), struck & exploding
+    return jnp.where(m.game == GAME_OVER, jnp.pad(_remain(m), (0, 4)), alive), struck & exploding
+
+
+def _remain(m: Ram) -> jax.Array:
+    """Which rows the last frame of a game shows: all, unless it is the end of a wave.
+
+    Then the score tells how many demons are left. If one of the upper two is, it is rather the one
+    that is farther from the middle between its neighbours, to which the row of a dead one moves.
+    """
+    lowest, y = m.drawn_picture > EXPLODING, m.y
+    points, missing = lookup(POINTS, m.level), lookup(WAVE_ENDS, m.level) - m.score
+    left = sum(jnp.where(missing >= n * points, 1, 0) for n in (1, 2, 3))
+    known = (m.level < len(POINTS)) & (missing == left * points)
+    upper = left - jnp.where(lowest, 1, 0) - jnp.where(m.appearing == NO_ROW, 0, 1)
+    first = jnp.abs(2 * y[0] - CEILING - y[1]) > jnp.abs(2 * y[1] - y[0] - y[2])
+    needed = jnp.where((ROW == 0) == first, 1, 2)
+    alive = ((m.appeared < WAVE) | (known & (upper >= needed))) & (m.appearing != ROW)
+    return jnp.where(ROW == LOWEST, lowest, alive) & (m.score_shown == 1)
 
 
 def _shot(m: Ram, y: jax.Array) -> Box:
@@ -206,7 +211,7 @@ def _shot(m: Ram, y: jax.Array) -> Box:
 def _line(m: Ram, y: jax.Array, row: jax.Array, x: jax.Array, sooner: int) -> jax.Array:
     """The first line that shows, at column x, that the shot begins at a row, or has ended.
 
-    The end takes the display program less time: the beam is some columns less far (`sooner`).
+    The end takes the display program less time: the beam is less far by `sooner` columns.
     """
     for i in (0, 1):  # under a demon, the program positions the next one
         row = jnp.where((row < y[i]) & (row >= y[i] - 3), y[i] - 4, row)
@@ -214,8 +219,7 @@ def _line(m: Ram, y: jax.Array, row: jax.Array, x: jax.Array, sooner: int) -> ja
     at_demon = jnp.any((row >= y) & (row < y + ROWS))
     at_diver = (row >= m.diver_y) & (row < m.diver_y + ROWS)
     beam = jnp.where(m.bombs_or_rays == 1, 1, jnp.where(at_diver, 88, 43))
-    beam = beam + jnp.where(row < 12, 18, 0)  # in the ship
-    beam = jnp.where(m.page == SHIP_EXPLODED, 4, beam)
+    beam = jnp.where(m.page == SHIP_EXPLODED, 4, beam + jnp.where(row < 12, 18, 0))  # in the ship
     beam = jnp.where(above, jnp.where(at_demon, 106, 31), beam)
     return jnp.where(above, UPPER, LOWER) - row + jnp.where(x < beam - sooner, 1, 0)
 
@@ -223,13 +227,13 @@ def _line(m: Ram, y: jax.Array, row: jax.Array, x: jax.Array, sooner: int) -> ja
 def _missiles(m: Ram) -> Box:
     """A row has up to two missiles. A bomb is half as high as its row, the halves by turns."""
     slots = jnp.arange(2 * MISSILE_ROWS)
-    steps = lax.div(jnp.maximum(m.frame - m.missile_clock, 0), lookup(PERIODS, m.cycle))
+    steps = jax.lax.div(jnp.maximum(m.frame - m.missile_clock, 0), lookup(PERIODS, m.cycle))
     row = mod(slots // 2 + MISSILE_ROWS - mod(steps, MISSILE_ROWS), MISSILE_ROWS)
     dots = sum(jnp.where(row == i, m.missiles[i], 0) for i in range(MISSILE_ROWS))
-    last = dots & -dots
-    right = slots % 2 == 1
+    right, last = slots % 2 == 1, dots & -dots
     left_dot = jnp.where(right, last, dots)
-    x = _column(m.base_code) + sum(jnp.where(left_dot < 128 >> i, 1, 0) for i in range(8))
+    first = packed_position(m.code[DIVER]) + 5  # column
+    x = first + sum(jnp.where(left_dot < 128 >> i, 1, 0) for i in range(8))
     bomb, second = m.bombs == 1, m.second_half == 1
     top = 8 * row + jnp.where(bomb & second, 3, 7)
     bottom = 8 * row + jnp.where(bomb & ~second, 4, 0)
@@ -249,22 +253,19 @@ def _missile_line(m: Ram, row: jax.Array, x: jax.Array) -> jax.Array:
 
 def _score(m: Ram) -> Box:
     digits = jnp.where(m.digits >= 100, 0, div(m.digits, 10))
-    shown = jnp.sum(digits * np.array([100000, 10000, 1000, 100, 10]))
-    score = score_box(FONT, shown, right=103, top=7, digits=6, value=m.score)
-    return score.where(m.score_shown == 1)
+    old = jnp.sum(digits * np.array([100000, 10000, 1000, 100, 10]))
+    return score_box(FONT, old, right=103, top=7, digits=6, value=m.score).where(m.score_shown == 1)
 
 
 def _lives(m: Ram) -> Box:
     """The ships on the screen lag behind a life that is lost or won by a frame."""
     lost = (m.page == SHIP_EXPLODED) & (m.explosion == 0) & (m.game != GAME_OVER)
-    won = m.extra_life == 1
-    shown = m.lives + jnp.where(lost, 1, 0) - jnp.where(won, 1, 0)
+    shown = m.lives + jnp.where(lost, 1, 0) - jnp.where(m.extra_life == 1, 1, 0)
     return box(17, 188, 8 * shown - 5, 5, (shown > 0) & (shown <= 6), value=m.lives + 1)
 
 
 FIELD = (0, 17, 160, GROUND)
 HIGH = (0, 17, 160, 145)  # above the ship's explosion
-
 # Sizes and numbers of pixels tell the demons from particles.
 demons = functools.partial(Blobs, DEMON_COLORS, gap=(1, 1))
 EYES = demons(HIGH, min_size=(2, 2), max_size=(2, 2))
@@ -276,9 +277,8 @@ DENSE = demons(FIELD, min_size=(16, 6), max_size=(16, 7), area=(88, 112), also=H
 DEMONS = demons(FIELD, min_size=(12, 5), max_size=(16, 7), area=(53, 81), also=DENSE)
 
 # The shot that waits in the ship ends three rows above the lower end of this region.
-shots = functools.partial(Blobs, SHOT)
-LAUNCHED = shots((0, 171, 160, 174), max_size=(1, 3))
-SHOTS = shots((0, 17, 160, 178), gap=(0, 3), min_size=(1, 4), max_size=(1, 12), also=LAUNCHED)
+LAUNCHED = Blobs(SHOT, (0, 171, 160, 174), max_size=(1, 3))
+SHOTS = Blobs(SHOT, (0, 17, 160, 178), gap=(0, 3), min_size=(1, 4), max_size=(1, 12), also=LAUNCHED)
 MISSILES = Blobs(MISSILE, FIELD, max_size=(1, 40), split=(1, 8))
 SCORE = Bounds(YELLOW, (55, 7, 103, 16), value=Digits(FONT, SCORE_LEFTS, 7, required=True))
 LIVES = Bounds(GROUND_COLORS, (16, 188, 66, 193), inverse=True, value=Gauge(8, 3, 2))

@@ -10,7 +10,8 @@ that he is in. Other walls are scenery.
 RAM: ALE's source (score, lives), OCAtari 2.2 (what the bytes are), and the ROM's code. Sprites move
 at F4FE-F6DF, after every second frame, and a shot after each one; `_moves` takes that back. The
 larger hall monster changes places with a monster at FB00, every other turn. The last frame of a
-scene is older than the RAM, which has the next scene already: only Score, Life and Room are valid.
+scene is older than the RAM, which has the next scene already: only Score, Life and Room are valid,
+or for a room (the door that he came in by tells which) Chamber and the treasure, which never moves.
 (On 20 such frames of a hall, no byte, shifted or doubled, gives a column of the dot or a monster.)
 
 Covered: both halls and all rooms (by running the ROM's own F8F9), deaths, the end of the game.
@@ -27,7 +28,7 @@ import numpy as np
 from ocjax.boxes import Box, box, choose
 from ocjax.digits import Digits
 from ocjax.game import Game
-from ocjax.ops import among, pick
+from ocjax.ops import among, pick, reached
 from ocjax.ram import RamMap, bcd, byte
 from ocjax.rom import Pictures, Rom
 from ocjax.rules import Blobs, Bounds, Category, Gauge, Runs, display
@@ -50,8 +51,11 @@ OF_ROOMS = zip(COLORS, ((0,), (1, 5), (2, 6), (3, 4), (7,)), strict=True)
 TREASURES = {f"{color}_Collectable": rooms for color, rooms in OF_ROOMS}
 TREASURE_FIRST = (5, 6, 7)  # rooms whose treasure is sprite 1, not 2
 VIEW = (0, 24, 160, 186)
-# The top walls of the rooms: left, width.
+# The top walls of the rooms: left, width. The treasures: left, top, width, height.
 TOP_WALLS = (44, 16, 16, 28, 16, 16, 64, 64), (100, 100, 128, 104, 128, 128, 32, 32)
+PLACES = (24, 24, 114, 77, 80, 120, 70, 80), (163, 163, 163, 102, 163, 33, 33, 67)
+SIZES = (8, 8, 7, 7, 8, 8, 8, 8), (16, 12, 14, 12, 16, 14, 10, 6)
+DOORS = (2, 4, 8)  # `door` of a hall's rooms but the first one
 ROOMS = np.array([  # of the halls, on the map
     ((20, 36, 32, 48), (88, 32, 52, 56), (16, 96, 48, 68), (92, 100, 52, 68)),
     ((16, 32, 48, 56), (84, 32, 60, 48), (56, 64, 52, 48), (16, 120, 128, 52)),
@@ -61,6 +65,8 @@ ROOMS = np.array([  # of the halls, on the map
 class Ram(RamMap):
     picture = byte(0, 2, 4, 6, 8, 10)  # low byte of its address, less the row
     guest_picture = byte(14)
+    door = byte(16)  # of the hall, that he used last: a bit
+    taken = byte(18)  # 255: the treasure
     y = byte(20, 21, 22, 23, 24, 25)  # in two lines
     dot_y = byte(26)
     guest_y = byte(27)
@@ -83,11 +89,8 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    start = (m.dot_x == START[0]) & (m.dot_y == START[1])
-    # The scene before is on the screen, but not where the game itself begins.
-    old = (m.pause == BEGINS) & (m.flags >= PAUSED) & ~(start & (m.icons == FULL))
+    old, left, number, icons = _scene(m)
     hall, room = (~old & there for there in (among(m.room, HALLS), ~among(m.room, HALLS)))
-    icons = m.icons + jnp.where(old & start, 1, 0)
     dx, dy = _moves(m)
     dot = box(m.dot_x - 1 - dx[DOT], 25 + 2 * (m.dot_y - dy[DOT]), 1, 2)
     dx, dy = dx[:DOT], dy[:DOT]
@@ -102,8 +105,9 @@ def decode(m: Ram) -> dict[str, Box]:
     monsters = choose(first, four, pairs)
     kinds = {name: monsters.where(m.room == room) for name, room in MONSTERS.items()}
     treasure = choose(m.room == WALLS_ROOM, sprites[3], choose(first, sprites[1], sprites[2]))
-    finds = {name: treasure.where(among(m.room, rooms)) for name, rooms in TREASURES.items()}
-    x0 = pick(m.room, TOP_WALLS[0])
+    treasure = choose(left, _place(m, number), treasure)
+    finds = {name: treasure.where(among(number, rooms)) for name, rooms in TREASURES.items()}
+    x0 = pick(number, TOP_WALLS[0])
     walls = choose(np.arange(4) < 2, _spread(sprites[1:5]), _spread(sprites[2:6]))
     score = 100 * m.score
     return {
@@ -114,11 +118,27 @@ def decode(m: Ram) -> dict[str, Box]:
         **kinds,
         **finds,
         "Wall": walls.where(m.room == WALLS_ROOM),
-        "Chamber": box(x0, 24, pick(m.room, TOP_WALLS[1]), 4, room),
+        "Chamber": box(x0, 24, pick(number, TOP_WALLS[1]), 4, room | left),
         "Room": _rooms(m, jnp.where(old, among(m.split, SPLITS), hall)),
         "Life": box(112, 9, 8 * icons - 4, 8, icons > 0, value=m.icons + 1),
         "Score": box(1, 9, 46, 8, value=score),
     }
+
+
+def _scene(m: Ram) -> tuple[jax.Array, ...]:
+    """Whether the scene before is still on the screen, and a room; which room; the icons shown."""
+    start = (m.dot_x == START[0]) & (m.dot_y == START[1])
+    # Where the game itself begins, there is no scene before.
+    old = (m.pause == BEGINS) & (m.flags >= PAUSED) & ~(start & (m.icons == FULL))
+    left = old & among(m.room, HALLS) & ~among(m.split, SPLITS)
+    number = jnp.where(m.room == HALLS[1], 4, 0) + reached(m.door, DOORS)
+    icons = m.icons + jnp.where(old & start, 1, 0)
+    return old, left, jnp.where(left, number, m.room), icons
+
+
+def _place(m: Ram, number: jax.Array) -> Box:
+    """Where the treasure of a room is."""
+    return box(*(pick(number, sides) for sides in PLACES + SIZES), valid=m.taken == 0)
 
 
 def _spread(boxes: Box) -> Box:

@@ -17,13 +17,12 @@ STALE = {
     ("Alien", "last"): 0.95,
     ("Alien", "lost"): 0.95,
     ("Amidar", "lost"): 0.39,
-    ("Berzerk", "last"): 0.8,
-    ("Berzerk", "lost"): 0.75,
+    ("Berzerk", "last"): 0.91,
+    ("Berzerk", "lost"): 0.87,
     ("Bowling", "last"): 0.9,
-    ("DemonAttack", "last"): 0.94,
     ("Qbert", "last"): 0.96,
     ("UpNDown", "lost"): 0.85,
-    ("Venture", "lost"): 0.6,
+    ("Venture", "lost"): 0.75,
 }
 # Largest share of samples on which the display shows the score of the frame before. Krull's recording has 3 of 40.
 LATE_DISPLAYS = {("Krull", "Score"): 0.075}
