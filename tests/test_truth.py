@@ -22,7 +22,6 @@ STALE = {
     ("Bowling", "last"): 0.9,
     ("DemonAttack", "last"): 0.94,
     ("Qbert", "last"): 0.96,
-    ("UpNDown", "lost"): 0.85,
     ("Venture", "lost"): 0.6,
 }
 # Largest share of samples on which the display shows the score of the frame before. Krull's recording has 3 of 40.
