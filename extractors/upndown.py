@@ -15,10 +15,9 @@ by the player's last step but one (f275).
 
 Covered: round 1, lost lives, the end of the game, all modes and difficulties; the other rounds by
 the ROM's tables alone.
-The first frame of a start shows none of the cars.
-Not exact: the frame of a lost life, which still shows cars and flags, while the RAM is as at the
-new start (f224); those on which a car is hit, a flag is collected or a record begins anew,
-because the new state has overwritten the old one; all rows but the player's on some frames on
+The first frame of a start shows none of the cars; that of a lost life, the old records: `_upndown`.
+Not exact: a few of the latter; frames on which a car is hit, a flag is collected or a record begins
+anew, because the new state has overwritten the old one; all rows but the player's on some frames on
 which he speeds up or slows down, because the joystick is not kept; the column of a car that
 changes sides in a crossing.
 For VEM: cars that touch, some parts of cars of a few rows, and flags in the road's colour.
@@ -33,20 +32,29 @@ import numpy as np
 from ocjax.boxes import Box, box
 from ocjax.console import mirrored
 from ocjax.digits import Digits, score_box
+from ocjax.extractors._upndown import (
+    APART,
+    BANK,
+    DOUBLE,
+    GROUND,
+    HIDDEN,
+    MIDDLE,
+    ROM,
+    DrawnRam,
+    column,
+    drawn,
+)
 from ocjax.game import Game
-from ocjax.ops import among, lookup
-from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.rom import Pictures, Rom
+from ocjax.ops import among
+from ocjax.ram import bcd, bits, byte
+from ocjax.rom import Pictures
 from ocjax.rules import Blobs, Bounds, Category, display
 
-ROM = Rom("up_n_down", "a499d720e7ee35c62424de882a3351b6")
-BANK = 0x1000  # of the tables
 FONT = ROM.font(BANK + 0xF01, rows=7, stride=8)
 
 VIEW = (8, 27, 160, 194)
-PLAYER, FLAG, COLLECTABLE, TAKEN_FLAG, HIDDEN = 0x10, 8, 0x18, 0x28, 0x17  # `kind`
+PLAYER, FLAG, COLLECTABLE = 0x10, 8, 0x18  # `kind`
 CAR_LOOK, FLAG_LOOK, COLLECTABLE_LOOK = 3, 4, 5  # in `PICTURES`; the player's is that of a car
-GROUND = 0x58  # `y` of the player on the road
 LANDED, TAKEOFF, SINKS = 24, 255, 224  # `jump`
 NEAR, ROWS, FAR = 4, 16, 255  # rows between sprites, of a picture, and where there is none
 SPACE, BOTTOM = 24, 0x98  # rows that a sprite out of the way needs, and where they end
@@ -54,7 +62,6 @@ RIGHT = 142  # from this column on, the last row of a picture is cleared before 
 LAST_ROW = 0x9E  # beyond it a record begins anew
 START_ROWS = ROM.bytes(BANK + 0xA84, 3)  # `y` of the other cars
 MOST = 3  # columns that the player moves in a frame
-MIDDLE, CROSSING = 0x48, 0x47
 DYING, LIFE_TAKEN = 0x40, 0x20  # `pause` and `attract` on the frame of a lost life
 STARTING, IDLE = (0x3F, 0x40), 0x22  # likewise while a text replaces the score
 BLACK, GREY = 0, 10
@@ -85,16 +92,12 @@ def _extents() -> Pictures:
 
 
 PICTURES = _extents()
-ROAD_PAGES = (ROM.bytes(BANK + 0xBE3, 10) & 15).tolist()
-ROADS = ROM.bytes(BANK + 0xC00, 3 * 256)  # of three rounds
 
 
-class Ram(RamMap):
+class Ram(DrawnRam):
     score = bcd((0, 1, 2))
-    level = byte(3)
     collected = byte(4)  # a bit for each flag
     lives = bits(6, count=4)
-    counter = byte(16)
     pause = byte(20)  # frames
     fine = byte(21)  # rows by which the road has come down, 0-3
     coarse = byte(22)  # 4 rows
@@ -106,7 +109,6 @@ class Ram(RamMap):
     kind = byte(36)
     kinds = byte(37, 38, 39)
     next_x = byte(40)  # of the player
-    x = byte(41, 42, 43)
     y = byte(49, 50, 51)
     player_y = byte(56)
     attract = byte(61)
@@ -118,11 +120,16 @@ def decode(m: Ram) -> dict[str, Box]:
     limit = mirrored((m.counter - 1) & 255) & 255
     scroll = jnp.where(m.pause == 0, _steps(m.speed, limit), 0)
     x, y = _before(m, scroll)
-    kinds = jnp.concatenate([m.kind[None], m.kinds])
-    objects = _objects(m, kinds, x, y, scroll).where(~_starts(m))
-    others, kind = objects[1:], m.kinds
+    lost = (m.pause == DYING) & (m.attract >> 1 == LIFE_TAKEN >> 1)
+    kind, rows, fine = drawn(m)
+    kind = jnp.where(lost, kind, m.kinds)
+    y = jnp.where(lost, jnp.concatenate([y[:1], rows]), y)
+    fine = jnp.where(lost, fine, m.fine - scroll)
+    kinds = jnp.concatenate([m.kind[None], kind])
+    objects = _objects(m, kinds, x, y, fine).where(~_starts(m))
+    others = objects[1:]
     score = jnp.where(((m.counter & 63) == 0) & (m.pause == 0), m.score - 10, m.score)
-    icons = m.lives + jnp.where((m.pause == DYING) & (m.attract >> 1 == LIFE_TAKEN >> 1), 1, 0)
+    icons = m.lives + jnp.where(lost, 1, 0)
     icon = np.arange(4)
     flag = np.arange(8)
     return {
@@ -167,17 +174,10 @@ def _before(m: Ram, scroll: jax.Array) -> tuple[jax.Array, jax.Array]:
 
 def _column(m: Ram, step: jax.Array) -> jax.Array:
     """The cars' columns on the road before their last step."""
-    way = m.y + 4 * m.coarse + m.fine - step
-    start = 256 * (lookup(ROAD_PAGES, m.level) - 12)
-    at = 2 * (way >> 3)
-    here, there = (lookup(ROADS, start + ((at + i) & 255)) for i in (0, 2))
-    bend = ((there & 0x3E) - (here & 0x3E)) * (way & 7) >> 3
-    column = (here & 0x3E) + 16 + bend + jnp.where(bend < 0, 1, 0)
-    double = here >= 0x80  # both roads lead the same way
-    right = m.x >= jnp.where(double, MIDDLE + 4, MIDDLE)
-    other = jnp.where(double, column + 80, 144 - column)
-    cross = jnp.where(m.x >= MIDDLE, CROSSING + 2, CROSSING)
-    return jnp.where(column >= MIDDLE, cross, jnp.where(right, other, column))
+    there = column(m, m.y + 4 * m.coarse + m.fine - step)
+    right = jnp.where(m.x >= MIDDLE, MIDDLE + there, MIDDLE - there)
+    double = there - DOUBLE + jnp.where(m.x >= MIDDLE + 4, APART, 0)
+    return jnp.where(there >= DOUBLE, double, right)
 
 
 def _height(jump: jax.Array) -> jax.Array:
@@ -237,9 +237,9 @@ def _rows(m: Ram, kind: jax.Array, y: jax.Array, fine: jax.Array) -> tuple[jax.A
     return jnp.where(skipped, 0, low), jnp.where(skipped, ROWS, high)
 
 
-def _objects(m: Ram, kind: jax.Array, x: jax.Array, y: jax.Array, scroll: jax.Array) -> Box:
+def _objects(m: Ram, kind: jax.Array, x: jax.Array, y: jax.Array, fine: jax.Array) -> Box:
     """The boxes of all four sprites, with the rows that the others leave them."""
-    low, high = _rows(m, kind, y, m.fine - scroll)
+    low, high = _rows(m, kind, y, fine)
     low = jnp.where(x >= RIGHT, jnp.maximum(low, 1), low)
     look = jnp.where(kind < FLAG, kind & 3, FLAG_LOOK)
     look = jnp.where(among(kind, range(COLLECTABLE, 0x20)), COLLECTABLE_LOOK + (kind & 3), look)

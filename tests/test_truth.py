@@ -21,7 +21,6 @@ STALE = {
     ("Berzerk", "lost"): 0.87,
     ("Bowling", "last"): 0.9,
     ("Qbert", "last"): 0.96,
-    ("UpNDown", "lost"): 0.85,
     ("Venture", "lost"): 0.75,
 }
 # Largest share of samples on which the display shows the score of the frame before. Krull's recording has 3 of 40.
