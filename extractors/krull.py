@@ -9,11 +9,12 @@ three places in turn, and those of two frames are valid. The web and the ground 
 RAM: ALE's source (score, lives), OCAtari 2.2 (scenes, records), and the ROM's code, which moves all
 before the drawing ($F300 of the first half), save what is found in the desert.
 
-Covered: all four scenes; the fortress, the star, and the lair (whole and broken cage, the weapon in
-hand and thrown) by writes to the RAM. Not covered: later rounds, the weapon in flames. When the
-web's lines jump back by a place, those of the frame before are not valid. VEM cuts mares that touch
-in the middle; it takes the player's weapon for a part of him; it misses him while he flashes, his
-sword, a spider that a line crosses, a line that he hangs on, a shot behind figures.
+Covered: four scenes, five rounds; the fortress, the star, the lair (cage whole or broken, weapon in
+hand and thrown) and later rounds by writes to the RAM. From the sixth round on, Lyssa and Slayers
+are up to 20 rows off. Not covered: the weapon in flames. When the web's lines jump back by a place,
+those of the frame before are not valid. VEM cuts mares that touch in the middle; it takes the
+player's weapon for a part of him; it misses him while he flashes, his sword, a spider that a line
+crosses, a line that he hangs on, a shot behind figures.
 """
 
 from functools import partial
@@ -251,8 +252,7 @@ WEAPONS = Bounds((ITEM, (0xEE,)), (ITEMS, (8, 56, 160, 173)), min_size=(2, 2), e
 HIT = range(0x6E, 0xEE, 16)  # the player's other colours when he flashes
 ANY = tuple(c for c in range(0, 256, 2) if c != 0xA0)
 SHOT = Blobs(ANY, (8, 44, 160, 172), min_size=(1, 5), max_size=(8, 8), area=(5, 9), min_line=5)
-# The row in which left and right lines are apart. Tips can be beyond the edge, the first shows two
-# rows further down. Lines have the colours of figures beside them.
+# The row in which left and right lines are apart. The first one shows two rows further down.
 FIRST = (*((x, 111, x + 1, 172) for x in range(8, 15)), (8, 113, 9, 172))
 CROSSED = (*FIRST, (15, 111, 79, 172), (80, 111, 160, 172))
 BESIDE = (*((x - 8, 95, 33) for x in range(8, 15)), (0, 97, 32), (7, 95, 33), (33, 95, 7))
