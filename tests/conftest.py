@@ -22,7 +22,7 @@ DATA = Path(__file__).parent / "data"
 
 def pytest_addoption(parser):
     parser.addoption("--fuzz", type=int, default=1_000, help="random RAM states and random frames a game")
-    parser.addoption("--soak", type=int, default=50_000, help="agent steps in which memory must not grow; CI takes a million")
+    parser.addoption("--soak", type=int, default=100_000, help="agent steps in which memory must not grow; CI takes a million")
     parser.addoption("--cleanrl", type=Path, help="a checkout of CleanRL, whose ppo.py is to run")
     parser.addoption("--atari-ari", type=Path, help="a checkout of AtariARI's repository")
     parser.addoption("--jaxatari", type=Path, help="a checkout of JAXAtari")

@@ -126,7 +126,7 @@ def test_residual(pong):
 
 @pytest.fixture(scope="module")
 def pong_causes():
-    return causes.causes(ocjax.load("Pong"), values=16, num_envs=32, seed=1)
+    return causes.causes(ocjax.load("Pong"), values=32, num_envs=32, seed=1)
 
 
 def test_causes_finds_pong(pong_causes):
@@ -145,7 +145,7 @@ def test_causes_finds_pong(pong_causes):
 
 
 def test_causes_finds_freeway():
-    found = causes.causes(ocjax.load("Freeway"), values=16, num_envs=32, steps=60)
+    found = causes.causes(ocjax.load("Freeway"), values=32, num_envs=32, steps=60)
     effects = {a: {e.category: e for e in es} for a, es in found.effects.items()}
     y = effects[14]["Chicken"].formulas["y"]
     assert y.scale == -1

@@ -37,7 +37,7 @@ SHOWN_BYTES = 6
 
 
 class Twin(NamedTuple):
-    """Two pictures that leave the same RAM."""
+    """A picture with the RAM of another one."""
 
     address: int  # of the byte that was changed before
     moment: int  # its number
