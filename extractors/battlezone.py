@@ -266,7 +266,7 @@ def _radar(m: Ram) -> Box:
 
 
 # The lines of a crash may have anybody's colours; the crosshair is not on that screen.
-on_plain = functools.partial(Category, needs="Crosshair")
+on_plain = functools.partial(Category, needs=("Crosshair",))
 enemies = functools.partial(on_plain, count=2)
 enemy = functools.partial(Blobs, region=PLAIN, gap=(1, 1), min_size=(2, 2), max_size=(32, 18))
 flyer = functools.partial(enemy, gap=(2, 4), min_size=(1, 2))

@@ -289,7 +289,7 @@ GAME = Game(
         enemies("EnemyHelicopter", vehicles(WHITE, FIELD), doc="lanes from the bottom"),
         enemies("EnemyPlane", vehicles(BLUE, FIELD), doc="lanes from the bottom"),
         Category("Truck", vehicles(BLACK, ROAD), count=3, doc="places of the convoy"),
-        Category("Bomb", BOMBS, count=2, needs="Player", doc="whole or upper half, lower half"),
+        Category("Bomb", BOMBS, count=2, needs=("Player",), doc="whole or upper half, lower half"),
         Category("Shot", LINE, doc="the line that is left of it"),
         Category("MiniPlayer", Bounds(BROWN, WINDOW), doc="on the radar"),
         Category("MiniEnemy", LANES, count=12, doc="block * 3 + lane"),

@@ -284,8 +284,8 @@ GAME = Game(
     decode=decode,
     categories=(
         Category("Player", MARIO, attributes=("orientation",), doc="Mario; north on a ladder"),
-        Category("Barrel", SMALL, count=4, needs="OilDrum", doc="on the first board"),
-        Category("Fireball", SMALL, count=4, needs="Rivet", doc="on the second board"),
+        Category("Barrel", SMALL, count=4, needs=("OilDrum",), doc="on the first board"),
+        Category("Fireball", SMALL, count=4, needs=("Rivet",), doc="on the second board"),
         Category("Hammer", HAMMER, doc="on its place, or held"),
         Category("Rivet", RIVETS, count=8, doc="lowest girder first, left before right"),
         Category("DonkeyKong", Bounds(KONG, KONG_AT), doc="the ape"),

@@ -10,11 +10,12 @@ RAM: ALE's source (score, lives), OCAtari 2.2 (scenes, records), and the ROM's c
 before the drawing ($F300 of the first half), save what is found in the desert.
 
 Covered: four scenes, five rounds; the fortress, the star, the lair (cage whole or broken, weapon in
-hand and thrown) and later rounds by writes to the RAM. From the sixth round on, Lyssa and Slayers
-are up to 20 rows off. Not covered: the weapon in flames. When the web's lines jump back by a place,
-those of the frame before are not valid. VEM cuts mares that touch in the middle; it takes the
-player's weapon for a part of him; it misses him while he flashes, his sword, a spider that a line
-crosses, a line that he hangs on, a shot behind figures.
+hand, thrown, in flames) and later rounds by writes to the RAM. From the sixth round on, figures may
+push the bride off the screen; the game's frame then lasts for two of the emulator's, of which every
+other one shows an older picture. When the web's lines jump back by a place, those of the frame
+before are not valid. VEM cuts mares that touch in the middle; it takes the player's weapon for a
+part of him; it misses him while he flashes, his sword, a spider that a line crosses, a line that he
+hangs on, a shot behind figures, a weapon in the light that gives it flames or before the beast then.
 """
 
 from functools import partial
@@ -25,35 +26,24 @@ import numpy as np
 from ocjax.boxes import Box, box, choose
 from ocjax.console import NUSIZ_COPIES, NUSIZ_SPACING, signed_nibble, wrap
 from ocjax.digits import Digits, score_box
+from ocjax.extractors._krull import FIGURES, ROM, SECOND, off_at, on_at, turns
 from ocjax.game import Game
-from ocjax.ops import among, mod, pick
+from ocjax.ops import among, mod, pick, shared
 from ocjax.ram import RamMap, bcd, bits, byte, signed
-from ocjax.rom import Pictures, Rom
+from ocjax.rom import Pictures
 from ocjax.rules import Blobs, Bounds, Category, Cells, Runs, display
 
-ROM = Rom("krull", "4baada22435320d185c95b7dd2bcdb24")
 FONT = ROM.font(0xB07, rows=7)
 WEDDING, LAIR, WEB, DESERT = range(4)  # `scene`
 STRIDES = 0x70  # least picture of the beast that is 12 columns wide
+SANK = 7  # `y` of Lyssa in the lair after she has given the weapon its flames
 RISEN = 0x40  # greatest `castle` of a castle
 WEAPON, LIFE = 0xE2, 0xE9  # `item`
 STAR = 0x29  # `foe_picture` while the star is in the web in place of the spider
 TOP, BOTTOM = 18, 0x50  # least `shot_top` that is drawn; least `y` and `shot_top` that are not
-TURNS = 9  # of two rows, in which a figure is drawn
-IN_FIGURE, ABOVE_PEOPLE, ABOVE_SLAYERS, BELOW_SLAYERS = 4, 73, 61, 82  # columns of the beam
 SLANTED_FROM = 45  # the row in which a slanted shot would be at `shot_x`
-TALLEST = 24  # rows of a figure; the bytes that are no figures may say more
-
-
-def _figure(page: int, code: int) -> np.ndarray:
-    """The rows of a figure, after their number; the game draws two a turn, the upper one last."""
-    height = min(int(ROM.bytes(page | code, 1)[0]) & ~1, TALLEST)
-    return ROM.rows(page | code + 1, height).reshape(-1, 2)[:, ::-1].ravel()
-
-
-PEOPLE = Pictures.of([_figure(page, code) for page in (0xA00, 0xC00) for code in range(256)])
+PEOPLE = Pictures.of(FIGURES)
 STAR_X, STAR_Y = np.array([20, 137] * 4), 2 * ROM.bytes(0x1F7A, 4).repeat(2) + 21
-SECOND = 256  # the first picture of the second page
 STAY = ("Score", "Life_HUD", "Weapon_HUD")  # on the title screen after a game
 MARES, SPIDERS = (ROM.pictures(range(0x900, 0x9F8), height) for height in (9, 10))
 FIELD, ABOVE_GROUND = (8, 16, 160, 173), (8, 16, 160, 172)
@@ -94,6 +84,8 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     wedding, lair, web, desert = (m.scene == scene for scene in range(4))
+    figures = shared(turns(m.x, m.y, m.picture, m.slayers, m.taken))
+    y = jnp.where(wedding, figures[0], m.y)
     pictures, turned = jnp.stack([m.foe_picture, m.player_picture]), (m.flags[6:] & 8) > 0
     mares = MARES.box(pictures, m.x[6:] + 8, np.full(2, 145), mirrored=turned, valid=desert)
     i = np.arange(3)
@@ -102,10 +94,10 @@ def decode(m: Ram) -> dict[str, Box]:
     inset = 2 - jnp.clip(jnp.minimum(m.sun_y - 26, 41 - m.sun_y), 0, 2)  # of the rows that show
     right = jnp.where(m.score < 100, 87, jnp.where(m.score < 10_000, 95, 103))
     boxes = {
-        "Player": _player(m, mares),
-        "Lyssa": _lyssa(m).where(wedding | lair),
-        "Slayers": _slayers(m).where(wedding),
-        "Slayer_Shot": _shot(m).where(wedding),
+        "Player": _player(m, y, mares),
+        "Lyssa": _lyssa(m, y).where(wedding | (lair & (m.y[2] < SANK))),
+        "Slayers": _slayers(m, y).where(wedding),
+        "Slayer_Shot": _shot(m, figures).where(wedding),
         "Spider": SPIDERS.box(m.foe_picture, m.x[6] + 8, in_web, valid=web & ~star),
         "Star": box(STAR_X, STAR_Y, 3, 4, star & (m.x[6] + 10 == STAR_X) & (in_web == STAR_Y)),
         "Line": _lines(m).where(web),
@@ -141,17 +133,17 @@ def _beast(m: Ram) -> Box:
     return box(m.x[1] + left, 2 * m.y[1] + 15, jnp.where(wide, 12, 10), 22)
 
 
-def _record(m: Ram, elsewhere: int, taken: int, free: int) -> jax.Array:
+def _record(m: Ram, y: jax.Array, elsewhere: int, taken: int, free: int) -> jax.Array:
     """x, y, flags and picture of a record, by whether the bride is taken at the wedding."""
-    fields = jnp.stack([m.x, m.y, m.flags, m.picture])
+    fields = jnp.stack([m.x, y, m.flags, m.picture])
     wedding = jnp.where(m.taken == 1, fields[:, taken], fields[:, free])
     return jnp.where(m.scene == WEDDING, wedding, fields[:, elsewhere])
 
 
-def _player(m: Ram, mares: Box) -> Box:
+def _player(m: Ram, y: jax.Array, mares: Box) -> Box:
     """The player; in the desert, the box around the mares."""
     web, lair = m.scene == WEB, m.scene == LAIR
-    x, y, flags, picture = _record(m, 0, 7, 6)
+    x, y, flags, picture = _record(m, y, 0, 7, 6)
     page = jnp.where(web & (m.shot_page == 0xBC), SECOND, 0)
     walks = PEOPLE.box(
         page + jnp.where(web, m.player_picture, picture),
@@ -170,46 +162,38 @@ def _left(x: jax.Array) -> jax.Array:
     return jnp.where(x < 9, 6, 8)
 
 
-def _lyssa(m: Ram) -> Box:
-    x, y, flags, picture = _record(m, 2, 6, 0)
-    behind = jnp.maximum(2 * y + 16, 2 * m.y[7] + 44)  # the player, who has the same sprite
-    top = jnp.where((m.taken == 1) & (m.scene == WEDDING), behind, 2 * y + 15)
+def _lyssa(m: Ram, y: jax.Array) -> Box:
+    x, y, flags, picture = _record(m, y, 2, 6, 0)
+    top = 2 * y + jnp.where((m.taken == 1) & (m.scene == WEDDING), 16, 15)
     return PEOPLE.box(picture, x + 8, top, mirrored=(flags & 16) > 0).clip(*FIELD)
 
 
-def _slayers(m: Ram) -> Box:
+def _slayers(m: Ram, y: jax.Array) -> Box:
     """Slayers, whose records begin after the bride's while she is free."""
     copy, record = np.tile(np.arange(3), 5), np.repeat(np.arange(5), 3)
-    fields = jnp.stack([m.x, m.y, m.flags, m.picture])
+    fields = jnp.stack([m.x, y, m.flags, m.picture])
     x, y, flags, picture = jnp.where(m.taken == 1, fields[:, record], fields[:, record + 1])
     size = flags & 7
     return PEOPLE.box(
         SECOND + picture,
         x + _left(x) + copy * pick(size, NUSIZ_SPACING),
-        jnp.maximum(2 * y + 15, 27),
+        2 * y + 15,
         mirrored=(flags & 16) > 0,
         valid=(record < m.slayers) & (copy < pick(size, NUSIZ_COPIES)),
     ).clip(8, 27, 160, 173)
 
 
-def _shot(m: Ram) -> Box:
+def _shot(m: Ram, figures: jax.Array) -> Box:
     """The Slayers' shot, of a row more or less where the beam has passed it when it is switched."""
     top, rows = 2 * m.shot_top + 13, 2 * (m.shot_bottom - m.shot_top)
     step = -signed_nibble(m.shot_slant)  # columns a row
     head = mod(m.shot_x + 167 + step * (top - SLANTED_FROM), 160)
-    late = jnp.where(head < _passed(m.shot_top, m.y[6:], ABOVE_PEOPLE), 1, 0)
-    waits = jnp.where(m.shot_bottom > m.y[0], BELOW_SLAYERS, ABOVE_SLAYERS)
-    longer = wrap(head + step * (rows - 1)) < _passed(m.shot_bottom, m.y[:5], waits)
+    late = jnp.where(head < on_at(m.shot_top, figures), 1, 0)
+    longer = wrap(head + step * (rows - 1)) < off_at(m.shot_bottom, figures)
     top, left, height = top + late, wrap(head + late * step), rows - late - jnp.where(longer, 0, 1)
     left = left - jnp.where(step < 0, height - 1, 0)
     shot = box(left, top, jnp.where(step == 0, 1, height), height)
     return shot.where(among(m.shot_top, range(TOP, BOTTOM))).clip(*ABOVE_GROUND)
-
-
-def _passed(turn: jax.Array, starts: jax.Array, waits: jax.Array | int) -> jax.Array:
-    """The column that the beam has passed, from whether one of the figures is drawn then."""
-    since = turn - starts
-    return jnp.where(((since > 0) & (since <= TURNS)).any(), IN_FIGURE, waits)
 
 
 def _lines(m: Ram) -> Box:
@@ -249,6 +233,7 @@ STARS = Cells(0x0E, (20, 137) * 4, tuple(STAR_Y.tolist()), 3, 4, whole=False, ma
 ride = partial(Blobs, min_size=(4, 5), max_size=(16, 9), split=(8, 9), tight=True, area=(20, 80))
 THROWN = Bounds(tuple(range(0x50, 0x60, 2)), (8, 60, 160, 173), min_size=(4, 1))
 WEAPONS = Bounds((ITEM, (0xEE,)), (ITEMS, (8, 56, 160, 173)), min_size=(2, 2), exclude=("Life",))
+IN_FLAMES = Bounds((ITEM, (0x42,)), (ITEMS, (8, 95, 160, 173)), min_size=(2, 2), exclude=("Life",))
 HIT = range(0x6E, 0xEE, 16)  # the player's other colours when he flashes
 ANY = tuple(c for c in range(0, 256, 2) if c != 0xA0)
 SHOT = Blobs(ANY, (8, 44, 160, 172), min_size=(1, 5), max_size=(8, 8), area=(5, 9), min_line=5)
@@ -270,23 +255,37 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER, needs="Hour_Glass", doc="Colwyn; in the desert both mares"),
+        Category("Player", PLAYER, needs=("Hour_Glass",), doc="Colwyn; in the desert both mares"),
         Category("Lyssa", figure(BRIDE, FIELD, min_size=(5, 8), max_size=(8, 17)), doc="the bride"),
-        Category("Slayers", SLAYERS, count=15, needs="Castle", doc="record * 3 + copy"),
-        Category("Slayer_Shot", SHOT, needs="Slayers", doc="held by a Slayer or thrown"),
+        Category("Slayers", SLAYERS, count=15, needs=("Castle",), doc="record * 3 + copy"),
+        Category("Slayer_Shot", SHOT, needs=("Slayers",), doc="held by a Slayer or thrown"),
         Category("Beast", Bounds((0x22, 0x42), (8, 60, 160, 95), (5, 15)), doc="in the lair"),
         Category("Spider", SPIDER, doc="in the web"),
-        Category("Star", STARS, count=8, blinks=True, needs="Window", doc="in the spider's place"),
-        Category("Line", LINES, count=6, needs="Window", doc="the web's moving lines"),
+        Category(
+            "Star",
+            STARS,
+            count=8,
+            blinks=True,
+            needs=("Window",),
+            doc="in the spider's place",
+        ),
+        Category("Line", LINES, count=6, needs=("Window",), doc="the web's moving lines"),
         Category(
             "Fire_Mare",
             ride((0x38, 0xEE), (8, 145, 160, 154)),
             count=2,
-            needs="Hour_Glass",
+            needs=("Hour_Glass",),
             doc="run side by side",
         ),
-        Category("Enemy_Weapon", THROWN, needs="Beast", doc="what the beast throws"),
-        Category("Weapon", WEAPONS, count=2, doc="in the desert; the player's in the lair"),
+        Category("Enemy_Weapon", THROWN, needs=("Beast",), doc="what the beast throws"),
+        Category(
+            "Weapon",
+            WEAPONS,
+            count=2,
+            needs=("Fire_Mare", "Beast"),
+            otherwise=IN_FLAMES,
+            doc="in the desert; the player's in the lair",
+        ),
         Category("Life", Blobs(ITEM, ITEMS, min_size=(5, 7), max_size=(6, 7)), doc="likewise"),
         Category("Window", Bounds(6, (76, 23, 84, 49), min_size=(8, 26)), doc="of the web"),
         Category("Castle", CASTLES, count=2, doc="the wall at the wedding, the Black Fortress"),

@@ -215,6 +215,7 @@ GOLDS = Bounds((SHINE, GOLDEN), (113, 117, 142, 134), min_size=(7, 10))
 RING = ground((SHINE, GOLDEN), gap=(1, 1), min_size=(4, 8), max_size=(6, 15))
 BRICKS = Bounds((SILVERY, RED), (8, 148, 160, 180), min_size=(4, 8))
 STAIR = Bounds(EARTH, (78, 136, 82, 178), min_size=(4, 20))
+STAIR_PIT = Bounds(BLACK, (76, 122, 84, 128))
 PITS = Bounds(BLACK, ((48, 122, 60, 128), (100, 122, 112, 128)))
 SLIME = Blobs(BLACK, (48, 118, 112, 132), gap=(8, 0), min_size=(30, 3), max_size=(64, 10))
 rope = functools.partial(Blobs, BROWN, (44, 65, 116, 117), max_run=44, gap=(4, 25))
@@ -244,8 +245,8 @@ GAME = Game(
         Category("Scorpion", Bounds(SHINE, (8, 164, 160, 181)), doc="below the ground"),
         Category("Wall", BRICKS, rgb=(167, 26, 26), doc="bricks below the ground"),
         Category("Stair", STAIR, doc="the ladder"),
-        hole("StairPit", Bounds(BLACK, (76, 122, 84, 128)), needs="Stair", doc="above the ladder"),
-        hole("Pit", PITS, count=2, needs="Stair", doc="left and right of it"),
+        hole("StairPit", STAIR_PIT, needs=("Stair",), doc="above the ladder"),
+        hole("Pit", PITS, count=2, needs=("Stair",), doc="left and right of it"),
         hole("Tarpit", SLIME, doc="tar or quicksand"),
         Category("Waterhole", Bounds(BLUE, (48, 118, 112, 132)), doc="a pond"),
         Category("Rope", ROPE, doc="a liana"),

@@ -241,8 +241,10 @@ def _validate_category(game: Game, c: Category) -> None:
     need(bottom <= game.screen[0], text=f"its rule reaches down to row {bottom}, the screen has {game.screen[0]} rows")
     reads = isinstance(c.rule, Bounds) and c.rule.value is not None
     need(not reads or "value" in c.attributes, text="its rule reads a value, but it has no attribute 'value'")
-    may_need = {None, *(o.name for o in game.categories if c.hud or not o.hud)}  # a game without its display lacks the others
-    need(c.needs in may_need, text=f"needs: {c.needs!r} is not a category" + ("" if c.hud else " outside the display"))
+    need(isinstance(c.needs, tuple), text=f"needs must be a tuple of names, got {c.needs!r}")
+    may_need = {o.name for o in game.categories if c.hud or not o.hud}  # a game without its display lacks the others
+    for name in c.needs:
+        need(name in may_need, text=f"needs: {name!r} is not a category" + ("" if c.hud else " outside the display"))
     for name in (n for r in getattr(c.rule, "rules", (c.rule,)) for n in getattr(r, "exclude", ())):
         other = next((o.rule for o in game.categories if o.name == name), None)
         blobs, whole_cells = isinstance(other, Blobs), isinstance(other, Cells) and other.whole and not other.floats

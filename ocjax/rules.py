@@ -380,8 +380,8 @@ class Category:
         blinks: whether the objects are drawn only part of the time, with gaps longer than the single frame of ordinary flicker. REM reports
             them all the time.
         aliases: other names by which `game.slices`, `Objects.of` and `evaluation.from_records` know the category.
-        needs: name of a category. VEM reports objects only on frames on which it finds one of that category, too. This is for screens that
-            take the playfield's place and hold shapes in the objects' colours.
+        needs: names of categories. VEM reports objects only on frames on which it finds an object of one of these, too. This is for screens
+            that take the playfield's place and hold shapes in the objects' colours.
         otherwise: the rule that counts on frames on which `rule` finds nothing. This is for objects that for a moment have a colour that
             others may have, too.
     """
@@ -395,7 +395,7 @@ class Category:
     doc: str = ""
     blinks: bool = False
     aliases: tuple[str, ...] = ()
-    needs: str | None = None
+    needs: tuple[str, ...] = ()
     otherwise: Rule | None = None
 
     @property

@@ -52,14 +52,14 @@ def _by_slot(fields: Sequence[jax.Array | None], game: Game, lanes: int, default
 
 
 def _needed(game: Game, found: Sequence[Detected]) -> np.ndarray | jax.Array:
-    """Whether each category counts: it needs no other one, or that one was found; bool `[categories, B]`, or `[categories, 1]`."""
+    """Whether each category counts: it needs no other one, or one that it needs was found; bool `[categories, B]`, or `[categories, 1]`."""
     needs = [c.needs for c in game.categories]
-    others = sorted({name for name in needs if name is not None})
+    others = sorted({names for names in needs if names})
     if not others:
         return np.ones((len(needs), 1), bool)
     index = {c.name: i for i, c in enumerate(game.categories)}
-    shown = [jnp.any(found[index[name]].valid, axis=0) for name in others]
-    which = [len(others) if name is None else others.index(name) for name in needs]
+    shown = [jnp.any(jnp.concatenate([found[index[name]].valid for name in names]), axis=0) for names in others]
+    which = [others.index(names) if names else len(others) for names in needs]
     return jnp.stack([*shown, jnp.ones_like(shown[0])])[np.array(which)]
 
 

@@ -100,7 +100,8 @@ def test_aliases():
         ({"categories": (Category("A", Runs(((14,),), ((0, 9, 9, 250),), ((1, 9),), 1)), *CATEGORIES[1:])}, "reaches down to row 250"),
         ({"screen": (256, 160)}, "height below 256"),
         ({"categories": (Category("A", Blobs(14), rgb=(1, 2)), *CATEGORIES[1:])}, "rgb must be"),
-        ({"categories": (Category("A", Blobs(14), needs="H"), *CATEGORIES[1:])}, "needs: 'H' is not a category outside the display"),
+        ({"categories": (Category("A", Blobs(14), needs=("H",)), *CATEGORIES[1:])}, "needs: 'H' is not a category outside the display"),
+        ({"categories": (Category("A", Blobs(14), needs="B"), *CATEGORIES[1:])}, "needs must be a tuple of names, got 'B'"),
         ({"decode": lambda m: decode(m) | {"A": box(jnp.arange(3), 0, 1, 1)}}, r"decode, A\.x: must have shape"),
         ({"decode": lambda m: decode(m) | {"A": 3}}, "must be a box"),
         ({"decode": lambda m: decode(m) | {"A": box(m.x + 0.5, 0, 1, 1)}}, "decode"),
@@ -342,7 +343,7 @@ def test_objects_of_known_shape_by_their_tips():
 
 
 def test_objects_that_are_not_on_other_screens():
-    categories = (CATEGORIES[0], dataclasses.replace(CATEGORIES[1], needs="A"), CATEGORIES[2])
+    categories = (CATEGORIES[0], dataclasses.replace(CATEGORIES[1], needs=("A",)), CATEGORIES[2])
     game = dataclasses.replace(GAME, categories=categories)
     frames = np.zeros((2, 210, 160), np.uint8)
     frames[:, 20:24, [20, 40, 60]] = 22
@@ -350,6 +351,15 @@ def test_objects_that_are_not_on_other_screens():
     seen, overflow = game.vem_overflow(frames)
     assert seen.valid[:, :3].tolist() == [[True, True, True], [False, False, False]]
     assert overflow[:, 1].tolist() == [1, 0]
+
+
+def test_objects_that_are_on_several_screens():
+    either = display("H", Bounds(30, (0, 0, 20, 20)), attributes=(), needs=("A", "B"))
+    game = dataclasses.replace(GAME, categories=(*CATEGORIES[:2], either))
+    frames = np.zeros((3, 210, 160), np.uint8)
+    frames[:, 4:8, 4:8] = 30
+    frames[0, 50:54, 20:24], frames[1, 50:54, 20:24] = 14, 22
+    assert game.vem(frames).valid[:, -1].tolist() == [True, True, False]
 
 
 def test_objects_that_share_colours():

@@ -31,7 +31,7 @@ RARE = {
     "Centipede": ("Flea", "Scorpion"),
     "Jamesbond": ("Depth_Charge", "Explosion", "Rocket", "Submarine", "Torpedo"),
     "Kangaroo": ("FallingCoconut", "Fruit", "Ladder", "Platform", "ThrownCoconut"),
-    "Krull": ("Beast", "Line", "Slayer_Shot", "Star", "Wall", "Weapon"),
+    "Krull": ("Beast", "Line", "Lyssa", "Slayer_Shot", "Star", "Wall", "Weapon"),
     "MontezumaRevenge": ("Amulet", "Beam", "Disappearing_Platform", "Ruby", "Snake", "Spider"),
     "Pacman": ("Vitamin",),
     "Pitfall": ("DiamondRing", "Fire", "GoldenBar", "MoneyBag", "Pit", "SilverBar", "Snake"),
