@@ -15,7 +15,7 @@ push the bride off the screen; the game's frame then lasts for two of the emulat
 other one shows an older picture. When the web's lines jump back by a place, those of the frame
 before are not valid. VEM cuts mares that touch in the middle; it takes the player's weapon for a
 part of him; it misses him while he flashes, his sword, a spider that a line crosses, a line that he
-hangs on, a shot behind figures, a weapon in the light that gives it flames or before the beast then.
+hangs on, a shot behind figures, a weapon in the light that gives it flames or before the beast.
 """
 
 from functools import partial
