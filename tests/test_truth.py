@@ -25,6 +25,7 @@ STALE = {
 }
 # Objects that the other recordings hardly show, or that are easily taken for others.
 RARE = {
+    "BankHeist": ("Points", "Police"),
     "BattleZone": ("Red_Thing",),
     "BeamRider": ("Torpedos",),
     "Berzerk": ("PlayerMissile", "EnemyMissile"),
