@@ -23,10 +23,10 @@ shields, turning about), both difficulties (the saucer flies at A), explosions, 
 While the reset switch is held, a game begins on every frame. So the first frame after a reset has
 the asteroids of the game before, whose random numbers follow from the last one; the second frame
 has those of the RAM, the third one also the ship. Not in the RAM: the digits of the frame on which
-a point is made; on odd frames, whether a ship that is there again has already been drawn. In a
-frame, asteroids of one colour that touch are one component: VEM reports two if it is larger than
-the largest asteroid (as wide as both where one is below the other), and otherwise one. It does not
-see a part at the edge of one column and two rows.
+a point is made; on odd frames, whether a ship that is there again has already been drawn. Touching
+asteroids of one colour that together are larger than the largest one, VEM splits by the picture at
+their first pixel, else evenly; others are one. It sees what shows of an asteroid behind another, in
+pieces, but no part at the edge of one column and two rows.
 """
 
 import functools
@@ -39,6 +39,7 @@ from ocjax.console import larger_part, wrap
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
 from ocjax.ops import among, div, mod, pick
+from ocjax.pictures import picture
 from ocjax.ram import RamMap, bcd, bits, byte, high, low, signed
 from ocjax.rom import Rom
 from ocjax.rules import Blobs, Bounds, Category, display
@@ -77,8 +78,16 @@ ALWAYS, ON_LOW_NIBBLE = (11, 15), (7, 10, 14)
 
 ROCK_PICTURES = ((0xF01, 14), (0xF11, 14), (0xF20, 7), (0xF30, 4))  # offset and rows, by kind
 ROCK_ROWS = [rows for _, rows in ROCK_PICTURES]
-LEANING = ((1, 2, 3, 4, 5, 7, 9), (8, 9, 10), (), ())  # rows that are drawn a column to the left
+LEANING = ([1, 2, 3, 4, 5, 7, 9], [8, 9, 10], [], [])  # rows that are drawn a column to the left
 CUT = 10  # columns or rows that show an asteroid's whole extent across
+
+
+def _ink(kind: int) -> np.ndarray:
+    """The picture of an asteroid, 0 or 1, int32 `[rows, width]`."""
+    dots = ROM.rows(*ROCK_PICTURES[kind], top_first=True)[:, None] >> np.arange(7, -1, -1) & 1
+    ink = dots.repeat(2 if kind in LARGE else 1, axis=1)
+    ink[LEANING[kind]] = np.roll(ink[LEANING[kind]], -1, axis=1)
+    return ink[:, : ROCK_WIDTHS[kind]]
 
 
 def _cuts(kind: int, side: int) -> list[int]:
@@ -86,20 +95,13 @@ def _cuts(kind: int, side: int) -> list[int]:
 
     Four such cuts are packed into a word, each as first << 4 | last.
     """
-    rows = ROM.rows(*ROCK_PICTURES[kind], top_first=True)
-    ink = (rows[:, None] >> np.arange(7, -1, -1) & 1).repeat(2 if kind in LARGE else 1, axis=1)
-    for row in LEANING[kind]:
-        ink[row] = np.roll(ink[row], -1)
-    ink = ink[:, : ROCK_WIDTHS[kind]]
+    ink = _ink(kind)
     across = (ink, ink[:, ::-1], ink.T, ink[::-1].T)[side]
     shown = [np.flatnonzero(across[:, : n + 1].any(axis=1)) for n in range(CUT)]
-    cuts = [int(places[0] << 4 | places[-1]) for places in shown] + [0, 0]
-    return np.array(cuts, np.uint8).view("<i4").tolist()
+    return np.array([p[0] << 4 | p[-1] for p in shown] + [0, 0], np.uint8).view("<i4").tolist()
 
 
-LEFT_CUTS, RIGHT_CUTS, TOP_CUTS, BOTTOM_CUTS = (
-    [_cuts(kind, side) for kind in range(4)] for side in range(4)
-)
+LEFT_CUTS, RIGHT_CUTS, TOP_CUTS, BOTTOM_CUTS = ([_cuts(k, s) for k in range(4)] for s in range(4))
 
 
 class Ram(RamMap):
@@ -270,12 +272,11 @@ def _late(m: Ram) -> jax.Array:
 
 
 WHOLE_SHIP = Bounds(SHIP, FIELD, min_size=(3, 2), exclude=("PlayerMissile",))
-# Asteroids of one colour that touch are two beside or, at any columns, one below the other.
 rocks = functools.partial(Blobs, COLORS, FIELD, split_by_color=True)
-LAST_COLUMNS = rocks(min_size=(1, 4), max_size=(1, 28))
-BELOW_EACH_OTHER = rocks(min_size=(2, 29), max_size=(32, 56), split=(33, 28), also=LAST_COLUMNS)
-SIDE_BY_SIDE = rocks(min_size=(17, 1), max_size=(32, 28), split=(16, 28), also=BELOW_EACH_OTHER)
-ROCK_RULE = rocks(min_size=(2, 1), max_size=(16, 28), also=SIDE_BY_SIDE)
+THIN = rocks(min_size=(1, 4), max_size=(1, 28))  # the last column at an edge
+LARGER = rocks(min_size=(2, 1), max_size=(32, 56), split=(16, 28), also=THIN)
+ROCKS = tuple(picture(_ink(kind).repeat(2, axis=0)) for kind in range(4))
+ROCK_RULE = rocks(min_size=(2, 1), max_size=(16, 28), pictures=ROCKS, also=LARGER)
 # Of two shots of the ship, one has the saucer's colour and is told from the ship that it touches.
 SHOTS = Blobs((SHIP[0], *SAUCER), FIELD, gap=(3, 4), max_size=(1, 2), split_by_color=True)
 SAUCERS = Blobs(SAUCER, FIELD, min_size=(5, 6), max_size=(7, 10))

@@ -13,6 +13,7 @@ import numpy as np
 
 from ocjax.boxes import WIDTH, Area
 from ocjax.digits import Digits
+from ocjax.pictures import Picture, check_pictures
 from ocjax.vision import palette
 
 ATTRIBUTES = ("orientation", "value")
@@ -127,6 +128,10 @@ class Blobs:
         min_size, max_size: (width, height) limits; components outside them are not objects.
         split: (width, height) of one object, for objects that touch. A larger component is split into as many objects as cover it (4 at
             most), evenly spaced from edge to edge. `max_size` then limits the whole component.
+        pictures: of the objects, for those that touch or overlap, larger ones first (`ocjax.pictures`). A component larger than all of them
+            is split where one fits at its first pixel: all its pixels are in the component or beyond the region. Its box and that of what
+            is left are tight. Where none fits, `split` applies. Pictures also count for rules of `also` that look at the same pixels. They
+            need a `max_size` of at least 16 columns and their height, and no `gap`.
         tight: whether boxes fit tightly around the pixels in them, also those of the objects of a component that is split.
         area: minimum and maximum number of pixels of a component, including those that `gap` bridges from the left and from above. This
             tells pictures of the same size apart. Needs `max_size`.
@@ -157,6 +162,7 @@ class Blobs:
     min_size: tuple[int, int] = (1, 1)
     max_size: tuple[int, int] | None = None
     split: tuple[int, int] | None = None
+    pictures: tuple[Picture, ...] = ()
     tight: bool = False
     area: tuple[int, int] | None = None
     first: Colors | None = None
@@ -215,6 +221,7 @@ class Blobs:
             raise ValueError(f"max_run and max_line must be numbers of pixels, and max_across and pairs up to 30, got {self.limits}")
         if self.min_line == 1 or not 0 <= self.min_line < 32:
             raise ValueError(f"min_line must be 0, or 2 to 31 rows, got {self.min_line}")
+        check_pictures(self.pictures, self.max_size, self.gap)
         if self.split is not None and min(self.split) < 1:
             raise ValueError(f"split must be (width, height) of at least 1 pixel, got {self.split}")
         if self.also is not None and not set(self.also.palette) <= set(self.palette):

@@ -1,5 +1,6 @@
 """The vision kernels against scipy.ndimage."""
 
+import dataclasses
 import functools
 
 import jax
@@ -11,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
+from ocjax.pictures import PICTURE_WIDTH, picture
 from ocjax.vision import bitmap
 from ocjax.vision import components as stages
 from ocjax.vision.bounds import tight_boxes
@@ -37,8 +39,11 @@ def reference(mask, search):
         w, h = columns.stop - columns.start - dx, rows.stop - rows.start - dy
         size = next((s.split or (256, 256) for s in search.alternatives if meets(s, w, h, (labels == label).sum())), None)
         if size is not None:
-            out.append((rows.start, first, columns.start, w, h, size))
-    return [(*part, first) for y, first, x, w, h, size in sorted(out) for part in parts(x, y, w, h, size)]
+            boxes = parts(columns.start, rows.start, w, h, size)
+            if w > PICTURE_WIDTH or h > max(map(len, search.pictures), default=256):
+                boxes = by_picture(labels == label, first, rows.start, search) or boxes
+            out.append((rows.start, first, boxes))
+    return [(*box, first) for y, first, boxes in sorted(out) for box in boxes]
 
 
 def meets(search, w, h, pixels):
@@ -54,6 +59,23 @@ def parts(x, y, w, h, size):
     part_w, part_h = size[0] if across > 1 else w, size[1] if down > 1 else h
     places = [(i * (w - part_w) // max(across - 1, 1), j * (h - part_h) // max(down - 1, 1)) for j in range(down) for i in range(across)]
     return [(x + i, y + j, part_w, part_h) for i, j in places]
+
+
+def by_picture(component, x, y, search):
+    """The boxes of the first picture that fits at a component's first pixel, and of what is left; none without both."""
+    for bits in search.pictures:
+        rows, columns = np.nonzero(np.array(bits)[:, None] >> np.arange(PICTURE_WIDTH)[::-1] & 1)
+        at = {(y + j, x + i - columns[0]) for j, i in zip(rows.tolist(), columns.tolist(), strict=True)}
+        at = {(j, i) for j, i in at if j < component.shape[0] and search.columns[0] <= i < search.columns[1]}
+        if all(component[j, i] for j, i in at):
+            rest = {(j, i) for j, i in np.argwhere(component).tolist()} - at
+            return [bounding_box(at), bounding_box(rest)] if rest else []
+    return []
+
+
+def bounding_box(pixels):
+    ys, xs = np.array(sorted(pixels)).T
+    return int(xs.min()), int(ys.min()), int(np.ptp(xs)) + 1, int(np.ptp(ys)) + 1
 
 
 @functools.cache
@@ -76,7 +98,7 @@ def check(masks, searches):
     for mask, search, boxes in zip(masks, searches, found, strict=True):
         for b in range(len(frames)):
             want = reference(mask[b], search)
-            assert (boxes.head is None) == any(s.split is not None for s in search.alternatives)
+            assert (boxes.head is None) == search.splits
             fields = [field for field in (boxes.x, boxes.y, boxes.w, boxes.h, boxes.head) if field is not None]
             got = [tuple(int(v[k, b]) for v in fields) for k in range(search.count) if boxes.valid[k, b]]
             assert got == [box[: len(fields)] for box in want[: search.count]]
@@ -127,6 +149,11 @@ WORST = {
     "corners": np.pad(np.zeros((H - 2, W - 2), bool), 1, constant_values=True) & checkerboard,
     "diagonal": np.indices((H, W))[1] // 6 == np.indices((H, W))[0],
 }
+PICTURES = (  # a disc, a wedge and a spot
+    picture(np.hypot(*np.indices((9, 16)) - np.array([4, 7.5])[:, None, None] * np.ones((2, 1, 1))) < 5),
+    picture(np.indices((6, 9)).sum(0) > 5),
+    picture(np.ones((3, 2))),
+)
 SEARCHES = {
     "any size": Search(12),
     "small": Search(700, max_size=(8, 10)),
@@ -138,6 +165,7 @@ SEARCHES = {
     "4-connected, any size": Search(12, connectivity=4),
     "two sizes": Search(700, max_size=(8, 2), area=(3, 9), also=(Search(0, min_size=(1, 3), max_size=(5, 10), split=(3, 4)),)),
     "two sizes, one of them any": Search(30, max_size=(4, 4), also=(Search(0, min_size=(9, 1)),)),
+    "pictures": Search(60, max_size=(30, 20), split=(16, 9), pictures=PICTURES),
     "so many pixels": Search(60, gap=(1, 0), max_size=(20, 10), area=(5, 40)),
 }
 
@@ -178,6 +206,24 @@ def test_random_masks(search, mask):
 @given(first=masks(), second=masks(), third=masks())
 def test_several_masks_at_once(first, second, third):
     check([first, second, third], (SEARCHES["small"], SEARCHES["joined"], SEARCHES["4-connected, any size"]))
+
+
+@pytest.mark.parametrize("columns", [(0, W), (5, 131)])
+@settings(max_examples=25)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_pictures_that_touch(seed, columns):
+    """Pictures two by two, also across the edges of what is looked at."""
+    rng = np.random.default_rng(seed)
+    frames = np.zeros((len(WORST), H + 9, W + 64), bool)
+    for frame in frames:
+        for x in rng.choice([24, 30, 60, 90, 120, columns[1] + 20, columns[1] + 26], 4, replace=False):
+            for offset, rows in zip((0, rng.integers(-9, 17)), rng.choice(np.array(PICTURES, object), 2), strict=True):
+                ink = np.array(rows)[:, None] >> np.arange(PICTURE_WIDTH)[::-1] & 1
+                y = rng.integers(0, H)
+                frame[y : y + len(ink), x + offset : x + offset + PICTURE_WIDTH] |= ink.astype(bool)
+    frames = frames[:, :H, 32 : W + 32]
+    frames[..., : columns[0]] = frames[..., columns[1] :] = False
+    check([frames], (dataclasses.replace(SEARCHES["pictures"], columns=columns),))
 
 
 @settings(max_examples=50)

@@ -4,6 +4,7 @@ import jax
 import numpy as np
 import pytest
 
+from ocjax.pictures import picture
 from ocjax.rules import Blobs, Bounds, Category, Cells, Shades
 from ocjax.vision.detect import detect
 
@@ -120,3 +121,39 @@ def test_wrong_declarations():
         Shades((0, 0), (8,), ((20, 30), (30, 40)))
     with pytest.raises(ValueError, match="each must be"):
         Bounds(20, (0, 0, 9, 9), each=-1)
+
+
+def test_objects_of_known_pictures_that_overlap():
+    """A triangle that overlaps a wide bar; the bar's edges cut it, so that what shows of it is 12 columns wide."""
+    triangle, bar = np.tri(8, 8, dtype=int), np.ones((3, 16), int)
+    frame = np.zeros((210, 160), np.uint8)
+    frame[20:28, 40:48][triangle > 0] = 20
+    frame[26:29, 44:56] = 20
+    larger = Blobs(20, (0, 10, 56, 100), max_size=(32, 32), split=(16, 8))
+    rule = Blobs(20, (0, 10, 56, 100), max_size=(16, 8), pictures=(picture(triangle), picture(bar)), also=larger)
+    assert found((Category("A", rule, count=4),), frame)[0] == [[[40, 20, 8, 8], [44, 26, 12, 3]]]
+    frame[20:23, 40:44] = 0  # the triangle's first pixel is not where it should be
+    assert found((Category("A", rule, count=4),), frame)[0] == [[[40, 23, 16, 6]]]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"pictures": ((1, 0),)}, "pictures must be rows of 16 bits"),
+        ({"pictures": ((),)}, "pictures must be rows of 16 bits"),
+        ({"pictures": ((1 << 16,),)}, "pictures must be rows of 16 bits"),
+        ({"pictures": ((1,),), "max_size": None}, "pictures need no gap, and a max_size"),
+        ({"pictures": ((1,),), "max_size": (15, 9)}, "pictures need no gap, and a max_size"),
+        ({"pictures": ((1,) * 10,)}, "pictures need no gap, and a max_size"),
+        ({"pictures": ((1,),), "gap": (1, 0)}, "pictures need no gap, and a max_size"),
+    ],
+)
+def test_pictures_are_checked(options, message):
+    with pytest.raises(ValueError, match=message):
+        Blobs(20, **{"max_size": (16, 9), **options})
+
+
+def test_a_picture_is_at_most_16_columns_wide():
+    assert picture(np.array([[0, 1], [1, 1]])) == (1 << 14, 3 << 14)
+    with pytest.raises(ValueError, match=r"at most 16 columns, got shape \(2, 17\)"):
+        picture(np.ones((2, 17)))

@@ -139,9 +139,9 @@ def boxes(x: jax.Array, y: jax.Array, w: jax.Array, h: jax.Array, valid: jax.Arr
     return out
 
 
-def columns_between(left: jax.Array, right: jax.Array) -> jax.Array:
-    """Words in which the columns from `left` to `right - 1` are set, uint32 `[5, n, B]`, for int32 `[n, B]`."""
-    word = 32 * np.arange(WIDTH // 32, dtype=np.int32)[:, None, None]
+def columns_between(left: jax.Array, right: jax.Array, words: int = WIDTH // 32) -> jax.Array:
+    """Words in which the columns from `left` to `right - 1` are set, uint32 `[words, n, B]`, for int32 `[n, B]`."""
+    word = 32 * np.arange(words, dtype=np.int32)[:, None, None]
     first, last = (jnp.clip(edge[None] - word, 0, 32) for edge in (left, right))
     ink = (ALL >> jnp.minimum(first, 31).astype(U)) & ~(U(0x7FFFFFFF) >> jnp.maximum(last - 1, 0).astype(U))
     return jnp.where(first < last, ink, U(0))
@@ -204,6 +204,26 @@ def bridged(bitmap: Bitmap, gap: int) -> Bitmap:
     """The pixels, and those of gaps of at most so many blank pixels between them in a row."""
     wide = _over(_pad(bitmap, (0, 1)), gap + 1, shift_right, jnp.bitwise_or)
     return bitmap | _over(wide, gap + 1, shift_left, jnp.bitwise_and)[:-1]
+
+
+def stretched(masks: Bitmap, gap: tuple[int, int]) -> Bitmap:
+    """Every pixel spread dx to the right and dy down, so that parts at most (dx, dy) apart connect.
+
+    A component's first pixel stays, and its box grows by (dx, dy), for which there is room to the right of and below each mask.
+    """
+    dx, dy = gap
+    before = jnp.pad(masks[:-1], ((1, 0), (0, 0), (0, 0)))  # the word to the left; less than 32 pixels reach here from no other one
+    n = 1
+    while n <= dx:
+        step = min(n, dx - n + 1)
+        masks = masks | (masks >> step) | (before << (32 - step))
+        before, n = before | (before >> step), 2 * n
+    masks = jnp.pad(masks, ((0, 0), (dy, 0), (0, 0)))
+    n = 1
+    while n <= dy:
+        step = min(n, dy - n + 1)
+        masks, n = masks[:, step:] | masks[:, :-step], 2 * n
+    return masks
 
 
 def short_runs(bitmap: Bitmap, most: int, *, across: bool = False) -> Bitmap:

@@ -9,7 +9,7 @@ All masks of a game are stacked into one board, one below the other, and searche
 3. `_windows`, `fill`: the mask around each of a fixed number of candidates is cut out as a small window, and the component is filled
    there by sweeps down and up over the window's rows. `_measure` takes its extent. A candidate that is not the first pixel of what it
    filled is dropped: a component with two horns has two candidates.
-4. `_accept`, `_write`: components within the rule's limits go to their slots.
+4. `_accept`, `_parted`, `_write`: components within the rule's limits go to their slots, larger ones in parts.
 5. Steps 2-4 repeat until no candidate is left, so the result is exact for any mask.
 
 A component that leaves its window is larger than the rule's `max_size`, hence no object. Without such a limit those that leave a window of
@@ -35,11 +35,13 @@ import numpy as np
 from jax import lax
 
 from ocjax._xla import materialize, running_sum, varying
+from ocjax.pictures import largest
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.detected import Detected, words
 from ocjax.vision.fill import extent, fill, fill_large
 from ocjax.vision.search import MAX_AREA, MAX_PARTS, NOTHING, UNLIMITED, Search
+from ocjax.vision.touching import Edges, in_two, part
 
 BLOCK = 8  # rows that candidates are counted in
 MIN_CANDIDATES, CANDIDATES_PER_FRAME = 32, 8  # candidates of a round: at least, and for each frame
@@ -81,9 +83,10 @@ class _Layout:
 
         self.corners = [bm.ALL if s.connectivity == 8 else ~bm.ALL for s in searches]  # whether corners connect: all bits set, or none
         self.alternatives = list(itertools.zip_longest(*(s.alternatives for s in searches), fillvalue=NOTHING))
-        self.tables = self._tables()
+        self.pictures = tuple(dict.fromkeys(s.pictures for s in searches if s.pictures))
+        self.tables = self._tables(masks)
 
-    def _tables(self) -> dict[str, np.ndarray]:
+    def _tables(self, masks: Sequence[Bitmap]) -> dict[str, np.ndarray]:
         """What the stages look up for each mask, int32 `[masks]` each."""
         tables = {
             "corners": np.array(self.corners).view(np.int32),
@@ -94,6 +97,10 @@ class _Layout:
             "count": [s.count for s in self.searches],
             "first_slot": self.first_slot,
         }
+        if self.pictures:
+            tables["pictures"] = [self.pictures.index(s.pictures) if s.pictures else -1 for s in self.searches]
+            tables["left"], tables["right"] = zip(*(s.columns for s in self.searches), strict=True)
+            tables["bottom"] = [begin + 1 + mask.shape[1] for begin, mask in zip(self.begins[:-1].tolist(), masks, strict=True)]
         for i, of_masks in enumerate(self.alternatives):
             tables |= {f"{name} {i}": [of(search) for search in of_masks] for name, of in LIMITS.items()}
         return {name: np.asarray(table, np.int32) for name, table in tables.items()}
@@ -120,29 +127,9 @@ def _board(layout: _Layout, masks: Sequence[Bitmap]) -> Bitmap:
         if gap != (0, 0):
             spans = [span for _, span in neighbours]
             first, end = spans[0][0], spans[-1][1]
-            bridged = materialize(lambda b, first=first, end=end, gap=gap: _bridged(b[:, first:end], gap), board)
+            bridged = materialize(lambda b, first=first, end=end, gap=gap: bm.stretched(b[:, first:end], gap), board)
             board = lax.dynamic_update_slice(board, bridged, (0, first, 0))
     return board
-
-
-def _bridged(masks: Bitmap, gap: tuple[int, int]) -> Bitmap:
-    """Every pixel spread dx to the right and dy down, so that parts at most (dx, dy) apart connect.
-
-    A component's first pixel stays, and its box grows by (dx, dy), for which there is room to the right of and below each mask.
-    """
-    dx, dy = gap
-    before = jnp.pad(masks[:-1], ((1, 0), (0, 0), (0, 0)))  # the word to the left; less than 32 pixels reach here from no other one
-    n = 1
-    while n <= dx:
-        step = min(n, dx - n + 1)
-        masks = masks | (masks >> step) | (before << (32 - step))
-        before, n = before | (before >> step), 2 * n
-    masks = jnp.pad(masks, ((0, 0), (dy, 0), (0, 0)))
-    n = 1
-    while n <= dy:
-        step = min(n, dy - n + 1)
-        masks, n = masks[:, step:] | masks[:, :-step], 2 * n
-    return masks
 
 
 def _starts(board: Bitmap, corners: np.ndarray = bm.ALL) -> Bitmap:
@@ -276,20 +263,24 @@ class _Measured(NamedTuple):
     area: jax.Array  # int32: pixels
 
 
-def _measure(layout: _Layout, board: Bitmap, found: _Candidates, offset: jax.Array, corners: jax.Array) -> _Measured:
-    """Fill each candidate's component in its window; `corners` are words with all bits set where corners connect, or none."""
+def _measure(layout: _Layout, board: Bitmap, found: _Candidates, offset: jax.Array, corners: jax.Array) -> tuple[_Measured, jax.Array]:
+    """Fill each candidate's component in its window, which is returned, too, uint32 `[words, rows, n]`.
+
+    `corners` are words with all bits set where corners connect, or none.
+    """
     reach = layout.reach_x
     cut = _windows(layout, board, offset, found.column)
     seed = jnp.zeros(cut[1:].shape, U).at[0, reach // 32].set(U(1 << (31 - reach % 32)))
     filled = fill(cut[1:], seed & cut[1:], corners, reach)
-    first, last, _, bottom = extent(jnp.moveaxis(filled, 1, 0))
+    by_word = jnp.moveaxis(filled, 1, 0)
+    first, last, _, bottom = extent(by_word)
     head, _ = bm.columns(filled[0])
     near = bm.spread_words(list(filled[0]), corners)
     above = bm.any_of(a & b for a, b in zip(near, cut[0], strict=True)) != 0
     inside = (first > 0) & (last < 2 * reach) & (bottom < layout.reach_y)
     area = jnp.sum(bm.popcount(filled), axis=(0, 1), dtype=jnp.int32)
     left, right = found.column + first - reach, found.column + last - reach
-    return _Measured(~above & (head == reach), inside, left, right, bottom + 1, area)
+    return _Measured(~above & (head == reach), inside, left, right, bottom + 1, area), by_word
 
 
 def _measure_large(layout: _Layout, board: Bitmap, found: _Candidates, measured: _Measured, wanted: jax.Array) -> _Measured:
@@ -364,6 +355,21 @@ def _parts(layout: _Layout, a: _Accepted) -> jax.Array:
     return words(x, y, jnp.where(a.across > 1, a.part_w, a.w), jnp.where(down > 1, a.part_h, a.h))
 
 
+def _parted(
+    layout: _Layout, found: _Candidates, accepted: _Accepted, parts: jax.Array, filled: jax.Array, entries: dict[str, jax.Array]
+) -> tuple[_Accepted, jax.Array]:
+    """The same, with two boxes for each component that is larger than its search's pictures and in which one of them fits."""
+    begin = found.column - layout.reach_x
+    edges = Edges(entries["left"] - found.column, entries["right"] - found.column, entries["bottom"] - found.row)
+    n_parts = accepted.parts
+    for i, pictures in enumerate(layout.pictures):
+        both = part(filled, layout.reach_x, edges, pictures)
+        width, height = largest(pictures)
+        eligible = ((accepted.w > width) | (accepted.h > height)) & (n_parts > 0) & (entries["pictures"] == i)
+        n_parts, parts = materialize(in_two, n_parts, parts, eligible, begin, accepted.y, both, small=0)
+    return accepted._replace(parts=n_parts), parts
+
+
 class _Progress(NamedTuple):
     """What the rounds have found so far. A slot holds a box, as a word that is 0 where there is none, and its head if that is asked for."""
 
@@ -373,14 +379,19 @@ class _Progress(NamedTuple):
 
 
 def _write(
-    layout: _Layout, index: _Index, found: _Candidates, accepted: _Accepted, entries: dict[str, jax.Array], so_far: _Progress
+    layout: _Layout,
+    index: _Index,
+    found: _Candidates,
+    accepted: _Accepted,
+    parts: jax.Array,
+    entries: dict[str, jax.Array],
+    so_far: _Progress,
 ) -> _Progress:
     """Put accepted objects into their slots, in the candidates' order."""
     before = jnp.pad(running_sum(accepted.parts), (1, 0))  # objects of the candidates before each
     begins = jnp.clip(index.segments - so_far.done, 0, layout.n_candidates)  # the first candidate of each segment, in this round
     before_segment = _at(before, begins)
     rank = before[:-1] + _at(so_far.totals - before_segment[:-1], found.segment)
-    parts = _parts(layout, accepted)
     part = jnp.arange(len(parts), dtype=jnp.int32)[:, None]
     has_slot = (part < accepted.parts[None]) & (rank[None] + part < entries["count"][None])
     slot = ((entries["first_slot"] + rank)[None] + part) * layout.lanes + (found.segment % layout.lanes)[None]
@@ -414,10 +425,14 @@ def components(masks: Sequence[Bitmap], searches: Sequence[Search], *, heads: bo
         found, offset = materialize(locate, k, small=0)
         exists = k < index.total
         entries = layout.look_up(found.segment // layout.lanes)
-        measured = _measure(layout, board, found, offset, entries["corners"].astype(U))
+        measured, filled = _measure(layout, board, found, offset, entries["corners"].astype(U))
         if any(s.unlimited for s in searches):
             measured = _measure_large(layout, board, found, measured, exists & measured.own & (entries["unlimited"] > 0))
-        return _write(layout, index, found, _accept(layout, found, measured, entries, exists), entries, so_far)
+        accepted = _accept(layout, found, measured, entries, exists)
+        parts = _parts(layout, accepted)
+        if layout.pictures:
+            accepted, parts = _parted(layout, found, accepted, parts, filled, entries)
+        return _write(layout, index, found, accepted, parts, entries, so_far)
 
     n_segments, n_slots = len(masks) * layout.lanes, layout.slots[-1][1]
     nothing = jnp.zeros((n_slots * layout.lanes, 1 + heads), U)

@@ -15,7 +15,7 @@ import numpy as np
 from jax import lax
 
 from ocjax import _xla
-from ocjax.boxes import WIDTH
+from ocjax.boxes import WIDTH, Area
 from ocjax.ops import pick
 from ocjax.rules import Blobs, Bounds, Category, Cells, Runs, Shades
 from ocjax.vision import bitmap as bm
@@ -276,7 +276,7 @@ def _detect_blobs(batch: _Frames, categories: Sequence[Category]) -> dict[str, D
                 owners.append(c.name)
                 masks.append(bm.cut(batch.counted(rule, colors), region))
                 count = -(-c.count // 2) if rule.split_by_color else c.count
-                searches.append(_search(rule, count, region[1], tuple(_search(other, count, region[1]) for other in others)))
+                searches.append(_search(rule, count, region, tuple(_search(other, count, region) for other in others)))
     heads = any(batch.needs_color(c) for c in categories)
     lists: dict[str, list[Detected]] = {c.name: [] for c in categories}
     for name, found in zip(owners, components(masks, searches, heads=heads), strict=True):
@@ -284,8 +284,10 @@ def _detect_blobs(batch: _Frames, categories: Sequence[Category]) -> dict[str, D
     return {c.name: _merge(lists[c.name], c.count) for c in categories}
 
 
-def _search(rule: Blobs, count: int, top: int, also: tuple[Search, ...] = ()) -> Search:
-    return Search(count, rule.connectivity, rule.gap, rule.min_size, rule.max_size, rule.split, rule.area, top, also)
+def _search(rule: Blobs, count: int, region: Area, also: tuple[Search, ...] = ()) -> Search:
+    left, top, right, _ = region
+    sizes = rule.min_size, rule.max_size, rule.split, rule.area
+    return Search(count, rule.connectivity, rule.gap, *sizes, rule.pictures, top, (left, right), also)
 
 
 def _of_equal_pixels(rules: Sequence[Blobs]) -> Iterable[list[Blobs]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ocjax.boxes import WIDTH
+from ocjax.pictures import Picture
 
 WINDOW = (31, 32)  # width and height of the first window where a rule sets no limit
 MAX_PARTS = 4  # objects that one component is split into at most
@@ -23,7 +24,9 @@ class Search:
     max_size: tuple[int, int] | None = None
     split: tuple[int, int] | None = None  # a larger component is as many objects of this size as cover it, `MAX_PARTS` at most
     area: tuple[int, int] | None = None  # least and most pixels of a component, after `gap` is bridged; needs max_size
+    pictures: tuple[Picture, ...] = ()  # a larger component is split where one of these fits at its first pixel
     top: int = 0  # row of the screen that is the mask's first one
+    columns: tuple[int, int] = (0, WIDTH)  # left and right edge of the part of the mask that may have pixels
     also: tuple[Search, ...] = ()  # further limits, of which only sizes, split and area count; the first that a component meets applies
 
     @property
@@ -34,7 +37,7 @@ class Search:
     @property
     def splits(self) -> bool:
         """Whether a component may be several objects."""
-        return any(s.split is not None for s in self.alternatives)
+        return bool(self.pictures) or any(s.split is not None for s in self.alternatives)
 
     @property
     def unlimited(self) -> bool:

@@ -1,0 +1,40 @@
+"""Pictures of objects, by which VEM tells objects apart that touch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+PICTURE_WIDTH = 16  # columns of a picture at most
+
+Picture = tuple[int, ...]  # rows from the top, of `PICTURE_WIDTH` bits; the leftmost column is the highest one
+
+
+def picture(ink: np.ndarray) -> Picture:
+    """A picture from its pixels on the screen, 0 or 1 `[rows, width]`.
+
+    Raises:
+        ValueError: the picture is wider than 16 pixels.
+    """
+    if ink.ndim != 2 or ink.shape[1] > PICTURE_WIDTH:
+        raise ValueError(f"a picture is [rows, width] of at most {PICTURE_WIDTH} columns, got shape {ink.shape}")
+    return tuple(int("".join(map(str, row)).ljust(PICTURE_WIDTH, "0"), 2) for row in ink.astype(int).tolist())
+
+
+def largest(pictures: Sequence[Picture]) -> tuple[int, int]:
+    """The width and height that a component has at most which may be a single one of some pictures; all count as `PICTURE_WIDTH` wide."""
+    return PICTURE_WIDTH, max(map(len, pictures))
+
+
+def check_pictures(pictures: Sequence[Picture], max_size: tuple[int, int] | None, gap: tuple[int, int]) -> None:
+    """Check the pictures of a rule with this `max_size` and `gap`.
+
+    Raises:
+        ValueError: a picture has rows that are no 16 bits, or none at its top or bottom; or the rule cannot have pictures.
+    """
+    for rows in pictures:
+        if not rows or not (rows[0] and rows[-1]) or not all(0 <= row < 1 << PICTURE_WIDTH for row in rows):
+            raise ValueError(f"pictures must be rows of {PICTURE_WIDTH} bits, with pixels in the first and the last one, got {rows}")
+    if pictures and (gap != (0, 0) or max_size is None or any(np.less(max_size, largest(pictures)))):
+        raise ValueError(f"pictures need no gap, and a max_size of at least {largest(pictures)}, got {gap} and {max_size}")
