@@ -366,7 +366,7 @@ def _parted(
         both = part(filled, layout.reach_x, edges, pictures)
         width, height = largest(pictures)
         eligible = ((accepted.w > width) | (accepted.h > height)) & (n_parts > 0) & (entries["pictures"] == i)
-        n_parts, parts = materialize(in_two, n_parts, parts, eligible, begin, accepted.y, both, small=0)
+        n_parts, parts = materialize(in_two, n_parts, parts, eligible, begin, accepted.y, *both, small=0)
     return accepted._replace(parts=n_parts), parts
 
 

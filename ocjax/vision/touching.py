@@ -59,9 +59,10 @@ def part(filled: jax.Array, reach: int, edges: Edges, pictures: Sequence[Picture
 
 
 def in_two(
-    n_parts: jax.Array, parts: jax.Array, eligible: jax.Array, left: jax.Array, top: jax.Array, both: Extent
+    n_parts: jax.Array, parts: jax.Array, eligible: jax.Array, left: jax.Array, top: jax.Array, *extents: jax.Array
 ) -> tuple[jax.Array, jax.Array]:
-    """Numbers of objects and their boxes, with two boxes where these are wanted and there are pixels of both."""
+    """Numbers of objects and their boxes, with the two boxes of `part` where these are wanted and there are pixels of both."""
+    both = Extent(*extents)
     two = eligible & (both.bottom[0] >= 0) & (both.bottom[1] >= 0)
     boxes = words(left[None] + both.left, top[None] + both.top, both.right - both.left + 1, both.bottom - both.top + 1)
     return jnp.where(two, 2, n_parts), jnp.where(two[None], jnp.concatenate([boxes, parts[2:]]), parts)
