@@ -86,9 +86,7 @@ def off_at(turn: jax.Array, figures: jax.Array) -> jax.Array:
     return _beam(turn, figures[:, :FEW], OFF_AT, SPRITES[0][1])
 
 
-def _beam(
-    turn: jax.Array, figures: jax.Array, columns: tuple[int, ...], ready: int
-) -> jax.Array:
+def _beam(turn: jax.Array, figures: jax.Array, columns: tuple[int, ...], ready: int) -> jax.Array:
     start, end, placed = figures
     drawn = start < NEVER
     since = turn - jnp.max(jnp.where(drawn & (end < turn), end, ready - SETUP))
