@@ -17,7 +17,7 @@ import itertools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.ops import among, lookup, shared
+from ocjax.ops import among, lookup
 from ocjax.ram import RamMap, byte
 from ocjax.rom import Rom
 
@@ -101,14 +101,13 @@ def drawn(m: DrawnRam) -> tuple[jax.Array, jax.Array, jax.Array]:
     below = np.arange(3) >= player
     kind = jnp.where(below, kind[1:], kind[:-1])
     rows = jnp.where(below[:, None], rows[1:], rows[:-1])
-    kind, rows, fine = shared((kind, rows, fine))
-    best = shared(_best(m, kind, rows, fine))
+    best = _best(m, kind, rows, fine)
     one = ((best >> 9) & 3) == PHASES
     y = jnp.sum(jnp.where(one[None], rows, 0), axis=1)
     rank = lookup(RANKS, 3 * lookup(ORDER, best & 511) + np.arange(3))
     y, kind = (jnp.where(rank == 0, v[0], jnp.where(rank == 1, v[1], v[2])) for v in (y, kind))
     kind = jnp.where(best < NONE, kind, HIDDEN)
-    return shared((kind, y, jnp.sum(jnp.where(one, fine, 0))))
+    return kind, y, jnp.sum(jnp.where(one, fine, 0))
 
 
 def _rows(m: DrawnRam, hidden: jax.Array, cut: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:

@@ -37,7 +37,7 @@ import numpy as np
 from ocjax.boxes import Box, box
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
-from ocjax.ops import div, mod, pick, shared
+from ocjax.ops import div, mod, pick
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Rom
 from ocjax.rules import Blobs, Bounds, Category, Gauge, display
@@ -127,7 +127,7 @@ def decode(m: Ram) -> dict[str, Box]:
     blank = begins & (m.wait == LONGEST_WAIT) | (m.y[0] == 0)
     own = (np.arange(7) == m.player) & (m.y != NO_FIGURE)
     x, y = _drawn_places(m, own)
-    others, kind = _by_figure(m, own, shared(_others(m, x, y, own)))
+    others, kind = _by_figure(m, own, _others(m, x, y, own))
     others = others.where(~begins)
     icons = m.icons + jnp.where(begins, 1, 0)  # as drawn
     shown = m.score - m.gained
@@ -161,9 +161,9 @@ def _by_figure(m: Ram, own: jax.Array, packed: jax.Array) -> tuple[Box, jax.Arra
     twin = jnp.where(m.rank == TWINS, 1, 0)
     slot = pick(m.rank, (0, 1, 2, 4)) + jnp.where(jnp.cumsum(twin) > 1, twin, 0)
     slot = jnp.where(np.arange(7) == m.tracer, 5, slot)
-    slot = shared(jnp.where(own | (m.y == NO_FIGURE), 6, slot))
+    slot = jnp.where(own | (m.y == NO_FIGURE), 6, slot)
     here = [jnp.where(slot == i, packed, 0) for i in range(6)]
-    packed = shared(jnp.stack([jnp.max(records) for records in (*here, jnp.zeros_like(slot))]))
+    packed = jnp.stack([jnp.max(records) for records in (*here, jnp.zeros_like(slot))])
     x, y = packed >> 12 & 255, packed >> 20 & 255
     return box(x, y, packed >> 4 & 15, packed >> 8 & 15), packed & 15
 

@@ -26,7 +26,7 @@ from ocjax.boxes import Box, box
 from ocjax.console import mirrored, wrap
 from ocjax.digits import Digits
 from ocjax.game import Game
-from ocjax.ops import lookup, pick, shared
+from ocjax.ops import lookup, pick
 from ocjax.ram import RamMap, bits, byte, high, low
 from ocjax.rom import Rom
 from ocjax.rules import Blobs, Bounds, Category, Cells, display
@@ -157,7 +157,7 @@ def _enemies(m: Ram) -> tuple[Box, jax.Array]:
     sized = jnp.where(kind >= BOSS, BOSSES, FLYERS) + size
     other = jnp.where(kind == EXPLODES, EXPLOSIONS + jnp.minimum(m.picture, 2), sized)
     picture = jnp.where(kind <= YELLOW, jnp.minimum(m.picture, EXPLOSIONS - 1), other)
-    dots, lowest, x, zoom = shared(_dots(m, SIZES * picture + size))
+    dots, lowest, x, zoom = _dots(m, SIZES * picture + size)
     left = x + (31 - lax.clz(dots & -dots) << zoom)
     right = x + (32 - lax.clz(dots) << zoom)
     rows = lookup(ROWS_WITH, 256 * picture + jnp.where(m.mirrored > 0, dots, mirrored(dots)))
@@ -202,7 +202,7 @@ def _by_record(m: Ram, enemies: Box, kind: jax.Array) -> tuple[Box, jax.Array]:
     first_is_near = jnp.where(kind[0] == m.kind[0], closer, jnp.max(m.kind) == 0)
     is_near = first_is_near == (np.arange(2) == 0)
     fields = (enemies.x, enemies.y, enemies.w, enemies.h, enemies.valid, kind)
-    x, y, w, h, valid, kind = shared([jnp.where(is_near, v[0], v[1]) for v in fields])
+    x, y, w, h, valid, kind = (jnp.where(is_near, v[0], v[1]) for v in fields)
     return box(x, y, w, h, valid), kind
 
 

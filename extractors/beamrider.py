@@ -24,7 +24,7 @@ from ocjax.boxes import Box, box, choose
 from ocjax.console import packed_position, signed_nibble
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
-from ocjax.ops import among, lookup, reached, shared
+from ocjax.ops import among, lookup, reached
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Rom
 from ocjax.rules import Blobs, Bounds, Category, Cells, display
@@ -114,7 +114,7 @@ def decode(m: Ram) -> dict[str, Box]:
     flying = shot_y < NEAREST - 3
     all_x, all_y = jnp.append(x, m.shot_x), jnp.append(y, shot_y)
     # Shared by many categories: without it REM takes 0.18 instead of 0.16 us a state.
-    drawn = shared(_drawn(all_x, all_y, jnp.append(picture, shot_picture)))
+    drawn = _drawn(all_x, all_y, jnp.append(picture, shot_picture))
     burst, kind = _bursting(m), m.state[OTHERS]
     sunk = jnp.where(m.ship == SHIP_EXPLODES, 4, 0)
     way = m.sentinel_x - 7

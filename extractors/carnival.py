@@ -27,7 +27,7 @@ from ocjax.boxes import WIDTH, Box, box
 from ocjax.console import copies, modulo_screen, palette_rgb, spacing
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
-from ocjax.ops import div, lookup, shared
+from ocjax.ops import div, lookup
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Pictures, Rom
 from ocjax.rules import Blobs, Bounds, Category, Gauge, display
@@ -158,7 +158,7 @@ def _targets(m: Ram, kind: jax.Array) -> Box:
     """All copies of all groups. The edges of the rows show parts of them."""
     first, apart, count = m.group_x + 156, spacing(m.group_copies), copies(m.group_copies)
     x = modulo_screen(jnp.repeat(first, 3) + jnp.repeat(apart, 3) * COPY)
-    x, there = shared((x, jnp.repeat(count, 3) > COPY))
+    there = jnp.repeat(count, 3) > COPY
     at_right = jnp.where(x > WIDTH - TARGET, FIRST + WIDTH - x, WHOLE)
     part = jnp.where(x < LEFT_EDGE, x, at_right)
     index = 2 * kind | np.where(MIRRORED, 16, 0) | part

@@ -25,7 +25,6 @@ from ocjax.boxes import Box, box
 from ocjax.console import modulo_screen
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
-from ocjax.ops import shared
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Rom
 from ocjax.rules import Blobs, Bounds, Category, display
@@ -75,7 +74,7 @@ def _chickens(m: Ram) -> Box:
 def _cars(m: Ram) -> Box:
     """The lanes' first cars, the second ones, the third ones."""
     lane, copy = np.arange(30) % 10, np.arange(30) // 10
-    first, spacing, copies = (jnp.tile(v, 3) for v in shared(_lanes(m)))
+    first, spacing, copies = (jnp.tile(v, 3) for v in _lanes(m))
     truck = spacing == 0
     x = modulo_screen(first + spacing * copy) - jnp.where(truck, 160 * copy, 0)
     # Where a single column of a car shows, it is its nose of 6 rows or its tail of 8.

@@ -28,7 +28,7 @@ from ocjax.console import NUSIZ_COPIES, NUSIZ_SPACING, signed_nibble, wrap
 from ocjax.digits import Digits, score_box
 from ocjax.extractors._krull import FIGURES, ROM, SECOND, off_at, on_at, turns
 from ocjax.game import Game
-from ocjax.ops import among, mod, pick, shared
+from ocjax.ops import among, mod, pick
 from ocjax.ram import RamMap, bcd, bits, byte, signed
 from ocjax.rom import Pictures
 from ocjax.rules import Blobs, Bounds, Category, Cells, Runs, display
@@ -84,7 +84,7 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     wedding, lair, web, desert = (m.scene == scene for scene in range(4))
-    figures = shared(turns(m.x, m.y, m.picture, m.slayers, m.taken))
+    figures = turns(m.x, m.y, m.picture, m.slayers, m.taken)
     y = jnp.where(wedding, figures[0], m.y)
     pictures, turned = jnp.stack([m.foe_picture, m.player_picture]), (m.flags[6:] & 8) > 0
     mares = MARES.box(pictures, m.x[6:] + 8, np.full(2, 145), mirrored=turned, valid=desert)

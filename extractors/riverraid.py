@@ -28,7 +28,7 @@ from ocjax.boxes import Box, box
 from ocjax.console import position
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
-from ocjax.ops import among, pick, shared
+from ocjax.ops import among, pick
 from ocjax.ram import RamMap, bits, byte, high, low
 from ocjax.rom import Pictures, Rom
 from ocjax.rules import Blobs, Bounds, Category, display
@@ -165,7 +165,7 @@ def _objects(m: Ram) -> tuple[jax.Array, Box]:
     x = at - jnp.where(zoom == 1, 1, 0) + zoom * jnp.where(left == 1, 8 - x0 - w, x0)
     shown = box(x, y + y0, zoom * w, h, there).clip(*VIEW)
     packed = shown.x | shown.y << 8 | shown.w << 16 | shown.h << 22 | left << 27 | kind << 28
-    return _in_ring(m, shared(jnp.where(shown.valid, packed, 0)))
+    return _in_ring(m, jnp.where(shown.valid, packed, 0))
 
 
 def _in_ring(m: Ram, packed: jax.Array) -> tuple[jax.Array, Box]:
@@ -174,7 +174,7 @@ def _in_ring(m: Ram, packed: jax.Array) -> tuple[jax.Array, Box]:
     own = sum(jnp.where(record == i, packed[i], 0) for i in range(RECORDS))
     facing = jnp.where(own >> 27 & 1 == 1, WEST, EAST)
     boxes = box(own & 255, own >> 8 & 255, own >> 16 & 63, own >> 22 & 31, orientation=facing)
-    return shared((own >> 28 & 15, boxes))
+    return own >> 28 & 15, boxes
 
 
 def _single(b: Box) -> Box:

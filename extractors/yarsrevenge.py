@@ -30,7 +30,7 @@ from ocjax.boxes import Box, box
 from ocjax.console import signed_nibble
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
-from ocjax.ops import among, lookup, pick, shared
+from ocjax.ops import among, lookup, pick
 from ocjax.ram import RamMap, bcd, bits, byte, high, low
 from ocjax.rom import Pictures, Rom
 from ocjax.rules import Blobs, Bounds, Category, Cells, display
@@ -138,11 +138,11 @@ def decode(m: Ram) -> dict[str, Box]:
     plays = ~shows_score & ~explodes
     clock = (m.next_clock - 1) & 255
     odd = jnp.where(m.stack == SHIELD_DRAWN, 0, jnp.where(m.stack == ZONE_DRAWN, 1, clock & 1))
-    odd = shared(jnp.where(among(m.stack, LIFE_LOST), 0, odd))
+    odd = jnp.where(among(m.stack, LIFE_LOST), 0, odd)
     before = _before(m)
     enemy = _enemy(m, odd, clock).where(plays)
     begins = (m.missile_flies | m.dies | m.spins) == 0  # a round
-    zone_clock = shared((clock - 1) & 255 | 1)
+    zone_clock = (clock - 1) & 255 | 1
     zone = lookup(ZONE_ROWS, zone_clock)
     return {
         "Player": _player(m, odd, before).where(~shows_score),

@@ -13,23 +13,29 @@ from collections.abc import Callable
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 from jax import lax
-from jax.extend.core import ClosedJaxpr, Jaxpr, Literal
 
-from ocjax._xla import varying
+from ocjax._program import ELEMENTWISE, Constant, Operand, Program, flatten, worth_storing
+from ocjax._xla import materialize, varying
 
-# Operations whose operands and results have one shape.
-_ELEMENTWISE = frozenset(
-    "abs add and clamp clz convert_element_type copy div eq ge gt integer_pow le lt max min mul ne neg not or population_count "
-    "rem select_n shift_left shift_right_arithmetic shift_right_logical sign square sub xor".split()
-)
 # Operations that are batched in place: they name axes only from the front, or none at all.
 _IN_PLACE = frozenset(
-    "argmax argmin cummax cummin cumsum ocjax_shared optimization_barrier reduce_and reduce_max reduce_min reduce_or reduce_prod "
-    "reduce_sum reduce_xor rev squeeze".split()
+    "argmax argmin cummax cummin cumsum optimization_barrier reduce_and reduce_max reduce_min reduce_or reduce_prod reduce_sum "
+    "reduce_xor rev squeeze".split()
 )
-_CALLS = {"jit": "jaxpr", "pjit": "jaxpr", "closed_call": "call_jaxpr", "custom_jvp_call": "call_jaxpr"}
 
+# Operations whose parameters are extended by the batch axis: from parameters, batch size and operands to the result.
+_EXTENDED: dict[str, Callable[..., jax.Array]] = {
+    "broadcast_in_dim": lambda p, n, x: lax.broadcast_in_dim(x, (*p["shape"], n), (*p["broadcast_dimensions"], len(p["shape"]))),
+    "concatenate": lambda p, n, *x: lax.concatenate(x, p["dimension"]),
+    "reshape": lambda p, n, x: lax.reshape(x, (*p["new_sizes"], n)),
+    "slice": lambda p, n, x: lax.slice(x, (*p["start_indices"], 0), (*p["limit_indices"], n), p["strides"] and (*p["strides"], 1)),
+    "stack": lambda p, n, *x: lax.concatenate([lax.expand_dims(v, [p["axis"]]) for v in x], p["axis"]),
+    "tile": lambda p, n, x: lax.tile(x, (*p["reps"], 1)),
+    "transpose": lambda p, n, x: lax.transpose(x, (*p["permutation"], len(p["permutation"]))),
+}
+SMALL = 64  # elements below which results are not stored
 Value = tuple[Any, bool]  # an array, and whether its last axis is the batch
 
 
@@ -41,10 +47,11 @@ def batch_last(f: Callable[[jax.Array], Any], example: jax.ShapeDtypeStruct) -> 
         example: its argument's shape and dtype.
     """
     closed, out = jax.make_jaxpr(f, return_shape=True)(example)
-    tree = jax.tree.structure(out)
+    tree, program = jax.tree.structure(out), flatten(closed)
+    stored = worth_storing(program)
 
     def run(x: jax.Array) -> Any:
-        results = _evaluate(closed, [(x, True)], x)
+        results = _evaluate(program, x, stored)
         return jax.tree.unflatten(tree, [_batched(value, x) for value in results])
 
     return run
@@ -55,52 +62,41 @@ def _batched(value: Value, like: jax.Array) -> jax.Array:
     array, has_batch = value
     if has_batch:
         return array
-    array = jax.numpy.asarray(array)
+    array = jnp.asarray(array)
     return varying(lax.broadcast_in_dim(array, (*array.shape, like.shape[-1]), tuple(range(array.ndim))), like)
 
 
-def _evaluate(closed: ClosedJaxpr, args: list[Value], like: jax.Array) -> list[Value]:
-    jaxpr: Jaxpr = closed.jaxpr
-    known: dict[Any, Value] = dict(zip(jaxpr.constvars, ((c, False) for c in closed.consts), strict=True))
-    known.update(zip(jaxpr.invars, args, strict=True))
+def _evaluate(program: Program, x: jax.Array, stored: set[int]) -> list[Value]:
+    known: list[Value] = [(x, True)] * program.size
 
-    def value_of(v: Any) -> Value:
-        return (v.val, False) if isinstance(v, Literal) else known[v]
+    def value_of(v: Operand) -> Value:
+        return (v.value, False) if isinstance(v, Constant) else known[v]
 
-    for eqn in jaxpr.eqns:
-        values = [value_of(v) for v in eqn.invars]
-        if eqn.primitive.name in _CALLS:
-            outs = _evaluate(eqn.params[_CALLS[eqn.primitive.name]], values, like)
-        else:
-            batched = any(has_batch for _, has_batch in values)
-            out = _apply(eqn, values, like) if batched else eqn.primitive.bind(*(v for v, _ in values), **eqn.params)
-            outs = [(o, batched) for o in (out if eqn.primitive.multiple_results else [out])]
-        known.update(zip(eqn.outvars, outs, strict=True))
-    return [value_of(v) for v in jaxpr.outvars]
+    for eqn, inputs, outputs in program.steps:
+        values = [value_of(v) for v in inputs]
+        batched = any(has_batch for _, has_batch in values)
+        out = _apply(eqn, values, x) if batched else eqn.primitive.bind(*(v for v, _ in values), **eqn.params)
+        for i, array in zip(outputs, out if eqn.primitive.multiple_results else [out], strict=True):
+            known[i] = (materialize(lambda v: v, array, small=SMALL) if batched and i in stored else array, batched)
+    return [value_of(v) for v in program.outputs]
 
 
 def _apply(eqn: Any, values: list[Value], like: jax.Array) -> Any:
     """One operation of which at least one operand has the batch."""
     name, params = eqn.primitive.name, dict(eqn.params)
-    if name == "ocjax_take" and not values[0][1]:
-        return eqn.primitive.bind(varying(values[0][0], like), values[1][0])
-    if name in _ELEMENTWISE:
+    if name == "gather" and _is_look_up(eqn, values):
+        return _look_up(eqn, *values, like)
+    if name in ELEMENTWISE:
         return eqn.primitive.bind(*_aligned(values, eqn.outvars[0].aval.shape, like), **params)
     whole = [_batched(v, like) for v in values]
     if name in _IN_PLACE:
         return eqn.primitive.bind(*whole, **params)
-    if name == "concatenate":
-        return lax.concatenate(whole, params["dimension"])
-    if name == "broadcast_in_dim" and len(whole) == 1:
-        shape = params["shape"]
-        return lax.broadcast_in_dim(whole[0], (*shape, like.shape[-1]), (*params["broadcast_dimensions"], len(shape)))
-    if name == "reshape" and len(whole) == 1 and params["dimensions"] is None:
-        return lax.reshape(whole[0], (*params["new_sizes"], like.shape[-1]))
-    if name == "slice":
-        strides = params["strides"] and (*params["strides"], 1)
-        return lax.slice(whole[0], (*params["start_indices"], 0), (*params["limit_indices"], like.shape[-1]), strides)
-    if name == "transpose":
-        return lax.transpose(whole[0], (*params["permutation"], len(params["permutation"])))
+    if name in _EXTENDED:
+        return _EXTENDED[name](params, like.shape[-1], *whole)
+    if name == "pad" and not values[1][1]:
+        return lax.pad(whole[0], values[1][0], (*params["padding_config"], (0, 0, 0)))
+    if name == "gather" and not values[1][1]:
+        return _rows(eqn, whole[0], values[1][0], like)
     axes = [-1 if has_batch else None for _, has_batch in values]
     return jax.vmap(lambda *v: eqn.primitive.bind(*v, **params), in_axes=axes, out_axes=-1)(*(varying(v, like) for v, _ in values))
 
@@ -109,3 +105,26 @@ def _aligned(values: list[Value], shape: tuple[int, ...], like: jax.Array) -> li
     """Operands of an elementwise operation in one shape; a condition or a bound may be a scalar beside arrays."""
     whole = [_batched(v, like) for v in values]
     return [v if v.ndim == len(shape) + 1 else lax.broadcast_in_dim(v, (*shape, like.shape[-1]), (len(shape),)) for v in whole]
+
+
+def _is_look_up(eqn: Any, values: list[Value]) -> bool:
+    """Whether a gather takes single entries along one axis of a table that all states share."""
+    (_, table_has_batch), (indices, indices_have_batch) = values
+    numbers = eqn.params["dimension_numbers"]
+    return indices_have_batch and not table_has_batch and indices.shape[-2] == 1 and not numbers.offset_dims
+
+
+def _look_up(eqn: Any, table: Value, indices: Value, like: jax.Array) -> jax.Array:
+    """Entries of a table that all states share; `jax.vmap` moves the batch to the front, which costs two transposes."""
+    index = lax.reshape(indices[0], (*indices[0].shape[:-2], like.shape[-1], 1))
+    return eqn.primitive.bind(varying(jnp.asarray(table[0]), like), index, **eqn.params)
+
+
+def _rows(eqn: Any, array: jax.Array, indices: jax.Array, like: jax.Array) -> jax.Array:
+    """Entries of a batched array at indices that all states share."""
+    numbers, axis = eqn.params["dimension_numbers"], len(eqn.outvars[0].aval.shape)
+    params = eqn.params | {
+        "dimension_numbers": numbers._replace(offset_dims=(*numbers.offset_dims, axis)),
+        "slice_sizes": (*eqn.params["slice_sizes"], like.shape[-1]),
+    }
+    return eqn.primitive.bind(array, varying(jnp.asarray(indices), like), **params)

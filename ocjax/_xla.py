@@ -22,8 +22,6 @@ import numpy as np
 from jax import lax
 from jax.core import Tracer
 from jax.experimental.xla_metadata import set_xla_metadata
-from jax.extend.core import Primitive
-from jax.interpreters import batching, mlir
 
 from ocjax._sharding import by_device
 
@@ -74,59 +72,6 @@ def materialize(f: Callable[..., Any], *x: jax.Array, small: int = SMALL) -> Any
     if x[0].size < small or not on_cpu():
         return f(*x)
     return set_xla_metadata(jax.jit(f)(*x), inlineable="false")
-
-
-def _elementwise(name: str, f: Callable[..., tuple[jax.Array, ...]], result: Callable[..., Any], operand: int) -> Primitive:
-    """A primitive whose batching rule leaves the batch in the axis where it is, so that code mapped over the last axis stays there.
-
-    Args:
-        name: of the primitive.
-        f: its implementation, from arrays to a tuple of arrays.
-        result: from the operands' abstract values to the results'.
-        operand: the first operand that may be batched; results have the shapes of those from there on.
-    """
-    primitive = Primitive(name)
-    primitive.multiple_results = True
-    primitive.def_impl(jax.jit(f))
-    primitive.def_abstract_eval(result)
-    mlir.register_lowering(primitive, mlir.lower_fun(f, multiple_results=True))
-
-    def batch(args: Any, axes: Any) -> Any:
-        return primitive.bind(*args), list(axes[operand:])
-
-    batching.primitive_batchers[primitive] = batch
-    return primitive
-
-
-def _store(*x: jax.Array) -> tuple[jax.Array, ...]:
-    return materialize(lambda *v: v, *x, small=2 * SMALL)
-
-
-_shared = _elementwise("ocjax_shared", _store, lambda *x: list(x), 0)
-
-
-def shared(tree: Any) -> Any:
-    """The same arrays, computed once. Decoders use this for values that several categories or several slots depend on.
-
-    Measured where decoders use it: without it REM takes 0.30 instead of 0.22 for Alien and 1.28 instead of 0.09 for Battle Zone.
-    """
-    leaves, structure = jax.tree.flatten(tree)
-    return jax.tree.unflatten(structure, _shared.bind(*(jnp.asarray(leaf) for leaf in leaves)))
-
-
-def _gather(table: jax.Array, index: jax.Array) -> tuple[jax.Array, ...]:
-    return (jnp.asarray(table).at[index].get(mode="promise_in_bounds"),)
-
-
-_take = _elementwise("ocjax_take", _gather, lambda table, index: [index.update(dtype=table.dtype)], 1)
-
-
-def take(table: jax.Array, index: jax.Array) -> jax.Array:
-    """`table[index]` of a one-dimensional table, for indices that are known to be in range.
-
-    JAX's own indexing moves the batch to the front, which costs a transpose of the indices and one of the results.
-    """
-    return _take.bind(table, index)[0]
 
 
 # ------------------------------------------------------------------------------------------------------------ layout

@@ -10,10 +10,6 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ocjax import _xla
-
-shared = _xla.shared
-
 
 def pick(index: jax.Array, values: Sequence[int]) -> jax.Array:
     """`values[index]` for a short table; an index that is out of range takes the last entry."""
@@ -27,7 +23,8 @@ def pick(index: jax.Array, values: Sequence[int]) -> jax.Array:
 def lookup(table: np.ndarray | Sequence[int], index: jax.Array) -> jax.Array:
     """`table[index]` of a one-dimensional table; an index that is out of range takes the nearest entry."""
     values = np.asarray(table, np.int32)
-    return _xla.take(jnp.asarray(values), jnp.clip(index, 0, len(values) - 1))
+    within = jnp.clip(index, 0, len(values) - 1)
+    return jnp.asarray(values).at[within].get(mode="promise_in_bounds", wrap_negative_indices=False)
 
 
 def among(x: jax.Array, values: range | Sequence[int]) -> jax.Array:

@@ -7,7 +7,7 @@ from ocjax.boxes import box
 from ocjax.console import packed_position, wrap
 from ocjax.digits import DIGITS_3X5, Digits, hex_font, score_box
 from ocjax.game import Game
-from ocjax.ops import div, lookup, pick, shared
+from ocjax.ops import div, lookup, pick
 from ocjax.ram import RamMap, bcd, bits, byte, high, low, signed
 from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, Runs, Shades, display
 
@@ -31,7 +31,7 @@ class Ram(RamMap):
 
 
 def decode(m):
-    x, y = shared((wrap(m.x + 20), lookup(TABLE, m.y)))
+    x, y = wrap(m.x + 20), lookup(TABLE, m.y)
     size = pick(m.kind, (2, 4, 8, 16))
     rgb = jnp.array([[1, 2, 3], [200, 100, 50]], jnp.uint8)[m.kind & 1]
     present = m.flags >> jnp.arange(4) & 1 == 1

@@ -37,39 +37,47 @@ def test_read_puts_the_batch_last():
     assert np.array_equal(columns[:, :LANES], RAMS[:, addresses].T)
 
 
+def boxes_of(ram):
+    """Every category's box in one state, in full: fields `[count]`."""
+    boxes = {name: box.clip(0, 0, GAME.screen[1], GAME.screen[0]) for name, box in GAME.decode(GAME.ram(ram)).items()}
+    return {c.name: jax.tree.map(lambda v, c=c: jnp.broadcast_to(v, (c.count, *v.shape[1:])), boxes[c.name]) for c in GAME.categories}
+
+
 @pytest.fixture(scope="module")
 def boxes():
+    return host(jax.jit(jax.vmap(boxes_of))(RAMS))
+
+
+@pytest.fixture(scope="module")
+def slots():
     return jax.jit(lambda columns: rem.decode(GAME, columns, range(RAM_SIZE)))(RAMS.T)
 
 
-def test_decode_is_one_state_at_a_time(boxes):
-    decode = jax.jit(lambda ram: GAME.decode(GAME.ram(ram)))
-    for i in (0, 7, LANES - 1):
-        one = decode(RAMS[i])
-        for name, box in one.items():
-            box = box.clip(0, 0, GAME.screen[1], GAME.screen[0])
-            for a, b in zip(jax.tree.leaves(box), jax.tree.leaves(boxes[name]), strict=True):
-                np.testing.assert_array_equal(a, b[..., i])
+def test_decode_packs_boxes(boxes, slots):
+    for c in GAME.categories:
+        box, packed = boxes[c.name], np.broadcast_to(slots[c.name].boxes, (c.count, LANES)).T
+        for k, field in enumerate((box.x, box.y, box.w, box.h)):
+            assert np.array_equal(packed >> 8 * k & 255, np.where(box.valid, field, 0))
 
 
-def test_pack_and_unpack(boxes):
-    rows = rem.pack(GAME, boxes, LANES)
-    assert rows.boxes.shape == (GAME.num_slots, LANES)
-    assert set(rows.value) == {"Score", "Fuel", "Tank"}
-    assert set(rows.orientation) == {"Turner"}
+def test_pack_and_unpack(boxes, slots):
+    rows = rem.pack(GAME, slots, LANES)
+    assert rows.boxes.shape == (GAME.num_slots, _xla.padded(LANES))
+    assert rows.value.shape == (3, LANES)  # Score, Fuel, Tank
     assert set(rows.rgb) == {"Walker"}
     objects = host(rem.unpack(GAME, rows, LANES))
     for c in GAME.categories:
         s, box = GAME.slices[c.name], boxes[c.name]
-        valid = np.broadcast_to(box.valid, (c.count, LANES)).T
-        assert np.array_equal(objects.valid[:, s], valid)
+        assert np.array_equal(objects.valid[:, s], box.valid)
+        assert np.array_equal(objects.value[:, s], np.where(box.valid & ("value" in c.attributes), box.value, 0))
+        assert np.array_equal(objects.orientation[:, s], np.where(box.valid & ("orientation" in c.attributes), box.orientation & 15, 0))
         for k, field in enumerate((box.x, box.y, box.w, box.h)):
-            assert np.array_equal(objects.xywh[:, s, k], np.where(valid, np.broadcast_to(field, (c.count, LANES)).T, 0))
+            assert np.array_equal(objects.xywh[:, s, k], np.where(box.valid, field, 0))
     walkers = GAME.slices["Walker"]
-    rgb = np.moveaxis(np.asarray(boxes["Walker"].rgb), -1, 0)
-    assert np.array_equal(objects.rgb[:, walkers], np.where(objects.valid[:, walkers, None], rgb, 0))
+    assert np.array_equal(objects.rgb[:, walkers], np.where(objects.valid[:, walkers, None], boxes["Walker"].rgb, 0))
 
 
-def test_unpack_drops_the_padding(boxes):
-    rows = rem.pack(GAME, boxes, LANES)
+def test_unpack_drops_the_padding(slots):
+    rows = rem.pack(GAME, slots, LANES)
+    rows = rows._replace(value=rows.value[:, :-5], orientation=rows.orientation[:, :-5], rgb={k: v[:, :-5] for k, v in rows.rgb.items()})
     assert rem.unpack(GAME, rows, LANES - 5).valid.shape == (LANES - 5, GAME.num_slots)

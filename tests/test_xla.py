@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from ocjax import _xla
-from ocjax._batch_last import batch_last
 
 LARGE = 2 * _xla.SMALL + 3
 
@@ -37,23 +36,6 @@ def test_materialize_stores():
     assert " call(" in f.lower(jnp.zeros(LARGE, jnp.int32)).compile().as_text()
 
 
-@pytest.mark.parametrize("axis", [0, 1, -1])
-def test_shared_and_take_are_batched_in_place(axis):
-    table = np.arange(50, dtype=np.int32) ** 2
-    index = np.random.default_rng(0).integers(0, 50, (5, 7), dtype=np.int32)
-
-    def f(i):
-        a, b = _xla.shared((i, i + 1))
-        return _xla.take(jnp.asarray(table), a) + b
-
-    want = table[index] + index + 1
-    got = jax.jit(jax.vmap(f, in_axes=axis, out_axes=axis))(index)
-    np.testing.assert_array_equal(got, want)
-    np.testing.assert_array_equal(f(index), want)
-    with jax.disable_jit():
-        np.testing.assert_array_equal(f(index), want)
-
-
 @pytest.mark.parametrize("lanes", [1, 31, 512, 513])
 def test_transpose_and_padding(lanes):
     rows = np.arange(6 * lanes, dtype=np.int32).reshape(6, lanes)
@@ -82,33 +64,6 @@ def test_any_batch():
         np.testing.assert_array_equal(got["sum"], x.sum(axis=-1))
     assert f(x[0, 0])["sum"].shape == ()
     assert f(x[:, :0])["sum"].shape == (2, 0)
-
-
-FUNCTIONS = {
-    "arithmetic": lambda x: (x[0] + 2 * x[1:3] - x[3], jnp.where(x > 5, x, -x)),
-    "constants": lambda x: (jnp.arange(3), x[0] * 0 + 7, jnp.zeros((2, 2), jnp.int32)),
-    "joined": lambda x: jnp.concatenate([x[::2], jnp.array([1, 2]), x[::-1]]),
-    "stacked": lambda x: jnp.stack([x[:3], x[3:6]]).T.reshape(-1),
-    "repeated": lambda x: (jnp.repeat(x, 2), jnp.tile(x, 3)),
-    "reduced": lambda x: (x.sum(), x.max(), jnp.argmax(x), jnp.any(x > 8), jnp.cumsum(x)),
-    "broadcast": lambda x: x[:, None] * jnp.array([1, 10, 100])[None],
-    "gathered": lambda x: (jnp.array([5, 6, 7, 8, 9, 10])[x % 6], jnp.arange(30).reshape(5, 6)[x % 5]),
-    "padded": lambda x: jnp.pad(x, (1, 2)),
-    "sorted": lambda x: jnp.sort(x),
-    "clipped": lambda x: jnp.clip(x, 2, 6),
-    "looped": lambda x: jax.lax.fori_loop(0, 3, lambda i, v: v + i * x, x),
-}
-
-
-@pytest.mark.parametrize("name", FUNCTIONS)
-def test_batch_last_is_vmap(name):
-    f = FUNCTIONS[name]
-    x = np.random.default_rng(0).integers(0, 12, (6, 9), dtype=np.int32)
-    got = jax.jit(batch_last(f, jax.ShapeDtypeStruct((6,), jnp.int32)))(x)
-    want = jax.vmap(f, in_axes=-1, out_axes=-1)(jnp.asarray(x))
-    for a, b in zip(jax.tree.leaves(got), jax.tree.leaves(want), strict=True):
-        assert a.dtype == b.dtype
-        np.testing.assert_array_equal(a, b)
 
 
 def test_retained_memory_is_asked_for(monkeypatch):
