@@ -171,7 +171,7 @@ def _objects(m: Ram) -> tuple[jax.Array, Box]:
 def _in_ring(m: Ram, packed: jax.Array) -> tuple[jax.Array, Box]:
     """Kinds and boxes, packed by record, in the ring."""
     record = (np.arange(RING) + 2 * m.section + m.part) & (RING - 1)
-    own = sum(jnp.where(record == i, packed[i], 0) for i in range(RECORDS))
+    own = sum((jnp.where(record == i, packed[i], 0) for i in range(RECORDS)), jnp.int32(0))
     facing = jnp.where(own >> 27 & 1 == 1, WEST, EAST)
     boxes = box(own & 255, own >> 8 & 255, own >> 16 & 63, own >> 22 & 31, orientation=facing)
     return own >> 28 & 15, boxes

@@ -35,7 +35,7 @@ _EXTENDED: dict[str, Callable[..., jax.Array]] = {
     "tile": lambda p, n, x: lax.tile(x, (*p["reps"], 1)),
     "transpose": lambda p, n, x: lax.transpose(x, (*p["permutation"], len(p["permutation"]))),
 }
-SMALL = 64  # elements below which results are not stored
+SMALL = 64  # elements below which results are not stored: a call costs more than it saves
 Value = tuple[Any, bool]  # an array, and whether its last axis is the batch
 
 
@@ -85,7 +85,7 @@ def _apply(eqn: Any, values: list[Value], like: jax.Array) -> Any:
     """One operation of which at least one operand has the batch."""
     name, params = eqn.primitive.name, dict(eqn.params)
     if name == "gather" and _is_look_up(eqn, values):
-        return _look_up(eqn, *values, like)
+        return _look_up(eqn, values[0][0], values[1][0], like)
     if name in ELEMENTWISE:
         return eqn.primitive.bind(*_aligned(values, eqn.outvars[0].aval.shape, like), **params)
     whole = [_batched(v, like) for v in values]
@@ -114,10 +114,10 @@ def _is_look_up(eqn: Any, values: list[Value]) -> bool:
     return indices_have_batch and not table_has_batch and indices.shape[-2] == 1 and not numbers.offset_dims
 
 
-def _look_up(eqn: Any, table: Value, indices: Value, like: jax.Array) -> jax.Array:
+def _look_up(eqn: Any, table: jax.Array, indices: jax.Array, like: jax.Array) -> jax.Array:
     """Entries of a table that all states share; `jax.vmap` moves the batch to the front, which costs two transposes."""
-    index = lax.reshape(indices[0], (*indices[0].shape[:-2], like.shape[-1], 1))
-    return eqn.primitive.bind(varying(jnp.asarray(table[0]), like), index, **eqn.params)
+    index = lax.reshape(indices, (*indices.shape[:-2], like.shape[-1], 1))
+    return eqn.primitive.bind(varying(jnp.asarray(table), like), index, **eqn.params)
 
 
 def _rows(eqn: Any, array: jax.Array, indices: jax.Array, like: jax.Array) -> jax.Array:

@@ -1,8 +1,9 @@
-"""A traced function as a flat list of operations, and which of their results to store.
+"""The operations of a traced function as a flat list, and the choice of results to store.
 
-XLA computes an operation again in every kernel that reads its result and, within a kernel, in every operand of a concatenation and at every
-index that it is read at. The categories of a game share most of their computation, so this multiplies the work of a decoder and the machine
-code that has to be compiled. `worth_storing` finds the results for which it is cheaper to be written to memory once.
+XLA repeats an operation in every kernel that reads its result. Within a kernel, it repeats the operation for every operand of a
+concatenation and for every index at which the result is read. The categories of a game share most of their computation, so without
+countermeasures a decoder computes the same numbers many times, and all of this code has to be compiled. `worth_storing` finds the results
+that are cheaper to write to memory once.
 
 Measured over the 46 games (one core, batches of 4,096, jax 0.10.2) against nothing stored: TABLE.
 """
@@ -13,27 +14,29 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
-from jax.extend.core import ClosedJaxpr, JaxprEqn, Literal
+from jax.extend.core import ClosedJaxpr, Literal
 
 # Operations whose operands and results have one shape.
 ELEMENTWISE = frozenset(
     "abs add and clamp clz convert_element_type copy div eq ge gt integer_pow le lt max min mul ne neg not or population_count "
     "rem select_n shift_left shift_right_arithmetic shift_right_logical sign square sub xor".split()
 )
-# Operations that read their operand at other indices than they write their result.
+# Operations whose operand is read at other indices than the result is written.
 _MOVES = frozenset("broadcast_in_dim pad reshape rev slice squeeze tile transpose".split())
 _JOINS = frozenset("concatenate stack".split())
-_FUSED = ELEMENTWISE | _MOVES | _JOINS | frozenset("gather iota".split())  # into the kernels that read the result
-# Operations that are fused, too, but with the code of their operands once more for each of their readers, in a loop of its own.
+# Operations that XLA fuses into the kernels that read their results.
+_FUSED = ELEMENTWISE | _MOVES | _JOINS | frozenset("gather iota".split())
+# Reductions are fused as well, each as a loop that repeats the code of its operands. They are always stored: otherwise, one kernel of Krull
+# has 6,000 lines of machine-independent code instead of 400.
 _REDUCTIONS = frozenset("argmax argmin reduce_and reduce_max reduce_min reduce_or reduce_sum".split())
 _CALLS = {"jit": "jaxpr", "pjit": "jaxpr", "closed_call": "call_jaxpr", "custom_jvp_call": "call_jaxpr"}
 SMALL_CONSTANT = 64  # elements up to which constants are compared by value
 WORTH = 30  # operations that storing a result has to save
-PASSES = 2  # a stored result makes others cheaper to compute again: in the second pass, those are no longer stored
+PASSES = 2  # the second pass drops results that have become cheap because the first one stores what they are computed from
 
 
 class Constant(NamedTuple):
-    """An operand that is known."""
+    """An operand that does not depend on the arguments."""
 
     value: Any
 
@@ -44,18 +47,18 @@ Operand = int | Constant  # an int numbers a value of the program
 class Step(NamedTuple):
     """An operation on numbered values."""
 
-    eqn: JaxprEqn
+    eqn: Any  # of a jaxpr
     inputs: list[Operand]
     outputs: list[int]
 
     @property
     def name(self) -> str:
-        """Of the operation."""
+        """The name of the operation."""
         return self.eqn.primitive.name
 
     @property
     def values(self) -> Iterator[tuple[int, int]]:
-        """The operands that are values: which operand, and which value."""
+        """The position and the number of every operand that is not a constant."""
         return ((k, v) for k, v in enumerate(self.inputs) if not isinstance(v, Constant))
 
 
@@ -69,7 +72,7 @@ class Program(NamedTuple):
 
 
 class _Flattening:
-    """The operations that have been listed so far; equal ones are listed once."""
+    """The operations that have been listed so far. Equal operations are listed once."""
 
     def __init__(self) -> None:
         self.steps: list[Step] = []
@@ -77,25 +80,23 @@ class _Flattening:
         self._known: dict[Any, list[int]] = {}
 
     def new(self, count: int) -> list[int]:
-        """Numbers of new values."""
+        """Number `count` new values."""
         self.size += count
         return list(range(self.size - count, self.size))
 
     def run(self, closed: ClosedJaxpr, args: list[Operand]) -> list[Operand]:
-        """List the operations of a function and of those that it calls; its results."""
+        """List the operations of a function and of the functions that it calls, and return its results."""
         jaxpr = closed.jaxpr
         values: dict[Any, Operand] = dict(zip(jaxpr.constvars, map(Constant, closed.consts), strict=True))
         values.update(zip(jaxpr.invars, args, strict=True))
         for eqn in jaxpr.eqns:
             inputs = [Constant(v.val) if isinstance(v, Literal) else values[v] for v in eqn.invars]
-            if eqn.primitive.name in _CALLS:
-                outputs = self.run(eqn.params[_CALLS[eqn.primitive.name]], inputs)
-            else:
-                outputs = self._add(eqn, inputs)
+            called = _CALLS.get(eqn.primitive.name)
+            outputs = self.run(eqn.params[called], inputs) if called else self._add(eqn, inputs)
             values.update(zip(eqn.outvars, outputs, strict=True))
         return [Constant(v.val) if isinstance(v, Literal) else values[v] for v in jaxpr.outvars]
 
-    def _add(self, eqn: JaxprEqn, inputs: list[Operand]) -> list[int]:
+    def _add(self, eqn: Any, inputs: list[Operand]) -> list[int]:
         name = eqn.primitive.name
         key = (name, *map(_key, inputs), str(sorted(eqn.params.items()))) if name in _FUSED else object()
         if key not in self._known:
@@ -112,7 +113,7 @@ def _key(operand: Operand) -> Any:
 
 
 def flatten(closed: ClosedJaxpr) -> Program:
-    """The operations of a function and of those that it calls, one after another, without repetitions."""
+    """The operations of a function and of the functions that it calls, one after another, without repetitions."""
     flat = _Flattening()
     inputs = flat.new(len(closed.jaxpr.invars))
     outputs = flat.run(closed, list(inputs))
@@ -120,7 +121,7 @@ def flatten(closed: ClosedJaxpr) -> Program:
 
 
 def worth_storing(program: Program) -> set[int]:
-    """The values that are better stored than computed again in each place that reads them."""
+    """The values that are cheaper to store than to compute again in each place that reads them."""
     stored: set[int] = set()
     for _ in range(PASSES):
         places, most = _places(program, stored)
@@ -129,9 +130,13 @@ def worth_storing(program: Program) -> set[int]:
 
 
 def _places(program: Program, stored: set[int]) -> tuple[list[int], list[int]]:
-    """For each value, in how many places it is computed if only some values are stored, and the largest number of any of its readers.
+    """Two numbers for each value: in how many places it is computed, and the largest such number among the operations that read it.
 
-    A place is a kernel, or an operand of a concatenation in a kernel, together with the index there at which the value is read.
+    A place is a kernel, or an operand of a concatenation within a kernel, together with the index at which the value is read there.
+
+    Args:
+        program: of operations.
+        stored: values that are computed in one place.
     """
     places: list[set[Any]] = [set() for _ in range(program.size)]
     most = [0] * program.size
@@ -149,7 +154,7 @@ def _places(program: Program, stored: set[int]) -> tuple[list[int], list[int]]:
 
 
 def _read(step: Step, i: int, k: int, own: set[Any]) -> set[Any]:
-    """The places in which the k-th operand of the i-th operation is computed, by those of its result."""
+    """The places in which the k-th operand of the i-th operation is computed, given the places of its result."""
     if step.name in _JOINS:
         return {((kernel, i, k), ()) for kernel, _ in own}
     if step.eqn.invars[k].aval.shape == ():
@@ -161,7 +166,7 @@ def _read(step: Step, i: int, k: int, own: set[Any]) -> set[Any]:
 
 
 def _stored(program: Program, places: list[int], most: list[int]) -> set[int]:
-    """The values whose computation in more places than their readers need them would be too much."""
+    """The values that are computed in more places than any of their readers, at the cost of at least `WORTH` operations."""
     stored: set[int] = set()
     needed = [0] * program.size  # one bit for each operation that computing the value again takes
     for i, step in enumerate(program.steps):

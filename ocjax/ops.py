@@ -22,9 +22,7 @@ def pick(index: jax.Array, values: Sequence[int]) -> jax.Array:
 
 def lookup(table: np.ndarray | Sequence[int], index: jax.Array) -> jax.Array:
     """`table[index]` of a one-dimensional table; an index that is out of range takes the nearest entry."""
-    values = np.asarray(table, np.int32)
-    within = jnp.clip(index, 0, len(values) - 1)
-    return jnp.asarray(values).at[within].get(mode="promise_in_bounds", wrap_negative_indices=False)
+    return jnp.take(jnp.asarray(np.asarray(table, np.int32)), index, mode="clip")  # a gather; `[index]` slices for a scalar
 
 
 def among(x: jax.Array, values: range | Sequence[int]) -> jax.Array:
