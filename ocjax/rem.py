@@ -13,6 +13,7 @@ states.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -48,11 +49,11 @@ class Slots(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """The slots of a game, batch last; values and orientations only of the slots in their `span`."""
+    """The slots of a game, batch last; values and orientations by the `spans` of slots that have one."""
 
     boxes: jax.Array  # int32 [N, B]
-    value: jax.Array  # int32 [span, B]
-    orientation: jax.Array  # int32 [span, B]
+    value: list[jax.Array]  # int32 [span, B]
+    orientation: list[jax.Array]  # int32 [span, B]
     rgb: dict[str, jax.Array]  # int32 [count, B], or [1, B] where all slots have one colour
 
 
@@ -107,28 +108,28 @@ def slots(category: Category, b: Box) -> Slots:
     return Slots(packed, value, orientation, red | (green << 8) | (blue << 16))
 
 
-def span(game: Game, attribute: str) -> slice:
-    """The slots from the first to the last category that has an attribute; empty if none has it."""
-    own = [game.slices[c.name] for c in game.categories if attribute in c.attributes]
-    return slice(own[0].start, own[-1].stop) if own else slice(0, 0)
+def spans(game: Game, attribute: str) -> list[slice]:
+    """The slots of adjacent categories that have an attribute."""
+    by_presence = itertools.groupby(game.categories, key=lambda c: attribute in c.attributes)
+    groups = [[game.slices[c.name] for c in group] for present, group in by_presence if present]
+    return [slice(own[0].start, own[-1].stop) for own in groups]
 
 
 def pack(game: Game, by_category: dict[str, Slots], lanes: int) -> Rows:
-    """The slots of all categories in one array, whose rows are padded, and their attributes."""
+    """The slots of all categories in one array, and their attributes."""
 
-    def joined(attribute: str, where: slice, columns: int) -> jax.Array:
+    def joined(attribute: str, where: slice) -> jax.Array:
         # Updating slices takes 3-15 % less than `concatenate`.
-        out = jnp.zeros((where.stop - where.start, columns), jnp.int32)
+        out = jnp.zeros((where.stop - where.start, lanes), jnp.int32)
         for c in game.categories:
-            part = getattr(by_category[c.name], attribute)
-            if part is not None:
-                whole = jnp.broadcast_to(part, (c.count, lanes))
-                out = lax.dynamic_update_slice(out, whole, (game.slices[c.name].start - where.start, 0))
+            s, part = game.slices[c.name], getattr(by_category[c.name], attribute)
+            if where.start <= s.start < where.stop:
+                out = lax.dynamic_update_slice(out, jnp.broadcast_to(part, (c.count, lanes)), (s.start - where.start, 0))
         return out
 
-    boxes = joined("boxes", slice(0, game.num_slots), _xla.padded(lanes))
-    value, orientation = (joined(name, span(game, name), lanes) for name in ("value", "orientation"))
-    return Rows(boxes, value, orientation, {name: s.rgb for name, s in by_category.items() if s.rgb is not None})
+    value, orientation = ([joined(name, s) for s in spans(game, name)] for name in ("value", "orientation"))
+    rgb = {name: s.rgb for name, s in by_category.items() if s.rgb is not None}
+    return Rows(joined("boxes", slice(0, game.num_slots)), value, orientation, rgb)
 
 
 def unpack(game: Game, rows: Rows, lanes: int) -> Objects:
@@ -138,16 +139,19 @@ def unpack(game: Game, rows: Rows, lanes: int) -> Objects:
     valid, xywh = _xla.materialize(_split, slots, small=SMALL * n)
     mask = -(slots != 0).astype(jnp.int32)
 
-    def attribute(rows: jax.Array, where: slice, dtype: Any) -> jax.Array:
-        return jnp.pad(rows.T.astype(dtype), ((0, 0), (where.start, n - where.stop)))
+    def attribute(name: str, parts: Sequence[jax.Array], dtype: Any) -> jax.Array:
+        out = jnp.zeros((lanes, n), dtype)
+        for s, part in zip(spans(game, name), parts, strict=True):
+            out = lax.dynamic_update_slice(out, part[:, :lanes].T.astype(dtype), (0, s.start))
+        return out
 
     rgb = _colors(jnp.asarray(palette.packed(game.slot_rgb).astype(np.int32))[None], mask)
     for name, part in rows.rgb.items():
         s = game.slices[name]
-        rgb = lax.dynamic_update_slice(rgb, _colors(part.T, mask[:, s]), (0, s.start, 0))
+        rgb = lax.dynamic_update_slice(rgb, _colors(part[:, :lanes].T, mask[:, s]), (0, s.start, 0))
     xywh, valid = xywh.reshape(lanes, n, 4), valid.reshape(lanes, n)
-    orientation = attribute(rows.orientation, span(game, "orientation"), jnp.int8)
-    return Objects(xywh, valid, orientation, attribute(rows.value, span(game, "value"), jnp.int32), rgb, game)
+    orientation, value = attribute("orientation", rows.orientation, jnp.int8), attribute("value", rows.value, jnp.int32)
+    return Objects(xywh, valid, orientation, value, rgb, game)
 
 
 def _split(slots: jax.Array) -> tuple[jax.Array, jax.Array]:
@@ -166,11 +170,9 @@ def extractor(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
     addresses = [a for r in ranges for a in r]
 
     def chunk(rams: jax.Array) -> Objects:
-        lanes = len(rams)
-
         def rows(columns: jax.Array) -> Rows:
-            return pack(game, decode(game, columns[:, :lanes], addresses), lanes)
+            return pack(game, decode(game, columns, addresses), columns.shape[1])
 
-        return unpack(game, _xla.materialize(rows, read(rams, ranges), small=SMALL * len(addresses)), lanes)
+        return unpack(game, _xla.materialize(rows, read(rams, ranges), small=SMALL * len(addresses)), len(rams))
 
     return _xla.any_batch(lambda rams: _xla.in_chunks(chunk, rams, CHUNK), 1)
