@@ -109,7 +109,7 @@ def _key(operand: Operand) -> Any:
     if not isinstance(operand, Constant):
         return operand
     a = np.asarray(operand.value)
-    return (a.dtype.str, a.shape, a.tobytes()) if a.size <= SMALL_CONSTANT else id(operand.value)
+    return (a.dtype.str, a.shape, a.tobytes()) if a.size <= SMALL_CONSTANT else ("constant", id(operand.value))
 
 
 def flatten(closed: ClosedJaxpr) -> Program:

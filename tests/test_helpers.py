@@ -23,13 +23,6 @@ def test_operations_on_integers():
     assert np.array_equal(console.modulo_screen(jnp.asarray(positive)), positive % 160)
 
 
-def test_shared_values_are_what_they_were():
-    x = jnp.arange(BATCH, dtype=jnp.int32) - 1  # the first one is negative
-    below, above = jax.jit(ops.shared)((x, x + 5))
-    assert np.array_equal(below, x)
-    assert np.array_equal(above, x + 5)
-
-
 @pytest.mark.parametrize(("x", "width", "left"), [(10, 8, 10), (156, 8, 156), (157, 8, -3), (-4, 8, -4), (-5, 8, 155), (158, 5, -2)])
 def test_the_larger_part_of_what_an_edge_cuts(x, width, left):
     assert int(console.larger_part(jnp.int32(x), width)) == left
