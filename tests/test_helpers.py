@@ -1,6 +1,5 @@
 """The small operations that decoders are written with, compared with plain Python and numpy."""
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -8,8 +7,6 @@ import pytest
 from ocjax import console, ops
 from ocjax.boxes import box
 from ocjax.vision.palette import NTSC
-
-BATCH = 40_000  # enough for values to be materialized
 
 
 def test_operations_on_integers():
