@@ -14,6 +14,9 @@ def test_operations_on_integers():
     assert np.array_equal(ops.among(jnp.asarray(x), range(5, 9)), [v in range(5, 9) for v in x.tolist()])
     assert np.array_equal(ops.among(jnp.asarray(x), (300, 0, 7)), [v in (300, 0, 7) for v in x.tolist()])
     assert np.array_equal(ops.reached(jnp.asarray(x), (0, 7, 300)), [sum(v >= limit for limit in (0, 7, 300)) for v in x.tolist()])
+    table = np.arange(50) ** 2
+    assert np.array_equal(ops.lookup(table, jnp.asarray(x)), table[np.clip(x, 0, 49)])
+    assert ops.lookup(table, jnp.int32(7)) == 49
     positive = x[x >= 0]
     assert np.array_equal(ops.mod(jnp.asarray(positive), 30), positive % 30)
     assert np.array_equal(ops.div(jnp.asarray(positive), 30), positive // 30)
