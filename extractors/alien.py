@@ -173,9 +173,9 @@ def _player(m: Ram, x: jax.Array) -> Box:
 
 
 def _aliens(m: Ram, x: jax.Array) -> Box:
-    three, pairs = _three(m, x), _pairs(m)
-    twelve = (jnp.pad(field, (0, 9)) for field in three)
-    sides = (jnp.where(_bonus(m), b, a) for a, b in zip(twelve, pairs, strict=True))
+    left, top, width, height, there = (jnp.tile(field, 4) for field in _three(m, x))
+    three = left, top, width, height, jnp.where(np.arange(12) < 3, there, 0)
+    sides = (jnp.where(_bonus(m), b, a) for a, b in zip(three, _pairs(m), strict=True))
     return box(*sides).clip(8, 0, 160, 210)
 
 
@@ -212,7 +212,8 @@ def _pairs(m: Ram) -> tuple[jax.Array, ...]:
     x = jnp.where(moved, jnp.where(to_right, was_left, was_right), x)
     inset = jnp.where(_narrow(m), 1, 0)
     x = x + inset * (row % 2)
-    x = jnp.concatenate([x, jnp.where(x < 128, x + 32, x - 128)])
+    x = jnp.tile(x, 2)
+    x = jnp.where(np.arange(12) < 6, x, jnp.where(x < 128, x + 32, x - 128))
     width = jnp.broadcast_to(8 - inset, 12)
     y = jnp.asarray(37 + 20 * np.tile(row, 2))
     return x, y, width, jnp.full(12, 13), jnp.full(12, 1)
