@@ -22,7 +22,7 @@ def pick(index: jax.Array, values: Sequence[int]) -> jax.Array:
 
 def lookup(table: np.ndarray | Sequence[int], index: jax.Array) -> jax.Array:
     """`table[index]` of a one-dimensional table; an index that is out of range takes the nearest entry."""
-    return jnp.take(jnp.asarray(np.asarray(table, np.int32)), index, mode="clip")  # a gather; `[index]` slices for a scalar
+    return jnp.take(jnp.asarray(np.asarray(table, np.int32)), index, mode="clip")  # `table[index]` slices for a scalar index
 
 
 def among(x: jax.Array, values: range | Sequence[int]) -> jax.Array:
