@@ -193,7 +193,7 @@ COVERED = sprites(GREY, STREETS, gap=(2, 0), min_size=(7, 7), area=(10, 40))  # 
 LOOT = sprites(GREY, STREETS, gap=(1, 0), min_size=(7, 7), area=(38, 48), also=COVERED)
 BURST = sprites(GREY, STREETS, gap=(1, 0), min_size=(8, 7), area=(25, 36))
 ICONS = Cells(CAR[0], tuple(ICON_X.tolist()), tuple(ICON_Y.tolist()), 8, 7, whole=False)
-TANK = Bounds(RED, (42, 12, 50, 37), value=Gauge(1, vertical=True))
+TANK = Bounds(RED, (42, 12, 50, 37), value=Gauge(1, side="h"))
 SCORE = Bounds(BLACK, (50, 179, 112, 186), value=Digits(FONT, range(57, 105, 8), 179))
 
 GAME = Game(

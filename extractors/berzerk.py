@@ -29,7 +29,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.boxes import Box, box
-from ocjax.console import palette_rgb
 from ocjax.digits import Digits, Font, score_box
 from ocjax.game import Game
 from ocjax.ops import among, pick
@@ -107,12 +106,12 @@ class Ram(RamMap):
 def decode(m: Ram) -> dict[str, Box]:
     present = _present(m)
     left = (m.state == LEAVES) & (m.frame == LAST_FRAME) & (m.appearing == APPEARED)
-    rgb = palette_rgb(m.level - jnp.where(left, 1, 0) >> 1 & 7, ROBOTS)
+    color = pick(m.level - jnp.where(left, 1, 0) >> 1 & 7, ROBOTS)
     return {
         "Player": _human(m).where(present),
-        "Enemy": _robots(m, left, rgb).where(present | left),
+        "Enemy": _robots(m, left, color).where(present | left),
         "PlayerMissile": _shot(m).where(present),
-        "EnemyMissile": _missile(m, rgb, left).where(present | left),
+        "EnemyMissile": _missile(m, color, left).where(present | left),
         "EvilOtto": _otto(m).where(present),
         "Copyright": box(63, LINE_TOP, 40, 7, m.glyph[1] == COPYRIGHT),
         "PlayerScore": _score(m),
@@ -167,7 +166,7 @@ def _human_columns(m: Ram, moved: jax.Array, shocked: jax.Array) -> tuple[jax.Ar
     return jnp.where(shocked, 0, first), jnp.where(shocked, 7, last)
 
 
-def _robots(m: Ram, left: jax.Array, rgb: jax.Array) -> Box:
+def _robots(m: Ram, left: jax.Array, color: jax.Array) -> Box:
     """All robots. Where the room has been left, the row of the first one is cleared.
 
     It is known if the second one is in the second row: they begin one to a row, and are sorted.
@@ -182,7 +181,7 @@ def _robots(m: Ram, left: jax.Array, rgb: jax.Array) -> Box:
     y = 2 * row + jnp.where(is_spark, 10, 4)
     height = jnp.where(is_spark, 4, jnp.where(is_tall, 18, 16))
     there = (number >= first) & (number < count)
-    return box(x, y, jnp.where(is_spark, 4, 8), height, there, rgb=rgb)
+    return box(x, y, jnp.where(is_spark, 4, 8), height, there, color=color)
 
 
 def _shot(m: Ram) -> Box:
@@ -198,7 +197,7 @@ def _shot(m: Ram) -> Box:
     return box(x + 2, 2 * y + 1, width, height, (m.shot > 0) & (~fires | in_wall))
 
 
-def _missile(m: Ram, rgb: jax.Array, left: jax.Array) -> Box:
+def _missile(m: Ram, color: jax.Array, left: jax.Array) -> Box:
     """A robot's shot. When the room is left, its way is cleared: most fly across."""
     flies = (m.missile_way != NO_MISSILE) & (m.missile_way != NO_MISSILE_YET)
     there = jnp.where(left, ~among(m.missile_pause, (0, 255)) & (m.missile_y > 0), flies)
@@ -207,7 +206,7 @@ def _missile(m: Ram, rgb: jax.Array, left: jax.Array) -> Box:
     upright = left & ((distance <= 4) | (gun & (distance <= 12)))
     across = ((m.missile_way & VERTICAL) != 0) & ~upright
     width, height = jnp.where(across, 4, 1), jnp.where(across, 2, 6)
-    return box(m.missile_x + 2, 2 * m.missile_y, width, height, there, rgb=rgb)
+    return box(m.missile_x + 2, 2 * m.missile_y, width, height, there, color=color)
 
 
 def _otto(m: Ram) -> Box:

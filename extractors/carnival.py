@@ -24,10 +24,10 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 from ocjax.boxes import WIDTH, Box, box
-from ocjax.console import copies, modulo_screen, palette_rgb, spacing
+from ocjax.console import copies, modulo_screen, spacing
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
-from ocjax.ops import div, lookup
+from ocjax.ops import div, lookup, pick
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Pictures, Rom
 from ocjax.rules import Blobs, Bounds, Category, Gauge, display
@@ -143,8 +143,8 @@ def _wheel(m: Ram) -> Box:
     phase = jnp.where(_moved(m), (m.clock - 1) >> 2 & 3, shown)
     x = jnp.where(phase == 2, 72, 70)
     width = jnp.where((phase == 0) | (phase == 3), 28, 26)
-    rgb = palette_rgb(m.wheel_color, WHEEL)
-    return box(x, 15, width, 12, m.wheel != NO_WHEEL, rgb=rgb)
+    color = pick(m.wheel_color, WHEEL)
+    return box(x, 15, width, 12, m.wheel != NO_WHEEL, color=color)
 
 
 def _kinds(m: Ram) -> jax.Array:

@@ -29,9 +29,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.boxes import Box, box
-from ocjax.console import palette_rgb
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
+from ocjax.ops import pick
 from ocjax.ram import RamMap, bcd, bits, byte, signed
 from ocjax.rom import Rom
 from ocjax.rules import Blobs, Bounds, Category, Cells, Shades, display
@@ -120,15 +120,15 @@ def decode(m: Ram) -> dict[str, Box]:
         "Flea": _flea(m),
         "Scorpion": _scorpion(m),
         "Mushroom": _mushrooms(m),
-        "Ground": box(LEFT, 183, 128, 2, rgb=palette_rgb(m.level, KEYS)),
+        "Ground": box(LEFT, 183, 128, 2, color=pick(m.level, KEYS)),
         "Life": box(LIFE_X, SCORE_Y, 4, 7, np.arange(7) < m.lives),
         "Score": _score(m),
     }
     return {name: shown.where(m.score_high != TITLE) for name, shown in boxes.items()}
 
 
-def _rgb(m: Ram, kind: int) -> jax.Array:
-    return palette_rgb(m.level + kind & 7, COLORS)
+def _color(m: Ram, kind: int) -> jax.Array:
+    return pick(m.level + kind & 7, COLORS)
 
 
 def _step_row(step: jax.Array) -> jax.Array:
@@ -149,7 +149,7 @@ def _player(m: Ram) -> Box:
     first = jnp.where(first < last, first, last - 3)
     top = _step_row(first)
     return box(
-        m.player_x + LEFT, top, 4, _step_row(last) - top, ~_exploded(m), rgb=_rgb(m, OF_SHOOTER)
+        m.player_x + LEFT, top, 4, _step_row(last) - top, ~_exploded(m), color=_color(m, OF_SHOOTER)
     )
 
 
@@ -159,7 +159,7 @@ def _shot(m: Ram) -> Box:
     near = m.player_y < 3 * m.shot_row - 2
     x = jnp.where(near, m.player_x, m.shot_x) + LEFT
     there = (m.shot_row > 0) & ~_exploded(m)
-    return box(x, top, 1, 9 * m.shot_row + 1 - top, there, rgb=_rgb(m, OF_SHOOTER))
+    return box(x, top, 1, 9 * m.shot_row + 1 - top, there, color=_color(m, OF_SHOOTER))
 
 
 def _zone_y(row: jax.Array) -> jax.Array:
@@ -178,7 +178,7 @@ def _segments(m: Ram) -> Box:
     alone = ~follows & ~(_shifted(follows, 1) & (m.last_segment > SEGMENTS))
     late = jnp.where(alone & (x < LATE), 1, 0)
     there = (m.last_segment >= SEGMENTS) & (m.counting == 0) & ~_just_created(m)
-    return box(LEFT + x, _zone_y(row) + late, 4, 6 - late, there, rgb=_rgb(m, OF_CENTIPEDE))
+    return box(LEFT + x, _zone_y(row) + late, 4, 6 - late, there, color=_color(m, OF_CENTIPEDE))
 
 
 def _just_created(m: Ram) -> jax.Array:
@@ -227,13 +227,13 @@ def _spider(m: Ram) -> Box:
     points = (m.spider_points > 0) & (m.hit_sound != JUST_HIT)
     there = (m.spider != NONE) & ~points & (m.dying == 0)
     x, y, picture = LEFT + m.spider_x, _zone_y(m.spider_row), m.clock >> 3 & 3
-    return SPIDERS.box(picture, x, y, valid=there, rgb=_rgb(m, OF_SPIDER))
+    return SPIDERS.box(picture, x, y, valid=there, color=_color(m, OF_SPIDER))
 
 
 def _flea(m: Ram) -> Box:
     """The flea; at the left edge its first row is written too late."""
     x, y, picture = LEFT + m.flea_x, _zone_y(m.flea_row), 1 - (m.clock >> 1 & 1)
-    flea = FLEAS.box(picture, x, y, valid=m.flea_x < NO_FLEA, rgb=_rgb(m, OF_FLEA))
+    flea = FLEAS.box(picture, x, y, valid=m.flea_x < NO_FLEA, color=_color(m, OF_FLEA))
     late = jnp.where(m.flea_x < LATE, 1, 0)
     return replace(flea, y=flea.y + late, h=flea.h - late)
 
@@ -242,12 +242,12 @@ def _scorpion(m: Ram) -> Box:
     x, y = LEFT + m.scorpion_x, _zone_y(m.scorpion_row)
     picture = m.scorpion_left + 2 * (m.clock >> 3 & 1)
     there = m.scorpion_x != NONE
-    return SCORPIONS.box(picture, x, y, valid=there, rgb=_rgb(m, OF_SCORPION))
+    return SCORPIONS.box(picture, x, y, valid=there, color=_color(m, OF_SCORPION))
 
 
 def _mushrooms(m: Ram) -> Box:
     there = (jnp.repeat(m.mushrooms, 8) >> BITS & 1) == 1
-    return box(MUSHROOM_X, MUSHROOM_Y, 4, 3, there, rgb=_rgb(m, OF_SHOOTER))
+    return box(MUSHROOM_X, MUSHROOM_Y, 4, 3, there, color=_color(m, OF_SHOOTER))
 
 
 def _score(m: Ram) -> Box:

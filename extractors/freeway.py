@@ -109,7 +109,7 @@ def _scores(m: Ram) -> Box:
         top=SCORE_TOP,
         digits=2,
         value=m.score,
-        rgb=jnp.where(flash, jnp.asarray(NTSC)[m.frame], jnp.asarray(NTSC[PINK])),
+        color=jnp.where(flash, m.frame, PINK),
     )
 
 

@@ -23,7 +23,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.boxes import Box, box
-from ocjax.console import larger_part, palette_rgb
+from ocjax.console import larger_part
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
 from ocjax.ops import among, div, lookup, mod, pick
@@ -117,14 +117,14 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     playing, i3 = m.demo == 0, np.arange(3)
-    fruits, maze_rgb = _fruits(m), palette_rgb(m.maze, MAZES)
+    fruits, maze = _fruits(m), pick(m.maze, MAZES)
     icons = (m.ghosts >= i3) & (m.ghosts < 3)
     power = playing & ((m.power >> np.arange(4) & 1) == 1)
     return {
         "Player": _player(m),
         "Ghost": _ghosts(m),
-        "PowerPill": box(np.array(POWER_X), np.array(POWER_Y), 4, 7, power, rgb=maze_rgb),
-        "Pill": box(np.array(PILL_X), np.array(PILL_Y), 4, 2, _pills(m) & playing, rgb=maze_rgb),
+        "PowerPill": box(np.array(POWER_X), np.array(POWER_Y), 4, 7, power, color=maze),
+        "Pill": box(np.array(PILL_X), np.array(PILL_Y), 4, 2, _pills(m) & playing, color=maze),
         "Fruit": fruits[:1],
         "FruitIcon": fruits[1:],
         "GhostIcon": box(138 - 15 * m.ghosts + 16 * i3, 173, 8, 10, icons),
@@ -146,11 +146,11 @@ def _ghosts(m: Ram) -> Box:
     eyes = (m.ghost_scared == 0) & ((m.ghost_mode == EYES) | (m.ghost_mode == EYES_ENTER_PEN))
     # The first row of the eyes is empty; that of a ghost is not drawn on the places' own lines.
     late = jnp.where(eyes | (mod(y, 12) == 0), 1, 0)
-    color = jnp.where(m.ghost_scared == 1, jnp.where(m.scare & 0x32 == 0, 5, 4), number)
-    rgb = palette_rgb(color, (*GHOSTS, SCARED, ENDING))
+    kind = jnp.where(m.ghost_scared == 1, jnp.where(m.scare & 0x32 == 0, 5, 4), number)
+    color = pick(kind, (*GHOSTS, SCARED, ENDING))
     height = jnp.where(eyes, 5, 10 - late)
     there = (number <= m.ghosts) & ~_dying(m)
-    return box(larger_part(x - 12, 8), y + 1 + late, 8, height, there, rgb=rgb)
+    return box(larger_part(x - 12, 8), y + 1 + late, 8, height, there, color=color)
 
 
 def _pills(m: Ram) -> jax.Array:
@@ -168,8 +168,8 @@ def _fruits(m: Ram) -> Box:
     x = jnp.stack([larger_part(x - 12, 8), jnp.int32(126)])
     y = jnp.stack([y + 1, jnp.int32(173)])
     there = jnp.stack([(m.fruit_x > 0) & ~_dying(m), m.ghosts == 3])
-    rgb = palette_rgb(m.fruit, FRUITS)
-    return _picture(FIRST_FRUIT + m.fruit, x, y, valid=there, rgb=rgb)
+    color = pick(m.fruit, FRUITS)
+    return _picture(FIRST_FRUIT + m.fruit, x, y, valid=there, color=color)
 
 
 def _picture(index: jax.Array, x: jax.Array, y: jax.Array, **fields: Any) -> Box:

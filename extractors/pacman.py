@@ -24,14 +24,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.boxes import Box, box
-from ocjax.console import palette_rgb
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
 from ocjax.ops import mod, pick
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Rom
 from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, display
-from ocjax.vision.palette import PAL
 
 ROM = Rom("pacman", "fc2233fc116faef0d3c31541717ca2db")
 FONT = ROM.font([0xE00 + int(low) for low in ROM.bytes(0xEF9, 10)], rows=7)
@@ -102,13 +100,13 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     there = (m.wafers[np.array(WAFER_BYTE)] & np.array(WAFER_MASK)) > 0
-    color = jnp.where(m.scared == 1, 2 - m.fright, 0)
-    power_rgb = palette_rgb(color, (GHOST, SCARED, CALMING), PAL)
+    mood = jnp.where(m.scared == 1, 2 - m.fright, 0)
+    color = pick(mood, (GHOST, SCARED, CALMING))
     power = (m.power & np.array(POWER_BITS)) > 0
     return {
         "Player": _player(m),
-        "Ghost": _ghosts(m, power_rgb),
-        "PowerPill": box(np.array(POWER_X), np.array(POWER_Y), 4, 10, power, rgb=power_rgb),
+        "Ghost": _ghosts(m, color),
+        "PowerPill": box(np.array(POWER_X), np.array(POWER_Y), 4, 10, power, color=color),
         "Pill": box(np.array(WAFER_X), np.array(WAFER_Y), 4, 2, there),
         "Vitamin": box(76, 115, 8, 11, m.vitamin == 1),
         "Score": score_box(FONT, m.score, right=103, top=207, digits=5, value=m.score),
@@ -149,13 +147,13 @@ def _player(m: Ram) -> Box:
     return box(x, y, width, 2 * rows, there, orientation=facing).clip(*FIELD)
 
 
-def _ghosts(m: Ram, rgb: jax.Array) -> Box:
+def _ghosts(m: Ram, color: jax.Array) -> Box:
     first, cut, shows = _rows(m.ghost_y, m.ghost_state)
     eaten_now = (m.ate == EATEN) & ((m.frame - 1 & 3) == np.arange(4))
     eyes = (m.eyes == 1) & ~eaten_now
     y = 2 * first + 1 + jnp.where(eyes, 2, 0)
     height = jnp.where(eyes, 6, jnp.where(cut > 0, 14 - 2 * cut, 16))
-    return box(m.ghost_x, y, 8, height, shows & ~_starts(m), rgb=rgb).clip(*FIELD)
+    return box(m.ghost_x, y, 8, height, shows & ~_starts(m), color=color).clip(*FIELD)
 
 
 PLAYER_RULE = Bounds(YELLOW, FIELD, ignore=((78, 118, 82, 123),))

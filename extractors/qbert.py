@@ -32,14 +32,12 @@ from ocjax.ops import among, lookup, pick, reached
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Pictures, Rom
 from ocjax.rules import Blobs, Bounds, Category, Gauge, display
-from ocjax.vision import palette
 
 ROM = Rom("qbert", "484b0076816a104875e00467d431c2d2")
 FONT = ROM.font(0x004, rows=7, stride=8)
 COLUMNS = ROM.bytes(0xCC6, 15)  # x + 3 of the places that things hop to
 TARGETS = ROM.bytes(0xE24, 21)  # colour that all cubes have to get, by the round
 CUBE_COLORS = tuple(sorted({int(c) & 0xFE for c in ROM.bytes(0xE24, 0x20)[:30]}))
-PACKED = palette.NTSC[np.array(CUBE_COLORS)].astype(int) @ (1, 256, 65536)
 PICTURES = ROM.pictures(range(0xF00, 0x1000), 22)
 
 BALL, SQUASHED, SAM, COILY, NOTHING, CURSE = 0x11, 0x00, 0x26, range(0x3B, 0xA6), 0x07, 0xA6
@@ -149,7 +147,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "GreenBall": _one(figures, kinds["GreenBall"]),
         "Curse": _one(figures, kinds["Curse"]),
         "Disk": _disks(m),
-        "Cube": box(x, y, 20, 5, value=m.cube == target, rgb=_rgb(m.cube)),
+        "Cube": box(x, y, 20, 5, value=m.cube == target, color=m.cube),
         "Score": score_box(
             FONT,
             number,
@@ -159,20 +157,12 @@ def decode(m: Ram) -> dict[str, Box]:
             leading_zeros=True,
             valid=_started(m),
             value=m.score,
-            rgb=_rgb(target),
+            color=target,
         ),
         "Lives": box(
-            33, 17, 8 * icons, 11, down & (icons <= MOST_ICONS), m.lives + 2 & 255, rgb=_rgb(target)
+            33, 17, 8 * icons, 11, down & (icons <= MOST_ICONS), m.lives + 2 & 255, color=target
         ),
     }
-
-
-def _rgb(color: jax.Array) -> jax.Array:
-    """The colours of cubes, of the display."""
-    packed = sum(
-        jnp.where(color == c, rgb, 0) for c, rgb in zip(CUBE_COLORS, PACKED.tolist(), strict=True)
-    )
-    return jnp.stack([packed & 255, packed >> 8 & 255, packed >> 16], axis=-1).astype(jnp.uint8)
 
 
 def _drawn_y(m: Ram) -> jax.Array:

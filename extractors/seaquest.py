@@ -25,7 +25,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.boxes import Box, box
-from ocjax.console import EDGE_CUTS, palette_rgb
+from ocjax.console import EDGE_CUTS
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
 from ocjax.ops import pick
@@ -167,14 +167,16 @@ def _enemies(m: Ram) -> Box:
     y = LANE_Y[LANE] + jnp.where(look < SUBMARINE, m.bob, 0)
     beyond = _beyond(x)
     picture = 8 * (8 + jnp.where(left == 1, -beyond, beyond)) + look
-    facing, rgb = _facing(left), _enemy_rgb(m)
-    return ENEMIES.box(picture, x, y, mirrored=left == 1, valid=there, orientation=facing, rgb=rgb)
+    facing, color = _facing(left), _enemy_color(m)
+    return ENEMIES.box(
+        picture, x, y, mirrored=left == 1, valid=there, orientation=facing, color=color
+    )
 
 
-def _enemy_rgb(m: Ram) -> jax.Array:
+def _enemy_color(m: Ram) -> jax.Array:
     """The colours of the lanes' enemies."""
     submarine = jnp.repeat(m.look, 3) >= SUBMARINE
-    return palette_rgb(jnp.where(submarine, 8, m.level_color), (*SHARK_COLORS, GRAY))
+    return pick(jnp.where(submarine, 8, m.level_color), (*SHARK_COLORS, GRAY))
 
 
 def _balls(m: Ram) -> Box:

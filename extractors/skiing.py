@@ -34,7 +34,6 @@ from ocjax.ops import div, lookup, pick
 from ocjax.ram import RamMap, bcd, bits, byte, signed
 from ocjax.rom import Rom
 from ocjax.rules import Blobs, Bounds, Category, display
-from ocjax.vision.palette import NTSC
 
 ROM = Rom("skiing", "b76fbadc8ffb1f83e2ca08b6fb4d6c9f")
 DIGIT_ROWS = ROM.bytes(0x700, 7 * 16).reshape(7, 16)[::-1, :10]  # of all digits, the top ones first
@@ -205,9 +204,8 @@ def _objects(m: Ram) -> Box:
     x = x + (rest & 31)
     x = jnp.where(is_mirrored, 160 - width - x, x)
     exists = (last_row < NO_OBJECT) & (shows == SHOWN)
-    colors = jnp.asarray(NTSC[list(COLORS)])
-    rgb = jnp.where((kind == LAST_GATE)[:, None], jnp.asarray(NTSC[RED])[None], colors)
-    return box(x, y + (rest >> 5 & 31), width, rest >> 15, exists, rgb=rgb)
+    color = jnp.where(kind == LAST_GATE, RED, np.array(COLORS))
+    return box(x, y + (rest >> 5 & 31), width, rest >> 15, exists, color=color)
 
 
 def _object_x(x: jax.Array, last_row: jax.Array) -> jax.Array:

@@ -26,7 +26,7 @@ class Box:
     valid: jax.Array  # bool
     value: jax.Array  # int32
     orientation: jax.Array  # int32
-    rgb: jax.Array | None  # uint8 [..., 3]; None: the category's colour
+    color: jax.Array | None  # int32: palette index; None: the category's colour
 
     def clip(self, left: Number, top: Number, right: Number, bottom: Number) -> Box:
         """Clip the boxes to an area; `right` and `bottom` are exclusive. A box that lies outside becomes invalid."""
@@ -38,10 +38,10 @@ class Box:
     def __getitem__(self, slots: int | slice) -> Box:
         """The boxes at an index of the slots; scalar fields, which all slots share, stay as they are."""
 
-        def part(values: jax.Array | None, common_rank: int) -> jax.Array | None:
-            return values if values is None or values.ndim == common_rank else values[slots]
+        def part(values: jax.Array | None) -> jax.Array | None:
+            return values if values is None or values.ndim == 0 else values[slots]
 
-        return Box(*(part(getattr(self, f.name), int(f.name == "rgb")) for f in fields(self)))  # pyright: ignore[reportArgumentType]
+        return Box(*(part(getattr(self, f.name)) for f in fields(self)))  # pyright: ignore[reportArgumentType]
 
     def where(self, condition: Number) -> Box:
         """The same boxes, valid only where the condition also holds."""
@@ -56,7 +56,7 @@ def box(
     valid: Number = True,
     value: Number = 0,
     orientation: Number = 0,
-    rgb: jax.Array | None = None,
+    color: Number | None = None,
 ) -> Box:
     """Make boxes from left, top, width and height in pixels of the ALE screen.
 
@@ -67,10 +67,10 @@ def box(
         valid: whether the game has the object in play.
         value: score, lives, time, ... of categories that declare the attribute.
         orientation: compass point 0-15, clockwise from north, of categories that declare the attribute.
-        rgb: uint8 `[3]` or `[count, 3]` for colours that change; None stands for the category's colour.
+        color: palette index of the colour in which the objects are drawn, where it changes; None stands for the category's colour.
     """
     x, y, w, h, value, orientation = (jnp.asarray(v, jnp.int32) for v in (x, y, w, h, value, orientation))
-    return Box(x, y, w, h, jnp.asarray(valid, jnp.bool_), value, orientation, rgb)
+    return Box(x, y, w, h, jnp.asarray(valid, jnp.bool_), value, orientation, None if color is None else jnp.asarray(color, jnp.int32))
 
 
 def choose(condition: Number, yes: Box, no: Box) -> Box:

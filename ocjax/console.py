@@ -5,15 +5,11 @@ position on the screen more exactly than the variables that the game computes wi
 "Stella Programmer's Guide" (1979), sections on HMP0, RESP0 and NUSIZ0.
 """
 
-from collections.abc import Sequence
-
 import jax
 import jax.numpy as jnp
-import numpy as np
 
 from ocjax.boxes import WIDTH
 from ocjax.ops import mod, pick
-from ocjax.vision import palette
 
 COARSE = 15  # pixels that the beam moves during one turn of the positioning loop
 NUSIZ_COPIES = (1, 2, 2, 3, 2, 1, 3, 1)
@@ -78,9 +74,3 @@ def mirrored(rows: jax.Array) -> jax.Array:
     for mask, shift in ((0x5555, 1), (0x3333, 2), (0x0F0F, 4)):
         rows = (rows & mask) << shift | rows >> shift & mask
     return rows
-
-
-def palette_rgb(index: jax.Array, colors: Sequence[int], table: np.ndarray = palette.NTSC) -> jax.Array:
-    """The colours of boxes, uint8 `[..., 3]`: of the few palette indices `colors`, the one at `index`."""
-    channels = table[np.array(colors)].T.tolist()
-    return jnp.stack([pick(index, channel) for channel in channels], axis=-1).astype(jnp.uint8)

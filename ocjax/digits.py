@@ -77,7 +77,8 @@ DIGITS_3X5 = ("75557", "22222", "71747", "71317", "55711", "74717", "44757", "71
 class Digits:
     """How VEM reads a number: digits in fixed cells, each compared with the font's ten pictures.
 
-    An empty cell counts as 0, because many games do not show leading zeros. A cell that matches none of the pictures counts as 0, too.
+    An empty cell counts as 0, because many games do not show leading zeros. Where a cell holds something that is not one of the pictures,
+    the value is unknown.
 
     Args:
         font: the pictures.
@@ -135,7 +136,7 @@ def score_box(
         top: first row of the digits.
         digits: number of cells.
         leading_zeros: whether all cells show a digit; otherwise leading zeros are blank.
-        fields: `valid`, `value` and `rgb` of the box.
+        fields: `valid`, `value` and `color` of the box.
     """
     first = right - font.width - font.pitch * (digits - 1)
     left = first + _steps(shown, _left_edges(font, digits, leading_zeros))

@@ -239,8 +239,9 @@ def _validate_category(game: Game, c: Category) -> None:
     need(slots in (None, c.count), text=f"its rule has {slots} slots, its count is {c.count}")
     bottom = c.rule.bottom
     need(bottom <= game.screen[0], text=f"its rule reaches down to row {bottom}, the screen has {game.screen[0]} rows")
-    reads = isinstance(c.rule, Bounds) and c.rule.value is not None
-    need(not reads or "value" in c.attributes, text="its rule reads a value, but it has no attribute 'value'")
+    need(not c.reads_value or "value" in c.attributes, text="a value is read of it, but it has no attribute 'value'")
+    firsts = isinstance(c.rule, Blobs) and c.rule.first_colors
+    need(not firsts or c.color_row == 0, text="its rule asks for the first pixel's colour, so color_row must be 0")
     need(isinstance(c.needs, tuple), text=f"needs must be a tuple of names, got {c.needs!r}")
     may_need = {o.name for o in game.categories if c.hud or not o.hud}  # a game without its display lacks the others
     for name in c.needs:
@@ -277,7 +278,7 @@ def _validate_decode(game: Game) -> None:
             leaf = getattr(boxes[c.name], f.name)
             if leaf is None:
                 continue
-            tail, dtype = ((3,), jnp.uint8) if f.name == "rgb" else ((), jnp.bool_ if f.name == "valid" else jnp.int32)
-            where, shapes = f"decode, {c.name}.{f.name}", (tail, (c.count, *tail))
-            _need(leaf.shape in shapes, game, where, f"must have shape {shapes[0]} or {shapes[1]}, has {leaf.shape}")
+            dtype = jnp.bool_ if f.name == "valid" else jnp.int32
+            where = f"decode, {c.name}.{f.name}"
+            _need(leaf.shape in ((), (c.count,)), game, where, f"must have shape () or {(c.count,)}, has {leaf.shape}")
             _need(leaf.dtype == dtype, game, where, f"must be {jnp.dtype(dtype)}, is {leaf.dtype}")

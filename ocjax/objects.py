@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ocjax import records
-from ocjax.records import UNKNOWN
+from ocjax.records import UNKNOWN, UNKNOWN_VALUE
 
 if TYPE_CHECKING:
     from ocjax.game import Game
@@ -27,7 +27,7 @@ class Objects:
     xywh: jax.Array  # int16 [..., N, 4]: left, top, width, height in pixels of the ALE screen
     valid: jax.Array  # bool [..., N]: the slot holds an object now
     orientation: jax.Array  # int8 [..., N]: compass point 0-15, clockwise from north; -1 (UNKNOWN) in VEM
-    value: jax.Array  # int32 [..., N]: score, lives, time, ...
+    value: jax.Array  # int32 [..., N]: score, lives, time, ...; the least int32 (UNKNOWN_VALUE) where VEM cannot read it
     rgb: jax.Array  # uint8 [..., N, 3]
     game: "Game | None" = dataclasses.field(default=None, repr=False, metadata={"static": True})  # whose objects they are
 
@@ -79,7 +79,7 @@ class Objects:
         """Convert the valid objects to plain dicts, for printing, JSON or a data frame.
 
         A dict has the keys `category`, `slot` (within its category), `x`, `y`, `w`, `h`, `rgb` and `hud`, and also `value` and
-        `orientation` if the category has them. An orientation that is not known, as in VEM, is left out.
+        `orientation` if the category has them. What is not known is left out, as orientations are in VEM.
 
         Returns:
             A list of dicts for one state; nested lists for a batch.
@@ -98,9 +98,8 @@ class Objects:
             x, y, w, h = host.xywh[slot].tolist()
             record = {"category": category.name, "slot": int(slot) - game.slices[category.name].start, "x": x, "y": y, "w": w, "h": h,
                       "rgb": tuple(host.rgb[slot].tolist()), "hud": category.hud}  # fmt: skip
-            record |= {name: int(getattr(host, name)[slot]) for name in category.attributes}
-            if record.get("orientation") == UNKNOWN:
-                del record["orientation"]
+            unknown = {"orientation": UNKNOWN, "value": UNKNOWN_VALUE}
+            record |= {k: v for k in category.attributes if (v := int(getattr(host, k)[slot])) != unknown[k]}
             out.append(record)
         return out
 

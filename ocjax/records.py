@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from ocjax.objects import Objects
 
 UNKNOWN = -1  # the orientation of an object that has one, which the method cannot tell
+UNKNOWN_VALUE = -(2**31)  # the same for values
 COMPASS = tuple("N NNE NE ENE E ESE SE SSE S SSW SW WSW W WNW NW NNW".split())  # the compass points 0-15
 
 
@@ -80,7 +81,8 @@ def columns(objects: "Objects", game: "Game") -> tuple[dict[str, np.ndarray], di
     out |= {name: box[:, i] for i, name in enumerate("xywh")} | {name: rgb[:, i] for i, name in enumerate("rgb")}
     out |= {"hud": game.slot_hud[slot], "value": host.value[host.valid], "orientation": host.orientation[host.valid]}
     has = {a: np.array([a in c.attributes for c in game.categories])[game.slot_category[slot]] for a in ("value", "orientation")}
-    return out, {"value": ~has["value"], "orientation": ~has["orientation"] | (out["orientation"] == UNKNOWN)}
+    unknown = {"value": UNKNOWN_VALUE, "orientation": UNKNOWN}
+    return out, {name: ~has[name] | (out[name] == constant) for name, constant in unknown.items()}
 
 
 def _optional(package: str, method: str) -> Any:

@@ -26,6 +26,7 @@ from ocjax import _xla
 from ocjax._batch_last import batch_last
 from ocjax.boxes import Box
 from ocjax.objects import Objects
+from ocjax.ops import lookup
 from ocjax.ram import RAM_SIZE
 from ocjax.vision import palette
 
@@ -91,21 +92,22 @@ def decode(game: Game, columns: jax.Array, addresses: Sequence[int]) -> dict[str
     def one(ram: jax.Array) -> dict[str, Slots]:
         with jax.numpy_dtype_promotion("strict"), jax.numpy_rank_promotion("raise"):
             boxes = game.decode(game.ram(ram, addresses))
-        return {c.name: slots(c, boxes[c.name].clip(0, 0, width, height)) for c in game.categories}
+        return {c.name: slots(c, boxes[c.name].clip(0, 0, width, height), game.palette) for c in game.categories}
 
     return batch_last(one, jax.ShapeDtypeStruct((len(addresses),), jnp.uint8))(columns)
 
 
-def slots(category: Category, b: Box) -> Slots:
-    """A category's slots in one state, from boxes that are clipped to the screen. Only one number per slot has to be written for them."""
+def slots(category: Category, b: Box, table: np.ndarray) -> Slots:
+    """A category's slots in one state, from boxes that are clipped to the screen. Only one number per slot has to be written for them.
+
+    `table` is the game's palette.
+    """
     mask = -b.valid.astype(jnp.int32)
     packed = (b.x | (b.y << 8) | (b.w << 16) | (b.h << 24)) & mask  # a clipped box fits four bytes
     value = b.value & mask if "value" in category.attributes else None
     orientation = b.orientation & 15 & mask if "orientation" in category.attributes else None
-    if b.rgb is None:
-        return Slots(packed, value, orientation, None)
-    red, green, blue = jnp.moveaxis(b.rgb.reshape(-1, 3).astype(jnp.int32), 1, 0)
-    return Slots(packed, value, orientation, red | (green << 8) | (blue << 16))
+    rgb = None if b.color is None else lookup(palette.packed(table), b.color & 255).reshape(-1)
+    return Slots(packed, value, orientation, rgb)
 
 
 def spans(game: Game, attribute: str) -> list[slice]:

@@ -197,7 +197,7 @@ class Pictures:
             x, y: where the pictures' first columns and rows are.
             mirrored: whether they are drawn from right to left.
             zoom: pixels of a dot across.
-            fields: `valid`, `value`, `orientation` and `rgb` of the box.
+            fields: `valid`, `value`, `orientation` and `color` of the box.
         """
         left, top, width, height = self.extent(index)
         left = jnp.where(mirrored, PLAYER - left - width, left)

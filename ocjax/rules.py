@@ -36,23 +36,45 @@ def _check_area(area: Area) -> None:
 
 @dataclass(frozen=True)
 class Gauge:
-    """How VEM reads a value from the length of a bar or a row of icons: `base + (width - start) // unit`.
+    """How VEM reads a value from the length of a bar or a row of icons, or from a needle's place: `base + (length - start) // unit`.
 
     Args:
-        unit: pixels that stand for 1.
-        start: width in pixels that stands for `base`.
-        base: value at that width.
-        vertical: read the height instead of the width.
+        unit: pixels that stand for 1; negative where the value falls as the length grows.
+        start: length in pixels that stands for `base`.
+        base: value at that length.
+        side: which number of the box is the length: "x", "y", "w" or "h".
     """
 
     unit: int
     start: int = 0
     base: int = 0
-    vertical: bool = False
+    side: str = "w"
 
     def __post_init__(self) -> None:
-        if self.unit < 1:
-            raise ValueError(f"a gauge's unit must be at least 1 pixel, got {self.unit}")
+        if self.unit == 0:
+            raise ValueError("a gauge's unit must be a number of pixels, got 0")
+        if self.side not in ("x", "y", "w", "h"):
+            raise ValueError(f"a gauge's side must be x, y, w or h, got {self.side!r}")
+
+
+@dataclass(frozen=True)
+class ByColor:
+    """How VEM reads a value from an object's colour. A value that no colour tells is unknown.
+
+    Args:
+        values: pairs of a palette index and the value that it stands for.
+        like: instead of `values`, an area of the screen that shows one colour on black. The value is 1 where the object has that colour,
+            and 0 where it has another one.
+    """
+
+    values: tuple[tuple[int, int], ...] = ()
+    like: Area | None = None
+
+    def __post_init__(self) -> None:
+        if bool(self.values) == (self.like is not None):
+            raise ValueError(f"a value is read by either values or like, got {self.values} and {self.like}")
+        if self.like is not None:
+            _check_area(self.like)
 
 
 @dataclass(frozen=True)
@@ -382,7 +404,10 @@ class Category:
         count: number of slots.
         hud: part of the display (score, lives, ...) rather than of the game.
         attributes: which of "value" and "orientation" are meaningful. VEM does not read orientations; it reports -1.
-        rgb: colour, (r, g, b) or one entry per slot; the rule's first colour by default.
+        rgb: colour, (r, g, b) or one entry per slot; the rule's first colour by default. With `rgb`, VEM does not read the colour.
+        color_row: row of an object's box off which VEM reads the colour, at the row's first pixel of the rule's colours. A negative row
+            counts from the bottom; one beyond the box is the last one.
+        value: how VEM reads the value from the colour, if it does.
         doc: one line that says what the objects are.
         blinks: whether the objects are drawn only part of the time, with gaps longer than the single frame of ordinary flicker. REM reports
             them all the time.
@@ -399,6 +424,8 @@ class Category:
     hud: bool = False
     attributes: tuple[str, ...] = ()
     rgb: tuple[Any, ...] | None = None
+    color_row: int = 0
+    value: ByColor | None = None
     doc: str = ""
     blinks: bool = False
     aliases: tuple[str, ...] = ()
@@ -414,6 +441,11 @@ class Category:
     def on_grid(self) -> bool:
         """Whether each slot is a cell of a fixed grid, so that its object never moves."""
         return isinstance(self.rule, Cells) and not self.rule.floats
+
+    @property
+    def reads_value(self) -> bool:
+        """Whether VEM reads a value of the objects: from a number, a gauge or their colour."""
+        return self.value is not None or any(isinstance(rule, Bounds) and rule.value is not None for rule in (self.rule, self.otherwise))
 
     @property
     def reads_color(self) -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 from jax import lax
 
 from ocjax import _xla
-from ocjax.objects import UNKNOWN, Objects
+from ocjax.objects import UNKNOWN, UNKNOWN_VALUE, Objects
 from ocjax.vision import palette
 from ocjax.vision.detect import detect
 from ocjax.vision.detected import OWN_COLOR, Detected
@@ -84,8 +84,10 @@ def _extract(game: Game, frames: jax.Array) -> tuple[jax.Array, jax.Array]:
 
 def _objects(game: Game, slots: jax.Array) -> Objects:
     """Objects from the slots that `_extract` returns."""
-    box, value = slots[:, 0], slots[:, 1]
+    box = slots[:, 0]
     valid = box != 0
+    unread = np.array(["value" in c.attributes and not c.reads_value for c in game.categories])[game.slot_category]
+    value = jnp.where(valid & unread[None], UNKNOWN_VALUE, slots[:, 1])
     xywh = lax.bitcast_convert_type(box, jnp.uint8).astype(jnp.int16)
     oriented = np.array(["orientation" in game.categories[i].attributes for i in game.slot_category])
     orientation = jnp.where(valid & oriented[None], jnp.int8(UNKNOWN), jnp.int8(0))

@@ -10,7 +10,7 @@ import jax
 import numpy as np
 
 from ocjax.game import Game
-from ocjax.objects import UNKNOWN, Objects, whose
+from ocjax.objects import UNKNOWN, UNKNOWN_VALUE, Objects, whose
 
 POSITION, ORIENTATION, WIDTH = "POSITION", "ORIENTATION", "WIDTH"
 _SAME = 0.8  # the IoU above which two objects are equivalent
@@ -44,7 +44,7 @@ class GameObject:
         rgb: colour.
         hud: whether it belongs to the HUD (score, lives, ...).
         prev_xy: top left corner one step before; the current one if the slot was empty then.
-        value: score, lives, time, ...; None where the category has no value.
+        value: score, lives, time, ...; None where the category has no value, or where VEM cannot read it.
         prev_value: the value one step before; the current one if the slot was empty then.
         orientation: compass point; None where the category has none or VEM cannot tell it.
         visible: False only for the `NoObject` of an empty slot.
@@ -280,7 +280,7 @@ def slots(objects: Objects, before: Objects | None = None) -> list[GameObject]:
             out.append(NoObject(length))
             continue
         previous = old if old[1][slot] else now
-        values = (value, previous[3][slot]) if valued else (None, None)
+        values = tuple(v if valued and v != UNKNOWN_VALUE else None for v in (value, previous[3][slot]))
         compass = Orientation(orientation) if oriented and orientation != UNKNOWN else None
         out.append(kind(number, x, y, w, h, tuple(rgb), hud, tuple(previous[0][slot][:2]), *values, compass))
     return out

@@ -33,10 +33,10 @@ class Ram(RamMap):
 def decode(m):
     x, y = wrap(m.x + 20), lookup(TABLE, m.y)
     size = pick(m.kind, (2, 4, 8, 16))
-    rgb = jnp.array([[1, 2, 3], [200, 100, 50]], jnp.uint8)[m.kind & 1]
+    color = jnp.array([30, 72], jnp.int32)[m.kind & 1]
     present = m.flags >> jnp.arange(4) & 1 == 1
     return {
-        "Walker": box(x, y, size, size, m.kind > 0, rgb=rgb),
+        "Walker": box(x, y, size, size, m.kind > 0, color=color),
         "Turner": box(packed_position(m.code), 40 + m.delta, 8, jnp.array([6, 12]), orientation=m.nibbles).clip(8, 32, 152, 196),
         "Pair": box(jnp.stack([m.x[0], m.x[5]]), 100, 7, 7),
         "Thin": box(div(m.word, 500), 120, 3, 2, m.tops > 3),
@@ -83,7 +83,7 @@ GAME = Game(
         display("Fuel", Bounds((120, 122), (100, 2, 118, 12), value=Gauge(1)), doc="a bar"),
         display(
             "Tank",
-            Bounds(122, (120, 2, 126, 22), value=Gauge(2, 1, 3, vertical=True)),
+            Bounds(122, (120, 2, 126, 22), value=Gauge(2, 1, 3, side="h")),
             doc="an upright bar",
         ),
     ),

@@ -11,9 +11,9 @@ from ocjax import evaluation
 from ocjax.boxes import box
 from ocjax.digits import Digits, hex_font
 from ocjax.game import Game, GameError
-from ocjax.objects import UNKNOWN
+from ocjax.objects import UNKNOWN, UNKNOWN_VALUE
 from ocjax.ram import RamMap, byte
-from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, Runs, display
+from ocjax.rules import Blobs, Bounds, ByColor, Category, Cells, Gauge, Runs, display
 from ocjax.views import views
 from ocjax.vision import palette
 
@@ -168,7 +168,7 @@ def test_objects_views():
     assert v.tolist() == [[10.0, 0.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]]
 
 
-def test_orientation_is_not_known_in_vem():
+def test_what_vem_does_not_read_is_unknown():
     frame = np.zeros((210, 160), np.uint8)
     frame[100:104, 40:44] = 14  # an A
     frame[50:54, 20:24] = 20  # a B; its second slot stays empty
@@ -177,9 +177,10 @@ def test_orientation_is_not_known_in_vem():
     assert seen.orientation.dtype == np.int8
     record = seen[0].to_list()[1]
     assert record["category"] == "B"
-    assert "value" in record
-    assert "orientation" not in record
+    assert not {"value", "orientation"} & record.keys()
+    assert seen.value.tolist() == [[0, UNKNOWN_VALUE, 0, 0], [0, 0, 0, 0]]
     assert views(seen[0])[1].orientation is None
+    assert views(seen[0])[1].value is None
     assert GAME.rem(np.zeros(128, np.uint8)).to_list()[1]["orientation"] == 20 & 15
 
 
@@ -424,9 +425,35 @@ def test_digits_and_gauges_are_read():
         frame[152:155, 10 : 10 + length] = 30
         values[3] = 1 + (length - 4) // 8
     frames[0, 4:14, 3:15] = 14  # a full block is no digit
-    first = np.asarray(game.vem(frames[:1]).value)[0, 0]
-    assert first == want[0, 0] % 100
-    assert np.array_equal(np.asarray(game.vem(frames).value)[1:], want[1:])
+    want[0, 0] = UNKNOWN_VALUE
+    assert np.array_equal(game.vem(frames).value, want)
+
+
+def test_values_by_color():
+    pair = Category("P", Blobs((14, 20, 30)), count=3, attributes=("value",), value=ByColor(((14, 1), (20, 7))))
+    like = Category("Q", Blobs((14, 20, 30), (0, 60, 160, 200)), count=3, attributes=("value",), value=ByColor(like=(0, 0, 20, 1)))
+    game = dataclasses.replace(GAME, categories=(pair, like), decode=lambda m: {"P": box(0, 0, 1, 1), "Q": box(0, 0, 1, 1)})
+    frames = np.zeros((2, 210, 160), np.uint8)
+    for i, color in enumerate((14, 20, 30)):
+        frames[:, 80, 40 * i + 10] = color
+    frames[0, 0, 3], frames[1, 0, 3] = 14, 20
+    frames[:, 0, 30] = 30  # outside the area
+    value = np.asarray(game.vem(frames).value)
+    assert value[0].tolist() == [1, UNKNOWN_VALUE, 1, 1, 0, 0]
+    assert value[1].tolist() == [7, UNKNOWN_VALUE, 1, 0, 1, 0]
+
+
+def test_the_row_off_which_a_color_is_read():
+    game = dataclasses.replace(
+        GAME,
+        categories=tuple(
+            Category(n, Blobs((14, 20, 30)), color_row=row) for n, row in (("A", 0), ("B", 1), ("C", -1), ("D", 9), ("E", -9))
+        ),
+        decode=lambda m: {n: box(0, 0, 1, 1) for n in "ABCDE"},
+    )
+    frame = np.zeros((210, 160), np.uint8)
+    frame[50:53, 20:24] = np.array([[14], [20], [30]])
+    assert np.array_equal(game.vem(frame).rgb, palette.NTSC[[14, 20, 30, 30, 14]])
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,6 @@ import pytest
 
 from ocjax import console, ops
 from ocjax.boxes import box
-from ocjax.vision.palette import NTSC
 
 
 def test_operations_on_integers():
@@ -28,22 +27,14 @@ def test_the_larger_part_of_what_an_edge_cuts(x, width, left):
     assert int(console.larger_part(jnp.int32(x), width)) == left
 
 
-def test_colors_from_palette_indices():
-    colors = (30, 216, 72)
-    index = jnp.array([2, 0, 1], jnp.int32)
-    rgb = console.palette_rgb(index, colors)
-    assert rgb.dtype == jnp.uint8
-    assert np.array_equal(rgb, NTSC[[72, 30, 216]])
-
-
 def test_some_of_the_slots_of_boxes():
-    whole = box(np.arange(5), 7, np.arange(5) + 10, 2, np.arange(5) > 1, rgb=jnp.asarray(NTSC[[30, 32, 34, 36, 38]]))
+    whole = box(np.arange(5), 7, np.arange(5) + 10, 2, np.arange(5) > 1, color=np.array([30, 32, 34, 36, 38]))
     part = whole[1:3]
     assert np.array_equal(part.x, [1, 2])
     assert np.array_equal(part.w, [11, 12])
     assert np.array_equal(part.valid, [False, True])
     assert int(part.y) == 7
-    assert part.rgb is not None
-    assert np.array_equal(part.rgb, NTSC[[32, 34]])
+    assert part.color is not None
+    assert np.array_equal(part.color, [32, 34])
     assert int(whole[4].x) == 4
-    assert box(np.arange(2), 0, 1, 1)[0].rgb is None
+    assert box(np.arange(2), 0, 1, 1)[0].color is None

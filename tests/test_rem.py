@@ -74,7 +74,7 @@ def test_pack_and_unpack(boxes, slots):
         for k, field in enumerate((box.x, box.y, box.w, box.h)):
             assert np.array_equal(objects.xywh[:, s, k], np.where(box.valid, field, 0))
     walkers = GAME.slices["Walker"]
-    assert np.array_equal(objects.rgb[:, walkers], np.where(objects.valid[:, walkers, None], boxes["Walker"].rgb, 0))
+    assert np.array_equal(objects.rgb[:, walkers], np.where(objects.valid[:, walkers, None], GAME.palette[boxes["Walker"].color], 0))
 
 
 def test_unpack_drops_the_padding(slots):

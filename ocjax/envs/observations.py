@@ -18,7 +18,7 @@ import numpy as np
 
 from ocjax import masks
 from ocjax.game import Game
-from ocjax.objects import UNKNOWN, Objects
+from ocjax.objects import UNKNOWN, UNKNOWN_VALUE, Objects
 from ocjax.rules import Category
 from ocjax.tracking import track
 
@@ -145,7 +145,7 @@ class Vector(Computed):
         history: number of states.
         normalize: whether features are scaled: lengths to units of the screen's width or height, orientations to turns, and values v to
             sign(v) log(1 + |v|) / log(1 + 10^6). Without it, lengths are in pixels and orientations are compass points 0 to 15.
-            Orientations that are not known, as in mode "vem", are -1, or -1/16 turns.
+            Orientations that are not known, as in mode "vem", are -1, or -1/16 turns. Values that VEM cannot read are those of v = -1.
 
     Raises:
         ValueError: a feature is unknown or repeated, there is none, or the history is below 1.
@@ -241,6 +241,8 @@ class Vector(Computed):
 
     def _column(self, game: Game, name: str, numbers: jax.Array) -> jax.Array:
         """A feature of all slots in its unit, float32 `[B, N]`."""
+        if name == "value":
+            numbers = jnp.where(numbers == UNKNOWN_VALUE, jnp.int32(UNKNOWN), numbers)
         column = numbers.astype(jnp.float32)
         if name == "value" and self.normalize:
             column = jnp.sign(column) * jnp.log1p(jnp.abs(column)) / jnp.float32(_VALUE_UNIT)

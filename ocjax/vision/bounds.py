@@ -45,7 +45,7 @@ def detect_bounds(rules: Sequence[Bounds], masks: Sequence[Sequence[Bitmap]]) ->
 def _with_value(rule: Bounds, found: Detected, readings: Sequence[Reading]) -> Detected:
     """The objects of one rule, with the values that they show."""
     if isinstance(rule.value, Gauge):
-        length = found.h if rule.value.vertical else found.w
+        length = getattr(found, rule.value.side)
         return found._replace(value=rule.value.base + jnp.floor_divide(length - rule.value.start, rule.value.unit))
     if not rule.digits:
         return found

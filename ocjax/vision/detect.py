@@ -17,7 +17,8 @@ from jax import lax
 from ocjax import _xla
 from ocjax.boxes import WIDTH, Area
 from ocjax.ops import pick
-from ocjax.rules import Blobs, Bounds, Category, Cells, Runs, Shades
+from ocjax.records import UNKNOWN_VALUE
+from ocjax.rules import Blobs, Bounds, ByColor, Category, Cells, Runs, Shades
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.bounds import detect_bounds
@@ -67,8 +68,8 @@ class _Frames:
         return c.reads_color or (c.rgb is None and self.shifts(c.rule.palette))
 
     def needs_color(self, c: Category) -> bool:
-        """Whether the colour of a category's objects is read: to show it, or because the rule asks for the first pixel's colour."""
-        return self.shows_color(c) or (isinstance(c.rule, Blobs) and bool(c.rule.first_colors))
+        """Whether the colour of a category's objects is read: to show it, for their value, or because their rule asks for it."""
+        return self.shows_color(c) or c.value is not None or (isinstance(c.rule, Blobs) and bool(c.rule.first_colors))
 
     def _mask(self, planes: jax.Array, colors: tuple[int, ...]) -> Bitmap:
         if self.shades is None or self._shade_bits is None or not self.shifts(colors):
@@ -191,7 +192,7 @@ def _either(first: Detected, second: Detected) -> Detected:
 
     return Detected(
         jnp.where(empty[None], second.box, first.box),
-        value=choose(first.value, second.value, 0),
+        value=choose(first.value, second.value, UNKNOWN_VALUE),
         color=choose(first.color, second.color, OWN_COLOR),
         overflow=choose(first.overflow, second.overflow, 0),
     )
@@ -317,17 +318,37 @@ def _merge(lists: Sequence[Detected], count: int) -> Detected:
 
 
 def _read_colors(batch: _Frames, categories: Sequence[Category]) -> None:
-    """Read the colours of objects where they are wanted, and drop those that begin in another colour than their rule says."""
+    """Read the colours of objects and the values that they tell, and drop objects that begin in another colour than their rule says."""
     wanted = [c for c in categories if batch.needs_color(c)]
     wanted.sort(key=lambda c: type(c.rule).__name__)  # slices of one array side by side: XLA joins them in one copy
     if not wanted:
         return
-    colors = _first_pixel_colors(batch, wanted)
-    for c, color in zip(wanted, colors, strict=True):
-        found, firsts = batch.found[c.name], c.rule.first_colors if isinstance(c.rule, Blobs) else ()
+    colors = dict(zip((c.name for c in wanted), _read_off(batch, wanted), strict=True))
+    for c in wanted:
+        found, color, firsts = batch.found[c.name], colors[c.name], c.rule.first_colors if isinstance(c.rule, Blobs) else ()
         if firsts:
             found = found.where(functools.reduce(jnp.logical_or, (color == own for own in firsts)))
+        if c.value is not None:
+            found = found._replace(value=_told(c.value, color, batch.frames))
         batch.found[c.name] = found._replace(color=color) if batch.shows_color(c) else found
+
+
+def _told(rule: ByColor, color: jax.Array, frames: jax.Array) -> jax.Array:
+    """The values that colours tell, int32 `[count, B]`."""
+    if rule.like is not None:
+        left, top, right, bottom = rule.like
+        shown = jnp.max(frames[:, top:bottom, left:right], axis=(1, 2)).astype(jnp.int32)  # black is 0
+        return (color == shown[None]).astype(jnp.int32)
+    out = jnp.full_like(color, UNKNOWN_VALUE)
+    for own, value in rule.values:
+        out = jnp.where(color == own, value, out)
+    return out
+
+
+def _row(found: Detected, offset: np.ndarray | np.int32) -> jax.Array:
+    """A row of each box; a negative offset counts from the bottom, and one beyond the box is the last row."""
+    inside = jnp.where(offset < 0, jnp.maximum(found.h + offset, 0), jnp.minimum(offset, jnp.maximum(found.h - 1, 0)))
+    return found.y + inside
 
 
 def _reads_all(c: Category) -> bool:
@@ -335,12 +356,13 @@ def _reads_all(c: Category) -> bool:
     return isinstance(c.rule, Cells | Runs) or (isinstance(c.rule, Blobs) and c.rule.also is not None)
 
 
-def _first_pixel_colors(batch: _Frames, categories: Sequence[Category]) -> list[jax.Array]:
-    """Palette index of the first pixel in the top row of each box, int32 `[count, B]` for each category."""
+def _read_off(batch: _Frames, categories: Sequence[Category]) -> list[jax.Array]:
+    """Palette index of the first pixel in one row of each box, `Category.color_row`; int32 `[count, B]` for each category."""
     found = [batch.found[c.name] for c in categories]
     lane, last_row = jnp.arange(batch.frames.shape[0])[None], batch.frames.shape[1] - 1
-    y = jnp.minimum(Detected(jnp.concatenate([f.box for f in found])).y, last_row)
-    heads = [_head(batch, c, f) if f.head is None else f.head for c, f in zip(categories, found, strict=True)]
+    rows = np.concatenate([np.full((c.count, 1), c.color_row, np.int32) for c in categories])
+    y = jnp.minimum(_row(Detected(jnp.concatenate([f.box for f in found])), rows), last_row)
+    heads = [_head(batch, c, f) if f.head is None or c.color_row else f.head for c, f in zip(categories, found, strict=True)]
     column = jnp.minimum(jnp.concatenate(heads), WIDTH - 1)
     color = batch.frames[lane, y, column].astype(jnp.int32)
     ends = np.cumsum([0, *(len(f.box) for f in found)]).tolist()
@@ -348,7 +370,7 @@ def _first_pixel_colors(batch: _Frames, categories: Sequence[Category]) -> list[
 
 
 def _head(batch: _Frames, c: Category, found: Detected) -> jax.Array:
-    """Column of the first pixel in the top row of each of a category's boxes, int32 `[count, B]`."""
+    """Column of the first pixel in a row of each of a category's boxes, `Category.color_row`; int32 `[count, B]`."""
     mask = batch.mask(c.rule.palette) if _reads_all(c) else batch.counted(c.rule, c.rule.palette)  # pyright: ignore
-    words = bm.rows_at(mask, jnp.minimum(found.y, mask.shape[1] - 1))
+    words = bm.rows_at(mask, jnp.minimum(_row(found, np.int32(c.color_row)), mask.shape[1] - 1))
     return bm.columns(bm.from_column(words, found.x))[0]

@@ -10,14 +10,17 @@ from jax import lax
 
 from ocjax._xla import materialize
 from ocjax.digits import BASE, Digits, Font
+from ocjax.records import UNKNOWN_VALUE
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
+
+EMPTY, UNREADABLE = -1, -2  # in place of a digit: nothing is in the cell, something that is no digit
 
 
 class Reading(NamedTuple):
     """What a number's cells show."""
 
-    value: jax.Array  # int32 [B]
+    value: jax.Array  # int32 [B], `UNKNOWN_VALUE` where a cell holds something that is no digit
     matched: jax.Array  # bool [B], whether the last cell matches one of the font's pictures
 
 
@@ -46,10 +49,12 @@ def _read(digits: Sequence[Digits], mask: Bitmap) -> list[Reading]:
     shown = materialize(lambda m: _shown(digits, m), mask)
     number = jnp.sum(worth[:, :, None] * jnp.maximum(shown, 0)[None], axis=1, dtype=jnp.int32)  # [numbers, B]
     matched = shown[ends - 1] >= 0
-    return [
-        Reading(own.base + (_centered(number[i], shown[end - len(own.lefts) : end]) if own.centered else number[i]), matched[i])
-        for i, (own, end) in enumerate(zip(digits, ends, strict=True))
-    ]
+    readings = []
+    for i, (own, end) in enumerate(zip(digits, ends, strict=True)):
+        cells = shown[end - len(own.lefts) : end]
+        value = own.base + (_centered(number[i], cells) if own.centered else number[i])
+        readings.append(Reading(jnp.where(jnp.any(cells == UNREADABLE, axis=0), UNKNOWN_VALUE, value), matched[i]))
+    return readings
 
 
 def _centered(number: jax.Array, shown: jax.Array) -> jax.Array:
@@ -61,11 +66,13 @@ def _centered(number: jax.Array, shown: jax.Array) -> jax.Array:
 
 
 def _shown(digits: Sequence[Digits], mask: Bitmap) -> jax.Array:
-    """The digit in each cell, or -1 where the cell matches none of the font's pictures, int32 `[cells, B]`."""
+    """The digit in each cell, or `EMPTY` or `UNREADABLE`, int32 `[cells, B]`."""
     pictures = _pictures(digits, mask)
-    glyphs = jnp.asarray(np.array(digits[0].font.glyphs), U)
-    same = jnp.all(pictures[None] == glyphs[:, :, None, None], axis=1)  # [10, cells, B]
-    return jnp.sum(jnp.where(same, jnp.arange(1, BASE + 1)[:, None, None], 0), axis=0, dtype=jnp.int32) - 1
+    glyphs = np.array(digits[0].font.glyphs)
+    known = [*range(BASE), EMPTY] if glyphs.any(axis=1).all() else [*range(BASE)]  # some fonts have an empty picture
+    glyphs = jnp.asarray(np.pad(glyphs, ((0, len(known) - BASE), (0, 0))), U)
+    same = jnp.all(pictures[None] == glyphs[:, :, None, None], axis=1)  # [known, cells, B]
+    return UNREADABLE + jnp.sum(jnp.where(same, np.array(known)[:, None, None] - UNREADABLE, 0), axis=0, dtype=jnp.int32)
 
 
 def _pictures(digits: Sequence[Digits], mask: Bitmap) -> jax.Array:
