@@ -11,7 +11,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from ocjax import registration
-from ocjax._xla import retain_freed_memory
+from ocjax._xla import retain_freed_memory, use_compilation_cache
 from ocjax.boxes import Box
 from ocjax.game import Game, GameError
 from ocjax.objects import Objects, velocity
@@ -40,6 +40,7 @@ __all__ = [
     "relations",
     "retain_freed_memory",
     "track",
+    "use_compilation_cache",
     "velocity",
 ]
 

@@ -7,6 +7,7 @@ On other platforms than CPUs every function here is the plain operation.
 in each place that uses it.
 """
 
+import contextlib
 import ctypes
 import functools
 import math
@@ -23,6 +24,11 @@ from jax import lax
 from jax.core import Tracer
 from jax.experimental.xla_metadata import set_xla_metadata
 
+try:
+    from jax.extend.core import get_opaque_trace_state
+except ImportError:  # before jax 0.10
+    from jax.core import get_opaque_trace_state  # pyright: ignore
+
 from ocjax._sharding import by_device
 
 RETAIN_MEMORY = "OCJAX_RETAIN_MEMORY"  # environment variable: 1 asks for `retain_freed_memory` on import
@@ -30,6 +36,7 @@ SMALL = 2**12  # elements below which materializing costs more than it saves
 MIN_CACHED_SECONDS = 0.2  # compilations that take longer are kept on disk
 GROUP = 16  # elements of a running sum that are added at once
 MAX_SUMMED = 2**12  # elements of a running sum up to which it is computed in groups
+_NO_TRACE = get_opaque_trace_state()  # outside of `jit`, `vmap` and the like
 CACHE_LINES = 512  # rows whose length is a multiple of this map to the same cache lines
 
 
@@ -176,58 +183,115 @@ def jit(f: Callable[..., Any]) -> Callable[..., Any]:
     return lambda *args: compiled()(*args)
 
 
-def any_batch(f: Callable[[jax.Array], Any], rank: int) -> Callable[[jax.Array | np.ndarray], Any]:
+def any_batch(f: Callable[[jax.Array], Any], rank: int, chunk: int) -> Callable[[jax.Array | np.ndarray], Any]:
     """Extend a function of `[B, ...]`, B > 0, to any leading batch shape.
 
-    All batch shapes of equal size share one compiled function, and `vmap` of the result is the function on a larger batch.
+    A single state and the batch sizes of `shared_size` have compiled functions of their own. Batches of other sizes and shapes are filled
+    up to the next such size, so that recordings of many lengths share a few programs; what fills up and cuts off takes some 20 ms to
+    compile where a game's VEM takes seconds. `vmap` of the result is the function on a larger batch.
 
     Args:
         f: maps `[B, *tail]` to a pytree of arrays `[B, ...]`.
         rank: number of axes of `tail`.
+        chunk: elements that `f` processes at a time (`in_chunks`).
     """
-    compiled, inlined = jit(f), jax.jit(f)
+    inlined = jax.jit(f)
 
     def folded(x: jax.Array) -> Any:
-        one_axis = inlined if isinstance(x, Tracer) else compiled
         batch, tail = x.shape[: x.ndim - rank], x.shape[x.ndim - rank :]
         if len(batch) == 1 and batch[0] > 0:
-            return one_axis(x)
+            return inlined(x)
         n = math.prod(batch)
-        out = one_axis(x.reshape(n, *tail) if n else jnp.zeros((1, *tail), x.dtype))
+        out = inlined(x.reshape(n, *tail) if n else jnp.zeros((1, *tail), x.dtype))
         return jax.tree.map(lambda a: a[:n].reshape(*batch, *a.shape[1:]), out)
 
     divided = by_device(folded, rank)
-    compiled_divided, traced = jit(divided), jax.custom_batching.custom_vmap(divided)
+    compiled, compiled_divided, traced = jit(folded), jit(divided), jax.custom_batching.custom_vmap(divided)
 
     @traced.def_vmap
     def _(axis_size: int, in_batched: list[bool], x: jax.Array) -> tuple[Any, Any]:
         out = call(x)
         return out, jax.tree.map(lambda _: True, out)
 
+    def in_shared_size(x: jax.Array | np.ndarray) -> Any:
+        batch = x.shape[: x.ndim - rank]
+        size = shared_size(math.prod(batch), chunk)
+        return compiled(x) if batch in ((), (size,)) else _cut_off(compiled(_filled_up(x, rank, size)), batch)
+
     def call(x: jax.Array | np.ndarray) -> Any:
-        array = jnp.asarray(x)
-        with jax.enable_x64(False):  # decoders and rules compute with 32 bits, whatever the caller's default is
-            if isinstance(array, Tracer):
-                return traced(array)
-            out = folded(array) if len(array.sharding.device_set) == 1 else compiled_divided(array)
+        if isinstance(x, Tracer) or get_opaque_trace_state() != _NO_TRACE:
+            with _with_32_bits():
+                return traced(jnp.asarray(x))
+        is_array = isinstance(x, jax.Array)
+        with _with_32_bits():
+            out = compiled_divided(x) if is_array and len(x.sharding.device_set) > 1 else in_shared_size(x)
         # JAX may read a numpy array in place while it computes: wait, so that the caller can overwrite it.
-        return out if array is x else jax.block_until_ready(out)
+        return out if is_array else jax.block_until_ready(out)
 
     return call
+
+
+def shared_size(n: int, chunk: int) -> int:
+    """The batch size to which a batch of `n` is filled up: a power of two up to `chunk`, then a multiple of it.
+
+    Above eight chunks there are eight such sizes between a power of two and the next one, so that at most an eighth is computed in vain.
+    """
+    if n <= chunk:
+        return 1 << max(n - 1, 0).bit_length()
+    chunks = -(-n // chunk)
+    step = 1 << max(chunks.bit_length() - 4, 0)
+    return -(-chunks // step) * step * chunk
+
+
+def _with_32_bits() -> contextlib.AbstractContextManager[Any]:
+    """Decoders and rules compute with 32 bits, whatever the caller's default is."""
+    return jax.enable_x64(False) if jax.config.jax_enable_x64 else contextlib.nullcontext()  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def _filled_up(x: jax.Array | np.ndarray, rank: int, size: int) -> jax.Array | np.ndarray:
+    """`[..., *tail]` as `[size, *tail]`, with zeros behind."""
+    if isinstance(x, jax.Array):
+        return _filled_up_on_device(x, rank, size)
+    tail = x.shape[x.ndim - rank :]
+    n = math.prod(x.shape[: x.ndim - rank])
+    out = np.zeros((size, *tail), x.dtype)
+    out[:n] = x.reshape(n, *tail)
+    return out
+
+
+@functools.partial(jax.jit, static_argnums=(1, 2))
+def _filled_up_on_device(x: jax.Array, rank: int, size: int) -> jax.Array:
+    tail = x.shape[x.ndim - rank :]
+    n = math.prod(x.shape[: x.ndim - rank])
+    return jnp.pad(x.reshape(n, *tail), ((0, size - n), *((0, 0) for _ in tail)))
+
+
+@functools.partial(jax.jit, static_argnums=1)
+def _cut_off(tree: Any, batch: tuple[int, ...]) -> Any:
+    """The first elements of arrays `[size, ...]`, in a batch shape."""
+    n = math.prod(batch)
+    return jax.tree.map(lambda a: a[:n].reshape(*batch, *a.shape[1:]), tree)
 
 
 # ------------------------------------------------------------------------------------------------------------ compilation cache
 
 
-def use_compilation_cache() -> None:
-    """Keep compiled programs on disk, in the user's cache folder, unless `JAX_COMPILATION_CACHE_DIR` names another one.
+def use_compilation_cache() -> Path:
+    """Keep compiled programs on disk, so that a game's first call is two to five times faster from the second process on.
 
-    A game's first call then takes a quarter of its time from the second process on. The `ocjax` command and the tests call this function.
+    Call it before the first extraction. It sets JAX's persistent compilation cache for the whole process, and leaves alone a folder that
+    `JAX_COMPILATION_CACHE_DIR` or the program has chosen. The `ocjax` command calls it. To empty the cache, delete the folder.
+
+    Returns:
+        The folder: `~/.cache/ocjax/xla`, or `ocjax/xla` in `$XDG_CACHE_HOME`, unless another one was chosen.
     """
-    if jax.config.jax_compilation_cache_dir is None:  # pyright: ignore[reportAttributeAccessIssue]
-        folder = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "ocjax" / "xla"
-        jax.config.update("jax_compilation_cache_dir", str(folder))
-        jax.config.update("jax_persistent_cache_min_compile_time_secs", MIN_CACHED_SECONDS)
+    chosen: str | None = jax.config.jax_compilation_cache_dir  # pyright: ignore[reportAttributeAccessIssue]
+    if chosen is not None:
+        return Path(chosen)
+    folder = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "ocjax" / "xla"
+    jax.config.update("jax_compilation_cache_dir", str(folder))
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", MIN_CACHED_SECONDS)
+    return folder
 
 
 # ------------------------------------------------------------------------------------------------------------ memory

@@ -177,4 +177,4 @@ def extractor(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
 
         return unpack(game, _xla.materialize(rows, read(rams, ranges), small=SMALL * len(addresses)), len(rams))
 
-    return _xla.any_batch(lambda rams: _xla.in_chunks(chunk, rams, CHUNK), 1)
+    return _xla.any_batch(lambda rams: _xla.in_chunks(chunk, rams, CHUNK), 1, CHUNK)

@@ -115,8 +115,8 @@ def extractor(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
     def by_frame(frames: jax.Array) -> Objects:
         return _objects(game, _xla.in_chunks(lambda chunk: _extract(game, chunk)[0], frames, CHUNK))
 
-    by_index = _xla.any_batch(by_frame, 2)
-    to_index = _xla.any_batch(lambda rgb: palette.to_index(rgb, game.palette), 3)
+    by_index = _xla.any_batch(by_frame, 2, CHUNK)
+    to_index = _xla.any_batch(lambda rgb: palette.to_index(rgb, game.palette), 3, CHUNK)
 
     def extract(frames: jax.Array | np.ndarray) -> Objects:
         return by_index(to_index(frames) if frames.shape[-3:] == (*game.screen, 3) else frames)

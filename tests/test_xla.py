@@ -1,5 +1,9 @@
 """The compiler tricks give what the plain operations give, on all inputs and under JAX's transformations."""
 
+import os
+import subprocess
+import sys
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -58,12 +62,46 @@ def test_chunks(n):
 
 
 def test_any_batch():
-    f = _xla.any_batch(lambda x: {"sum": x.sum(axis=-1)}, 1)
+    f = _xla.any_batch(lambda x: {"sum": x.sum(axis=-1)}, 1, 4)
     x = np.arange(24, dtype=np.int32).reshape(2, 3, 4)
     for got in (f(x), jax.vmap(f)(x), jax.jit(f)(x), jax.vmap(jax.vmap(f))(x)):
         np.testing.assert_array_equal(got["sum"], x.sum(axis=-1))
     assert f(x[0, 0])["sum"].shape == ()
     assert f(x[:, :0])["sum"].shape == (2, 0)
+
+
+@pytest.mark.parametrize("device", [False, True])
+def test_batches_of_many_lengths_share_programs(device):
+    compiled = []
+
+    def total(x):
+        compiled.append(x.shape)
+        return {"sum": x.sum(axis=-1)}
+
+    f = _xla.any_batch(total, 1, 16)
+    for n in (*range(1, 100), 300):
+        x = np.arange(4 * n, dtype=np.int32).reshape(n, 4)
+        np.testing.assert_array_equal(f(jnp.asarray(x) if device else x)["sum"], x.sum(axis=-1))
+    assert sorted(set(compiled)) == [(n, 4) for n in (1, 2, 4, 8, 16, 32, 48, 64, 80, 96, 112, 320)]
+
+
+def test_shared_sizes():
+    for n in (*range(1, 3000), 12345):
+        size = _xla.shared_size(n, 64)
+        assert n <= size < max(2 * n, n + 64 + n / 8)
+        assert _xla.shared_size(size, 64) == size
+        assert size <= 64 or size % 64 == 0
+
+
+def test_compilation_cache():
+    program = "import jax, ocjax; print(ocjax.use_compilation_cache(), jax.config.jax_compilation_cache_dir)"
+    for variables, folder in (({"XDG_CACHE_HOME": "A"}, "A/ocjax/xla"), ({"JAX_COMPILATION_CACHE_DIR": "B"}, "B")):
+        run = subprocess.run([sys.executable, "-c", program], env=_without_cache(os.environ) | variables, capture_output=True, text=True)
+        assert run.stdout.split() == [folder, folder], run.stderr
+
+
+def _without_cache(variables):
+    return {k: v for k, v in variables.items() if k not in ("XDG_CACHE_HOME", "JAX_COMPILATION_CACHE_DIR")}
 
 
 def test_retained_memory_is_asked_for(monkeypatch):
