@@ -31,7 +31,7 @@ from ocjax.game import Game
 from ocjax.ops import among, div, lookup
 from ocjax.ram import RamMap, bcd, byte
 from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, display
+from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, Saver, display
 
 ROM = Rom("bank_heist", "00ce0bdd43aed84a983bef38fe7f5ee3")
 DIGIT_AT = (0xF46, 0xF20, 0xF33, 0xF3A, 0xF59, 0xF2D, 0xF52, 0xF1A, 0xF4C, 0xF40)
@@ -71,8 +71,12 @@ def _walls() -> np.ndarray:
 
 WALLS = _walls()  # by 17 * maze + row
 
+SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
+
 
 class Ram(RamMap):
+    saver_key = byte(4)  # what colours are XORed with
+    saver_mask = byte(3)  # what they are masked with: 0xFF in play
     city = byte(0)
     frame = byte(6)
     # The car's record, then the three others.
@@ -196,12 +200,18 @@ ICONS = Cells(CAR[0], tuple(ICON_X.tolist()), tuple(ICON_Y.tolist()), 8, 7, whol
 TANK = Bounds(RED, (42, 12, 50, 37), value=Gauge(1, side="h"))
 SCORE = Bounds(BLACK, (50, 179, 112, 186), value=Digits(FONT, range(57, 105, 8), 179))
 
+
+def _saver_key(m: Ram) -> jax.Array:
+    return jnp.where(m.saver_mask == SAVER_MASK, m.saver_key, -1)
+
+
 GAME = Game(
     name="BankHeist",
     rom=ROM.name,
     md5=ROM.md5,
     ram=Ram,
     decode=decode,
+    saver=Saver(_saver_key, (12, 11), 128, mask=SAVER_MASK),
     categories=(
         Category("Player", sprites(CAR, STREETS), rgb=(162, 98, 33), doc="the car, or its wreck"),
         three("Bank", sprites(GREY, STREETS, area=(34, 34)), doc="to be robbed"),

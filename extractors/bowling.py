@@ -27,7 +27,7 @@ from ocjax.game import Game
 from ocjax.ops import among, pick
 from ocjax.ram import RamMap, bcd, bits, byte, high, low
 from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, display
+from ocjax.rules import Blobs, Bounds, Category, Saver, display
 
 ROM = Rom("bowling", "c9b7afad3bfd922e006a6bfc1d4f3fe7")
 
@@ -56,6 +56,9 @@ ALLEY, UPPER_LINE = (8, 72, 160, 172), (0, 102, 160, 104)
 
 
 class Ram(RamMap):
+    saver_clock = byte(31)  # the screen saver's key, once it is shown
+    saver_key = byte(88)
+    saver_mask = byte(87)  # what colours are masked with: 0xFF in play
     frame = bits(0, count=4)  # counts frames; a stage of a throw begins at 0
     stage = byte(13)  # 0 aiming, 1-4 swinging, 5 the ball rolls, 6 it comes back
     player_number = byte(15)  # whose turn it is, from 0
@@ -175,12 +178,18 @@ SCORE = Bounds(
 ROUND = Bounds(BLUE, (16, 7, 44, 17), value=Digits(ROUND_FONT, ROUND_DIGITS, ROUND_TOP))
 NUMBER = Bounds(BLUE, (112, 7, 124, 17), value=Digits(ROUND_FONT, NUMBER_DIGITS, ROUND_TOP))
 
+
+def _saver_key(m: Ram) -> jax.Array:
+    return jnp.where((m.saver_mask == 0xF7) & (m.saver_clock == m.saver_key), m.saver_key, -1)
+
+
 GAME = Game(
     name="Bowling",
     rom=ROM.name,
     md5=ROM.md5,
     ram=Ram,
     decode=decode,
+    saver=Saver(_saver_key, (158, 208), 38, mask=0xF7),
     categories=(
         Category("Player", BOWLER, rgb=BOWLER_RGB, doc="the bowler"),
         Category("Ball", BALL, doc="the ball"),

@@ -24,7 +24,7 @@ from ocjax.digits import DIGITS_3X5, Digits, hex_font, score_box
 from ocjax.game import Game
 from ocjax.ops import pick, reached
 from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.rules import Blobs, Bounds, Category, Cells, display
+from ocjax.rules import Blobs, Bounds, Category, Cells, Saver, display
 from ocjax.vision.palette import NTSC
 
 FONT = hex_font(DIGITS_3X5, dots=3, dot=(4, 2), pitch=16)
@@ -43,6 +43,7 @@ LOWER_PITCHES, POINTS = (16, 22), (7, 4, 1)  # of the upper, the middle and the 
 
 
 class Ram(RamMap):
+    saver_key = byte(61)  # what colours are XORed with; 0 in play
     wall = byte(*range(35, -1, -1))  # registers from left to right, in each the rows from the top
     invisible = bits(51, first=6)  # mode in which bricks flash when one is hit
     timed = bits(51, first=7)  # mode in which the score is the time
@@ -117,12 +118,18 @@ BALL = Bounds((GREY, *ROWS), FIELD, exclude=("Block", "Player"))
 BLOCKS = Cells(ROWS, tuple(BLOCK_X.tolist()), tuple(BLOCK_Y.tolist()), 8, 6)
 BLOCK_RGB = tuple(np.repeat(NTSC[list(ROWS)], 18, axis=0))
 
+
+def _saver_key(m: Ram) -> jax.Array:
+    return jnp.where(m.saver_key > 0, m.saver_key, -1)
+
+
 GAME = Game(
     name="Breakout",
     rom="breakout",
     md5="f34f08e5eb96e500e851a80be3277a56",
     ram=Ram,
     decode=decode,
+    saver=Saver(_saver_key, (8, 0), 0),
     categories=(
         Category("Player", PADDLE, doc="the paddle"),
         Category("Ball", BALL, doc="in the colour of the row it is in"),

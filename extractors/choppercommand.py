@@ -31,7 +31,7 @@ from ocjax.game import Game
 from ocjax.ops import among
 from ocjax.ram import RamMap, bcd, bits, byte, high, low, signed
 from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, Category, Gauge, display
+from ocjax.rules import Blobs, Bounds, Category, Gauge, Saver, display
 
 ROM = Rom("chopper_command", "c1cb228470a87beb5f36e90ac745da26")
 FONT = ROM.font(0xE00, rows=7, stride=8)
@@ -63,8 +63,12 @@ LOWEST, HIGHEST, OFF = 4, 0x5F, 0x6F  # `player_y`, and least row of no bomb, no
 SHOT_BYTE = np.repeat([0, 1, 2, 3, 4, 5], [4, 8, 8, 4, 8, 8])
 SHOT_BIT = np.tile([4, 5, 6, 7, *range(7, -1, -1), *range(8)], 2)
 
+SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
+
 
 class Ram(RamMap):
+    saver_key = byte(117)  # what colours are XORed with
+    saver_mask = byte(116)  # what they are masked with: 0xFF in play
     frame = byte(0)
     # A value for each of the blocks; the column of an enemy counts from 1.
     convoys = bits(8, 7, 6, 5, first=3, count=3)
@@ -278,12 +282,18 @@ LANES = row((56, 181, 104, 183), also=row((56, 183, 104, 185)))
 LANES = row((56, 179, 104, 181), also=LANES)
 SCORE = Bounds(GOLD, (33, 16, 81, 23), value=Digits(FONT, tuple(range(33, 81, 8)), 16))
 
+
+def _saver_key(m: Ram) -> jax.Array:
+    return jnp.where(m.saver_mask == SAVER_MASK, m.saver_key, -1)
+
+
 GAME = Game(
     name="ChopperCommand",
     rom=ROM.name,
     md5=ROM.md5,
     ram=Ram,
     decode=decode,
+    saver=Saver(_saver_key, (8, 15), 136, mask=SAVER_MASK, taken=(136, 38)),
     categories=(
         Category("Player", CHOPPER, attributes=("orientation",), doc="the chopper"),
         enemies("EnemyHelicopter", vehicles(WHITE, FIELD), doc="lanes from the bottom"),

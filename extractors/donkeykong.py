@@ -32,7 +32,7 @@ from ocjax.game import Game
 from ocjax.ops import among, lookup, pick, reached
 from ocjax.ram import RamMap, bcd, bits, byte, high
 from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, display
+from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, Shades, display
 
 ROM = Rom("donkey_kong", "36b20c427975760cb9cf4a47e41369e4")
 FONT = ROM.font(0xC00, rows=7, stride=8)
@@ -97,6 +97,7 @@ class Ram(RamMap):
     dying = bits(13, first=7)
     sound = byte(15)
     board = byte(16)
+    girders = byte(26)  # their colour; others in the screen saver
     x = byte(19)  # x + 4
     heading = byte(20)  # 0 left, 8 right, 254 down, 255 up a ladder
     hammer = byte(21)  # its picture, low byte of an address
@@ -129,19 +130,21 @@ def decode(m: Ram) -> dict[str, Box]:
         "Rivet": _rivets(m),
         "DonkeyKong": _fixed(KONG_AT),
         "Girlfriend": _fixed(PAULINE_AT),
-        "OilDrum": _fixed(DRUM).where(~blue),
-        "Ladder": _fixed(LADDERS_AT.T).where(blue == (np.arange(34) >= len(LADDERS))),
-        "Platform": _fixed(GIRDERS_AT.T).where(blue == (np.arange(13) >= len(PLATFORMS))),
+        "OilDrum": _fixed(DRUM, m.girders).where(~blue),
+        "Ladder": _fixed(LADDERS_AT.T, m.girders).where(blue == (np.arange(34) >= len(LADDERS))),
+        "Platform": _fixed(GIRDERS_AT.T, m.girders).where(
+            blue == (np.arange(13) >= len(PLATFORMS))
+        ),
         "Life": _lives(m),
         "Score": _score(m),
         "Timer": _timer(m),
     }
 
 
-def _fixed(area: tuple[int, int, int, int] | np.ndarray) -> Box:
+def _fixed(area: tuple[int, int, int, int] | np.ndarray, color: jax.Array | None = None) -> Box:
     """Boxes that never move, from their left, top, right and bottom."""
     left, top, right, bottom = area
-    return box(left, top, right - left, bottom - top)
+    return box(left, top, right - left, bottom - top, color=color)
 
 
 def _in_play(m: Ram) -> jax.Array:
@@ -248,7 +251,7 @@ def _rivets(m: Ram) -> Box:
 def _lives(m: Ram) -> Box:
     width = jnp.where(m.lives == 1, 4, 12)
     x = jnp.where(m.board == 1, 112, 128 - width)
-    return box(x, 23, width, 8, m.lives > 0, value=m.lives)
+    return box(x, 23, width, 8, m.lives > 0, value=m.lives, color=m.girders)
 
 
 def _score(m: Ram) -> Box:
@@ -276,12 +279,17 @@ PLATFORM_COLORS = FIRST * len(PLATFORMS) + SECOND * len(BLUE_PLATFORMS)
 RUNGS = Bounds(LADDER_COLORS, tuple(map(tuple, LADDERS_AT.tolist())))
 BEAMS = Bounds(PLATFORM_COLORS, PLATFORMS + BLUE_PLATFORMS)
 
+# The screen saver changes the colours of the girders and the background.
+OTHERS = tuple(color for color in range(0, 256, 2) if color not in BOTH)
+SAVER = Shades((32, 35), (GIRDERS, *OTHERS), ((GIRDERS,), *((color,) for color in OTHERS)))
+
 GAME = Game(
     name="DonkeyKong",
     rom=ROM.name,
     md5=ROM.md5,
     ram=Ram,
     decode=decode,
+    shades=SAVER,
     categories=(
         Category("Player", MARIO, attributes=("orientation",), doc="Mario; north on a ladder"),
         Category("Barrel", SMALL, count=4, needs=("OilDrum",), doc="on the first board"),

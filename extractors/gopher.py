@@ -37,6 +37,7 @@ SCORE_LEFTS, SCORE_TOP = range(57, 105, 8), 10
 CARROT_LEFTS = np.array((92, 76, 60))
 UNDERGROUND = 148  # first row below the farmer
 EAST, WEST = 4, 12
+DARK = 128  # of `idle`: from here on the screen is black
 
 # Values of `state`, and of `clock` when a game was just chosen or the gopher has just gone.
 CHOSEN, PLAY, TAKEN, GONE, EMPTY, RENEWED = 6, 7, 8, 9, 10, 11
@@ -100,6 +101,7 @@ class Ram(RamMap):
     hundreds_shown = byte(64)  # picture of the digit, 10 for each
     random = byte(73, 74)
     clock = byte(75)
+    idle = byte(76)  # 256 frames each since the joystick was moved
     sounds = byte(77, 78)  # next notes of both
     lengths = byte(79, 80)  # frames left of their notes
     channel = bits(81)  # which of the sounds began last
@@ -120,7 +122,7 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    return {
+    boxes = {
         "Player": box(m.player_x - 10, 96, 13, 50),
         "Gopher": _gopher(m),
         "Carrot": _carrots(m),
@@ -130,6 +132,8 @@ def decode(m: Ram) -> dict[str, Box]:
         "Floor": box(4 * np.arange(40), 183, 4, 12, _dug(m, slice(3, 4), TUNNEL_BITS)),
         "Score": _score(m),
     }
+    lit = m.idle < DARK
+    return {name: own.where(lit) for name, own in boxes.items()}
 
 
 def _dug(m: Ram, rows: slice, columns: tuple[tuple[int, ...] | range, ...]) -> jax.Array:

@@ -30,7 +30,7 @@ from ocjax.game import Game
 from ocjax.ops import among, div, pick
 from ocjax.ram import RamMap, bcd, bits, byte, high
 from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, Category, Gauge, display
+from ocjax.rules import Blobs, Bounds, Category, Gauge, Saver, display
 
 ROM = Rom("pitfall", "3e90cf23106f2e08b2781e41299de556")
 FONT = ROM.font(0xF00, rows=8)
@@ -69,8 +69,12 @@ CLOSED, MARK, START, START_X = 0xFF, 0x80, 2000, 20
 FALLS, INTO_HOLE = 0x20, 0x1F  # `jump` and `stick` of one who falls, and falls into a hole
 LEFTS, RIGHTS = FONT.left.tolist(), FONT.right.tolist()
 
+SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
+
 
 class Ram(RamMap):
+    saver_key = byte(7)  # what colours are XORed with
+    saver_mask = byte(8)  # what they are masked with: 0xFF in play
     tally = byte(0)  # marks for lives
     rope = byte(18)  # 117 - its lowest line
     kind = byte(19)  # of the objects
@@ -226,12 +230,19 @@ CLOCK = Digits(FONT, (29, 37, 53, 61), 22, weights=(600, 60, 10, 1))
 POINTS = Digits(FONT, range(21, 69, 8), 9, base=-START)
 hole = functools.partial(Category, rgb=(0, 0, 0), blinks=True)  # background, so never drawn
 dark = functools.partial(Category, rgb=(74, 74, 74))
+
+
+def _saver_key(m: Ram) -> jax.Array:
+    return jnp.where(m.saver_mask == SAVER_MASK, m.saver_key, -1)
+
+
 GAME = Game(
     name="Pitfall",
     rom=ROM.name,
     md5=ROM.md5,
     ram=Ram,
     decode=decode,
+    saver=Saver(_saver_key, (29, 193), 12, mask=SAVER_MASK, taken=(12, 14, 24, 66)),
     categories=(
         Category("Player", HARRY, rgb=(92, 186, 92), doc="Harry"),
         Category("Logs", LOG, count=3, doc="rolling or lying"),

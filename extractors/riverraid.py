@@ -31,7 +31,7 @@ from ocjax.game import Game
 from ocjax.ops import among, pick
 from ocjax.ram import RamMap, bits, byte, high, low
 from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, Category, display
+from ocjax.rules import Blobs, Bounds, Category, Saver, display
 
 ROM = Rom("riverraid", "393948436d1f4cc3192410bb918f9724")
 FONT = ROM.font(0xB00, rows=8)
@@ -71,8 +71,12 @@ CUTS = range(1 - ROWS, ROWS)
 OBJECTS = Pictures.of([_cut(_rows(kind), cut) for kind in range(JET, DEPOT + 1) for cut in CUTS])
 JETS = ROM.pictures([0xC01 + look for look in (STRAIGHT, TURNED)], 18)
 
+SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
+
 
 class Ram(RamMap):
+    saver_key = byte(5)  # what colours are XORed with
+    saver_mask = byte(6)  # what they are masked with: 0xFF in play
     clock = bits(2)  # helicopters and tankers move when it is 0
     sticks = high(4)  # joystick that led to what is drawn
     stick = low(4)
@@ -242,12 +246,18 @@ BRIDGES = Bounds((32, 18, 20, 24), VIEW)
 POINTS = Bounds(PLAYER, (56, 165, 104, 173), value=Digits(FONT, SCORE_LEFTS, 165))
 LIVES = Bounds(PLAYER, (56, 192, 64, 200), value=Digits(FONT, (56,), 192, base=1, required=True))
 
+
+def _saver_key(m: Ram) -> jax.Array:
+    return jnp.where(m.saver_mask == SAVER_MASK, m.saver_key, -1)
+
+
 GAME = Game(
     name="Riverraid",
     rom=ROM.name,
     md5=ROM.md5,
     ram=Ram,
     decode=decode,
+    saver=Saver(_saver_key, (98, 165), 28, mask=SAVER_MASK, taken=(132, 28, 12, 0, 16)),
     categories=(
         Category("Player", PLAYER_RULE, doc="the jet"),
         Category("PlayerMissile", MISSILE, doc="its missile"),

@@ -31,7 +31,7 @@ from ocjax.game import Game
 from ocjax.ops import pick
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, Category, Gauge, display
+from ocjax.rules import Blobs, Bounds, Category, Gauge, Saver, display
 
 ROM = Rom("seaquest", "240bfbac5163af4df5ae713985386f92")
 FONT = ROM.font(0xE00, rows=8)
@@ -77,8 +77,12 @@ ENEMIES = Pictures.of(
 )
 BALLS = Pictures.of([_ball_rows(look) & cut for cut in EDGE_CUTS for look in range(16)])
 
+SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
+
 
 class Ram(RamMap):
+    saver_key = byte(5)  # what colours are XORed with
+    saver_mask = byte(6)  # what they are masked with: 0xFF in play
     clock = byte(1)
     enemy_x = byte(30, 31, 32, 33)  # of the first place, modulo 256; lowest lane first
     shown = bits(40, 41, 42, 43, count=3)  # places that are taken and on the screen, last one first
@@ -212,12 +216,18 @@ OXYGEN = Bounds((WHITE, FLASH), BAR, value=Gauge(1))
 LIVES = Bounds(YELLOW, (50, 20, 110, 31), value=Gauge(8, -1, 1))
 SCORE = Bounds(YELLOW, (58, 9, 106, 17), value=Digits(FONT, SCORE_LEFTS, 9))
 
+
+def _saver_key(m: Ram) -> jax.Array:
+    return jnp.where(m.saver_mask == SAVER_MASK, m.saver_key, -1)
+
+
 GAME = Game(
     name="Seaquest",
     rom=ROM.name,
     md5=ROM.md5,
     ram=Ram,
     decode=decode,
+    saver=Saver(_saver_key, (100, 9), 26, mask=SAVER_MASK, taken=(6, 8)),
     categories=(
         facing("Player", PLAYER, doc="the submarine"),
         Category("PlayerMissile", TORPEDO, doc="its torpedo"),

@@ -33,7 +33,7 @@ from ocjax.digits import Digits
 from ocjax.game import Game
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, display
+from ocjax.rules import Blobs, Bounds, Category, Saver, display
 
 ROM = Rom("space_invaders", "72ffbef6504b75e69ee1045af9075f66")
 FONT = ROM.font(0xF54, rows=5, dots=3, dot=(4, 2), pitch=16)  # all digits are equally wide
@@ -57,6 +57,7 @@ SKY, SHIELD_TOP, SHIELD_END, GROUND = 8, 73, 83, 86
 
 
 class Ram(RamMap):
+    saver_clock = byte(71)  # from 128 on the screen saver is shown
     saucer_code = byte(3)  # x + 1 in the chip's coding, if a saucer was drawn
     shield_code = byte(5)  # x + 1 in the chip's coding
     cannon_code = byte(6, 7)  # x + 1 in the chip's coding
@@ -256,12 +257,18 @@ LIVES = Bounds(BROWN, (84, 185, 96, 195), min_size=(12, 10), value=Digits(FONT, 
 SCORE_1 = Bounds(GREEN, SCORES, value=Digits(FONT, (4, 20, 36, 52), 10))
 SCORE_2 = Bounds(BROWN, SCORES, value=Digits(FONT, (84, 100, 116, 132), 10))
 
+
+def _saver_key(m: Ram) -> jax.Array:
+    return jnp.where(m.saver_clock >= 128, m.saver_clock, -1)
+
+
 GAME = Game(
     name="SpaceInvaders",
     rom=ROM.name,
     md5=ROM.md5,
     ram=Ram,
     decode=decode,
+    saver=Saver(_saver_key, (10, 195), 226, mask=0xF7),
     categories=(
         player("Player", Bounds(GREEN, CANNONS), doc="the cannon; value: lives"),
         player("Player2", CANNON_2, doc="the second player's cannon"),

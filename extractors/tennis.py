@@ -17,6 +17,7 @@ side line at a player's head or racket for a part of him; it does not read the s
 
 import functools
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.boxes import Box, box
@@ -24,7 +25,7 @@ from ocjax.game import Game
 from ocjax.ops import among, lookup
 from ocjax.ram import RamMap, byte
 from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, display
+from ocjax.rules import Blobs, Bounds, Category, Saver, display
 
 ROM = Rom("tennis", "42cdd6a9e42a3639e190722b8ea3fc51")
 FIELD = (8, 14, 160, 192)  # columns 0-7 are blanked by the beam
@@ -51,8 +52,12 @@ def _texts() -> list[int]:
 
 TEXTS = np.array(_texts())
 
+SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
+
 
 class Ram(RamMap):
+    saver_key = byte(2)  # what colours are XORed with
+    saver_mask = byte(3)  # what they are masked with: 0xFF in play
     text = byte(7, 6)  # what the display shows: player, enemy
     ball_x = byte(16)  # x + 2
     y = byte(24, 25)  # of the players: far, near
@@ -113,12 +118,19 @@ def _scores(m: Ram) -> Box:
 player = functools.partial(Blobs, region=FIELD, min_size=(8, 16), max_size=(18, 36))
 sportsman = functools.partial(Category, attributes=("orientation",))
 BALL = Blobs(WHITE, FIELD, min_size=(1, 1), max_size=(2, 2))
+
+
+def _saver_key(m: Ram) -> jax.Array:
+    return jnp.where(m.saver_mask == SAVER_MASK, m.saver_key, -1)
+
+
 GAME = Game(
     name="Tennis",
     rom=ROM.name,
     md5=ROM.md5,
     ram=Ram,
     decode=decode,
+    saver=Saver(_saver_key, (70, 198), 76, mask=SAVER_MASK),
     categories=(
         sportsman("Player", player(PINK, max_line=7), doc="the pink player"),
         sportsman("Enemy", player(BLUE, max_line=7), doc="the blue player"),

@@ -27,7 +27,7 @@ from ocjax.game import Game
 from ocjax.ops import among, pick
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Rom
-from ocjax.rules import Bounds, Category, Shades, display
+from ocjax.rules import Bounds, Category, Saver, Shades, display
 
 ROM = Rom("video_pinball", "107cc025334211e6d29da0b6be46aec7")
 GLYPHS = "75557", "62227", "71747", "71317", "55711", "74717", "74757", "71222", "75757", "75717"
@@ -85,6 +85,7 @@ def _walls() -> tuple[tuple[int, int, int, int], ...]:
 
 
 class Ram(RamMap):
+    saver_key = byte(65)  # what colours are XORed with; 0 in play
     spinner_clock = bits(26)
     flags = byte(3)  # bits: the ball touches a wall in a row, in a column
     collides = byte(20)  # 0: the ball touched no wall
@@ -206,9 +207,10 @@ def _spinners(m: Ram) -> Box:
 
 
 TOKENS = WHITE, GOLD, YELLOW, BLUE
+FLASHING = tuple(0x76 ^ flash for flash in FLASHES)
 BY_FLASH = Shades(
     (156, 100),
-    tuple(0x76 ^ flash for flash in FLASHES),
+    FLASHING,
     tuple(tuple(c ^ flash for c in TOKENS) for flash in FLASHES),
 )
 FIELD = (8, 16, 152, 192)
@@ -226,12 +228,17 @@ def _shown(left: int) -> Bounds:
     return Bounds(YELLOW, (left, 3, left + 12, 13), value=Digits(FONT, (left,), 3))
 
 
+def _saver_key(m: Ram) -> jax.Array:
+    return jnp.where(m.saver_key > 0, m.saver_key, -1)
+
+
 GAME = Game(
     name="VideoPinball",
     rom=ROM.name,
     md5=ROM.md5,
     ram=Ram,
     decode=decode,
+    saver=Saver(_saver_key, (158, 190), (118, *FLASHING), mask=0xF7),
     shades=BY_FLASH,
     categories=(
         Category("Ball", BALL, doc="the ball"),

@@ -89,6 +89,7 @@ ENEMIES = Pictures.of([_double(look, 9 if look == QOTILE else 8) for look in ran
 
 
 class Ram(RamMap):
+    saver_mask = byte(114)  # of the colour of the score: 0xF7 in the screen saver
     variation = bits(0, count=3)  # of the game
     trenches = bits(0, first=5)  # later rounds, in which the swirl flies at any time
     shield = byte(*range(16, 0, -1))  # its rows from the top; the lowest bit is the left column
@@ -144,6 +145,7 @@ def decode(m: Ram) -> dict[str, Box]:
     begins = (m.missile_flies | m.dies | m.spins) == 0  # a round
     zone_clock = (clock - 1) & 255 | 1
     zone = lookup(ZONE_ROWS, zone_clock)
+    color = YAR & m.saver_mask
     return {
         "Player": _player(m, odd, before).where(~shows_score),
         "Player_Bullet": _shot(m, odd, zone_clock, before).where(plays),
@@ -153,8 +155,8 @@ def decode(m: Ram) -> dict[str, Box]:
         "Zorlon_Cannon": _cannon(m, zone_clock).where(plays),
         "Shield_Block": _shield(m, clock).where(plays & ~(begins & (odd == 1))),
         "Barrier": box(52, zone >> 8, 28, zone & 255, plays & (m.zone > 0)),
-        "Score": number(m.score, top=48, digits=6, value=m.score),
-        "Life": number(m.lives, top=74, digits=1, valid=m.lives > 0, value=m.lives),
+        "Score": number(m.score, top=48, digits=6, value=m.score, color=color),
+        "Life": number(m.lives, top=74, digits=1, valid=m.lives > 0, value=m.lives, color=color),
     }
 
 
@@ -276,8 +278,9 @@ CANNON = cannon((*DIM, 0x5A), (0, 0, 128, 195))
 cells = functools.partial(Cells, whole=False, exclude=("Enemy", "Enemy_Missile"), floats=True)
 BLOCKS = cells(SHIELDS, CELLS_X, CELLS_Y, 4, 8)
 STRIPES = Bounds(DIM, ZONE, min_size=(28, 150))
-POINTS = Bounds(YAR, (55, 48, 103, 55), value=Digits(FONT, SCORE_LEFTS, 48, required=True))
-LIVES = Bounds(YAR, (95, 74, 103, 81), value=Digits(FONT, (95,), 74, required=True))
+TEXT = (YAR, YAR & 0xF7)  # in the screen saver the latter
+POINTS = Bounds(TEXT, (55, 48, 103, 55), value=Digits(FONT, SCORE_LEFTS, 48, required=True))
+LIVES = Bounds(TEXT, (95, 74, 103, 81), value=Digits(FONT, (95,), 74, required=True))
 
 GAME = Game(
     name="YarsRevenge",
@@ -291,7 +294,12 @@ GAME = Game(
         Category("Enemy", ENEMY, doc="the Qotile at rest"),
         Category("Swirl", SWIRL, doc="the Qotile as it spins and flies"),
         Category("Enemy_Missile", MISSILE, doc="it follows the Yar"),
-        Category("Zorlon_Cannon", CANNON, doc="at the left edge, and its shot"),
+        Category(
+            "Zorlon_Cannon",
+            CANNON,
+            needs=("Player", "Barrier"),
+            doc="at the left edge, and its shot",
+        ),
         Category("Shield_Block", BLOCKS, count=128, doc="by row and column"),
         Category("Barrier", STRIPES, doc="the neutral zone"),
         between("Score", POINTS, doc="points"),

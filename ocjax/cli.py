@@ -3,7 +3,7 @@
 import itertools
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -199,8 +199,13 @@ def evaluate(
     what: Annotated[list[str], typer.Argument(metavar="GAME|RECORDING...", help="Games to play, or recordings (.npz) with frames.")],
     samples: Annotated[int, typer.Option(min=8, help="Samples of each game, seed, mode and difficulty.")] = 2000,
     policy: Annotated[
-        str, typer.Option(help="random, repeat (random actions held for 1 to 8 steps), trained, or an .npz file of a saved policy.")
+        str,
+        typer.Option(
+            help="random, repeat (random actions held for 1 to 8 steps), idle (no action), seldom (mostly none), trained, "
+            "or an .npz file of a saved policy."
+        ),
     ] = "repeat",
+    after: Annotated[int, typer.Option(min=0, help="Emulated frames that each instance plays before its first sample.")] = 0,
     seed: Annotated[list[int] | None, typer.Option(min=0, help=f"Seed; may be repeated. Default: {SEED}.")] = None,
     game_mode: Annotated[
         list[int] | None, typer.Option("--mode", help="Game mode as ale-py numbers it; may be repeated. Default: the game's.")
@@ -232,8 +237,8 @@ def evaluate(
                 tape, source = tapes[w], f"{len(tapes[w]):,} samples of {w}"
             else:
                 choices = {"seed": seed or [SEED], "game_mode": game_mode or [None], "game_difficulty": game_difficulty or [None]}
-                tape = _play_all(specs[w], samples, policy, num_envs, frame_skip, choices)
-                source = _describe(tape, policy, choices)
+                tape = _play_all(specs[w], choices, samples=samples, policy=policy, num_envs=num_envs, frame_skip=frame_skip, after=after)
+                source = _describe(tape, policy, choices, after)
             with console.status(f"evaluating {tape.game.name}"):
                 done.append(report.evaluate(tape, source, ocatari_runner.run(tape, python) if python else None))
             for table in report.tables_of(done[-1]):
@@ -253,14 +258,15 @@ def _read_with_frames(paths: Iterator[str]) -> dict[str, Recording]:
     return tapes
 
 
-def _play_all(game: Game, samples: int, policy: str, num_envs: int, frame_skip: int, choices: dict[str, list]) -> Recording:
+def _play_all(game: Game, choices: dict[str, list], *, samples: int, **options: Any) -> Recording:
     """Play every combination of seeds, modes and difficulties."""
     runs = [dict(zip(choices, values, strict=True)) for values in itertools.product(*choices.values())]
-    return recordings.join([rollout(game, samples, policy=policy, num_envs=num_envs, frame_skip=frame_skip, **run) for run in runs])
+    return recordings.join([rollout(game, samples, **options, **run) for run in runs])
 
 
-def _describe(tape: Recording, policy: str, choices: dict[str, list]) -> str:
-    text = f"{len(tape):,} samples of {policy} play, {tape.frame_skip} emulated frames per step, seeds {choices['seed']}"
+def _describe(tape: Recording, policy: str, choices: dict[str, list], after: int) -> str:
+    late = f" after {after:,} frames" * (after > 0)
+    text = f"{len(tape):,} samples of {policy} play{late}, {tape.frame_skip} emulated frames per step, seeds {choices['seed']}"
     for name, values in (("modes", choices["game_mode"]), ("difficulties", choices["game_difficulty"])):
         text += f", {name} {values}" * (values != [None])
     return text

@@ -17,7 +17,7 @@ from ocjax import rem, vem
 from ocjax.boxes import WIDTH, Box
 from ocjax.objects import Objects
 from ocjax.ram import RAM_SIZE, RamMap
-from ocjax.rules import ATTRIBUTES, Blobs, Bounds, Category, Cells, Rule, Runs, Shades, names_by_alias
+from ocjax.rules import ATTRIBUTES, Blobs, Bounds, Category, Cells, Rule, Runs, Saver, Shades, names_by_alias
 from ocjax.vision import palette
 
 Decode = Callable[[Any], Mapping[str, Box]]
@@ -61,6 +61,7 @@ class Game:
         categories: the categories, display (`hud`) categories last.
         screen: (height, width) in pixels.
         shades: colours that change from level to level, if any.
+        saver: its screen saver, if it changes the colours.
         pal: whether the ROM is made for PAL consoles, which have another palette.
     """
 
@@ -72,6 +73,7 @@ class Game:
     categories: tuple[Category, ...]
     screen: tuple[int, int] = (210, WIDTH)
     shades: Shades | None = None
+    saver: Saver | None = None
     pal: bool = False
     hud: bool = field(default=True, kw_only=True)
 

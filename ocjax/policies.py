@@ -20,7 +20,8 @@ from ocjax.envs.observations import Snapshot, Vector
 from ocjax.game import Game
 from ocjax.registry import load
 
-HOLD = 8  # steps for which the policy "repeat" holds an action at most
+HOLD = 8  # steps for which actions are held at most
+BUILT_IN = {"random": {}, "repeat": {"hold": HOLD}, "idle": {"idle": 1.0}, "seldom": {"hold": HOLD, "idle": 0.95}}
 MAX_INPUT = 10.0  # standardised inputs are clipped to this many standard deviations
 TRAINED = "trained"  # the name of the policy that ships with the package
 SHIPPED = Path(__file__).parent / "agents" / "trained"
@@ -46,12 +47,14 @@ class RandomPolicy:
         num_envs: number of instances.
         rng: the source of randomness.
         hold: the largest number of steps.
+        idle: the share of choices that are no action, the first of the set.
     """
 
     num_actions: int
     num_envs: int
     rng: np.random.Generator
     hold: int = 1
+    idle: float = 0.0
 
     def __post_init__(self) -> None:
         self.action = np.zeros(self.num_envs, int)
@@ -60,7 +63,10 @@ class RandomPolicy:
     def __call__(self, ram: np.ndarray, started: np.ndarray) -> np.ndarray:
         """The next actions, int `[N]`."""
         new = self.left == 0
-        self.action = np.where(new, self.rng.integers(self.num_actions, size=self.num_envs), self.action)
+        chosen = self.rng.integers(self.num_actions, size=self.num_envs)
+        if self.idle:
+            chosen = np.where(self.rng.random(self.num_envs) < self.idle, 0, chosen)
+        self.action = np.where(new, chosen, self.action)
         self.left = np.where(new, self.rng.integers(1, self.hold + 1, size=self.num_envs), self.left) - 1
         return self.action
 
@@ -244,7 +250,7 @@ def find(name: str, game: Game) -> Path:
             raise PolicyError(f"no trained policy of {game.name} ships with this version; there are those of {games or 'no game'}")
         return path
     if not Path(name).exists():
-        raise PolicyError(f"no policy {name!r}: it must be random, repeat, {TRAINED}, or the path of an .npz file")
+        raise PolicyError(f"no policy {name!r}: it must be {', '.join(BUILT_IN)}, {TRAINED}, or the path of an .npz file")
     return Path(name)
 
 
@@ -252,8 +258,9 @@ def make_policy(name: str, game: Game, num_actions: int, num_envs: int, seed: in
     """A policy by name.
 
     Args:
-        name: "random" (a new action in every step), "repeat" (each action is held for 1 to 8 steps), "trained" (the policy that ships with
-            the package), or the path of a saved policy.
+        name: "random" (a new action in every step), "repeat" (each action is held for 1 to 8 steps), "idle" (no action), "seldom" (each
+            action is held for 1 to 8 steps, and nineteen of twenty are no action), "trained" (the policy that ships with the package), or
+            the path of a saved policy.
         game: the game.
         num_actions: size of the action set.
         num_envs: number of instances.
@@ -262,8 +269,8 @@ def make_policy(name: str, game: Game, num_actions: int, num_envs: int, seed: in
     Raises:
         PolicyError: there is no such policy, or it does not fit the game.
     """
-    if name in ("random", "repeat"):
-        return RandomPolicy(num_actions, num_envs, np.random.default_rng(seed), HOLD if name == "repeat" else 1)
+    if name in BUILT_IN:
+        return RandomPolicy(num_actions, num_envs, np.random.default_rng(seed), **BUILT_IN[name])
     path = find(name, game)
     policy = read(path, game)
     if policy.num_actions != num_actions:

@@ -29,6 +29,7 @@ from ocjax.objects import Objects
 from ocjax.ops import lookup
 from ocjax.ram import RAM_SIZE
 from ocjax.vision import palette
+from ocjax.vision.saver import saved
 
 if TYPE_CHECKING:
     from ocjax.game import Game
@@ -56,6 +57,7 @@ class Rows(NamedTuple):
     value: list[jax.Array]  # int32 [span, B]
     orientation: list[jax.Array]  # int32 [span, B]
     rgb: dict[str, jax.Array]  # int32 [count, B], or [1, B] where all slots have one colour
+    saver: jax.Array | None  # int32 [B]: the screen saver's key; None: the game has no saver
 
 
 def stretches(addresses: Sequence[int]) -> list[range]:
@@ -85,14 +87,16 @@ def read(rams: jax.Array, ranges: Sequence[range]) -> jax.Array:
     return _xla.materialize(jnp.transpose, selected, small=SMALL * selected.shape[1])
 
 
-def decode(game: Game, columns: jax.Array, addresses: Sequence[int]) -> dict[str, Slots]:
-    """Every category's slots: uint8 `[addresses, B]` -> fields `[count, B]`, or `[B]` where slots share them."""
+def decode(game: Game, columns: jax.Array, addresses: Sequence[int]) -> tuple[dict[str, Slots], jax.Array | None]:
+    """Every category's slots: uint8 `[addresses, B]` -> fields `[count, B]`, or `[B]` where slots share them; and the saver's key `[B]`."""
     height, width = game.screen
 
-    def one(ram: jax.Array) -> dict[str, Slots]:
+    def one(ram: jax.Array) -> tuple[dict[str, Slots], jax.Array | None]:
         with jax.numpy_dtype_promotion("strict"), jax.numpy_rank_promotion("raise"):
-            boxes = game.decode(game.ram(ram, addresses))
-        return {c.name: slots(c, boxes[c.name].clip(0, 0, width, height), game.palette) for c in game.categories}
+            m = game.ram(ram, addresses)
+            boxes = game.decode(m)
+            key = None if game.saver is None else game.saver.key(m)
+        return {c.name: slots(c, boxes[c.name].clip(0, 0, width, height), game.palette) for c in game.categories}, key
 
     return batch_last(one, jax.ShapeDtypeStruct((len(addresses),), jnp.uint8))(columns)
 
@@ -117,7 +121,7 @@ def spans(game: Game, attribute: str) -> list[slice]:
     return [slice(own[0].start, own[-1].stop) for own in groups]
 
 
-def pack(game: Game, by_category: dict[str, Slots], lanes: int) -> Rows:
+def pack(game: Game, by_category: dict[str, Slots], saver: jax.Array | None, lanes: int) -> Rows:
     """The slots of all categories in one array, and their attributes."""
 
     def joined(attribute: str, where: slice) -> jax.Array:
@@ -131,7 +135,7 @@ def pack(game: Game, by_category: dict[str, Slots], lanes: int) -> Rows:
 
     value, orientation = ([joined(name, s) for s in spans(game, name)] for name in ("value", "orientation"))
     rgb = {name: s.rgb for name, s in by_category.items() if s.rgb is not None}
-    return Rows(joined("boxes", slice(0, game.num_slots)), value, orientation, rgb)
+    return Rows(joined("boxes", slice(0, game.num_slots)), value, orientation, rgb, saver)
 
 
 def unpack(game: Game, rows: Rows, lanes: int) -> Objects:
@@ -152,6 +156,8 @@ def unpack(game: Game, rows: Rows, lanes: int) -> Objects:
         s = game.slices[name]
         rgb = lax.dynamic_update_slice(rgb, _colors(part[:, :lanes].T, mask[:, s]), (0, s.start, 0))
     xywh, valid = xywh.reshape(lanes, n, 4), valid.reshape(lanes, n)
+    if game.saver is not None and rows.saver is not None:
+        rgb = saved(rgb, valid, rows.saver[:lanes], game.saver, game.palette)
     orientation, value = attribute("orientation", rows.orientation, jnp.int8), attribute("value", rows.value, jnp.int32)
     return Objects(xywh, valid, orientation, value, rgb, game)
 
@@ -173,7 +179,7 @@ def extractor(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
 
     def chunk(rams: jax.Array) -> Objects:
         def rows(columns: jax.Array) -> Rows:
-            return pack(game, decode(game, columns, addresses), columns.shape[1])
+            return pack(game, *decode(game, columns, addresses), columns.shape[1])
 
         return unpack(game, _xla.materialize(rows, read(rams, ranges), small=SMALL * len(addresses)), len(rams))
 

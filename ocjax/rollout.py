@@ -18,6 +18,7 @@ def rollout(
     seed: int = 0,
     num_envs: int = 8,
     frame_skip: int = 3,
+    after: int = 0,
     repeat_action_probability: float = 0.0,
     game_mode: int | None = None,
     game_difficulty: int | None = None,
@@ -31,13 +32,14 @@ def rollout(
         seed: seed of the policy and of the first instance; the following instances get the following seeds.
         num_envs: number of instances.
         frame_skip: emulated frames per step; an odd number covers both phases of flickering objects.
+        after: emulated frames that each instance plays before its first sample, rounded up to whole steps.
         repeat_action_probability: the probability that an emulated frame repeats the previous action.
         game_mode: game mode as ale-py numbers it; None for the game's default.
         game_difficulty: game difficulty, likewise.
 
     Returns:
-        A recording with frames, previous frames, returns, lives, resets and ends: the samples of the first instance, from its first state
-        on, then those of the second, and so on.
+        A recording with frames, previous frames, returns, lives, resets and ends: the samples of the first instance, then those of the
+        second, and so on.
 
     Raises:
         PolicyError: a ValueError; there is no such policy, or it does not fit the game.
@@ -52,15 +54,15 @@ def rollout(
         act = make_policy(policy, game, len(pool.actions), num_envs, seed)
         with start_bar(num_envs) as report:
             pool.reset([seed + i for i in range(num_envs)], report=report)
-        arrays = _record(pool, act, samples // num_envs)
+        arrays = _record(pool, act, samples // num_envs, -(-after // frame_skip))
     finally:
         pool.close()
     flat = {name: a.reshape(-1, *a.shape[2:]) for name, a in arrays.items()}
     return Recording(game, **flat, frame_skip=frame_skip, settings=settings.to_dict())
 
 
-def _record(pool: AlePool, act: Policy, steps: int) -> dict[str, np.ndarray]:
-    """Record a pool that has just been reset, from that state on, and return the arrays of a recording, `[N, steps, ...]`."""
+def _record(pool: AlePool, act: Policy, steps: int, skipped: int) -> dict[str, np.ndarray]:
+    """Play a pool that has just been reset, and return the arrays of a recording of the steps after some, `[N, steps, ...]`."""
     n, (height, width) = pool.num_envs, pool.game.screen
     arrays = {
         "rams": np.empty((n, steps, 128), np.uint8),
@@ -72,14 +74,15 @@ def _record(pool: AlePool, act: Policy, steps: int) -> dict[str, np.ndarray]:
         "ends": np.zeros((n, steps), bool),
     }
     total, resets = np.zeros(n), np.ones(n, bool)
-    for t in track(range(steps), description=f"playing {pool.game.name}", transient=True):
-        if t > 0:
+    for t in track(range(-skipped, steps), description=f"playing {pool.game.name}", transient=True):
+        if t > -skipped:
             pool.send(act(pool.ram, pool.started))
             pool.wait()
         total = np.where(resets, 0, total + pool.reward)
         ends = pool.terminated | pool.truncated
         step = (pool.ram, pool.screen[:, 1], pool.screen[:, 0], total, pool.lives, resets, ends)
-        for array, value in zip(arrays.values(), step, strict=True):
-            array[:, t] = value
+        if t >= 0:
+            for array, value in zip(arrays.values(), step, strict=True):
+                array[:, t] = value
         resets = ends
     return arrays

@@ -5,10 +5,11 @@ Colours are ALE palette indices (0-255), one or several. Where a rule has severa
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
+import jax
 import numpy as np
 
 from ocjax.boxes import WIDTH, Area
@@ -384,6 +385,41 @@ class Shades:
             raise ValueError("each level needs a key and as many colors as the first one")
         for colors in (self.keys, *self.levels):
             _color_set(colors)
+
+
+@dataclass(frozen=True)
+class Saver:
+    """The screen saver that a game shows after some 32,768 or 65,536 frames: each colour is shown as `(color ^ key) & mask`.
+
+    The key changes every few seconds. REM knows it from the RAM, and VEM reads it off a pixel.
+
+    Args:
+        key: function of the address map: the key, int32; -1 while the colours are those of play.
+        pixel: (x, y) of a pixel that has one colour in play, but for moments.
+        color: that colour, or all that it has in play, the usual one first.
+        mask: bits of a colour that the saver keeps. Colours that differ in the others alone are shown as one.
+        taken: the colours for which VEM takes what is shown as one; without an entry, that is the first colour that a rule names.
+        changed: the colours that the saver changes; all without it.
+    """
+
+    key: Callable[[Any], jax.Array]
+    pixel: tuple[int, int]
+    color: Colors
+    mask: int = 0xFF
+    taken: tuple[int, ...] = ()
+    changed: tuple[int, ...] = ()
+
+    @property
+    def colors_in_play(self) -> tuple[int, ...]:
+        """The colours of the pixel."""
+        return _color_set(self.color)
+
+    def __post_init__(self) -> None:
+        x, y = self.pixel
+        _check_area((x, y, x + 1, y + 1))
+        _color_set((*self.colors_in_play, *self.taken, *self.changed))
+        if not 0 < self.mask < 256:
+            raise ValueError(f"mask must be the bits of a palette index, got {self.mask}")
 
 
 def _has_colors(rule: Rule) -> bool:

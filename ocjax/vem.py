@@ -16,6 +16,7 @@ from ocjax.objects import UNKNOWN, UNKNOWN_VALUE, Objects
 from ocjax.vision import palette
 from ocjax.vision.detect import detect
 from ocjax.vision.detected import OWN_COLOR, Detected
+from ocjax.vision.saver import key_of, restored, saved
 
 if TYPE_CHECKING:
     from ocjax.game import Game
@@ -64,11 +65,13 @@ def _needed(game: Game, found: Sequence[Detected]) -> np.ndarray | jax.Array:
 
 
 def _extract(game: Game, frames: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """What is in the slots on uint8 `[B, H, 160]`, and how many objects of each category had no slot, int32 `[B, categories]`.
+    """What is in the slots on uint8 `[B, H, 160]` in the colours of play, and how many objects of each category had no slot.
 
     Slots are one array, which the loop over chunks of a batch writes: int32 `[B, 2, N]` of boxes and values, or `[B, 3, N]` with colours in
-    games that read some from the frame: palette indices, or `OWN_COLOR`.
+    games that read some from the frame: palette indices, or `OWN_COLOR`. The numbers without a slot are int32 `[B, categories]`.
     """
+    if game.saver is not None:
+        frames = restored(frames, game.saver, game.categories)
     found, lanes = detect(game.categories, frames, game.shades), len(frames)
     needed = _needed(game, found)
     box = jnp.where(needed[game.slot_category], _by_slot([f.box for f in found], game, lanes), jnp.uint32(0))
@@ -82,8 +85,8 @@ def _extract(game: Game, frames: jax.Array) -> tuple[jax.Array, jax.Array]:
     return slots, jnp.where(needed, overflow, 0).T
 
 
-def _objects(game: Game, slots: jax.Array) -> Objects:
-    """Objects from the slots that `_extract` returns."""
+def _objects(game: Game, slots: jax.Array, frames: jax.Array) -> Objects:
+    """Objects from the slots that `_extract` returns of some frames."""
     box = slots[:, 0]
     valid = box != 0
     unread = np.array(["value" in c.attributes and not c.reads_value for c in game.categories])[game.slot_category]
@@ -96,6 +99,8 @@ def _objects(game: Game, slots: jax.Array) -> Objects:
         read = slots[:, 2]
         color = jnp.where(read == OWN_COLOR, color, jnp.asarray(palette.packed(game.palette))[read])
     rgb = lax.bitcast_convert_type(jnp.where(valid, color, jnp.uint32(0)), jnp.uint8)[..., :3]
+    if game.saver is not None:
+        rgb = saved(rgb, valid, key_of(frames, game.saver), game.saver, game.palette)
     return Objects(xywh, valid, orientation, value, rgb, game)
 
 
@@ -104,7 +109,7 @@ def extractor_with_overflow(game: Game) -> Callable[[jax.Array], tuple[Objects, 
 
     def extract(frames: jax.Array) -> tuple[Objects, jax.Array]:
         slots, overflow = _xla.in_chunks(lambda chunk: _extract(game, chunk), frames, CHUNK)
-        return _objects(game, slots), overflow
+        return _objects(game, slots, frames), overflow
 
     return jax.jit(extract)
 
@@ -113,7 +118,7 @@ def extractor(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
     """The game's VEM: uint8 `[..., H, 160]` or `[..., H, 160, 3]` -> `Objects`."""
 
     def by_frame(frames: jax.Array) -> Objects:
-        return _objects(game, _xla.in_chunks(lambda chunk: _extract(game, chunk)[0], frames, CHUNK))
+        return _objects(game, _xla.in_chunks(lambda chunk: _extract(game, chunk)[0], frames, CHUNK), frames)
 
     by_index = _xla.any_batch(by_frame, 2, CHUNK)
     to_index = _xla.any_batch(lambda rgb: palette.to_index(rgb, game.palette), 3, CHUNK)

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from ocjax.digits import Digits, hex_font
 from ocjax.game import Game, GameError
 from ocjax.objects import UNKNOWN, UNKNOWN_VALUE
 from ocjax.ram import RamMap, byte
-from ocjax.rules import Blobs, Bounds, ByColor, Category, Cells, Gauge, Runs, display
+from ocjax.rules import Blobs, Bounds, ByColor, Category, Cells, Gauge, Runs, Saver, display
 from ocjax.views import views
 from ocjax.vision import palette
 
@@ -441,6 +442,31 @@ def test_values_by_color():
     value = np.asarray(game.vem(frames).value)
     assert value[0].tolist() == [1, UNKNOWN_VALUE, 1, 1, 0, 0]
     assert value[1].tolist() == [7, UNKNOWN_VALUE, 1, 0, 1, 0]
+
+
+def test_screen_saver():
+    class Saved(RamMap):
+        key = byte(5)
+
+    def decode(m):
+        return {"A": box(20, 50, 4, 4), "B": box(60, 50, 4, 4, color=20)}
+
+    saver = Saver(lambda m: jnp.where(m.key > 0, m.key, -1), (0, 0), 4, mask=0xF7, changed=(4, 14, 20))
+    categories = tuple(Category(n, Blobs((14, 20, 30), (x, 40, x + 40, 60))) for n, x in (("A", 10), ("B", 50)))
+    game = dataclasses.replace(GAME, ram=Saved, categories=categories, decode=decode, saver=saver)
+    frames = np.full((4, 210, 160), 4, np.uint8)
+    frames[:, 50:54, 20:24] = 14
+    frames[:, 50:54, 60:64] = 20
+    frames[:, 100:104, 20:24] = 30
+    keys = np.array([0, 0x40, 0xA2, 0])
+    on = (keys > 0)[:, None, None] & np.isin(frames, saver.changed)
+    shown = np.where(on, (frames ^ keys[:, None, None]) & saver.mask, frames).astype(np.uint8)
+    rams = np.zeros((4, 128), np.uint8)
+    rams[:, 5] = keys
+    for objects in (game.rem(rams), game.vem(shown), jax.vmap(game.rem)(rams), jax.jit(game.vem)(palette.NTSC[shown])):
+        assert objects.xywh.tolist() == [[[20, 50, 4, 4], [60, 50, 4, 4]]] * 4
+        assert np.array_equal(objects.rgb, palette.NTSC[shown[:, 50, [20, 60]]])
+    assert np.array_equal(game.vem(shown[:1]).rgb, palette.NTSC[[[14, 20]]])
 
 
 def test_the_row_off_which_a_color_is_read():

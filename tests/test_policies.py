@@ -168,7 +168,7 @@ def test_play_command(policy, tmp_path):
     with Image.open(gif) as picture:
         assert getattr(picture, "n_frames", 1) > 100
     for arguments, message in (
-        (["play", "Pong", "--policy", "greedy"], "it must be random, repeat, trained, or the path"),
+        (["play", "Pong", "--policy", "greedy"], "it must be random, repeat, idle, seldom, trained, or the path"),
         (["play", "Pong", "--policy", str(DATA / "Pong.npz")], "no layer w0"),
         (["play", "Pong", "--gif", "x.png"], "must end in .gif"),
     ):

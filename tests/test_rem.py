@@ -50,7 +50,7 @@ def boxes():
 
 @pytest.fixture(scope="module")
 def slots():
-    return jax.jit(lambda columns: rem.decode(GAME, columns, range(RAM_SIZE)))(RAMS.T)
+    return jax.jit(lambda columns: rem.decode(GAME, columns, range(RAM_SIZE))[0])(RAMS.T)
 
 
 def test_decode_packs_boxes(boxes, slots):
@@ -61,7 +61,7 @@ def test_decode_packs_boxes(boxes, slots):
 
 
 def test_pack_and_unpack(boxes, slots):
-    rows = rem.pack(GAME, slots, LANES)
+    rows = rem.pack(GAME, slots, None, LANES)
     assert rows.boxes.shape == (GAME.num_slots, LANES)
     assert [v.shape for v in rows.value] == [(3, LANES)]  # Score, Fuel, Tank
     assert set(rows.rgb) == {"Walker"}
@@ -78,5 +78,5 @@ def test_pack_and_unpack(boxes, slots):
 
 
 def test_unpack_drops_the_padding(slots):
-    rows = rem.pack(GAME, slots, LANES)
+    rows = rem.pack(GAME, slots, None, LANES)
     assert rem.unpack(GAME, rows, LANES - 5).valid.shape == (LANES - 5, GAME.num_slots)

@@ -53,7 +53,7 @@ def test_saved_policy(tape, tmp_path):
     path.write_bytes(b"no")
     with pytest.raises(policies.PolicyError, match="not a readable policy"):
         policies.make_policy(str(path), tape.game, 6, 4, 0)
-    with pytest.raises(policies.PolicyError, match="it must be random, repeat, trained, or the path"):
+    with pytest.raises(policies.PolicyError, match="it must be random, repeat, idle, seldom, trained, or the path"):
         policies.make_policy("greedy", tape.game, 6, 4, 0)
 
 

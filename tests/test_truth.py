@@ -48,6 +48,10 @@ RARE = {
 }
 
 
+# The savers of some games show these objects in the colours of what is behind them.
+SHOWN_AS_BACKGROUND = {"ChopperCommand": ("EnemyPlane", "MiniEnemy", "MiniTruck"), "Pitfall": ("Wall",)}
+
+
 @pytest.fixture(scope="session")
 def detected(game, truth):
     """REM's objects, VEM's, and VEM's on the frame before."""
@@ -131,6 +135,25 @@ def test_vem_reads_what_is_shown(game, detected):
             lag = np.abs(rem.value[:, s] - vem.value[:, s])[both]
             if len(lag) > 5:
                 assert (lag <= 2).mean() >= 0.95  # two hundredths of a second are one frame of a clock
+
+
+def test_screen_savers(game):
+    """The recordings show the screen saver, or a screen that is black: REM and VEM report what can be seen, in the colours of the saver."""
+    path = DATA / "savers" / f"{game.name}.npz"
+    if not path.exists():
+        return
+    tape = recordings.read(path, game.name)
+    sources = (game.rem, tape.rams), (game.vem, tape.screens), (game.vem, tape.previous)
+    rem, vem, before = (jax.tree.map(np.asarray, extract(x)) for extract, x in sources)
+    alike = np.isin([c.name for c in game.categories], SHOWN_AS_BACKGROUND.get(game.name, ()))[game.slot_category]
+    rem = dataclasses.replace(rem, valid=rem.valid & ~alike)
+    assert (rem.valid.any() or vem.valid.any()) == (game.name != "Gopher")  # whose screen is black
+    if rem.valid.any():
+        counts = evaluation.agreement(*map(evaluation.detections, (rem, vem, before)))
+        assert counts.sum().f1 >= 0.95  # Seaquest's saver shows a line of the background like the submarine
+    both = rem.valid & vem.valid
+    has_place = np.array([c.has_places for c in game.categories])[game.slot_category]
+    assert np.array_equal(rem.rgb[both & has_place], vem.rgb[both & has_place])
 
 
 def agreement_on(tape):

@@ -1,0 +1,72 @@
+"""Screen savers: the colours of play from those on the screen, and back.
+
+A batch in which no frame shows the saver takes the branch that does nothing.
+"""
+
+from collections.abc import Iterable
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+
+from ocjax.ops import among
+from ocjax.rules import Category, Saver
+from ocjax.vision import palette
+
+PLAY = -1  # in place of a key: the colours are those of play
+
+
+def key_of(frames: jax.Array, saver: Saver) -> jax.Array:
+    """The saver's key on frames uint8 `[B, H, 160]`, int32 `[B]`; `PLAY` where there is no saver."""
+    x, y = saver.pixel
+    shown = frames[:, y, x].astype(jnp.int32)
+    usual = saver.colors_in_play[0]
+    return jnp.where(among(shown, saver.colors_in_play), PLAY, shown ^ (usual & saver.mask))
+
+
+def restored(frames: jax.Array, saver: Saver, categories: Iterable[Category]) -> jax.Array:
+    """Frames uint8 `[B, H, 160]` in the colours of play."""
+    key = key_of(frames, saver)
+    table = jnp.asarray(_colors_of_play(saver, categories))
+
+    def restore() -> jax.Array:
+        in_play = frames ^ key.astype(jnp.uint8)[:, None, None]
+        changes = (key != PLAY)[:, None, None] & jnp.asarray(_changes(saver))[in_play]
+        return jnp.where(changes, table[in_play], frames)
+
+    return lax.cond(jnp.any(key != PLAY), restore, lambda: frames)
+
+
+def _colors_of_play(saver: Saver, categories: Iterable[Category]) -> np.ndarray:
+    """For each colour without the bits that the saver drops, the one for which it is taken; uint8 `[256]`."""
+    table = np.arange(256, dtype=np.uint8)
+    rules = [rule for c in categories for rule in (c.rule, c.otherwise) if rule is not None]
+    for color in (*reversed([color for rule in rules for color in rule.palette]), *saver.taken):
+        table[color & saver.mask] = color
+    return table
+
+
+def _changes(saver: Saver) -> np.ndarray:
+    """Whether the saver changes each colour, bool `[256]`; also of colours without the bits that it drops."""
+    every = np.arange(256)
+    return np.isin(every, [c & bits for c in saver.changed for bits in (saver.mask, 0xFF)]) | (not saver.changed)
+
+
+def saved(rgb: jax.Array, valid: jax.Array, key: jax.Array, saver: Saver, table: np.ndarray) -> jax.Array:
+    """The colours in which objects are shown.
+
+    Args:
+        rgb: their colours in play, uint8 `[B, N, 3]`.
+        valid: bool `[B, N]`.
+        key: int32 `[B]`.
+        saver: of the game.
+        table: the palette, uint8 `[256, 3]`.
+    """
+
+    def change() -> jax.Array:
+        index = palette.to_index(rgb, table).astype(jnp.int32)
+        changes = (key != PLAY)[:, None] & valid & jnp.asarray(_changes(saver))[index]
+        return jnp.where(changes[..., None], palette.to_rgb((index ^ key[:, None]) & saver.mask & 0xFE, table), rgb)
+
+    return lax.cond(jnp.any(key != PLAY), change, lambda: rgb)
