@@ -208,10 +208,11 @@ def test_rows_of_several_dimensions(tmp_path, rams, frames):
     table = parquet.read_table(tmp_path / "out.parquet").to_pandas()
     step, env, _ = np.nonzero(game.rem(ram).valid)
     assert (table.row_0.tolist(), table.row_1.tolist()) == (step.tolist(), env.tolist())
-    np.save(tmp_path / "none.npy", ram[:0])
-    files.extract(tmp_path / "none.npy", tmp_path / "out.h5", "Pong")
-    with h5py.File(tmp_path / "out.h5") as file:
-        assert file["xywh"].shape == (0, 9, game.num_slots, 4)
+    for none in (ram[:0], ram[:, :0]):
+        np.save(tmp_path / "none.npy", none)
+        files.extract(tmp_path / "none.npy", tmp_path / "out.h5", "Pong")
+        with h5py.File(tmp_path / "out.h5") as file:
+            assert file["xywh"].shape == (*none.shape[:2], game.num_slots, 4)
 
 
 def expect_fields(path, objects):

@@ -171,7 +171,7 @@ def _resolve(game: str | Game, hud: bool) -> Game:
 
 def _no_option(name: str) -> TypeError:
     """The error that says which option a name was meant for."""
-    options = list(inspect.signature(make_vec).parameters)
+    options = list(inspect.signature(make_vec).parameters)[:-1]
     close = difflib.get_close_matches(name, options, n=1)
     hint = _OTHER_NAMES.get(name) or (f"did you mean {close[0]}?" if close else "help(ocjax.make_vec) explains all options")
     return TypeError(f"environments of ocjax have no option {name}: {hint}")

@@ -26,10 +26,7 @@ FACTS = ("game", "md5")
 MINARI = "minari:"  # what the name of a Minari dataset begins with
 WIDTH, LEAST_HEIGHT, MOST_HEIGHT = 160, 100, 256  # pixels of a frame
 PNG = b"\x89PNG"
-HUGGING_FACE = (
-    "state.json",
-    "dataset_dict.json",
-)  # files of a folder that `datasets.save_to_disk` has written, of one split and of several
+HUGGING_FACE = ("state.json", "dataset_dict.json")  # one is in every folder that `datasets.save_to_disk` has written
 
 
 class InputError(ValueError):

@@ -118,9 +118,11 @@ def _write_hdf5(blocks: Blocks, file: BinaryIO) -> None:
         n = blocks.game.num_slots
         for name, (dtype, tail) in FIELDS.items():
             shape = (*blocks.batch, n, *tail)
-            entries = min(max(1, HDF5_CHUNK // blocks.inner), blocks.batch[0])
-            storage = {"chunks": (entries, *shape[1:]), "compression": "gzip", "compression_opts": 1}
-            buffer.create_dataset(name, shape, dtype, **(storage if blocks.rows else {}))
+            storage = {}
+            if blocks.rows:
+                entries = min(max(1, HDF5_CHUNK // blocks.inner), blocks.batch[0])
+                storage = {"chunks": (entries, *shape[1:]), "compression": "gzip", "compression_opts": 1}
+            buffer.create_dataset(name, shape, dtype, **storage)
         for first, rows, block in blocks:
             entries = slice(first // blocks.inner, (first + rows) // blocks.inner)
             for name, array in block.padded(rows, blocks.game).items():
