@@ -54,7 +54,7 @@ def write_hdf5(path, data):
 
 def write_zarr(path, data):
     zarr = pytest.importorskip("zarr")
-    zarr.create_group(path, attributes={"game": "Pong"}).create_array("frames", data=data)
+    zarr.create_group(path, attributes={"game": "Pong"}).create_array("frames", shape=data.shape, dtype=data.dtype)[:] = data
 
 
 def columns(data):
