@@ -9,7 +9,7 @@ from typing import Any
 
 import jax
 from jax.experimental.custom_partitioning import custom_partitioning
-from jax.sharding import AxisType, NamedSharding, PartitionSpec
+from jax.sharding import AbstractMesh, AxisType, NamedSharding, PartitionSpec, use_abstract_mesh
 
 
 def by_device(f: Callable[[jax.Array], Any], rank: int) -> Callable[[jax.Array], Any]:
@@ -48,7 +48,12 @@ def _partitioned(f: Callable[[jax.Array], Any], rank: int) -> Callable[[jax.Arra
     def partition(mesh: Any, operands: Any, results: Any) -> tuple[Any, Any, Any, Any]:
         x = operands[0]
         sharding = NamedSharding(x.sharding.mesh, PartitionSpec(*x.sharding.spec[: x.ndim - rank]))
-        return mesh, f, jax.tree.map(lambda _: sharding, results), (sharding,)
+        return mesh, on_one_device, jax.tree.map(lambda _: sharding, results), (sharding,)
+
+    def on_one_device(x: jax.Array) -> Any:
+        # Without it, JAX 0.12 gives new arrays the sharding of a mesh that the caller has set (`jax.set_mesh`).
+        with use_abstract_mesh(AbstractMesh((), ())):
+            return f(x)
 
     divided = custom_partitioning(f)
     divided.def_partition(partition, sharding_rule=rule)

@@ -14,6 +14,8 @@ import numpy as np
 from jax.core import Tracer
 
 from ocjax import rem, vem
+from ocjax._fork import require_threads
+from ocjax._inputs import as_array
 from ocjax.boxes import WIDTH, Box
 from ocjax.objects import Objects
 from ocjax.ram import RAM_SIZE, RamMap
@@ -134,12 +136,15 @@ class Game:
         """Extract objects from RAM; a pure function that works under `jit`, `vmap` and `scan`.
 
         Args:
-            ram: uint8 `[..., 128]`, any batch shape.
+            ram: uint8 `[..., 128]`, any batch shape; an array of JAX or NumPy, or a tensor of PyTorch.
 
         Raises:
             TypeError: `ram` is not uint8.
             ValueError: its last dimension is not 128.
+            RuntimeError: this process was forked from one that had already computed with JAX.
         """
+        require_threads()
+        ram = as_array(ram)
         if not hasattr(ram, "dtype") or ram.dtype != jnp.uint8:
             raise TypeError(f"{self.name}: ram must be a uint8 array, got {getattr(ram, 'dtype', type(ram).__name__)}")
         if ram.ndim == 0 or ram.shape[-1] != RAM_SIZE:
@@ -152,12 +157,15 @@ class Game:
         Args:
             frames: uint8 `[..., H, 160]` of ALE palette indices (`ale.getScreen()`), or uint8 `[..., H, 160, 3]` of RGB. Frames must be the
                 emulator's own, neither max-pooled, resized nor lossily compressed: every colour must be in the palette, which
-                `ocjax.vision.palette.check_rgb` checks.
+                `ocjax.vision.palette.check_rgb` checks. A tensor of PyTorch serves as well.
 
         Raises:
             TypeError: `frames` is not uint8.
             ValueError: the shape is not that of the game's screen, or the channels of RGB frames come first.
+            RuntimeError: this process was forked from one that had already computed with JAX.
         """
+        require_threads()
+        frames = as_array(frames)
         if not hasattr(frames, "dtype") or frames.dtype != jnp.uint8:
             raise TypeError(f"{self.name}: frames must be a uint8 array, got {getattr(frames, 'dtype', type(frames).__name__)}")
         if frames.shape[-2:] != self.screen and frames.shape[-3:] != (*self.screen, 3):

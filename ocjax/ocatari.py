@@ -14,6 +14,7 @@ import jax
 import numpy as np
 from gymnasium.envs.registration import EnvSpec
 
+from ocjax.envs.checks import Uncopied
 from ocjax.envs.hooks import Hook, HookedEmulator, named_hooks
 from ocjax.envs.pool import check_rom
 from ocjax.masks import resize
@@ -65,7 +66,7 @@ DETERMINISTIC = "Deterministic"  # in the names of environments whose frame skip
 _shrink = jax.jit(lambda gray: resize(gray, DQN_SIZE))
 
 
-class OCAtari(gym.Env):
+class OCAtari(Uncopied, gym.Env):
     """An environment of ale-py with the arguments and attributes of OCAtari 2.2.1, whose objects are ocjax's.
 
     `objects` has an entry for each of OCAtari's slots, in its order, with a `NoObject` in
@@ -92,6 +93,7 @@ class OCAtari(gym.Env):
         ModuleNotFoundError: pygame is needed and not installed.
     """
 
+    SAVED = "_clone_state() for _restore_state(), which pickles, and the arguments, which `spec` has"
     metadata = {"render_modes": ["human", "rgb_array"], "render_fps": 30}  # noqa: RUF012  # as Gymnasium declares it
 
     def __init__(

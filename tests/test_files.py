@@ -2,7 +2,9 @@
 
 import gc
 import io
+import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -18,6 +20,7 @@ import ocjax
 from ocjax import files
 from ocjax.cli import app
 from ocjax.files import InputError, extraction, open_input
+from ocjax.vision import palette
 
 FIELDS = ("xywh", "valid", "orientation", "value", "rgb")
 
@@ -51,7 +54,7 @@ def write_hdf5(path, data):
 
 def write_zarr(path, data):
     zarr = pytest.importorskip("zarr")
-    zarr.create_group(path, attributes={"game": "Pong"}).create_array("frames", data=data)
+    zarr.create_group(path, attributes={"game": "Pong"}).create_array("frames", shape=data.shape, dtype=data.dtype)[:] = data
 
 
 def columns(data):
@@ -130,6 +133,136 @@ def test_pictures(tmp_path, pong, frames):
         expect(tmp_path / "out.npz", pong, frames)
 
 
+def write_pictures(folder, pictures, suffix="png"):
+    folder.mkdir()
+    for i, picture in enumerate(pictures):
+        (folder / f"frame_{i}.{suffix}").write_bytes(png(picture))
+    return folder
+
+
+def test_suffixes_may_be_in_upper_case(tmp_path, pong, rams, frames):
+    files.extract(write_pictures(tmp_path / "pong", frames, "PNG"), tmp_path / "out.NPZ")
+    expect(tmp_path / "out.NPZ", pong, frames)
+    np.save(tmp_path / "Pong.npy", rams)
+    (tmp_path / "Pong.npy").rename(tmp_path / "Pong.NPY")
+    files.extract(tmp_path / "Pong.NPY", tmp_path / "out.npz")
+    expect(tmp_path / "out.npz", pong, rams)
+
+
+@pytest.mark.parametrize("name", ["Pong", "Asteroids", "Freeway", "PacMan"])
+def test_pictures_of_palette_indices(tmp_path, name):
+    """Without colours, pictures show `ale.getScreen()`; shades of grey, as of `ale.getScreenGrayscale()`, are refused."""
+    game = ocjax.load(name)
+    screens = excerpt(game.name)["screens"][:12]
+    files.extract(write_pictures(tmp_path / game.name, screens), tmp_path / "out.npz")
+    expect(tmp_path / "out.npz", game, screens)
+    for program, weights in (("ale", [0.2989, 0.587, 0.114]), ("pillow", [0.299, 0.587, 0.114])):
+        gray = np.round(game.palette @ weights).astype(np.uint8)[screens]
+        folder = write_pictures(tmp_path / program, gray)
+        refused(
+            InputError,
+            r"row \d+: the console has no palette index|shades of grey: save the frames in RGB",
+            folder,
+            tmp_path / "a.npz",
+            game.name,
+        )
+
+
+def test_pictures_that_may_be_grey_are_refused(tmp_path):
+    """Black and 170 are a palette index and a shade of grey."""
+    picture = np.zeros((210, 160), np.uint8)
+    picture[100:110, 50:60] = 170
+    assert 170 in np.round(palette.NTSC @ [0.299, 0.587, 0.114])
+    message = "nothing tells whether they show palette indices"
+    refused(InputError, message, write_pictures(tmp_path / "Asteroids", [picture]), tmp_path / "out.npz")
+    picture[0, 0] = 2  # no shade of grey
+    files.extract(write_pictures(tmp_path / "asteroids", [picture]), tmp_path / "out.npz")
+
+
+def test_arrays_of_grey_frames_are_refused(tmp_path, pong):
+    """A grey frame is no frame of palette indices: some shades are odd, and indices are not."""
+    gray = np.round(pong.palette @ [0.2989, 0.587, 0.114]).astype(np.uint8)[excerpt("Pong")["screens"]]
+    np.save(tmp_path / "Pong.npy", gray)
+    refused(InputError, r"Pong\.npy, row 0: the console has no palette index \d+", tmp_path / "Pong.npy", tmp_path / "out.npz")
+
+
+def test_rows_of_several_dimensions(tmp_path, rams, frames):
+    """Of steps and environments; blocks of 16 rows do not divide into 9 environments."""
+    h5py, parquet = pytest.importorskip("h5py"), pytest.importorskip("pyarrow.parquet")
+    pytest.importorskip("zarr")
+    ram = np.concatenate([rams, rams])[:63].reshape(7, 9, 128)
+    for name, data in (("ram", ram), ("screens", frames.reshape(2, 5, 210, 160, 3)), ("deep", ram.reshape(7, 3, 3, 128))):
+        np.save(tmp_path / f"{name}.npy", data)
+        np.savez(tmp_path / f"{name}.npz", obs=data)
+        with h5py.File(tmp_path / f"{name}.h5", "w") as file:
+            file["obs"] = data
+        write_zarr(tmp_path / f"{name}.zarr", data)
+        game = ocjax.load("Pong")
+        for suffix in ("npy", "npz", "h5", "zarr"):
+            files.extract(tmp_path / f"{name}.{suffix}", tmp_path / "out.npz", "Pong")
+            expect_fields(tmp_path / "out.npz", (game.vem if name == "screens" else game.rem)(data))
+        files.extract(tmp_path / f"{name}.h5", tmp_path / "out.hdf5", "Pong")
+        with h5py.File(tmp_path / "out.hdf5") as file:
+            assert np.array_equal(file["xywh"], np.load(tmp_path / "out.npz")["xywh"])
+    files.extract(tmp_path / "ram.npy", tmp_path / "out.parquet", "Pong")
+    table = parquet.read_table(tmp_path / "out.parquet").to_pandas()
+    step, env, _ = np.nonzero(game.rem(ram).valid)
+    assert (table.row_0.tolist(), table.row_1.tolist()) == (step.tolist(), env.tolist())
+    for none in (ram[:0], ram[:, :0]):
+        np.save(tmp_path / "none.npy", none)
+        files.extract(tmp_path / "none.npy", tmp_path / "out.h5", "Pong")
+        with h5py.File(tmp_path / "out.h5") as file:
+            assert file["xywh"].shape == (*none.shape[:2], game.num_slots, 4)
+
+
+def expect_fields(path, objects):
+    with np.load(path) as found:
+        for name in FIELDS:
+            assert np.array_equal(found[name], getattr(objects, name)), name
+
+
+@pytest.mark.parametrize("dtype", ["int16", "int32", "int64", "uint16", "uint32", "uint64", ">i4"])
+def test_integers_of_other_widths(tmp_path, pong, rams, dtype):
+    out = tmp_path / "out.npz"
+    np.save(tmp_path / "Pong.npy", rams.astype(dtype))
+    np.savez_compressed(tmp_path / "Pong.npz", rams=rams.astype(dtype))
+    write_hdf5(tmp_path / "Pong.h5", rams.astype(dtype))
+    for suffix in ("npy", "npz", "h5"):
+        files.extract(tmp_path / f"Pong.{suffix}", out)
+        expect(out, pong, rams)
+    for value in (256, -1)[: 1 if np.dtype(dtype).kind == "u" else 2]:
+        wrong = rams.astype(dtype)
+        wrong[21, 5] = value
+        np.save(tmp_path / "Pong.npy", wrong)
+        refused(InputError, rf"Pong\.npy, row 21, holds {value}: bytes of RAM", tmp_path / "Pong.npy", out)
+        shutil.rmtree(tmp_path / "out.npz.parts")
+
+
+def test_folders_of_the_library_datasets(tmp_path, pong, rams, frames):
+    """Those that `save_to_disk` writes: Arrow files in the order of a list, and a folder for each split."""
+    pa = pytest.importorskip("pyarrow")
+
+    def save(folder, name, parts):
+        folder.mkdir(parents=True)
+        names = [f"data-{k}.arrow" for k in (2, 0, 1)]
+        for file, part in zip(names, parts, strict=False):
+            table = pa.table({"n": list(range(len(part))), name: part})
+            with pa.OSFile(str(folder / file), "wb") as sink, pa.ipc.new_stream(sink, table.schema) as writer:
+                writer.write_table(table, max_chunksize=5)
+        (folder / "state.json").write_text(json.dumps({"_data_files": [{"filename": n} for n in names[: len(parts)]]}))
+
+    save(tmp_path / "one" / "pong", "observations", [rams[:9].tolist(), rams[9:].tolist()])
+    files.extract(tmp_path / "one" / "pong", tmp_path / "out.npz")
+    expect(tmp_path / "out.npz", pong, rams)
+    pictures = [{"bytes": png(frame), "path": None} for frame in frames]
+    save(tmp_path / "two" / "train", "image", [pictures[:3], pictures[3:7], pictures[7:]])
+    (tmp_path / "two" / "dataset_dict.json").write_text('{"splits": ["train"]}')
+    files.extract(tmp_path / "two", tmp_path / "out.npz", "Pong")
+    expect(tmp_path / "out.npz", pong, frames)
+    (tmp_path / "two" / "dataset_dict.json").write_text('{"splits": ["train", "test"]}')
+    refused(InputError, "has the splits train, test: give the folder of one", tmp_path / "two", tmp_path / "out.npz", "Pong")
+
+
 @pytest.mark.filterwarnings("ignore:`:UserWarning", "ignore:Implicitly cleaning up:ResourceWarning")  # in minari
 def test_minari(tmp_path, pong, monkeypatch):
     minari = pytest.importorskip("minari")
@@ -205,6 +338,28 @@ def test_coco_and_mot_are_read_by_their_libraries(tmp_path, rams, pong):
     assert found[["Width", "Height"]].to_numpy().tolist() == objects.xywh[rows, slots, 2:].tolist()
 
 
+def test_yolo(tmp_path, pong, rams, frames):
+    np.save(tmp_path / "Pong.npy", rams)
+    files.extract(tmp_path / "Pong.npy", f"yolo:{tmp_path / 'labels'}")
+    objects = jax.tree.map(np.asarray, pong.rem(rams))
+    found = sorted((tmp_path / "labels" / "labels").iterdir())
+    assert [p.name for p in found] == [f"{i:06}.txt" for i in range(len(rams))]
+    for i, path in enumerate(found):
+        lines = [line.split() for line in path.read_text().splitlines()]
+        valid = objects.valid[i]
+        assert [int(line[0]) for line in lines] == pong.slot_category[valid].tolist()
+        cx, cy, w, h = np.array([line[1:] for line in lines], float).reshape(-1, 4).T * [[160], [210], [160], [210]]
+        np.testing.assert_allclose(np.stack([cx - w / 2, cy - h / 2, w, h], axis=-1), objects.xywh[i][valid], atol=1e-3)
+    text = (tmp_path / "labels" / "data.yaml").read_text().splitlines()
+    assert text[0].startswith(f"# game Pong, md5 {pong.md5}, method rem")
+    assert text[1:] == ["train: images", "val: images", "names:", *(f'  {i}: "{c.name}"' for i, c in enumerate(pong.categories))]
+    files.extract(write_pictures(tmp_path / "pong", frames), f"yolo:{tmp_path / 'b'}", hud=False)
+    assert {p.stem for p in (tmp_path / "b" / "labels").iterdir()} == {f"frame_{i}" for i in range(len(frames))}
+    assert not any(p.name.endswith((".parts", ".tmp")) for p in tmp_path.iterdir())
+    refused(FileExistsError, "exists already", tmp_path / "Pong.npy", f"yolo:{tmp_path / 'b'}")
+    refused(NotADirectoryError, "no folder", tmp_path / "Pong.npy", f"yolo:{tmp_path / 'none' / 'b'}")
+
+
 def test_no_rows(tmp_path):
     pytest.importorskip("h5py")
     pytest.importorskip("pyarrow")
@@ -277,7 +432,7 @@ def test_wrong_inputs_are_refused(tmp_path, rams, frames):
     (tmp_path / "empty").mkdir()
     refused(InputError, "holds no PNG", tmp_path / "empty", out, "Pong")
     np.save(tmp_path / "Pong.npy", rams)
-    refused(ValueError, r"must end in \.npz, .*or be minari:ID", tmp_path / "Pong.npy", tmp_path / "out.csv")
+    refused(ValueError, r"must end in \.npz, .*or be yolo:FOLDER, or minari:ID", tmp_path / "Pong.npy", tmp_path / "out.csv")
     refused(NotADirectoryError, "no folder", tmp_path / "Pong.npy", tmp_path / "none" / "out.npz")
     refused(ocjax.registry.UnknownGameError, "no game 'Chess'", tmp_path / "Pong.npy", out, "Chess")
     np.savez(tmp_path / "a.npz", rams=rams, game="Pong", md5="0" * 32)
@@ -288,7 +443,7 @@ def test_wrong_inputs_are_refused(tmp_path, rams, frames):
     refused(ocjax.UnknownGameError, r"train-0\.npy does not tell its game.*--game", tmp_path / "train-0.npy", out)
     np.savez(tmp_path / "b.npz", x=rams)
     refused(InputError, "has no RAM or frames named rams", tmp_path / "b.npz", out, "Pong")
-    for wrong in (rams.astype(int), rams[:, :127], rams[0], frames[:, :, :80]):
+    for wrong in (rams.astype(np.float32), rams > 9, rams[:, :127], rams[0], frames[:, :, :80]):
         np.save(tmp_path / "wrong.npy", wrong)
         refused(InputError, r"wrong\.npy must be uint8", tmp_path / "wrong.npy", out, "Pong")
     np.save(tmp_path / "high.npy", np.zeros((2, 250, 160), np.uint8))

@@ -49,6 +49,33 @@ def test_boxes_are_clipped_and_zeroed():
     assert not np.asarray(o.rgb)[2].any()
 
 
+class Tensor:
+    """What PyTorch's tensors share with others of their kind."""
+
+    def __init__(self, array):
+        self.array, self.dtype, self.shape, self.ndim = array, f"torch.{array.dtype}", array.shape, array.ndim
+
+    def __dlpack__(self, **options):
+        return self.array.__dlpack__(**options)
+
+    def __dlpack_device__(self):
+        return self.array.__dlpack_device__()
+
+
+def test_tensors_of_pytorch_are_accepted():
+    pong, rng = ocjax.load("Pong"), np.random.default_rng(0)
+    inputs = [(pong.rem, (2, 3, 128)), (pong.rem, (128,)), (pong.vem, (2, 210, 160)), (pong.vem, (1, 210, 160, 3))]
+    for extract, shape in inputs:
+        data = rng.integers(256, size=shape, dtype=np.uint8)
+        for array in (data, data[::-1], np.broadcast_to(data[:1], data.shape)):
+            got, want = extract(Tensor(array)), extract(array)
+            assert all(np.array_equal(getattr(got, name), getattr(want, name)) for name in ("xywh", "valid", "value", "rgb"))
+    with pytest.raises(TypeError, match=r"ram must be a uint8 array, got torch\.int64"):
+        pong.rem(Tensor(np.zeros(128, np.int64)))
+    with pytest.raises(TypeError, match=r"frames must be a uint8 array, got torch\.float32"):
+        pong.vem(Tensor(np.zeros((210, 160), np.float32)))
+
+
 def test_clip_and_where():
     b = box(jnp.array([0, 10, 50]), 5, 8, 8).clip(4, 0, 30, 9)
     assert b.x.tolist() == [4, 10, 50]

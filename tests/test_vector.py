@@ -279,6 +279,83 @@ def test_game_modes_and_difficulties_per_environment():
         ocjax.make_vec("Breakout", 2, game_mode=[0, 3])
     with pytest.raises(ValueError, match="must have one per environment, 2, got 3"):
         ocjax.make_vec("Breakout", 2, game_difficulty=[0, 0, 0])
+    for wrong in (0.0, "0", True, {0}, np.float32(0), np.array(0), [0.0, 4.0], [0, "4"]):
+        with pytest.raises(TypeError, match="game_mode must be an integer, or a sequence with one integer or None per environment, got"):
+            ocjax.make_vec("Breakout", 2, game_mode=wrong)
+        with pytest.raises(TypeError, match="game_difficulty must be an integer"):
+            ocjax.make_vec("Breakout", 2, game_difficulty=wrong)
+
+
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+def test_the_limit_of_steps_is_that_of_gymnasium(mode, actions):
+    """Also where a state is restored in the middle."""
+    limit, options = 23, {"mode": "raw", "repeat_action_probability": 0.0}
+    reference = gymnasium.make("ocjax/Breakout-v5", max_episode_steps=limit, **options)
+    envs = gymnasium.make_vec("ocjax/Breakout-v5", 2, max_episode_steps=limit, autoreset_mode=mode, num_workers=1, **options)
+    want, got = reference.reset(seed=5)[0], envs.reset(seed=[4, 5])[0][1]
+    assert np.array_equal(got, want)
+    steps = ends = 0
+    while ends < 3:
+        a = actions[steps, 0]
+        want, _, terminated, truncated, _ = reference.step(a)
+        got, _, over, cut, info = envs.step(np.array([0, a]))
+        assert (over[1], cut[1]) == (terminated, truncated)
+        assert np.array_equal(info["final_obs"][1] if mode == AutoresetMode.SAME_STEP and truncated else got[1], want)
+        steps += 1
+        if steps == 10:
+            envs.restore_state(envs.clone_state())
+        if truncated:
+            ends += 1
+            assert steps == ends * limit
+            reference.reset()
+            if mode == AutoresetMode.NEXT_STEP:
+                envs.step(np.zeros(2, int))
+            if mode == AutoresetMode.DISABLED:
+                envs.reset(options={"reset_mask": np.array([True, True])})
+    envs.close()
+    with pytest.raises(ValueError, match="max_episode_steps must be an integer of at least 1"):
+        ocjax.make_vec("Breakout", 1, max_episode_steps=0)
+
+
+def test_gymnasium_makes_further_render_modes():
+    """Gymnasium shows or collects the frames of the modes that there are."""
+    for name, size in (("rgb_array", (210, 160, 3)), ("objects", (630, 960, 3))):
+        env = gymnasium.make("ocjax/Pong-v5", render_mode=f"{name}_list")
+        env.reset(seed=0)
+        env.step(0)
+        assert [np.shape(frame) for frame in env.render()] == [size, size]
+        env.close()
+    with pytest.warns(UserWarning, match="The HumanRendering wrapper is being applied"):
+        env = gymnasium.make("ocjax/Pong-v5", render_mode="human")
+    assert isinstance(env, gymnasium.wrappers.HumanRendering)
+    assert (env.render_mode, env.unwrapped.render_mode, env.unwrapped.metadata["render_fps"]) == ("human", "rgb_array", 15)
+    for function in (ocjax.make_vec, make):
+        with pytest.raises(ValueError, match=r"got 'human'; gymnasium\.make, not make_vec, adds 'human' and lists"):
+            function("Pong", render_mode="human")
+
+
+@pytest.mark.parametrize(
+    ("option", "hint"),
+    [
+        ("frameskip", "it is called frame_skip"),
+        ("difficulty", "it is called game_difficulty"),
+        ("max_num_frames_per_episode", "it is called max_episode_frames"),
+        ("obs_type", "it is called obs"),
+        ("continuous", "their actions are discrete"),
+        ("rewardfn", "did you mean reward_fn"),
+        ("colour", r"help\(ocjax.make_vec\)"),
+    ],
+)
+def test_options_that_do_not_exist_are_refused(option, hint):
+    message = f"environments of ocjax have no option {option}: .*{hint}"
+    for function in (ocjax.make_vec, make):
+        with pytest.raises(TypeError, match=message):
+            function("Pong", **{option: 1})
+    for function in (gymnasium.make, gymnasium.make_vec):
+        with pytest.raises(TypeError, match=message):
+            function("ocjax/Pong-v5", **{option: 1})
+    with pytest.raises(ValueError, match=r"mode must be one of .*, got 1; the mode of the game is game_mode"):
+        make("Pong", mode=1)
 
 
 def test_objects_have_ocataris_interface():

@@ -23,7 +23,7 @@ from ocjax.envs import states as saved
 from ocjax.envs._worker import interface
 from ocjax.envs._worker.interface import AUTORESET_MODES, GRAY, NEXT_STEP, POOLED, SCREENS, WorkerConfig
 from ocjax.envs._worker.program import EmulatorBlock
-from ocjax.envs.checks import NOT_RESET, action_array, integer, mask_array, seed_list
+from ocjax.envs.checks import NOT_RESET, action_array, integer, is_integer, mask_array, seed_list
 from ocjax.envs.hooks import Hook, pickled_hooks
 from ocjax.envs.memory import check_memory, shared_memory
 from ocjax.envs.pool import EmulatorPool, Report, action_set, check_rom, load_emulator
@@ -67,7 +67,7 @@ class AlePool(EmulatorPool):
     Raises:
         RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was written for.
         ValueError: an argument is out of range.
-        TypeError: a hook is not a function, or cannot be sent to a worker.
+        TypeError: a hook is not a function, or cannot be sent to a worker; or a mode or difficulty is not an integer.
         MemoryError: there is not enough memory for so many emulators.
         WorkerError: a worker could not be started.
     """
@@ -138,6 +138,7 @@ class AlePool(EmulatorPool):
             frame_skip=s.skip_range,
             repeat_action_probability=s.repeat_action_probability,
             max_episode_frames=s.max_episode_frames,
+            max_episode_steps=s.max_episode_steps,
             noop_max=s.noop_max,
             start_actions=self._start_actions(),
             episodic_life=s.episodic_life,
@@ -152,9 +153,12 @@ class AlePool(EmulatorPool):
         needs_fire = self.actions[1] == ale_py.Action.FIRE and len(self.actions) > 2
         return (1, 2) if self.settings.fire_reset and needs_fire else ()
 
-    def _one_each(self, name: str, value: int | Sequence[int | None] | None, known: Sequence[int]) -> tuple[int | None, ...]:
+    def _one_each(self, name: str, value: Any, known: Sequence[int]) -> tuple[int | None, ...]:
         """The game mode or difficulty of each emulator."""
-        values = [value] * self.num_envs if value is None or isinstance(value, int | np.integer) else list(value)
+        values = [value] * self.num_envs if np.ndim(value) == 0 else list(value)
+        for v in values:
+            if v is not None and not is_integer(v):
+                raise TypeError(f"game_{name} must be an integer, or a sequence with one integer or None per environment, got {value!r}")
         if len(values) != self.num_envs:
             raise ValueError(f"a sequence of {name} values must have one per environment, {self.num_envs}, got {len(values)}")
         for v in values:

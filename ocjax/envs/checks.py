@@ -9,6 +9,20 @@ NOT_RESET = "the environments have not been reset: call reset() before the first
 _LARGEST_SEED = 2**63 - 1  # seeds travel as int64
 
 
+class Uncopied:
+    """Base of classes with emulators, which neither pickle nor copy."""
+
+    SAVED = "clone_state() for restore_state(), States.to_bytes() for a file, and the arguments, which the `spec` of an environment has"
+
+    def __reduce__(self) -> Any:
+        """Say what to save instead.
+
+        Raises:
+            TypeError: always.
+        """
+        raise TypeError(f"{type(self).__name__} cannot be pickled or copied, because its emulators cannot. Save instead: {self.SAVED}")
+
+
 def is_integer(value: Any) -> TypeGuard[int]:
     """Whether a value is a Python or NumPy integer, and not a bool."""
     return isinstance(value, int | np.integer) and not isinstance(value, bool)

@@ -127,7 +127,7 @@ class EnvpoolPool(EmulatorPool):
             reward_clip=False,
             repeat_action_probability=s.repeat_action_probability,
             full_action_space=s.full_action_space,
-            max_episode_steps=s.max_episode_frames // self._frame_skip,
+            max_episode_steps=min(s.max_episode_frames // self._frame_skip, s.max_episode_steps or s.max_episode_frames),
             **self._options,
         )
 
@@ -430,9 +430,13 @@ def _refuse_unsupported(
 
 def _one_for_all(name: str, value: Any) -> int:
     """A game mode or difficulty as envpool takes it."""
-    if value is not None and not isinstance(value, int | np.integer):
+    if value is None:
+        return -1
+    if np.ndim(value) > 0:
         raise ValueError(f"envpool takes one {name} for all environments, got {value}: use backend='ale'")
-    return -1 if value is None else int(value)
+    if not is_integer(value):
+        raise TypeError(f"{name} must be an integer, got {value!r}")
+    return int(value)
 
 
 def _rows(tree: Any, ids: np.ndarray) -> Any:

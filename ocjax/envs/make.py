@@ -1,8 +1,10 @@
 """Functions that make environments: `make_vec` and `make`."""
 
+import difflib
+import inspect
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Any, Literal, Never
 
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.vector import AutoresetMode
@@ -24,6 +26,14 @@ AUTORESET = {
     AutoresetMode.SAME_STEP: SAME_STEP,
     AutoresetMode.DISABLED: DISABLED,
 }
+# Options of ale-py's environments, and what does the same here.
+_OTHER_NAMES = {
+    "frameskip": "it is called frame_skip",
+    "difficulty": "it is called game_difficulty",
+    "max_num_frames_per_episode": "it is called max_episode_frames",
+    "obs_type": "it is called obs, with 'ram' or 'pixels'",
+    "continuous": "their actions are discrete. ocjax.ocatari.OCAtari passes it on to ale-py's environment",
+}
 _VECTOR_ONLY = ("num_envs", "num_workers", "worker_timeout", "autoreset_mode", "backend", "batch_size")  # options that `make` lacks
 
 
@@ -39,6 +49,7 @@ def make_vec(
     frame_skip: int | tuple[int, int] | None = None,
     repeat_action_probability: float | None = None,
     max_episode_frames: int | None = None,
+    max_episode_steps: int | None = None,
     full_action_space: bool | None = None,
     noop_max: int | None = None,
     fire_reset: bool | None = None,
@@ -54,6 +65,7 @@ def make_vec(
     render_mode: str | None = None,
     ram_info: bool = False,
     reward_fn: RewardFunction | None = None,
+    **unknown: Never,
 ) -> ObjectVectorEnv:
     """Make a vector environment: many instances of a game, stepped by worker processes, whose observations are objects.
 
@@ -70,9 +82,10 @@ def make_vec(
         hud: whether score, lives and other display objects are included.
         preset: a named set of settings: "v5" (Gymnasium's, the default), "v4", "deterministic-v4", "noframeskip", "dqn", "machado", or
             "v0", "deterministic-v0" and "noframeskip-v0", which have sticky actions.
-        frame_skip: overrides the preset, as do the next seven options; see `Settings`.
+        frame_skip: overrides the preset, as do the next eight options; see `Settings`.
         repeat_action_probability: see `Settings`.
         max_episode_frames: see `Settings`.
+        max_episode_steps: see `Settings`.
         full_action_space: see `Settings`.
         noop_max: see `Settings`.
         fire_reset: see `Settings`.
@@ -92,6 +105,7 @@ def make_vec(
             one environment, that returns the reward. It is compiled by JAX for the batch. Its result is not clipped,
             and `info["reward"]` is the game's own reward.
             The first step of an episode under next-step autoreset, whose action is ignored, is rewarded with 0.
+        unknown: there are no further options.
 
     Returns:
         The vector environment.
@@ -99,11 +113,14 @@ def make_vec(
     Raises:
         ValueError: the game or an option is unknown, an option contradicts the id, the ROM is the wrong one, a hook is a variation of
             another game, or the backend does not support an option.
-        TypeError: a hook is not a function, or cannot be sent to worker processes; or `reward_fn` is not a function.
+        TypeError: there is no such option, a hook is not a function, or cannot be sent to worker processes, `reward_fn` is not a function,
+            or a game mode or difficulty is not an integer.
         MemoryError: there is not enough memory for so many instances.
         ModuleNotFoundError: the extra `envpool` is not installed.
         WorkerError: a worker process could not be started.
     """
+    for name in unknown:
+        raise _no_option(name)
     if isinstance(game, str):
         preset = preset_of(
             game,
@@ -119,6 +136,7 @@ def make_vec(
         frame_skip=frame_skip,
         repeat_action_probability=repeat_action_probability,
         max_episode_frames=max_episode_frames,
+        max_episode_steps=max_episode_steps,
         full_action_space=full_action_space,
         noop_max=noop_max,
         fire_reset=fire_reset,
@@ -146,9 +164,17 @@ def make_vec(
 
 
 def _resolve(game: str | Game, hud: bool) -> Game:
-    if isinstance(game, str):
+    if not isinstance(game, Game):
         return load(game, hud=hud)
     return game if hud else game.without_hud()
+
+
+def _no_option(name: str) -> TypeError:
+    """The error that says which option a name was meant for."""
+    options = list(inspect.signature(make_vec).parameters)[:-1]
+    close = difflib.get_close_matches(name, options, n=1)
+    hint = _OTHER_NAMES.get(name) or (f"did you mean {close[0]}?" if close else "help(ocjax.make_vec) explains all options")
+    return TypeError(f"environments of ocjax have no option {name}: {hint}")
 
 
 def _make_envpool(*args: Any, **options: Any) -> ObjectVectorEnv:
@@ -162,7 +188,10 @@ def _make_envpool(*args: Any, **options: Any) -> ObjectVectorEnv:
 def _recorded_screens(mode: Mode, obs: Request | None, render_mode: str | None) -> tuple[str, ...]:
     """The pixel arrays that the mode, the observations and rendering need."""
     if render_mode is not None and render_mode not in RENDER_MODES:
-        raise ValueError(f"render_mode must be one of {RENDER_MODES} or None, got {render_mode!r}")
+        raise ValueError(
+            f"render_mode must be one of {RENDER_MODES} or None, got {render_mode!r}; gymnasium.make, not make_vec, adds 'human' and lists "
+            "such as 'rgb_array_list' to them"
+        )
     if render_mode == "objects" and mode == "raw":
         raise ValueError("render_mode 'objects' draws objects, which mode 'raw' does not extract")
     kinds, _ = requested_kinds(mode, obs)
@@ -199,3 +228,7 @@ def make(game: str | Game, **options: Any) -> ObjectEnv:
     assert envs.spec is not None
     env.spec = replace(envs.spec, kwargs={name: value for name, value in envs.spec.kwargs.items() if name not in _VECTOR_ONLY})
     return env
+
+
+# Gymnasium looks here for the modes from which it makes others: "human", "rgb_array_list" and "objects_list".
+vars(make)["metadata"] = {"render_modes": list(RENDER_MODES)}

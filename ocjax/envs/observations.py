@@ -15,6 +15,7 @@ import gymnasium as gym
 import jax
 import jax.numpy as jnp
 import numpy as np
+from gymnasium.vector.utils import create_empty_array
 
 from ocjax import masks
 from ocjax.game import Game
@@ -71,7 +72,10 @@ class Computed(Observation):
     """An observation that is computed from the current snapshot and a carried memory."""
 
     def initial(self, game: Game, mode: str, num_envs: int) -> Any:
-        """The memory before the first observation, a pytree of arrays `[num_envs, ...]`."""
+        """The memory before the first observation, a pytree of NumPy arrays `[num_envs, ...]`.
+
+        Environments are made without a computation by JAX, so that they can be made before processes are forked.
+        """
         return ()
 
     @abstractmethod
@@ -103,6 +107,12 @@ def object_space(game: Game) -> gym.spaces.Dict:
         value=gym.spaces.Box(integers.min, integers.max, (n,), np.int32),
         rgb=gym.spaces.Box(0, 255, (n, 3), np.uint8),
     )
+
+
+def _no_objects(game: Game, num_envs: int) -> Objects:
+    """Empty slots, of batch shape `[num_envs]`, in NumPy's arrays."""
+    fields: Any = create_empty_array(object_space(game), num_envs)
+    return Objects(**fields | {"valid": fields["valid"] != 0}, game=game)
 
 
 @dataclass(frozen=True)
@@ -217,9 +227,7 @@ class Vector(Computed):
     def initial(self, game: Game, mode: str, num_envs: int) -> Any:
         """The memory before the first observation: the previous objects, and the previous states."""
         n = len(self.features_of(game)) // self.history
-        shapes = jax.eval_shape(game.rem, jax.ShapeDtypeStruct((num_envs, 128), jnp.uint8))
-        previous = jax.tree.map(lambda s: jnp.zeros(s.shape, s.dtype), shapes)
-        return previous, jnp.zeros((num_envs, self.history, n), jnp.float32)
+        return _no_objects(game, num_envs), np.zeros((num_envs, self.history, n), np.float32)
 
     def update(self, game: Game, mode: str, snapshot: Snapshot, memory: Any) -> tuple[Any, Any]:
         """The observation and the new memory."""
@@ -281,7 +289,7 @@ class Dqn(Computed):
 
     def initial(self, game: Game, mode: str, num_envs: int) -> Any:
         """The memory before the first observation: the stack."""
-        return jnp.zeros((num_envs, self.stack, *self.size), jnp.uint8)
+        return np.zeros((num_envs, self.stack, *self.size), np.uint8)
 
     def update(self, game: Game, mode: str, snapshot: Snapshot, memory: Any) -> tuple[Any, Any]:
         """The observation and the new memory, which are the same."""
@@ -334,7 +342,7 @@ class Masks(Computed):
 
     def initial(self, game: Game, mode: str, num_envs: int) -> Any:
         """The memory before the first observation: the stack."""
-        return jnp.zeros((num_envs, *self._shape(game)), jnp.uint8)
+        return np.zeros((num_envs, *self._shape(game)), np.uint8)
 
     def update(self, game: Game, mode: str, snapshot: Snapshot, memory: Any) -> tuple[Any, Any]:
         """The observation and the new memory."""
@@ -428,7 +436,7 @@ def requested_kinds(mode: str, obs: Request | None) -> tuple[dict[str, Kind], bo
         ValueError: the mode or an observation is unknown, or objects are requested that mode "raw" does not extract.
     """
     if mode not in MODES:
-        raise ValueError(f"mode must be one of {MODES}, got {mode!r}")
+        raise ValueError(f"mode must be one of {MODES}, got {mode!r}; the mode of the game is game_mode")
     parsed = parse(obs if obs is not None else "ram" if mode == "raw" else "objects")
     kinds = parsed if isinstance(parsed, dict) else {"": parsed}
     for kind in kinds.values():

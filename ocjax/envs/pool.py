@@ -8,6 +8,7 @@ import ale_py
 import numpy as np
 
 from ocjax.envs._worker.interface import EmulatorArrays
+from ocjax.envs.checks import Uncopied
 from ocjax.envs.settings import Settings
 from ocjax.envs.states import States
 from ocjax.game import Game
@@ -16,7 +17,7 @@ from ocjax.rom import read_rom, rom_path
 Report = Callable[[int], None]  # called with the number of emulators that have started
 
 
-class EmulatorPool(ABC):
+class EmulatorPool(Uncopied, ABC):
     """N emulators of one game, with screens of H x W pixels.
 
     A step is `send`, then `wait` or `as_completed`. The arrays are updated in place, so they are valid until the next call.

@@ -22,6 +22,7 @@ class Settings:
         frame_skip: emulated frames per step. With a pair (low, high), each step draws a number from low to high - 1, as in Gymnasium.
         repeat_action_probability: the probability that an emulated frame repeats the previous action ("sticky actions").
         max_episode_frames: emulated frames after which an episode is truncated.
+        max_episode_steps: agent steps of a game after which an episode is truncated; None for no such limit.
         full_action_space: whether all 18 actions are available, rather than the game's minimal set.
         noop_max: a game begins with 1 to `noop_max` no-op frames, drawn at random; 0 for none.
         fire_reset: whether an episode begins with one step of FIRE and one of the next action, in games that need FIRE to begin.
@@ -35,6 +36,7 @@ class Settings:
     frame_skip: int | tuple[int, int] = 4
     repeat_action_probability: float = 0.25
     max_episode_frames: int = 108_000
+    max_episode_steps: int | None = None
     full_action_space: bool = False
     noop_max: int = 0
     fire_reset: bool = False
@@ -51,6 +53,8 @@ class Settings:
             "max_episode_frames": integer("max_episode_frames", self.max_episode_frames, 1, _MOST_EPISODE_FRAMES),
             "noop_max": integer("noop_max", self.noop_max, 0, _MOST_FRAMES),
         }
+        if self.max_episode_steps is not None:
+            checked["max_episode_steps"] = integer("max_episode_steps", self.max_episode_steps, 1, _MOST_EPISODE_FRAMES)
         for name in ("full_action_space", "fire_reset", "clip_rewards", "episodic_life"):
             value = getattr(self, name)
             if not isinstance(value, bool | np.bool):
@@ -70,8 +74,8 @@ class Settings:
         return _FRAMES_PER_SECOND / self.frame_skip if isinstance(self.frame_skip, int) else float(_FRAMES_PER_SECOND)
 
     def to_dict(self) -> dict[str, Any]:
-        """The fields, ready for JSON. `Settings(**fields)` is the inverse."""
-        return dataclasses.asdict(self)
+        """The fields that are not None, ready for JSON. `Settings(**fields)` is the inverse."""
+        return {name: value for name, value in dataclasses.asdict(self).items() if value is not None}
 
 
 def _frame_skip(value: Any) -> int | tuple[int, int]:

@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ocjax._fork import require_threads
 from ocjax.envs.observations import Computed, Kind, Snapshot
 from ocjax.game import Game
 from ocjax.objects import Objects
@@ -48,9 +49,12 @@ def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
             computed[name], new_memory[name] = kind.update(game, mode, snapshot, memory[name])
         return Observed(computed, new_memory, {name: o for name, o in (("rem", rem), ("vem", vem)) if o is not None})
 
-    compiled = jax.jit(compute) if computed_kinds or mode in ("rem", "both") else compute
+    compiles = bool(computed_kinds) or mode in ("rem", "both")
+    compiled = jax.jit(compute) if compiles else compute
 
     def observe(arrays: Mapping[str, Any], memory: dict[str, Any]) -> Observed:
+        if compiles or mode == "vem":
+            require_threads()
         # VEM is compiled alone: with its own options, that takes half as long as within another program. A JAX array is not waited for.
         vem = game.vem(jnp.asarray(arrays["screen"])) if mode in ("vem", "both") else None
         return compiled({name: a for name, a in arrays.items() if name != "screen"}, vem, memory)

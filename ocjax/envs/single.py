@@ -6,13 +6,14 @@ import gymnasium as gym
 import numpy as np
 from gymnasium.vector.utils import iterate
 
+from ocjax.envs.checks import Uncopied
 from ocjax.envs.states import States
 from ocjax.envs.vector import ObjectVectorEnv
 from ocjax.objects import Objects
 from ocjax.views import GameObject
 
 
-class ObjectEnv(gym.Env):
+class ObjectEnv(Uncopied, gym.Env):
     """One instance of a game, stepped in this process. Options and observations are those of `make_vec`.
 
     `gymnasium.make("ocjax/Pong-v5")` makes it, or `ocjax.envs.make` without Gymnasium's wrappers.

@@ -13,7 +13,7 @@ from gymnasium.error import AlreadyPendingCallError, NoAsyncCallError
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from ocjax.envs.checks import NOT_RESET, is_integer, seed_list
+from ocjax.envs.checks import NOT_RESET, Uncopied, is_integer, seed_list
 from ocjax.envs.observations import Computed, Mode, Request, Vector, requested_kinds, required_screens
 from ocjax.envs.pool import EmulatorPool
 from ocjax.envs.progress import start_bar
@@ -29,7 +29,7 @@ _INFO = ("lives", "frame_number", "episode_return", "episode_length")
 _OVER = "over"  # the name in `States` of whose episode ended
 
 
-class ObjectVectorEnv(VectorEnv):
+class ObjectVectorEnv(Uncopied, VectorEnv):
     """N instances of a game whose observations are objects. `make_vec` makes them and explains the options.
 
     Everything that a step returns describes the step's last emulated frame. The returned arrays are not overwritten by later steps. `info`

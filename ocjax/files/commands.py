@@ -19,12 +19,15 @@ def extract(
         str,
         typer.Argument(
             metavar="INPUT",
-            help=".npy, .npz, .h5, .hdf5, .parquet, .arrow or .feather file, .zarr folder, folder of .png pictures, or minari:ID.",
+            help=".npy, .npz, .h5, .hdf5, .parquet, .arrow or .feather file, .zarr folder, folder of .png pictures or of "
+            "datasets.save_to_disk, or minari:ID.",
         ),
     ],
     out: Annotated[
         str,
-        typer.Option(help="Objects: .npz, .h5, .hdf5, .parquet, .json (COCO) or .txt (MOT), or minari:ID for a copy of a Minari dataset."),
+        typer.Option(
+            help="Objects: .npz, .h5, .hdf5, .parquet, .json (COCO), .txt (MOT), yolo:FOLDER, or minari:ID to copy a Minari dataset."
+        ),
     ],
     game: Annotated[str | None, typer.Option(help="Name of the game, if neither the input nor its name tells it.")] = None,
     array: Annotated[

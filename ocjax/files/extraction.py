@@ -4,6 +4,7 @@ import dataclasses
 import functools
 import itertools
 import json
+import math
 import shutil
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -72,9 +73,9 @@ def extract(
 
     Args:
         source: the input; see `open_input`.
-        out: an .npz, .h5, .hdf5 or .parquet file of objects, a .json file in COCO's format, or a .txt file in MOT's; see
-            `ocjax.files.outputs`. An existing file is replaced. If the input is a Minari dataset, also the ID of a new one after "minari:",
-            which is a copy with the fields of `Objects` in its infos.
+        out: an .npz, .h5, .hdf5 or .parquet file of objects, a .json file in COCO's format, a .txt file in MOT's, or a new folder after
+            "yolo:", in YOLO's; see `ocjax.files.outputs`. An existing file is replaced. If the input is a Minari dataset, also the ID of a
+            new one after "minari:", which is a copy with the fields of `Objects` in its infos.
         game: the game's name; needed if neither the input's metadata nor the file's name (`Pong.npy`) tell it.
         array: name of the input's array; see `open_input`.
         hud: whether display objects are included.
@@ -92,6 +93,7 @@ def extract(
     target = _target(str(source), str(out))
     with open_input(source, array) as rows:
         spec = game_of(rows, source, game, hud=hud)
+        check_indices(rows, spec)
         plan = _plan(rows, source, array, spec, method_of(rows, spec), hud=hud)
         _prepare(target.folder, plan)
         blocks = _blocks(rows, spec, plan, target.folder) if ray is None else _blocks_on_cluster(plan, target.folder, ray)
@@ -99,7 +101,7 @@ def extract(
             if report is not None:
                 report(done, rows.rows)
     paths = [_part(target.folder, k) for k in range(plan.blocks)]
-    target.write(outputs.Blocks(spec, plan.method, plan.rows, plan.block_rows, paths))
+    target.write(outputs.Blocks(spec, plan.method, rows.batch, plan.block_rows, paths, rows.stem))
     shutil.rmtree(target.folder)
 
 
@@ -117,6 +119,9 @@ def _target(source: str, out: str) -> _Target:
             raise ValueError(f"only a Minari dataset can be copied to another one with objects, got {source}")
         path = minari.path_of(out)
         return _Target(path.with_name(f".{path.name}.parts"), lambda blocks: minari.copy_with_objects(source, out, blocks))
+    if out.startswith(outputs.YOLO):
+        path = outputs.new_folder(out)
+        return _Target(path.with_name(f"{path.name}.parts"), lambda blocks: outputs.write_yolo(blocks, path))
     path = Path(out)
     writer = outputs.writer(path)
     output.check(path)
@@ -176,18 +181,50 @@ def extractor(game: Game, method: str) -> Callable[[np.ndarray], Objects]:
     return call
 
 
+def check_indices(rows: Input, game: Game) -> None:
+    """Check that pictures without colours, if that is what rows are, show palette indices and not shades of grey.
+
+    They are read until one has a number that no grey picture of the game has. This is mostly the first one.
+
+    Raises:
+        InputError: they are grey, or no picture tells.
+    """
+    if not rows.pictures or len(rows.row_shape) != 2:
+        return
+    shades = game.palette @ [0.299, 0.587, 0.114]
+    is_shade = np.isin(np.arange(256), [np.round(shades), np.floor(shades)])  # programs round differently
+    for i in range(rows.rows):
+        picture = rows.read(i, i + 1)
+        check_colors(picture, game, rows.name, i)
+        if not is_shade[picture].all():
+            return
+    raise InputError(
+        f"{rows.name} holds pictures without colours, and nothing tells whether they show palette indices (ale.getScreen()), as VEM needs "
+        "them, or shades of grey: save the frames in RGB (ale.getScreenRGB())"
+    )
+
+
 def check_colors(frames: np.ndarray, game: Game, name: str, first: int) -> None:
-    """Check that RGB frames have colours of the console only. RAM and palette indices are not checked.
+    """Check that frames have colours of the console only. RAM is not checked.
 
     Args:
-        frames: uint8 `[n, H, 160, 3]`, or others.
+        frames: uint8 `[n, H, 160, 3]` of RGB or `[n, H, 160]` of palette indices, or others.
         game: the game, whose console has the palette.
         name: of the input, for errors.
         first: number of the first row, for errors.
 
     Raises:
-        InputError: a frame has another colour, for example because it was compressed as JPEG, resized, or is the maximum of two.
+        InputError: a frame has another colour, for example because it was compressed as JPEG, resized, is the maximum of two, or grey.
     """
+    if frames.ndim == 3 and not game.pal:  # on PAL consoles, odd indices are shades of grey
+        odd = np.bitwise_or.reduce(frames.reshape(len(frames), -1), axis=1) & 1
+        if odd.any():
+            i = int(odd.argmax())
+            y, x = np.argwhere(frames[i] & 1)[0].tolist()
+            raise InputError(
+                f"{name}, row {first + i}: the console has no palette index {frames[i, y, x]}, which is at column {x}, row {y}: they are "
+                "even. VEM needs palette indices (ale.getScreen()) or RGB (ale.getScreenRGB()), not shades of grey"
+            )
     if frames.ndim != 4:
         return
     wrong = np.asarray(_wrong_colors(game)(frames))
@@ -214,7 +251,9 @@ def _plan(rows: Input, source: str | Path, array: str | None, game: Game, method
     stat = path.stat() if path.is_file() else None
     stamp = (stat.st_size, stat.st_mtime_ns) if stat else (0, 0)
     name = str(path.resolve()) if path.exists() else str(source)
-    return Plan(name, array, rows.rows, stamp, game.name, game.md5, hud, method, BLOCK_ROWS[method], ocjax.__version__)
+    inner = max(1, math.prod(rows.batch[1:]))  # blocks are whole entries of the first dimension
+    block_rows = max(1, BLOCK_ROWS[method] // inner) * inner
+    return Plan(name, array, rows.rows, stamp, game.name, game.md5, hud, method, block_rows, ocjax.__version__)
 
 
 def _prepare(folder: Path, plan: Plan) -> None:

@@ -1,4 +1,4 @@
-"""Inputs: rows of RAM or frames in NumPy, HDF5, Zarr, Parquet, Arrow and Minari data, and in folders of PNG pictures.
+"""Inputs: rows of RAM or frames in NumPy, HDF5, Zarr, Parquet, Arrow and Minari data, and in folders of PNG pictures or Arrow files.
 
 All of them are read in blocks of rows, so that files may be larger than the memory. The libraries that read a format are imported when a
 file of that format is opened (extra `data`).
@@ -7,6 +7,7 @@ file of that format is opened (extra `data`).
 import contextlib
 import importlib
 import io
+import json
 import math
 import re
 import zipfile
@@ -25,6 +26,7 @@ FACTS = ("game", "md5")
 MINARI = "minari:"  # what the name of a Minari dataset begins with
 WIDTH, LEAST_HEIGHT, MOST_HEIGHT = 160, 100, 256  # pixels of a frame
 PNG = b"\x89PNG"
+HUGGING_FACE = ("state.json", "dataset_dict.json")  # one is in every folder that `datasets.save_to_disk` has written
 
 
 class InputError(ValueError):
@@ -37,24 +39,36 @@ class Input(ABC):
     Attributes:
         name: what errors call it.
         rows: number of rows.
+        batch: the dimensions of the rows: `(rows,)`, or several, such as steps and environments. Rows are counted along the last one first.
         row_shape: `(128,)` for RAM, `(H, 160)` for frames of palette indices, `(H, 160, 3)` for RGB frames.
         facts: what it says about itself: perhaps the "game" and the "md5" of its ROM.
+        pictures: whether it consists of pictures, which may show palette indices as shades of grey.
     """
 
     name: str
     rows: int
     row_shape: tuple[int, ...]
     facts: Mapping[str, str]
+    pictures: bool = False
+
+    @property
+    def batch(self) -> tuple[int, ...]:
+        """The dimensions of the rows."""
+        return (self.rows,)
+
+    def stem(self, i: int) -> str:
+        """The name of a row's picture, without its suffix."""
+        return f"{i:06}"
 
     @abstractmethod
     def _read(self, start: int, stop: int) -> np.ndarray:
-        """Rows as uint8 `[stop - start, *row_shape]`. Any exception means that the file is damaged."""
+        """Rows as integers `[stop - start, *row_shape]`. Any exception means that the file is damaged."""
 
     def read(self, start: int, stop: int) -> np.ndarray:
         """Read a block of rows, uint8 `[stop - start, *row_shape]`.
 
         Raises:
-            InputError: they cannot be read, or have another shape or dtype.
+            InputError: they cannot be read, have another shape or dtype, or hold a number that is not from 0 to 255.
         """
         try:
             block = self._read(start, stop)
@@ -62,7 +76,7 @@ class Input(ABC):
             raise
         except Exception as error:  # a damaged file can fail anywhere in the libraries
             raise InputError(f"{self.name}, rows {start} to {stop - 1}, cannot be read: {type(error).__name__}: {error}") from error
-        expected = (stop - start, *self.row_shape)
+        block, expected = _as_bytes(block, self.name, start), (stop - start, *self.row_shape)
         if block.dtype != np.uint8 or block.shape != expected:
             raise InputError(
                 f"{self.name}, rows {start} to {stop - 1}, must be uint8 {list(expected)}, got {block.dtype} {list(block.shape)}"
@@ -73,11 +87,26 @@ class Input(ABC):
         """Close the file."""
 
 
+def _as_bytes(rows: np.ndarray, name: str, first: int) -> np.ndarray:
+    """Rows of integers as uint8; `first` is the number of the first one, for errors. Other arrays are left as they are."""
+    if rows.dtype == np.uint8 or rows.dtype.kind not in "iu" or not rows.size:
+        return rows
+    if rows.min() < 0 or rows.max() > 255:
+        at = np.argwhere((rows < 0) | (rows > 255))[0]
+        raise InputError(f"{name}, row {first + at[0]}, holds {rows[tuple(at)]}: bytes of RAM and of frames are from 0 to 255")
+    return rows.astype(np.uint8)
+
+
 def is_row(shape: Sequence[int]) -> bool:
     """Whether an array's rows of this shape are RAM or frames."""
     if tuple(shape) == (RAM_SIZE,):
         return True
     return len(shape) in (2, 3) and LEAST_HEIGHT <= shape[0] <= MOST_HEIGHT and shape[1] == WIDTH and tuple(shape[2:]) in ((), (3,))
+
+
+def _batch_axes(shape: Sequence[int]) -> int:
+    """The number of an array's first axes that count rows of RAM or frames; 0 if there are no such rows."""
+    return next((k for k in range(1, len(shape)) if is_row(shape[k:])), 0)
 
 
 def _choose(name: str, shapes: Mapping[str, Sequence[int]], wanted: str | None) -> str:
@@ -87,7 +116,7 @@ def _choose(name: str, shapes: Mapping[str, Sequence[int]], wanted: str | None) 
         if wanted not in shapes:
             raise InputError(f"{name} has no array {wanted!r}: it has {there}")
         return wanted
-    found = [key for own in NAMES for key in shapes if key.rpartition("/")[2] == own and is_row(shapes[key][1:])]
+    found = [key for own in NAMES for key in shapes if key.rpartition("/")[2] == own and _batch_axes(shapes[key])]
     if not found:
         raise InputError(f"{name} has no RAM or frames named {', '.join(NAMES)}: it has {there}; name one of them (array)")
     return found[0]
@@ -133,30 +162,46 @@ def _closed_on_error(file: Any) -> Iterator[None]:
         raise
 
 
-class _Array(Input):
+class _Batch(Input):
+    """Rows in an array `[*batch, *row_shape]`."""
+
+    def _set_shape(self, dtype: Any, shape: Sequence[int]) -> None:
+        _check(self.name, dtype, shape)
+        axes = _batch_axes(shape)
+        self._batch, self.row_shape = tuple(map(int, shape[:axes])), tuple(map(int, shape[axes:]))
+        self.rows = math.prod(self._batch)
+
+    @property
+    def batch(self) -> tuple[int, ...]:
+        return self._batch
+
+
+class _Array(_Batch):
     """An array that can be sliced without reading all of it."""
 
     def __init__(self, name: str, array: Any, facts: Mapping[str, str], close: Callable[[], object] = lambda: None) -> None:
         self.name, self._array, self.facts, self._close = name, array, facts, close
-        _check(name, array.dtype, array.shape)
-        self.rows, self.row_shape = int(array.shape[0]), tuple(array.shape[1:])
+        self._set_shape(array.dtype, array.shape)
 
     def _read(self, start: int, stop: int) -> np.ndarray:
-        return np.asarray(self._array[start:stop])
+        inner = math.prod(self._batch[1:])  # rows of one entry of the first axis
+        first = start // inner
+        entries = np.asarray(self._array[first : -(-stop // inner)])
+        return entries.reshape(-1, *self.row_shape)[start - first * inner : stop - first * inner]
 
     def close(self) -> None:
         self._close()
 
 
 def _check(name: str, dtype: Any, shape: Sequence[int]) -> None:
-    if dtype != np.uint8 or not shape or not is_row(shape[1:]):
+    if np.dtype(dtype).kind not in "iu" or not _batch_axes(shape):
         raise InputError(
-            f"{name} must be uint8 [n, {RAM_SIZE}] (RAM), [n, H, {WIDTH}] (frames of palette indices) or [n, H, {WIDTH}, 3] (RGB), "
-            f"got {dtype} {list(shape)}"
+            f"{name} must be uint8 [n, {RAM_SIZE}] (RAM), [n, H, {WIDTH}] (frames of palette indices) or [n, H, {WIDTH}, 3] (RGB), or "
+            f"wider integers from 0 to 255, got {dtype} {list(shape)}"
         )
 
 
-class _Stored(Input):
+class _Stored(_Batch):
     """An array in NumPy's format, of which a file is read row by row.
 
     Args:
@@ -169,11 +214,10 @@ class _Stored(Input):
         self.name, self._file, self.facts = name, file, facts
         with _closed_on_error(file):
             shape, is_fortran, dtype = _header(file)
-            _check(name, dtype, shape)
+            self._set_shape(dtype, shape)
             if is_fortran:
                 raise InputError(f"{name} is stored in Fortran order: store it in C order, row by row")
-            self.rows, self.row_shape = shape[0], shape[1:]
-            self._begin, self._row_bytes = file.tell(), math.prod(self.row_shape)
+            self._dtype, self._begin, self._row_bytes = dtype, file.tell(), math.prod(self.row_shape) * dtype.itemsize
 
     def _read(self, start: int, stop: int) -> np.ndarray:
         self._file.seek(self._begin + start * self._row_bytes)
@@ -181,7 +225,7 @@ class _Stored(Input):
         data = self._file.read(size)
         if len(data) < size:
             raise InputError(f"{self.name} ends in row {start + len(data) // self._row_bytes} of {self.rows}")
-        return np.frombuffer(data, np.uint8).reshape(stop - start, *self.row_shape)
+        return np.frombuffer(data, self._dtype).reshape(stop - start, *self.row_shape)
 
     def close(self) -> None:
         self._file.close()
@@ -248,6 +292,8 @@ class _Blocks(Input):
         self.rows, self._loaded = int(self._ends[-1]), (-1, np.zeros((0, RAM_SIZE), np.uint8))
         first = self._block(0) if self.rows else self._loaded[1]
         _check(name, first.dtype, first.shape)
+        if not is_row(first.shape[1:]):
+            raise InputError(f"{name} must have rows of RAM or frames, got {list(first.shape[1:])}")
         self.row_shape = first.shape[1:]
 
     @abstractmethod
@@ -288,6 +334,7 @@ class _Table(_Blocks):
             raise InputError(f"{path} has no column named {named}: it has {there}")
         self._column, self._load_column = columns[0], load
         super().__init__(f"{path}, {self._column}", sizes)
+        self.pictures = True
 
     def _load(self, k: int) -> np.ndarray:
         return _rows_of(self._load_column(k, self._column), self.name, int(self._ends[k]))
@@ -312,22 +359,19 @@ def _rows_of(column: Any, name: str, first: int) -> np.ndarray:
 
 
 def _stacked(rows: Sequence[np.ndarray], name: str, first: int) -> np.ndarray:
-    """Rows of equal shapes as one array; lists of numbers become uint8 if they fit."""
+    """Rows of equal shapes as one array."""
     for i, row in enumerate(rows):
         if row.shape != rows[0].shape:
             raise InputError(f"{name}, row {first + i}, has the shape {list(row.shape)}, others have {list(rows[0].shape)}")
-    stacked = np.stack(rows)
-    if stacked.dtype.kind in "iu" and stacked.size and stacked.min() >= 0 and stacked.max() <= 255:
-        return stacked.astype(np.uint8)
-    return stacked
+    return np.stack(rows)
 
 
 def _picture(source: bytes | Path) -> np.ndarray:
-    """An RGB picture, uint8 `[H, W, 3]`."""
+    """A picture: RGB, uint8 `[H, W, 3]`, or without colours, uint8 `[H, W]`, whose numbers are taken as palette indices."""
     with Image.open(io.BytesIO(source) if isinstance(source, bytes) else source) as image:
-        if image.mode not in ("RGB", "P", "RGBA"):
-            raise ValueError(f"pictures must have colours, got mode {image.mode}")
-        return np.asarray(image.convert("RGB"))
+        if image.mode not in ("RGB", "P", "RGBA", "L"):
+            raise ValueError(f"pictures must be RGB, or palette indices of 8 bits, got mode {image.mode}")
+        return np.asarray(image if image.mode == "L" else image.convert("RGB"))
 
 
 def _open_parquet(path: Path, wanted: str | None) -> Input:
@@ -337,28 +381,55 @@ def _open_parquet(path: Path, wanted: str | None) -> Input:
 
 
 def _open_arrow(path: Path, wanted: str | None) -> Input:
+    return _arrow_input(path, [path], wanted)
+
+
+def _arrow_input(path: Path, files: Sequence[Path], wanted: str | None) -> Input:
+    """The tables of Arrow files, one after the other; `path` is what errors name."""
+    tables = [_arrow_table(file) for file in files]
+    batches = [batch for table in tables for batch in table.to_batches()]
+    return _Table(path, [b.num_rows for b in batches], lambda k, column: batches[k].column(column), tables[0].schema, wanted)
+
+
+def _arrow_table(path: Path) -> Any:
     pa = require("pyarrow")
     mapped = pa.memory_map(str(path))
     try:
-        table = pa.ipc.open_file(mapped).read_all()
+        return pa.ipc.open_file(mapped).read_all()
     except pa.ArrowInvalid:
         mapped.seek(0)
-        table = pa.ipc.open_stream(mapped).read_all()
-    batches = table.to_batches()
-    return _Table(path, [b.num_rows for b in batches], lambda k, column: batches[k].column(column), table.schema, wanted)
+        return pa.ipc.open_stream(mapped).read_all()
+
+
+def _open_hugging_face(path: Path, wanted: str | None) -> Input:
+    """A folder that `datasets.save_to_disk` has written, of a dataset or of a dictionary with one dataset."""
+    several = path / "dataset_dict.json"
+    if several.exists():
+        splits = json.loads(several.read_text(encoding="utf-8"))["splits"]
+        if len(splits) != 1:
+            raise InputError(f"{path} has the splits {', '.join(splits)}: give the folder of one of them, such as {path / splits[0]}")
+        return _open_hugging_face(path / splits[0], wanted)
+    files = json.loads((path / "state.json").read_text(encoding="utf-8"))["_data_files"]
+    return _arrow_input(path, [path / file["filename"] for file in files], wanted)
 
 
 class _Pictures(Input):
     """A folder of PNG pictures, in the natural order of their names."""
 
+    pictures = True
+
     def __init__(self, path: Path, wanted: str | None) -> None:
         self.name, self.facts = str(path), {}
-        self._files = sorted(path.glob("*.png"), key=lambda p: [int(t) if t.isdigit() else t for t in re.split(r"(\d+)", p.name)])
+        files = [p for p in path.iterdir() if p.suffix.lower() == ".png"]
+        self._files = sorted(files, key=lambda p: [int(t) if t.isdigit() else t for t in re.split(r"(\d+)", p.name)])
         if not self._files:
             raise InputError(f"{path} holds no PNG pictures")
         self.rows, first = len(self._files), self._picture(0)
         _check(str(self._files[0]), first.dtype, (1, *first.shape))
         self.row_shape = first.shape
+
+    def stem(self, i: int) -> str:
+        return self._files[i].stem
 
     def _picture(self, i: int) -> np.ndarray:
         try:
@@ -408,8 +479,8 @@ def open_input(path: str | Path, array: str | None = None) -> Iterator[Input]:
     """Open RAM or frames.
 
     Args:
-        path: an .npy, .npz, .h5, .hdf5, .parquet, .arrow or .feather file, a .zarr folder, a folder of .png pictures, or the ID of a Minari
-            dataset after "minari:".
+        path: an .npy, .npz, .h5, .hdf5, .parquet, .arrow or .feather file, a .zarr folder, a folder of .png pictures or of
+            `datasets.save_to_disk`, or the ID of a Minari dataset after "minari:".
         array: name of the array, dataset or column; by default the first of rams, ram, screens, frames, observations and obs that holds RAM
             or frames.
 
@@ -432,12 +503,16 @@ def _open(name: str, array: str | None) -> Input:
     try:
         if name.startswith(MINARI):
             return _Minari(name, array)
-        if path.suffix in _OPENERS:
-            return _OPENERS[path.suffix](path, array)
+        if path.suffix.lower() in _OPENERS:
+            return _OPENERS[path.suffix.lower()](path, array)
+        if any((path / name).exists() for name in HUGGING_FACE):
+            return _open_hugging_face(path, array)
         if path.is_dir():
             return _Pictures(path, array)
     except InputError:
         raise
     except Exception as error:  # a damaged file can fail anywhere in the libraries
         raise InputError(f"{name} cannot be read: {type(error).__name__}: {error}") from error
-    raise InputError(f"{name} is of no known format: give {', '.join(_OPENERS)}, a folder of .png pictures, or {MINARI}ID")
+    raise InputError(
+        f"{name} is of no known format: give {', '.join(_OPENERS)}, a folder of .png pictures or of datasets.save_to_disk, or {MINARI}ID"
+    )

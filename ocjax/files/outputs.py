@@ -5,13 +5,20 @@
 - `.parquet`: a line per object with the columns row, category, index (within the category), x, y, w, h, orientation, value, r, g, b, hud.
 - `.json`: COCO's format for detection, with a picture `000000.png` per row, and without the values.
 - `.txt`: MOT's format: frame and slot from 1 on, left, top, width, height, confidence 1, category from 1 on, visibility 1.
+- `yolo:FOLDER`: YOLO's format: `labels/000000.txt` per row, or with the name of the row's picture, with a line per object: category from 0
+  on, and the centre, width and height in units of the screen's; and `data.yaml` with the names of the categories.
 
 All but MOT's also name the game, the md5 of its ROM, the method and the version of ocjax. Equal objects give equal bytes.
+
+Where rows have several dimensions, such as steps and environments, fields have them, too, and `.parquet` has columns row_0, row_1, ...
+instead of row. The other formats count rows along the last dimension first.
 """
 
 import dataclasses
 import io
 import json
+import math
+import shutil
 import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -19,6 +26,7 @@ from typing import BinaryIO
 
 import numpy as np
 
+from ocjax import output
 from ocjax.files.blocks import Block
 from ocjax.files.inputs import MINARI, require
 from ocjax.game import Game
@@ -31,6 +39,7 @@ FIELDS: Mapping[str, tuple[type, tuple[int, ...]]] = {
     "rgb": (np.uint8, (3,)),
 }
 HDF5_CHUNK = 1024  # rows
+YOLO = "yolo:"  # what the name of a folder of labels begins with
 
 
 @dataclasses.dataclass(frozen=True)
@@ -40,16 +49,28 @@ class Blocks:
     Args:
         game: the game, whose slots are written.
         method: "rem" or "vem".
-        rows: number of rows in all blocks.
+        batch: the dimensions of the rows in all blocks.
         block_rows: rows of each block but the last.
         paths: of the blocks.
+        stem: the name of a row's picture, without its suffix.
     """
 
     game: Game
     method: str
-    rows: int
+    batch: tuple[int, ...]
     block_rows: int
     paths: Sequence[Path]
+    stem: Callable[[int], str]
+
+    @property
+    def rows(self) -> int:
+        """Number of rows in all blocks."""
+        return math.prod(self.batch)
+
+    @property
+    def inner(self) -> int:
+        """Number of rows of an entry of the first dimension; blocks hold whole entries."""
+        return math.prod(self.batch[1:])
 
     def __iter__(self) -> Iterator[tuple[int, int, Block]]:
         """Each block with its first row and its number of rows."""
@@ -84,7 +105,7 @@ def _write_npz(blocks: Blocks, file: BinaryIO) -> None:
 
         for name, (dtype, tail) in FIELDS.items():
             padded = (block.padded(rows, blocks.game)[name] for _, rows, block in blocks)
-            member(name, np.zeros(0, dtype), (blocks.rows, blocks.game.num_slots, *tail), padded)
+            member(name, np.zeros(0, dtype), (*blocks.batch, blocks.game.num_slots, *tail), padded)
         single = {"categories": np.array(blocks.slot_names), "hud": blocks.game.slot_hud}
         for name, value in (single | {k: np.array(v) for k, v in blocks.facts.items()}).items():
             member(name, value, value.shape, iter([value]))
@@ -96,12 +117,16 @@ def _write_hdf5(blocks: Blocks, file: BinaryIO) -> None:
     with buffer:
         n = blocks.game.num_slots
         for name, (dtype, tail) in FIELDS.items():
-            shape = (blocks.rows, n, *tail)
-            storage = {"chunks": (min(HDF5_CHUNK, blocks.rows), *shape[1:]), "compression": "gzip", "compression_opts": 1}
-            buffer.create_dataset(name, shape, dtype, **(storage if blocks.rows else {}))
+            shape = (*blocks.batch, n, *tail)
+            storage = {}
+            if blocks.rows:
+                entries = min(max(1, HDF5_CHUNK // blocks.inner), blocks.batch[0])
+                storage = {"chunks": (entries, *shape[1:]), "compression": "gzip", "compression_opts": 1}
+            buffer.create_dataset(name, shape, dtype, **storage)
         for first, rows, block in blocks:
+            entries = slice(first // blocks.inner, (first + rows) // blocks.inner)
             for name, array in block.padded(rows, blocks.game).items():
-                buffer[name][first : first + rows] = array
+                buffer[name][entries] = array.reshape(-1, *blocks.batch[1:], *array.shape[1:])
         buffer["categories"], buffer["hud"] = blocks.slot_names, blocks.game.slot_hud
         buffer.attrs.update(blocks.facts)
 
@@ -117,11 +142,21 @@ def _write_parquet(blocks: Blocks, file: BinaryIO) -> None:
         | {"orientation": pa.int8(), "value": pa.int32()}
         | dict.fromkeys("rgb", pa.uint8())
     )
-    fields = [("row", pa.int64()), ("category", pa.dictionary(pa.int32(), pa.string())), *numbers.items(), ("hud", pa.bool_())]
+    rows = ["row"] if len(blocks.batch) == 1 else [f"row_{i}" for i in range(len(blocks.batch))]
+    fields = [
+        *((name, pa.int64()) for name in rows),
+        ("category", pa.dictionary(pa.int32(), pa.string())),
+        *numbers.items(),
+        ("hud", pa.bool_()),
+    ]
     schema = pa.schema(fields, metadata=blocks.facts)
     with parquet.ParquetWriter(file, schema, compression="zstd", use_dictionary=["category"]) as writer:
         for first, _, block in blocks:
-            columns = [block.row + first, pa.DictionaryArray.from_arrays(category[block.slot], names), index[block.slot]]
+            columns = [
+                *np.unravel_index(block.row + first, blocks.batch),
+                pa.DictionaryArray.from_arrays(category[block.slot], names),
+                index[block.slot],
+            ]
             columns += [*block.xywh.T, block.orientation, block.value, *block.rgb.T, np.asarray(blocks.game.slot_hud)[block.slot]]
             arrays = [a if isinstance(a, pa.Array) else pa.array(a, t.type) for a, t in zip(columns, schema, strict=True)]
             writer.write_table(pa.Table.from_arrays(arrays, schema=schema))
@@ -158,6 +193,47 @@ def _write_mot(blocks: Blocks, file: BinaryIO) -> None:
         file.write((line * len(ones) % tuple(numbers_of_lines)).encode())  # five times as fast as numpy.savetxt
 
 
+def new_folder(name: str) -> Path:
+    """The folder for labels in YOLO's format.
+
+    Args:
+        name: its path after "yolo:".
+
+    Raises:
+        OSError: it exists, or cannot be made.
+    """
+    path = Path(name.removeprefix(YOLO))
+    if path.exists():
+        raise FileExistsError(f"{path} exists already: delete it, or name a new folder")
+    output.check(path)
+    return path
+
+
+def write_yolo(blocks: Blocks, folder: Path) -> None:
+    """Write a new folder, completely or not at all."""
+    unfinished = folder.with_name(f".{folder.name}.tmp")
+    shutil.rmtree(unfinished, ignore_errors=True)
+    (unfinished / "labels").mkdir(parents=True)
+    facts = ", ".join(f"{name} {value}" for name, value in blocks.facts.items())
+    names = "".join(f"  {i}: {json.dumps(c.name)}\n" for i, c in enumerate(blocks.game.categories))
+    (unfinished / "data.yaml").write_text(f"# {facts}\ntrain: images\nval: images\nnames:\n{names}", encoding="utf-8")
+    for first, rows, block in blocks:
+        ends = np.searchsorted(block.row, np.arange(rows + 1))
+        lines = _yolo_lines(block, blocks.game)
+        for i in range(rows):
+            path = unfinished / "labels" / f"{blocks.stem(first + i)}.txt"
+            with path.open("x", encoding="utf-8") as file:  # an error if two pictures differ in their suffixes alone
+                file.writelines(lines[ends[i] : ends[i + 1]])
+    unfinished.replace(folder)
+
+
+def _yolo_lines(block: Block, game: Game) -> list[str]:
+    """A line for each object of a block."""
+    (height, width), (x, y, w, h) = game.screen, block.xywh.T.astype(np.float64)
+    columns = (game.slot_category[block.slot], (x + w / 2) / width, (y + h / 2) / height, w / width, h / height)
+    return [f"{c} {x:.6f} {y:.6f} {w:.6f} {h:.6f}\n" for c, x, y, w, h in zip(*(a.tolist() for a in columns), strict=True)]
+
+
 Writer = Callable[[Blocks, BinaryIO], None]
 WRITERS: Mapping[str, Writer] = {
     ".npz": _write_npz,
@@ -175,9 +251,12 @@ def writer(path: Path) -> Writer:
     Raises:
         InputError: a ValueError; there is none, or its library is missing.
     """
-    if path.suffix not in WRITERS:
-        raise ValueError(f"the output must end in {', '.join(WRITERS)}, or be {MINARI}ID for a copy of a Minari dataset, got {path}")
+    suffix = path.suffix.lower()
+    if suffix not in WRITERS:
+        raise ValueError(
+            f"the output must end in {', '.join(WRITERS)}, or be {YOLO}FOLDER, or {MINARI}ID for a copy of a Minari dataset, got {path}"
+        )
     for suffixes, module in (((".h5", ".hdf5"), "h5py"), ((".parquet",), "pyarrow")):
-        if path.suffix in suffixes:
+        if suffix in suffixes:
             require(module)  # before the work, not after it
-    return WRITERS[path.suffix]
+    return WRITERS[suffix]

@@ -238,7 +238,7 @@ class Emulator:
         self.change(Event.END_GAME if game_over else Event.LOSE_LIFE)
         if game_over:
             shown.terminated[i] |= self.ale.game_over(with_truncation=False)
-            shown.truncated[i] = self.ale.game_truncated()
+            shown.truncated[i] = self.ale.game_truncated() or shown.episode_length[i] >= (self.config.max_episode_steps or math.inf)
         if self.config.autoreset == SAME_STEP:
             self.record_final()
             result = shown.reward[i], shown.terminated[i], shown.truncated[i]

@@ -40,6 +40,7 @@ class WorkerConfig:
     frame_skip: tuple[int, int]  # fewest emulated frames per step, and one more than the most
     repeat_action_probability: float
     max_episode_frames: int
+    max_episode_steps: int | None
     noop_max: int
     start_actions: tuple[int, ...]  # indices of the actions that each episode starts with, one step each
     episodic_life: bool

@@ -1,6 +1,7 @@
 """The loop of a worker process, and the block of environments that it steps."""
 
 import contextlib
+import math
 import mmap
 import os
 import pickle
@@ -28,6 +29,7 @@ class EmulatorBlock:
 
     def __init__(self, config: WorkerConfig, shown: EmulatorArrays, commands: CommandArrays) -> None:
         self.shown, self.commands, self.autoreset, self.episodic_life = shown, commands, config.autoreset, config.episodic_life
+        self.max_steps = config.max_episode_steps or math.inf
         hooks = _load_hooks(config.hooks)
         self.rows = slice(*config.block)
         self.emulators = [Emulator(i, config, shown, commands, hooks, _load_hooks(config.starts[i])) for i in range(*config.block)]
@@ -84,6 +86,7 @@ class EmulatorBlock:
         shown.frame_number[rows] = [ale.getEpisodeFrameNumber() for ale in ales]
         shown.episode_return[rows] += rewards
         shown.episode_length[rows] += 1
+        game_over |= shown.episode_length[rows] >= self.max_steps
         for e, ale in zip(self.emulators, ales, strict=True):
             ale.getRAM(e.ram)
             e.show_screens()

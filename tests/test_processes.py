@@ -1,0 +1,138 @@
+"""Environments and extraction in processes that are forked or spawned, and environments that are pickled or copied."""
+
+import copy
+import pickle
+import subprocess
+import sys
+import textwrap
+
+import cloudpickle
+import gymnasium
+import numpy as np
+import pytest
+
+import ocjax
+from ocjax.envs import AlePool, make
+from ocjax.ocatari import OCAtari
+
+COMPUTE = "import numpy as np; ocjax.load('Pong').rem(np.zeros(128, np.uint8))"  # JAX's threads run from here on
+REFUSAL = "forked from one that had already computed with JAX"
+SPAWN = "context='spawn'"
+
+
+def run(code, *arguments, seconds=120):
+    """The output and the errors of a program in a process of its own, which ends in time. JAX warns about forks."""
+    command = [sys.executable, "-W", "ignore", "-c", textwrap.dedent(code), *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=seconds)
+    return done.stdout, done.stderr
+
+
+def test_making_environments_does_not_start_jax():
+    out, errors = run("""
+        import gymnasium, ocjax
+        from jax._src import xla_bridge
+        from ocjax.envs.observations import NAMES
+        from ocjax.ocatari import OCAtari
+        games = [ocjax.load(name, hud=hud) for name in ocjax.games() for hud in (True, False)]
+        for mode in ("rem", "vem", "both"):
+            gymnasium.make("ocjax/Pong-v5", mode=mode, obs=list(NAMES), render_mode="objects")
+            ocjax.make_vec("Pong", 2, mode=mode, obs=list(NAMES), num_workers=0, reward_fn=lambda before, after, action: 0.0)
+        for mode in ("ram", "vision", "both"):
+            OCAtari("Pong", mode=mode, obs_mode="dqn")
+        print(len(games), xla_bridge.backends_are_initialized())
+    """)
+    assert out.split() == [str(2 * len(ocjax.games())), "False"], errors
+
+
+FORKS = """
+    import sys, gymnasium, ocjax
+    from gymnasium.vector import AsyncVectorEnv
+    from ocjax.ocatari import OCAtari
+    before, made = sys.argv[1:]
+    exec(before)
+    envs = eval(made)
+    envs.reset(seed=0)
+    observation = envs.step(envs.action_space.sample())[0]
+    envs.close()
+    print("stepped")
+"""
+MADE = [
+    "gymnasium.make_vec('ocjax/Pong-v5', num_envs=2, vectorization_mode='async', obs='vector')",
+    "AsyncVectorEnv([lambda: gymnasium.make('ocjax/Pong-v5', obs=('objects', 'dqn', 'planes'))] * 2)",
+    "AsyncVectorEnv([lambda: OCAtari('Pong', obs_mode='dqn')] * 2)",
+]
+
+
+@pytest.mark.parametrize("made", MADE)
+def test_environments_run_in_forked_processes(made):
+    out, errors = run(FORKS, "", made)
+    assert out == "stepped\n", errors
+
+
+@pytest.mark.parametrize("made", MADE)
+def test_forked_processes_say_that_jax_does_not_work_in_them(made):
+    out, errors = run(FORKS, COMPUTE, made)
+    assert out == ""
+    assert REFUSAL in errors
+    assert SPAWN in errors
+
+
+def test_what_needs_no_jax_runs_in_forked_processes_all_the_same():
+    out, errors = run(FORKS, COMPUTE, "AsyncVectorEnv([lambda: gymnasium.make('ocjax/Pong-v5', mode='raw', obs=('pixels', 'ram'))] * 2)")
+    assert out == "stepped\n", errors
+
+
+def test_extraction_is_refused_in_forked_processes():
+    """Also in their own forked children."""
+    code = """
+        import os, sys, numpy as np, ocjax
+        game = ocjax.load("Pong")
+        game.rem(np.zeros(128, np.uint8))
+        if os.fork() == 0 and os.fork() == 0:
+            for extract, shape in ((game.rem, (3, 128)), (game.vem, (210, 160)), (game.vem, (2, 210, 160, 3))):
+                try:
+                    extract(np.zeros(shape, np.uint8))
+                except RuntimeError as error:
+                    print(error, flush=True)
+            os._exit(0)
+        os._exit(0)
+    """
+    out, errors = run(code)
+    assert out.count(REFUSAL) == 3, errors
+
+
+def test_environments_run_in_spawned_processes():
+    vectorized = "gymnasium.make_vec('ocjax/Pong-v5', num_envs=2, vectorization_mode='async', vector_kwargs={'context': 'spawn'})"
+    out, errors = run(FORKS, COMPUTE, vectorized)
+    assert out == "stepped\n", errors
+    out, errors = run(FORKS, COMPUTE, "AsyncVectorEnv([lambda: gymnasium.make('ocjax:ocjax/Pong-v5')] * 2, context='spawn')")
+    assert out == "stepped\n", errors
+
+
+@pytest.mark.parametrize("function", [pickle.dumps, cloudpickle.dumps, copy.deepcopy, copy.copy])
+def test_pickles_and_copies_of_environments_are_refused(function):
+    made = [ocjax.make_vec("Pong", 2, num_workers=1), make("Pong"), OCAtari("Pong"), AlePool(ocjax.load("Pong"), 1, num_workers=0)]
+    for env in made:
+        env.reset()
+        with pytest.raises(TypeError, match=rf"{type(env).__name__} cannot be pickled or copied.* Save instead: \w*clone_state\(\)"):
+            function(env)
+        env.close()
+
+
+def test_what_to_save_instead_of_environments_restores_them():
+    envs = ocjax.make_vec("Pong", 2, num_workers=0)
+    envs.reset(seed=0)
+    envs.step(np.array([2, 3]))
+    states, spec = pickle.loads(pickle.dumps((envs.clone_state().to_bytes(), envs.spec)))
+    again = gymnasium.make_vec(spec)
+    again.reset()
+    again.unwrapped.restore_state(ocjax.envs.States.from_bytes(states))
+    for _ in range(3):
+        assert np.array_equal(envs.step(np.array([2, 3]))[0]["xywh"], again.step(np.array([2, 3]))[0]["xywh"])
+    single = OCAtari("Pong")
+    single.reset(seed=0)
+    state, spec = pickle.loads(pickle.dumps((single._clone_state(), single.spec)))
+    copied = gymnasium.make(spec)
+    copied.reset()
+    copied.unwrapped._restore_state(state)
+    assert np.array_equal(copied.unwrapped.get_ram(), single.get_ram())
