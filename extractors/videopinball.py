@@ -238,7 +238,7 @@ GAME = Game(
     md5=ROM.md5,
     ram=Ram,
     decode=decode,
-    saver=Saver(_saver_key, (158, 190), FLASHING[:8], mask=0xF7),
+    saver=Saver(_saver_key, (158, 190), FLASHING[:9], mask=0xF7),
     shades=BY_FLASH,
     categories=(
         Category("Ball", BALL, doc="the ball"),
