@@ -373,7 +373,7 @@ class Shades:
     Args:
         pixel: (x, y) of a pixel whose colour tells the level.
         keys: its colour at each level; at any other colour the first level's colours count.
-        levels: the colours at each level, always in the same order.
+        levels: the colours at each level, always in the same order. An odd index stands for a colour that the level does not have.
     """
 
     pixel: tuple[int, int]

@@ -78,12 +78,17 @@ def bounding_box(pixels):
     return int(xs.min()), int(ys.min()), int(np.ptp(xs)) + 1, int(np.ptp(ys)) + 1
 
 
+def packed_bits(mask):
+    """A mask of one frame, bool `[H, W]`, as a bitmap."""
+    return bitmap.planes(2 * jnp.asarray(mask, jnp.uint8)[None])[0]
+
+
 @functools.cache
 def compiled(searches):
     @jax.jit
     def run(frames):
         planes = bitmap.planes(frames)
-        return components([bitmap.color_mask(planes, (i + 1,)) for i in range(len(searches))], searches, heads=True)
+        return components([bitmap.color_mask(planes, (2 * i + 2,)) for i in range(len(searches))], searches, heads=True)
 
     return run
 
@@ -92,8 +97,8 @@ def check(masks, searches):
     """Several masks of one frame (disjoint), several frames at once."""
     frames = np.zeros(masks[0].shape, np.uint8)
     for i, m in enumerate(masks):
-        frames[m] = i + 1
-    masks = [frames == i + 1 for i in range(len(masks))]
+        frames[m] = 2 * i + 2
+    masks = [frames == 2 * i + 2 for i in range(len(masks))]
     found = jax.tree.map(np.asarray, compiled(searches)(jnp.asarray(frames)))
     for mask, search, boxes in zip(masks, searches, found, strict=True):
         for b in range(len(frames)):
@@ -262,9 +267,9 @@ def test_lines_are_left_out(most):
     slanting, short = np.zeros_like(fish), np.zeros_like(fish)
     slanting[np.arange(20), 30 + np.arange(20) // 3] = True
     short[4:8, 60] = True
-    packed = bitmap.planes(jnp.asarray(fish | slanting | short, jnp.uint8)[None])[0]
+    packed = packed_bits(fish | slanting | short)
     kept = fish | (slanting if most >= 20 else False) | (short if most >= 4 else False)
-    expected = bitmap.planes(jnp.asarray(kept, jnp.uint8)[None])[0]
+    expected = packed_bits(kept)
     assert np.array_equal(bitmap.without_lines(packed, most), expected)
 
 
@@ -284,9 +289,9 @@ def test_only_lines_of_one_colour_are_left(least):
                 expected[y + np.arange(least), columns] = True
     planes = bitmap.planes(jnp.asarray(frame)[None])
     colored = bitmap.color_mask(planes, range(2, 14, 2))
-    found = bitmap.in_lines(colored, planes, range(8), (0, height), least)
-    assert np.array_equal(found, bitmap.planes(jnp.asarray(expected, jnp.uint8)[None])[0])
-    inner = bitmap.in_lines(colored, planes, [1, 2, 3], (1, 60), least)
+    found = bitmap.in_lines(colored, planes, range(7), (0, height), least)
+    assert np.array_equal(found, packed_bits(expected))
+    inner = bitmap.in_lines(colored, planes, [0, 1, 2], (1, 60), least)
     assert np.array_equal(inner[:, 1:60], found[:, 1:60])  # no line ends outside of these rows, and these bits tell the colours apart
     assert not inner[:, :1].any()
     assert not inner[:, 60:].any()
@@ -299,7 +304,7 @@ def test_tight_boxes(random):
     height, n_frames = 90, 6
     rng = np.random.default_rng(random.getrandbits(32))
     pixels = rng.random((2, n_frames, height, W)) < rng.choice([0, 0.0005, 0.01, 1], (2, n_frames, 1, 1))
-    masks = [bitmap.color_mask(bitmap.planes(jnp.asarray(m, jnp.uint8)), (1,)) for m in pixels]
+    masks = [bitmap.color_mask(bitmap.planes(2 * jnp.asarray(m, jnp.uint8)), (2,)) for m in pixels]
     which, regions = [0, 1, 1, 1], [(0, 0, W, height), (0, height - 1, W, height), (3, 70, 90, height), (31, 0, 33, 1)]
     for _ in range(7):
         (left, right), (top, bottom) = (sorted(random.sample(range(size + 1), 2)) for size in (W, height))

@@ -26,12 +26,15 @@ Bitmap = jax.Array
 
 
 def planes(frames: jax.Array) -> jax.Array:
-    """The eight bits of every pixel of uint8 `[B, H, 160]` as bitmaps, the lowest bit first: uint32 `[8, 5, H, B]`."""
+    """The upper seven bits of every pixel of uint8 `[B, H, 160]` as bitmaps, the lowest of them first: uint32 `[7, 5, H, B]`.
+
+    The lowest bit of a palette index says nothing: an odd index shows as the even one below it.
+    """
     b, h, w = frames.shape
     pixels = materialize(lambda f: jnp.transpose(lax.bitcast_convert_type(f.reshape(b, h, w // 4, 4), U), (2, 1, 0)), frames)
 
     def bits(p: jax.Array) -> jax.Array:
-        parts = p.reshape(1, w // 32, 8, h, b) >> np.arange(8, dtype=np.uint32)[:, None, None, None, None] & U(0x01010101)
+        parts = p.reshape(1, w // 32, 8, h, b) >> np.arange(1, 8, dtype=np.uint32)[:, None, None, None, None] & U(0x01010101)
         word = jnp.zeros_like(parts[:, :, 0])
         for i in range(0, 8, 2):  # a multiplication gathers the bits of eight pixels in the top byte
             word = word | ((((parts[:, :, i] << 4) | parts[:, :, i + 1]) * U(0x08040201)) >> 24) << (24 - 4 * i)
@@ -68,7 +71,7 @@ def color_mask(planes: jax.Array, colors: Iterable[int]) -> Bitmap:
             return ~is_set | high if low else is_set & high
         return (is_set & high) | (~is_set & low)
 
-    mask = node(7, frozenset(colors))
+    mask = node(6, frozenset(color >> 1 for color in colors))
     return jnp.full(planes.shape[1:], ALL if mask else ~ALL, U) if isinstance(mask, bool) else mask
 
 
@@ -77,10 +80,11 @@ def shade_mask(planes: jax.Array, bits: jax.Array) -> Bitmap:
 
     Args:
         planes: see `color_mask`.
-        bits: the bits of each frame's colour, the lowest first, as words that are all ones or zero: uint32 `[8, B]`.
+        bits: the bits of each frame's colour, the lowest first, as words that are all ones or zero: uint32 `[8, B]`. An odd index stands
+            for a colour that no pixel has.
     """
-    mask = ~(planes[0] ^ bits[0, None, None])
-    for plane, bit in zip(planes[1:], bits[1:, None, None], strict=True):
+    mask = jnp.broadcast_to(~bits[0], planes.shape[1:])
+    for plane, bit in zip(planes, bits[1:, None, None], strict=True):
         mask = mask & ~(plane ^ bit)
     return mask
 
@@ -247,8 +251,8 @@ def in_lines(bitmap: Bitmap, planes: jax.Array, bits: Sequence[int], span: tuple
 
     Args:
         bitmap: the pixels that count, `[words, H, B]`.
-        planes: the bits of all colours, `[8, words, H, B]`.
-        bits: those that tell the lines' colours apart.
+        planes: the bits of all colours, `[7, words, H, B]`.
+        bits: those of the planes that tell the lines' colours apart.
         span: the first row that is looked at, and the one after the last; the others are cleared.
         least: number of rows.
     """

@@ -28,6 +28,7 @@ from ocjax.vision.detected import OWN_COLOR, Detected, boxes
 from ocjax.vision.runs import detect_runs
 from ocjax.vision.search import Search
 
+EVEN = 0xFE  # an odd palette index shows as the even one below it
 FEW = 2  # regions with the same colours up to which their mask is computed for each, in its rows only
 _FILTERS = {  # by the name of the limit in `Blobs.limits`
     "max_run": bm.short_runs,
@@ -124,13 +125,13 @@ class _Frames:
         """The pixels in lines of a single colour, in the rows of the rule's region; only bits in which the colours differ are compared."""
         _, top, _, bottom = rule.region or (0, 0, WIDTH, mask.shape[1])
         differ = int(np.bitwise_or.reduce([c ^ colors[0] for c in colors]))
-        return bm.in_lines(mask, self._planes, [i for i in range(8) if differ >> i & 1], (top, bottom), rule.min_line)
+        return bm.in_lines(mask, self._planes, [i for i in range(7) if differ >> i + 1 & 1], (top, bottom), rule.min_line)
 
 
 def _shade_bits(shades: Shades, frames: jax.Array) -> jax.Array:
     """The bits of the colours of each frame's level, the lowest bit first, as whole words: uint32 `[colours, 8, B]`."""
     x, y = shades.pixel
-    key = frames[:, y, x].astype(jnp.int32)
+    key = frames[:, y, x].astype(jnp.int32) & EVEN
     level = sum((jnp.where(key == k, i, 0) for i, k in enumerate(shades.keys)), jnp.zeros_like(key))
     colors = jnp.stack([pick(level, of_levels) for of_levels in zip(*shades.levels, strict=True)])
     return (-(colors[:, None] >> np.arange(8)[None, :, None] & 1)).astype(U)
@@ -364,7 +365,7 @@ def _read_off(batch: _Frames, categories: Sequence[Category]) -> list[jax.Array]
     y = jnp.minimum(_row(Detected(jnp.concatenate([f.box for f in found])), rows), last_row)
     heads = [_head(batch, c, f) if f.head is None or c.color_row else f.head for c, f in zip(categories, found, strict=True)]
     column = jnp.minimum(jnp.concatenate(heads), WIDTH - 1)
-    color = batch.frames[lane, y, column].astype(jnp.int32)
+    color = batch.frames[lane, y, column].astype(jnp.int32) & EVEN
     ends = np.cumsum([0, *(len(f.box) for f in found)]).tolist()
     return [color[start:end] for start, end in itertools.pairwise(ends)]
 

@@ -14,13 +14,14 @@ from ocjax.ops import among
 from ocjax.rules import Category, Saver
 from ocjax.vision import palette
 
+EVEN = 0xFE  # an odd palette index shows as the even one below it
 PLAY = -1  # in place of a key: the colours are those of play
 
 
 def key_of(frames: jax.Array, saver: Saver) -> jax.Array:
     """The saver's key on frames uint8 `[B, H, 160]`, int32 `[B]`; `PLAY` where there is no saver."""
     x, y = saver.pixel
-    shown = frames[:, y, x].astype(jnp.int32)
+    shown = frames[:, y, x].astype(jnp.int32) & EVEN
     usual = saver.colors_in_play[0]
     return jnp.where(among(shown, saver.colors_in_play), PLAY, shown ^ (usual & saver.mask))
 
@@ -67,6 +68,6 @@ def saved(rgb: jax.Array, valid: jax.Array, key: jax.Array, saver: Saver, table:
     def change() -> jax.Array:
         index = palette.to_index(rgb, table).astype(jnp.int32)
         changes = (key != PLAY)[:, None] & valid & jnp.asarray(_changes(saver))[index]
-        return jnp.where(changes[..., None], palette.to_rgb((index ^ key[:, None]) & saver.mask & 0xFE, table), rgb)
+        return jnp.where(changes[..., None], palette.to_rgb((index ^ key[:, None]) & saver.mask & EVEN, table), rgb)
 
     return lax.cond(jnp.any(key != PLAY), change, lambda: rgb)
