@@ -46,6 +46,13 @@ RARE = {
     "TimePilot": ("Enemy_Black", "Enemy_Yellow", "Enemy_Blue", "Enemy_Orange"),
     "Venture": ("Dragon", "Serpant", "Skeleton", "Spider", "Troll", "TwoHeaded", "Wall"),
 }
+# Numbers at the limits of their displays, written into the RAM: category and value of each sample.
+EDGES = {
+    "Amidar": ("Score", (99_999, 100_000, 123_456)),  # with six digits, the display begins a row earlier
+    "Boxing": ("PlayerScore", (100,)),  # shown as KO
+    "Pacman": ("Score", (99_999, 100_000, 123_456)),  # of which the display shows five digits
+    "RoadRunner": ("Lives", (4, 5, 6, 7)),  # the ROM gives no more
+}
 
 
 @pytest.fixture(scope="session")
@@ -150,6 +157,19 @@ def test_rare_objects(game):
     if path.exists():
         f1 = dict(zip(game.slices, agreement_on(recordings.read(path, game.name)).sum(axis=0).f1, strict=True))
         assert all(f1[category] >= 0.95 for category in RARE[game.name]), f1
+
+
+def test_displays_at_their_limits(game):
+    path = DATA / "edges" / f"{game.name}.npz"
+    assert path.exists() == (game.name in EDGES)
+    if path.exists():
+        tape = recordings.read(path, game.name)
+        category, values = EDGES[game.name]
+        rem, vem = (jax.tree.map(np.asarray, found) for found in (game.rem(tape.rams), game.vem(tape.screens)))
+        assert rem.value[:, game.slices[category].start].tolist() == list(values)
+        shown = game.slot_hud & rem.valid & vem.valid
+        assert shown[:, game.slices[category]].all()
+        np.testing.assert_array_equal(rem.xywh[shown], vem.xywh[shown])
 
 
 def test_first_and_last_states_and_lost_lives(game):
