@@ -197,7 +197,7 @@ def mirror(picture):
 
 
 def shared_with_mirrors(seen):
-    """The number of pictures whose mirror images occur, and the share of them that stands under a sideways orientation of its mirror image."""
+    """The number of pictures whose mirror images occur, and the share of them that has a sideways orientation of its mirror image."""
     pairs = [(under, seen[mirror(picture)]) for picture, under in seen.items() if picture != mirror(picture) and mirror(picture) in seen]
     shared = sum(min(n, other[o]) for under, other in pairs for o, n in under.items() if o not in UPRIGHT)
     count = sum(under.total() for under, _ in pairs)
