@@ -28,7 +28,7 @@ STALE = {
 RARE = {
     "BankHeist": ("Points", "Police"),
     "BattleZone": ("Red_Thing",),
-    "BeamRider": ("Torpedos",),
+    "BeamRider": ("Torpedos", "Player_Projectile"),
     "Berzerk": ("PlayerMissile", "EnemyMissile"),
     "Centipede": ("Flea", "Scorpion"),
     "Jamesbond": ("Depth_Charge", "Explosion", "Rocket", "Submarine", "Torpedo"),
