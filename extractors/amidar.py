@@ -24,8 +24,8 @@ blank; on the next one, only that figure of the three on the top line shows whos
 
 Covered: eight levels at both difficulties (ended by editing what is painted), jumps, chickens,
 deaths, the game's end. The `value` of Life is what the emulator says, the low half of byte 86: 11
-for three lives in the first level at difficulty 0, 3 at difficulty 3. VEM reads 9 to 11; it detects
-figures of a kind that overlap slantwise as more than they are.
+for three lives in the first level at difficulty 0, 3 at difficulty 3. VEM reads 9 to 11 and no score
+of six digits; it detects figures of a kind that overlap slantwise as more than they are.
 """
 
 import functools
