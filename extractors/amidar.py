@@ -24,8 +24,8 @@ blank; on the next one, only that figure of the three on the top line shows whos
 
 Covered: eight levels at both difficulties (ended by editing what is painted), jumps, chickens,
 deaths, the game's end. The `value` of Life is what the emulator says, the low half of byte 86: 11
-for three lives in the first level at difficulty 0, 3 at difficulty 3. VEM reads 9 to 11; it detects
-figures of a kind that overlap slantwise as more than they are.
+for three lives in the first level at difficulty 0, 3 at difficulty 3. VEM reads 9 to 11, and no
+score of six digits; it detects figures of a kind that overlap slantwise as more than they are.
 """
 
 import functools
@@ -55,6 +55,8 @@ TWINS = 2  # `rank` of two figures neither of which is the player or the tracer
 OTHERS_FIRST = 5  # `turn` on which the others perhaps take a third step; even ones are theirs too
 WALKED_ON, WALKED_BETWEEN, WALKED_BY_STICK = 0x29, 0x21, 0x09  # `called`
 STICK_AT_REST = 0x90
+
+SIX_DIGITS = 100_000  # least score with which the display begins a row earlier
 
 YELLOW, GREEN, RED, BLACK = 30, 216, 72, 0
 MAZE = (12, 12, 150, 172)
@@ -131,6 +133,7 @@ def decode(m: Ram) -> dict[str, Box]:
     others = others.where(~begins)
     icons = m.icons + jnp.where(begins, 1, 0)  # as drawn
     shown = m.score - m.gained
+    up = jnp.where(shown >= SIX_DIGITS, 1, 0)
     there = (icons > 0) & (m.over == 0)
     boxes = {
         "Player": _player(m, x, y, own).where(~begins),
@@ -138,8 +141,8 @@ def decode(m: Ram) -> dict[str, Box]:
         "Pig": others.where(kind == PIG),
         "Shadow": others.where(kind == SHADOW),
         "Chicken": others.where(kind == CHICKEN),
-        "Score": score_box(FONT, shown, right=104, top=176, digits=6, value=m.score),
-        "Life": box(164 - 16 * icons, 175, 16 * icons - 15, 8, there, value=m.lives),
+        "Score": score_box(FONT, shown, right=104, top=176 - up, digits=6, value=m.score),
+        "Life": box(164 - 16 * icons, 175 - up, 16 * icons - 15, 8, there, value=m.lives),
     }
     return {name: each.where(~blank) for name, each in boxes.items()}
 
@@ -275,8 +278,8 @@ walkers = functools.partial(Blobs, region=MAZE, min_size=(5, 5), max_size=(21, 2
 PLAYER = Blobs(YELLOW, MAZE, min_size=(6, 6), max_size=(14, 14))
 SHADOWS = Blobs(BLACK, MAZE, gap=(0, 1), min_size=(1, 1), max_size=(4, 7), ignore=_gaps())
 CHICKENS = Blobs(YELLOW, MAZE, min_size=(4, 6), max_size=(5, 14), split=(5, 7))
-SCORE = Bounds(YELLOW, (56, 176, 105, 183), value=Digits(FONT, range(57, 98, 8), 176))
-LIVES = Bounds(YELLOW, (116, 175, 149, 183), value=Gauge(16, 1, 9))
+SCORE = Bounds(YELLOW, (56, 175, 105, 183), value=Digits(FONT, range(57, 98, 8), 176))
+LIVES = Bounds(YELLOW, (116, 174, 149, 183), value=Gauge(16, 1, 9))
 
 GAME = Game(
     name="Amidar",

@@ -294,7 +294,7 @@ GAME = Game(
         Category("Asteroid", ROCK_RULE, count=4 * SLOTS, doc="up, down; left parts at the edge"),
         Category("PlayerMissile", SHOTS, count=3, doc="the ship's shots, the saucer's"),
         Category("Saucer", SAUCERS, doc="at difficulty A"),
-        display("PlayerScore", SCORE, doc="points"),
+        display("PlayerScore", SCORE, doc="points, below 100,000"),
         display("Lives", LIVES, doc="ships left"),
     ),
 )

@@ -229,10 +229,10 @@ def _shot(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Depth and picture of the player's shot as drawn, and whether it is the laser's."""
     new, struck = _list_is_new(m), m.shot == STRUCK
     target = jnp.max(jnp.where(_just_hit(m), m.y + 1, 0))
-    listed = ((m.list_line == 104) | (m.list_line == 101)) & (m.list_color == LASER_COLOR)
+    ended = jnp.cumsum(m.list_line == 0) > 0  # the rest of the list is old
+    listed = among(m.list_line, (101, 104)) & (m.list_color == LASER_COLOR) & ~ended
     gone = new & (m.shot & 63 == 0) & jnp.any(listed)
-    y = jnp.where(gone, 102, m.shot_y + jnp.where(new, 8, 0))
-    y = jnp.where(struck, (target & ~7) + 14, y)
+    y = jnp.where(struck, (target & ~7) + 14, jnp.where(gone, 102, m.shot_y + jnp.where(new, 8, 0)))
     laser = (m.shot == LASER) | struck & (target > 0) | gone
     return y, jnp.where(laser, LASER, TORPEDO.start + reached(y, TORPEDO_GROWS)), laser
 

@@ -15,7 +15,7 @@ knock-out (100 points, shown as KO, which VEM reads as 0). There is one mode.
 
 import jax
 import jax.numpy as jnp
-from ocjax.boxes import Box, box
+from ocjax.boxes import Box, box, choose
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
 from ocjax.ram import RamMap, bcd, byte, high
@@ -93,10 +93,13 @@ def _back(first: jax.Array, second: jax.Array, hit: jax.Array) -> jax.Array:
 
 
 def _score(m: Ram, who: int, lefts: tuple[int, int]) -> Box:
-    """Two cells from 10 points on; the letters KO are as wide as digits."""
-    value = jnp.where(m.score[who] == KNOCK_OUT, KNOCK_OUT_POINTS, m.points[who])
+    """Two cells from 10 points on, or the letters KO, which begin a column further left."""
     right = lefts[-1] + FONT.width
-    return score_box(FONT, 10 * m.tens[who], right=right, top=SCORE_TOP, digits=2, value=value)
+    digits = score_box(
+        FONT, 10 * m.tens[who], right=right, top=SCORE_TOP, digits=2, value=m.points[who]
+    )
+    letters = box(lefts[0], SCORE_TOP, 15, FONT.height, value=KNOCK_OUT_POINTS)
+    return choose(m.score[who] == KNOCK_OUT, letters, digits)
 
 
 def _clock(m: Ram) -> Box:

@@ -293,7 +293,7 @@ GAME = Game(
         Category("Mushroom", MUSHROOMS, count=304, doc="row from the top * 16 + place"),
         display("Ground", LINE, attributes=(), doc="the line under the field"),
         display("Life", SPARE, count=7, attributes=(), doc="spare lives"),
-        display("Score", POINTS, doc="points"),
+        display("Score", POINTS, doc="points, below 1,000,000"),
     ),
     shades=SHADES,
 )

@@ -293,7 +293,7 @@ GAME = Game(
         facing("Enemy_Bird", BIRD, doc="a bird"),
         facing("Helicopter", HELICOPTER, doc="above the roof"),
         Category("Projectile", THINGS, doc="what falls"),
-        display("Score", SCORE, doc="points"),
+        display("Score", SCORE, doc="points, below 1,000,000"),
         display("Bonus", BONUS, doc="bonus"),
         display("Life", ICONS, count=3, attributes=(), doc="lives in reserve, three at most"),
     ),

@@ -14,7 +14,7 @@ Obstacles move before the frame is drawn. Mario, the hammer and the bonus change
 Covered: both boards, the only mode and difficulty, jumps, ladders, the hammer, rivets, lost lives,
 the end of the game, frame skips 3 and 4. Not in the RAM: whether Mario took a step on the third
 frames, on which he may walk or climb, unless he jumps, the step sounds, or nothing is touched;
-`decode` assumes that he did. Neither is it there that a jump has just ended, nor where the hammer
+`decode` assumes that he did. Nor is it there that he turned or ended a jump, or where the hammer
 was before it was taken on this frame. When a life ends, the RAM is set up anew before its last
 frame is drawn, which shows the barrels, but not Mario: the column of each floor's last obstacle
 gives their rows, save on ladders. Without a barrel on the lowest floor or a new game, it cannot be

@@ -10,8 +10,9 @@ it, monkeys once in 16 frames. `decode` undoes these steps as far as the counter
 
 Covered: modes 0 and 1, deaths, the end of the game, and all three levels with the scenes that end
 them. Random play shows the first one; the others were reached by writing RAM.
-Not in RAM: whether the player has just stepped or steered a jump to the side, and whether a jump,
-a crouch or a climb has just ended, for the joystick is nowhere noted. New points show a frame late.
+Not in RAM: whether the player has just stepped, turned or steered a jump to the side, and whether a
+jump, a crouch or a climb has just ended, for the joystick is nowhere noted. New points show a frame
+late.
 Of three or four monkeys one above the other, each is drawn on every third or fourth frame. VEM does
 not see the wood in the frames in which it flashes black.
 """

@@ -136,9 +136,9 @@ def decode(m: Ram) -> dict[str, Box]:
 def _player(m: Ram) -> Box:
     last, dying = m.frame - 1, _dying(m)
     chew = pick(last >> 2 & 3, (0, 1, 2, 1))
-    picture = 3 * jnp.where(dying, last >> 3 & 3, m.way) + jnp.where(dying, 1, chew)
-    x, y = _player_before(m)
-    return _picture(picture, larger_part(x - 12, 8), y + 1, orientation=4 * m.way)
+    way = jnp.where(dying, last >> 3 & 3, m.way)  # she dies turning round and round
+    (x, y), picture = _player_before(m), 3 * way + jnp.where(dying, 1, chew)
+    return _picture(picture, larger_part(x - 12, 8), y + 1, orientation=4 * way)
 
 
 def _ghosts(m: Ram) -> Box:

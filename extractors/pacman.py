@@ -103,13 +103,14 @@ def decode(m: Ram) -> dict[str, Box]:
     mood = jnp.where(m.scared == 1, 2 - m.fright, 0)
     color = pick(mood, (GHOST, SCARED, CALMING))
     power = (m.power & np.array(POWER_BITS)) > 0
+    shown = mod(m.score, 100_000)  # the display has five digits, the counter six
     return {
         "Player": _player(m),
         "Ghost": _ghosts(m, color),
         "PowerPill": box(np.array(POWER_X), np.array(POWER_Y), 4, 10, power, color=color),
         "Pill": box(np.array(WAFER_X), np.array(WAFER_Y), 4, 2, there),
         "Vitamin": box(76, 115, 8, 11, m.vitamin == 1),
-        "Score": score_box(FONT, m.score, right=103, top=207, digits=5, value=m.score),
+        "Score": score_box(FONT, shown, right=103, top=207, digits=5, value=m.score),
         "Life": box(8, 217, 8 * m.icons - 4, 6, m.icons > 0, value=m.icons + 1),
     }
 
@@ -181,7 +182,7 @@ GAME = Game(
         Category("PowerPill", POWER_RULE, count=4, blinks=True, doc="two left, two right"),
         Category("Pill", PILL_RULE, count=len(WAFER_X), doc="the maze's wafers"),
         Category("Vitamin", VITAMIN_RULE, doc="below the pen"),
-        display("Score", POINTS, doc="points"),
+        display("Score", POINTS, doc="points; the last five digits show"),
         display("Life", LIVES, doc="all icons; value: lives"),
     ),
 )

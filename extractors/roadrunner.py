@@ -273,7 +273,7 @@ SHINE = (134, 136, 138, *GREY)
 TURRET = Blobs(SHINE, (8, 128, 152, 152), gap=(1, 1), min_size=(9, 8), max_size=(12, 8))
 TRUCK = Blobs((254, 54), ROAD_VIEW, gap=(1, 3), first=254, min_size=(4, 8), max_size=(16, 18))
 SIGN = Blobs((BLACK, 72, 136), (8, 73, 152, 88), gap=(1, 1), min_size=(1, 8), max_size=(16, 15))
-ICONS = Bounds((142, 62), (55, 16, 80, 24), value=Gauge(8, -2, 1))
+ICONS = Bounds((142, 62), (55, 16, 103, 24), value=Gauge(8, -2, 1))
 GAME = Game(
     name="RoadRunner",
     rom=ROM.name,

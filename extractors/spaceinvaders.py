@@ -277,7 +277,7 @@ GAME = Game(
         Category("Satellite", Bounds(PURPLE, SCORES), doc="the saucer"),
         Category("Bullet", BULLETS, count=4, doc="two bombs, two shots"),
         display("Lives", LIVES, doc="shown when a life begins"),
-        display("P1Score", SCORE_1, blinks=True, doc="hidden by the saucer"),
-        display("P2Score", SCORE_2, doc="hidden by the saucer"),
+        display("P1Score", SCORE_1, blinks=True, doc="below 10,000; hidden by the saucer"),
+        display("P2Score", SCORE_2, doc="below 10,000; hidden by the saucer"),
     ),
 )

@@ -10,12 +10,14 @@ has for this game (Fish, Shark, the strings, ScoreP1, ScoreP2) are of another ga
 
 RAM: ALE's source (score), OCAtari 2.2 (ball, flippers, what the numbers are), and the ROM's code:
 the steps at F522 and F80E are made before the drawing at F1CE, those at F664 after it. Of the
-latter, `decode` takes back what moves the ball along walls, turns the spinners and changes targets.
+latter, `decode` takes back what moves the ball along walls and changes the bumpers and targets. The
+pictures that the drawing has pushed on the stack (F24E) or last pointed to are those on the screen.
 
 Covered: all modes and difficulties, all targets and values, extra balls, the end of the game.
-Not exact: the last frame of a ball, whose column is gone from the RAM; the changes at the end of a
-ball. The score on the screen is that of the frame before. VEM does not see the part of the ball
-that is on a wall, and knows the colours of flashes by the right wall's.
+Not exact: the last frame of a ball. Gone from the RAM are its column, whether the second and the
+third drop target stood, and whether the target was lit. The score on the screen is that of the
+frame before. VEM does not see the part of the ball that is on a wall, and knows the colours of
+flashes by the right wall's.
 """
 
 import jax
@@ -44,9 +46,9 @@ PICTURES = ROM.pictures(
 )
 AT_DIAMOND, AT_SPINS, AT_LOGO, AT_LIT, AT_CROSS = 10, 11, 15, 16, 17  # in PICTURES
 FRAMES_AT = np.array((72, 40, 104)), np.array((48, 112, 112))  # columns and rows of the bumpers
-FIRST, LAST = 8, 0x48  # of the numbers' pictures
-HIT_TARGET, HIT_ROLLOVER, ALL_HIT = 0xC1, 0x64, 0x8D  # `sound` on the frame of these
-TARGET_LEFT, TARGET_RIGHT, MIDDLE = 0x48, 0x58, 0x40  # columns that tell what the ball has hit
+FIRST = 8  # of the numbers' pictures
+HIT_TARGET, ALL_HIT = 0xC1, 0x8D  # `sound` on the frame of these
+TARGET_LEFT, TARGET_RIGHT = 0x48, 0x58  # columns that tell which target the ball has hit
 PLUNGED = 149, 132  # the ball in front of the plunger
 UNCHECKED = 4  # rows, modulo 16, at which the drawing does not look at the plunger
 PICTURE_ROWS, LATE_COLUMN = range(24, 168), 13  # where the ball changes late
@@ -86,7 +88,6 @@ def _walls() -> tuple[tuple[int, int, int, int], ...]:
 
 class Ram(RamMap):
     saver_key = byte(65)  # what colours are XORed with; 0 in play
-    spinner_clock = bits(26)
     flags = byte(3)  # bits: the ball touches a wall in a row, in a column
     collides = byte(20)  # 0: the ball touched no wall
     sides = byte(22)
@@ -94,29 +95,26 @@ class Ram(RamMap):
     ball = byte(25)  # number
     player = bits(46)
     score = bcd((52, 50, 48))
-    logos = byte(44)  # collected
     launched = byte(59)
     ball_x = byte(67)
     ball_y = byte(68)  # y + 3
     ball_row = byte(69)  # half of `ball_y` as it was drawn
     plunger = byte(70)  # half of y + 1
     targets = byte(72, 73, 74)  # pictures, as all that follow
-    rollover = byte(75)
     bumper = byte(76, 81, 83)
-    spinner = byte(78)
     target = byte(82)
-    logo = byte(84, 85, 86)
     sound = byte(88)  # low byte of the address of the next tone
+    logo = byte(92, 94, 96)  # as drawn
     left_flipper = bits(98, first=4, count=2)
     right_flipper = bits(102, first=4, count=2)
+    first_target = byte(113)  # as drawn, as the two below: what is left of the stack
+    rollover = byte(116)
+    spinner = byte(119)
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    hit, rolled, all_hit = (m.sound == s for s in (HIT_TARGET, HIT_ROLLOVER, ALL_HIT))
-    hit_slot = jnp.where(m.ball_x < TARGET_LEFT, 0, jnp.where(m.ball_x < TARGET_RIGHT, 1, 2))
-    up = ((m.targets > 0) & ~all_hit) | (hit & (np.arange(3) == hit_slot))
+    all_hit = m.sound == ALL_HIT
     bumper = m.bumper - jnp.where(all_hit & (m.bumper > FIRST), FIRST, 0)
-    fresh_logo = rolled & (m.ball_x >= MIDDLE) & (np.arange(3) == m.logos - 1)
     cross = m.logo == CROSS
     top = 2 * m.plunger - 1 + jnp.where((m.plunger & 15) == UNCHECKED, 2, 0)
     return {
@@ -124,12 +122,12 @@ def decode(m: Ram) -> dict[str, Box]:
         "Flipper": _flippers(m),
         "Plunger": box(148, top, 4, 192 - top),
         "Bumper": box(*FRAMES_AT, 16, 32, value=100 * (bumper >> 3)),
-        "DropTarget": _picture(AT_DIAMOND, np.array((60, 76, 92)), 24).where(up),
+        "DropTarget": _picture(AT_DIAMOND, np.array((60, 76, 92)), 24).where(_up(m)),
         "Target": _picture(AT_LIT, 77, 120).where(m.target == LIT),
-        "Rollover": _rollovers(m, rolled & (m.ball_x < MIDDLE)),
+        "Rollover": _rollovers(m),
         "Spinner": _spinners(m),
         "Logo": _picture(jnp.where(cross, AT_CROSS, AT_LOGO), np.array((60, 76, 92)), 152).where(
-            (cross | (m.logo == LOGO)) & ~fresh_logo
+            cross | (m.logo == LOGO)
         ),
         "DifficultyLevel": _digit(m.player + 1, 16),
         "LifeUsed": _digit(m.ball, 48),
@@ -187,10 +185,20 @@ def _flippers(m: Ram) -> Box:
     return box(x + np.array((64, 80)), 176 + y, w, h)
 
 
-def _rollovers(m: Ram, rolled: jax.Array) -> Box:
+def _up(m: Ram) -> jax.Array:
+    """The drop targets, of which the RAM keeps only the first one as it was drawn.
+
+    The other two stand again already if the last one has just been hit, or the ball was lost.
+    """
+    hit_slot = jnp.where(m.ball_x < TARGET_RIGHT, 1, 2)
+    hit_now = (m.sound == HIT_TARGET) & (np.arange(3) == hit_slot)
+    others = ((m.targets > 0) & (m.sound != ALL_HIT)) | hit_now
+    return jnp.where(np.arange(3) == 0, m.first_target > 0, others)
+
+
+def _rollovers(m: Ram) -> Box:
     """The number and the logo at the top."""
-    before = jnp.where(m.rollover == FIRST, LAST, m.rollover - FIRST)
-    number = jnp.where(rolled, before, m.rollover) >> 3
+    number = m.rollover >> 3
     index = jnp.stack([number, jnp.full_like(number, AT_LOGO)])
     boxes = _picture(index, np.array((45, 109)), 56)
     return box(
@@ -199,10 +207,7 @@ def _rollovers(m: Ram, rolled: jax.Array) -> Box:
 
 
 def _spinners(m: Ram) -> Box:
-    """The spinners before their last turn."""
-    turned = (m.spinner_clock == 1) & (m.collides == 0)
-    index = sum(jnp.where(m.spinner >= s, 1, 0) for s in SPINS[1:])
-    index = AT_SPINS + jnp.where(turned, index + 3 & 3, index)
+    index = AT_SPINS + sum(jnp.where(m.spinner >= s, 1, 0) for s in SPINS[1:])
     return _picture(jnp.stack([index, index]), np.array((30, 126)), 88)
 
 

@@ -122,7 +122,7 @@ def score_box(
     shown: jax.Array,
     *,
     right: Number,
-    top: int,
+    top: Number,
     digits: int,
     leading_zeros: bool = False,
     **fields: Any,

@@ -1,5 +1,6 @@
 """Every game against what is on the screen and what the emulator says, on excerpts of recorded play."""
 
+import collections
 import dataclasses
 
 import jax
@@ -27,7 +28,7 @@ STALE = {
 RARE = {
     "BankHeist": ("Points", "Police"),
     "BattleZone": ("Red_Thing",),
-    "BeamRider": ("Torpedos",),
+    "BeamRider": ("Torpedos", "Player_Projectile"),
     "Berzerk": ("PlayerMissile", "EnemyMissile"),
     "Centipede": ("Flea", "Scorpion"),
     "Jamesbond": ("Depth_Charge", "Explosion", "Rocket", "Submarine", "Torpedo"),
@@ -45,7 +46,30 @@ RARE = {
     "Seaquest": ("SurfaceSubmarine",),
     "TimePilot": ("Enemy_Black", "Enemy_Yellow", "Enemy_Blue", "Enemy_Orange"),
     "Venture": ("Dragon", "Serpant", "Skeleton", "Spider", "Troll", "TwoHeaded", "Wall"),
+    "VideoPinball": ("Logo", "Rollover", "Spinner"),
 }
+# Numbers at the limits of their displays, written into the RAM: category and value of each sample.
+EDGES = {
+    "Amidar": ("Score", (99_999, 100_000, 123_456)),  # with six digits, the display begins a row earlier
+    "Boxing": ("PlayerScore", (100,)),  # shown as KO
+    "Pacman": ("Score", (99_999, 100_000, 123_456)),  # of which the display shows five digits
+    "RoadRunner": ("Lives", (4, 5, 6, 7)),  # the ROM gives no more
+}
+
+UPRIGHT = 0, 8  # orientations that are their own mirror images
+# Categories of which the recordings hold no picture together with its mirror image.
+NO_MIRRORS = {
+    "CrazyClimber": ("Enemy_Bird", "Helicopter"),
+    "FishingDerby": ("PlayerOneHook", "PlayerTwoHook"),
+    "Frostbite": ("Bear", "GreenFish", "Crab", "Clam"),
+    "Gopher": ("Bird",),
+    "Riverraid": ("Jet",),
+    "TimePilot": ("Enemy_Yellow", "Enemy_Blue"),
+    "YarsRevenge": ("Player_Bullet",),
+}
+# Largest shares of pictures that stand under the same orientation as their mirror images, where the RAM does not tell who has turned round
+# since the frame was drawn, or all ways of flight share pictures.
+TURNED = {("DonkeyKong", "Player"): 0.06, ("Kangaroo", "Player"): 0.07, ("TimePilot", "Enemy_Orange"): 0.34}
 
 
 # The savers of some games show these objects in the colours of what is behind them.
@@ -143,8 +167,7 @@ def test_screen_savers(game):
     if not path.exists():
         return
     tape = recordings.read(path, game.name)
-    sources = (game.rem, tape.rams), (game.vem, tape.screens), (game.vem, tape.previous)
-    rem, vem, before = (jax.tree.map(np.asarray, extract(x)) for extract, x in sources)
+    rem, vem, before = extracted(tape)
     alike = np.isin([c.name for c in game.categories], SHOWN_AS_BACKGROUND.get(game.name, ()))[game.slot_category]
     rem = dataclasses.replace(rem, valid=rem.valid & ~alike)
     assert (rem.valid.any() or vem.valid.any()) == (game.name != "Gopher")  # whose screen is black
@@ -156,15 +179,19 @@ def test_screen_savers(game):
     assert np.array_equal(rem.rgb[both & has_place], vem.rgb[both & has_place])
 
 
-def agreement_on(tape):
-    """Counts of objects and matches by sample and category."""
+def extracted(tape):
+    """REM's objects, VEM's, and VEM's on the frame before."""
     game, n = tape.game, len(tape)
     size = len(excerpt(game.name)["rams"])  # a batch size that is compiled already
     sources = (game.rem, tape.rams), (game.vem, tape.screens), (game.vem, tape.previous)
     batches = [np.resize(np.arange(i, min(i + size, n)), size) for i in range(0, n, size)]
     found = [[jax.tree.map(np.asarray, extract(x[batch])) for batch in batches] for extract, x in sources]
-    whole = (jax.tree.map(lambda *parts: np.concatenate(parts)[:n], *parts) for parts in found)
-    return evaluation.agreement(*map(evaluation.detections, whole))
+    return tuple(jax.tree.map(lambda *parts: np.concatenate(parts)[:n], *parts) for parts in found)
+
+
+def agreement_on(tape):
+    """Counts of objects and matches by sample and category."""
+    return evaluation.agreement(*map(evaluation.detections, extracted(tape)))
 
 
 def test_rare_objects(game):
@@ -173,6 +200,62 @@ def test_rare_objects(game):
     if path.exists():
         f1 = dict(zip(game.slices, agreement_on(recordings.read(path, game.name)).sum(axis=0).f1, strict=True))
         assert all(f1[category] >= 0.95 for category in RARE[game.name]), f1
+
+
+def facings(rem, vem, screens, slots):
+    """How often each picture stands under each orientation. Where REM and VEM have the same box, nothing covers the object."""
+    seen = collections.defaultdict(collections.Counter)
+    for n, k in np.argwhere(rem.valid[:, slots]):
+        x, y, w, h = rem.xywh[n, slots][k].astype(int)
+        if (vem.xywh[n, slots] == (x, y, w, h)).all(axis=-1).any():
+            picture = screens[n, y : y + h, x : x + w]
+            seen[picture.shape, picture.tobytes()][int(rem.orientation[n, slots][k])] += 1
+    return seen
+
+
+def mirror(picture):
+    shape, pixels = picture
+    return shape, np.frombuffer(pixels, np.uint8).reshape(shape)[:, ::-1].tobytes()
+
+
+def shared_with_mirrors(seen):
+    """The number of pictures whose mirror images occur, and the share of them that has a sideways orientation of its mirror image."""
+    pairs = [(under, seen[mirror(picture)]) for picture, under in seen.items() if picture != mirror(picture) and mirror(picture) in seen]
+    shared = sum(min(n, other[o]) for under, other in pairs for o, n in under.items() if o not in UPRIGHT)
+    count = sum(under.total() for under, _ in pairs)
+    return count, shared / max(count, 1)
+
+
+def test_mirrored_pictures_have_other_orientations(game):
+    """An object that is drawn as the mirror image of another does not face the same side."""
+    facing = [c.name for c in game.categories if "orientation" in c.attributes]
+    paths = [DATA / folder / f"{game.name}.npz" for folder in ("", "rare", "ends")]
+    tapes = [recordings.read(path, game.name) for path in paths if facing and path.exists()]
+    found = [(*extracted(tape)[:2], tape.screens) for tape in tapes]
+    for category in facing:
+        seen = collections.defaultdict(collections.Counter)
+        for each in found:
+            for picture, under in facings(*each, game.slices[category]).items():
+                seen[picture] += under
+        count, shared = shared_with_mirrors(seen)
+        assert (count == 0) == (category in NO_MIRRORS.get(game.name, ())), (category, count)
+        assert shared <= TURNED.get((game.name, category), 0.01), (category, count)
+        # If all faced the same side, the check would notice.
+        alike = {picture: collections.Counter({4: under.total()}) for picture, under in seen.items()}
+        assert count == 0 or shared_with_mirrors(alike)[1] > max(0.07, 1.9 * shared), (category, count)
+
+
+def test_displays_at_their_limits(game):
+    path = DATA / "edges" / f"{game.name}.npz"
+    assert path.exists() == (game.name in EDGES)
+    if path.exists():
+        tape = recordings.read(path, game.name)
+        category, values = EDGES[game.name]
+        rem, vem = (jax.tree.map(np.asarray, found) for found in (game.rem(tape.rams), game.vem(tape.screens)))
+        assert rem.value[:, game.slices[category].start].tolist() == list(values)
+        shown = game.slot_hud & rem.valid & vem.valid
+        assert shown[:, game.slices[category]].all()
+        np.testing.assert_array_equal(rem.xywh[shown], vem.xywh[shown])
 
 
 def test_first_and_last_states_and_lost_lives(game):
