@@ -145,7 +145,7 @@ def _wheel(m: Ram) -> Box:
     phase = jnp.where(_moved(m), (m.clock - 1) >> 2 & 3, shown)
     x = jnp.where(phase == 2, 72, 70)
     width = jnp.where((phase == 0) | (phase == 3), 28, 26)
-    color = pick(m.wheel_color, WHEEL)
+    color = pick(jnp.where(_moved(m), (m.clock - 1) >> 4 & 3, m.wheel_color), WHEEL)
     return box(x, 15, width, 12, m.wheel != NO_WHEEL, color=color)
 
 
