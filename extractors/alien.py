@@ -4,8 +4,9 @@ The crewman also has a flame-thrower and finds a rocket; score and lives stand b
 are the game's records (cyan, yellow, pink); in the bonus screen after the last egg they are its
 rows, left ones first. Egg slots are the rows of the left half, then those of the right half, by
 column in each row. The eggs of both halves are drawn in turn, as missiles, so they have whatever
-colours the sprites of their rows have. The flame takes the pulsar's record, so there is no pulsar
-while the flame-thrower fires. The prize of the bonus screen is a Rocket. The walls are scenery.
+colours the sprites of their rows have (`_alien.py`). The flame takes the pulsar's record, so there
+is no pulsar while the flame-thrower fires, and the crewman has its colour. The prize of the bonus
+screen is a Rocket. The walls are scenery.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (positions, eggs), and the ROM's code. A frame moves
 the aliens, works out the chip's positions, draws, and then moves the crewman and chooses the
@@ -31,6 +32,7 @@ import numpy as np
 from ocjax.boxes import Box, box, choose
 from ocjax.console import packed_position, position
 from ocjax.digits import Digits
+from ocjax.extractors._alien import DISPLAY, colors_of_eggs
 from ocjax.game import Game
 from ocjax.ops import among, pick
 from ocjax.ram import RamMap, bits, byte
@@ -50,6 +52,7 @@ EGG_PLACES = [
     for i, x in enumerate(columns)
 ]
 EGG_X, EGG_Y = zip(*EGG_PLACES, strict=True)
+EGG_COLUMN = np.arange(len(EGG_PLACES)) % 6
 EGG_BITS = (2, 4, 6, 3, 5, 7)  # by column
 DIGIT_VALUES = (100000, 10000, 1000, 100, 10, 1)
 BLANK = 0x80  # digit that is not shown
@@ -68,7 +71,7 @@ WALK_INSETS = (0, 2, 3, 2)
 TUNNEL_INSETS, TUNNEL_HEIGHTS = (2, 2, 2, 1, 0), (5, 5, 7, 9, 11)
 DEATH_INSETS = (3, 2, 1, 0)
 TUNNEL, TUNNEL_ENDS = 55, (17, 136)  # its row, and columns of the player's sprite
-PLAYER_RECORD = 3  # `dying`
+PLAYER_FIGURE, PULSAR_FIGURE, ROCKET_FIGURE = 3, 4, 5  # `colors`, `dying`
 OVERWRITTEN = 240  # `old_y` on frames without collision test
 NOT_DRAWN = 96  # `line` while a frame is prepared
 
@@ -101,6 +104,7 @@ class Ram(RamMap):
     dying = byte(102)  # record of who dies during a pause
     pulsars = byte(103)  # left
     pause = byte(106)
+    colors = byte(*range(117, 124))  # of the figures, aliens first, and of the display
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -111,16 +115,16 @@ def decode(m: Ram) -> dict[str, Box]:
     flame = _flame(m) & maze & ~is_next
     pulsar = _pulsar(m, x[4], _pulsar_y(m))
     at_home = _pulsar(m, 17 + pick(m.pulsars, PULSAR_X), pick(m.pulsars, PULSAR_Y))
-    eggs = (m.eggs[:, None] >> np.array(EGG_BITS)[None] & 1).ravel() == 1
+    colors = jnp.where(flame & (np.arange(7) == PLAYER_FIGURE), ORANGE, m.colors)
     return {
-        "Player": _player(m, x[3]).where((maze | bonus) & ~is_next),
+        "Player": _player(m, x[3], colors[PLAYER_FIGURE]).where((maze | bonus) & ~is_next),
         "Alien": _aliens(m, x[:3]).where(~is_next),
         "Pulsar": choose(is_next, at_home, pulsar).where(~flame & maze),
-        "Flame": box(x[4], 197 - 2 * _pulsar_y(m), 8, 5, flame),
+        "Flame": box(x[4], 197 - 2 * _pulsar_y(m), 8, 5, flame, color=m.colors[PULSAR_FIGURE]),
         "Rocket": _rocket(m, x[5]).where(~is_next),
-        "Egg": box(np.array(EGG_X), np.array(EGG_Y), 1, 2, eggs & maze),
+        "Egg": _eggs(m, colors).where(maze),
         "Score": _score(m),
-        "Life": box(21, 187, 8 * (m.lives + lost) - 11, 5, m.lives + lost > 1, value=m.lives),
+        "Life": _lives(m, m.lives + lost),
     }
 
 
@@ -157,26 +161,27 @@ def _flame(m: Ram) -> jax.Array:
     return ~functools.reduce(jnp.logical_or, at_home)
 
 
-def _player(m: Ram, x: jax.Array) -> Box:
+def _player(m: Ram, x: jax.Array, color: jax.Array) -> Box:
     step = jnp.where((m.ways[1] == WAY_DOWN) & (m.y > 19), -1, 0)
     step = jnp.where(m.ways[1] == WAY_UP, 1, step)
     bonus_y = m.y - jnp.where(_moved(m)[1], step, 0)
     top = jnp.where(_bonus(m), 196 - 2 * bonus_y, 197 - 2 * _y(m))
-    dies = (m.dying == PLAYER_RECORD) & (m.pause > 0) & (m.old_y == OVERWRITTEN)
+    dies = (m.dying == PLAYER_FIGURE) & (m.pause > 0) & (m.old_y == OVERWRITTEN)
     depth = jnp.minimum(x - TUNNEL_ENDS[0], TUNNEL_ENDS[1] - x)
     in_tunnel = (_y(m) == TUNNEL) & (depth < len(TUNNEL_INSETS))
     inset = pick(_last_frame(m) >> 2 & 3, WALK_INSETS)
     inset = jnp.where(in_tunnel, pick(depth, TUNNEL_INSETS), inset)
     inset = jnp.where(dies, pick(m.pause + 1 >> 3, DEATH_INSETS), inset)
     height = jnp.where(dies, 11, jnp.where(in_tunnel, pick(depth, TUNNEL_HEIGHTS), 13))
-    return box(x + inset, top, 8 - 2 * inset, height)
+    return box(x + inset, top, 8 - 2 * inset, height, color=color)
 
 
 def _aliens(m: Ram, x: jax.Array) -> Box:
     left, top, width, height, there = (jnp.tile(field, 4) for field in _three(m, x))
     three = left, top, width, height, jnp.where(np.arange(12) < 3, there, 0)
     sides = (jnp.where(_bonus(m), b, a) for a, b in zip(three, _pairs(m), strict=True))
-    return box(*sides).clip(8, 0, 160, 210)
+    color = jnp.where(_bonus(m), jnp.tile(m.colors[1:], 2), jnp.tile(m.colors[:3], 4))
+    return box(*sides, color=color).clip(8, 0, 160, 210)
 
 
 def _three(m: Ram, x: jax.Array) -> tuple[jax.Array, ...]:
@@ -223,14 +228,23 @@ def _pulsar(m: Ram, x: jax.Array, y: jax.Array) -> Box:
     large = (m.frame - 1 & 8) == 0
     turned = m.turned[4] == 1
     inset = jnp.where(turned, jnp.where(large, 0, 1), jnp.where(large, 1, 2))
-    return box(x + inset, 197 - 2 * y, jnp.where(large, 7, 5), 5, y > 0)
+    color = m.colors[PULSAR_FIGURE]
+    return box(x + inset, 197 - 2 * y, jnp.where(large, 7, 5), 5, y > 0, color=color)
 
 
 def _rocket(m: Ram, x: jax.Array) -> Box:
     """In the maze, or the prize of the bonus screen."""
     found = (m.rocket_y > 0) & (m.scene == IN_MAZE)
-    rocket, prize = box(x, 197 - 2 * m.rocket_y, 8, 5, found), box(77, 19, 8, 5, m.prize > 0)
+    rocket = box(x, 197 - 2 * m.rocket_y, 8, 5, found, color=m.colors[ROCKET_FIGURE])
+    prize = box(77, 19, 8, 5, m.prize > 0, color=m.colors[0])
     return choose(_bonus(m), prize, rocket)
+
+
+def _eggs(m: Ram, colors: jax.Array) -> Box:
+    there = (m.eggs[:, None] >> np.array(EGG_BITS)[None] & 1).ravel() == 1
+    y = *(m.alien_y[i] for i in range(3)), _y(m), _pulsar_y(m), m.rocket_y
+    color = colors_of_eggs(y, colors, m.frame - 1, np.array(EGG_Y), EGG_COLUMN)
+    return box(np.array(EGG_X), np.array(EGG_Y), 1, 2, there, color=color)
 
 
 def _score(m: Ram) -> Box:
@@ -238,7 +252,11 @@ def _score(m: Ram) -> Box:
     shown = m.digits != BLANK
     count = jnp.sum(jnp.where(shown, 1, 0))
     value = jnp.sum(jnp.where(shown, m.digits >> 3, 0) * np.array(DIGIT_VALUES))
-    return box(71 - 8 * count, 176, 8 * count - 2, 7, value=value)
+    return box(71 - 8 * count, 176, 8 * count - 2, 7, value=value, color=m.colors[DISPLAY])
+
+
+def _lives(m: Ram, lives: jax.Array) -> Box:
+    return box(21, 187, 8 * lives - 11, 5, lives > 1, value=m.lives, color=m.colors[DISPLAY])
 
 
 PLAYER = Blobs(

@@ -3,7 +3,8 @@
 Enemy slots are row * 2 + half, rows from the bottom; one that comes down changes its row. One that
 is whole, or is hit whole, has the slot of its left half and a box around both halves; one that was
 split has a box for each half. It stays valid while it explodes, but not while its level hides it.
-While the mother ship opens its bay, that is part of its box. The ground's line is scenery.
+While the mother ship opens its bay, that is part of its box. The ground's line is scenery. The rows
+of an enemy have colours of their own; its colour is the last row's.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (positions, flags), and the ROM's code. Positions are
 in the chip's coding. What moves in the overscan (shots, cannon) lags behind the RAM on the screen;
@@ -24,7 +25,7 @@ from ocjax.boxes import Box, box
 from ocjax.console import COARSE, packed_position
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
-from ocjax.ops import among, mod
+from ocjax.ops import among, lookup, mod, pick
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Rom
 from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, Runs, display
@@ -53,9 +54,12 @@ LAST_BLOCK, CANNON_COUNT = 13, 106  # of eight counts; of the cannon's first lin
 GROUND_TOP, SHOT_SOUND_END = 186, 15  # a row; least `shot_sound` when no shot sounds
 COLD, HOT = 2, 16  # the least heat, which does not change, and the most
 
+COLORS = ROM.bytes(0xF00, 256)  # of the last rows of enemies
+SHIP_ROW, SHIP_COLORS = 4, (198, 86)  # of the mother ship: a row of its main colour, in turn
 WHITE, SCORE, LIFE, HEAT = 14, 40, 8, (198, 70)
 SHIP = (198, 38, 24, 146, 114, 214, 150, 148, 82, 86, 194, 196, WHITE)
 CANNON, ENEMY_SHOTS = (12, 22, 134), (24, 152, 200, 72)
+CANNON_RGB = (214, 214, 214)  # of most pixels of its usual picture
 ENEMIES = (38, 52, 66, 198, 214, 146, 24, 72, 70, 22, 20, 148, 150, 152, 18, 242, 244, 246, 248)
 ROWS, BELOW, GROUND = (0, 45, 160, 120), (0, 120, 160, 186), (0, 178, 160, 186)
 
@@ -74,6 +78,7 @@ class Ram(RamMap):
     picture = byte((31, 30))  # of the cannon, a pointer
     enemy_x = byte(33, 36, 34, 37, 35, 38)  # x + 22 in the chip's coding, by slot
     missile_x = byte(39)  # x + 23 in the chip's coding
+    enemy_colors = byte(40)  # place in `COLORS` of this level's
     hides = bits(42, first=7)
     bob = bits(43, count=4)  # rows
     drawn_last = byte(47)  # page of the picture of the lowest enemy's right half
@@ -85,6 +90,7 @@ class Ram(RamMap):
     missile_y = byte(67)  # lines
     ship_x = byte(68)  # x + 21 in the chip's coding
     ship_y = bits(71, count=4)  # y - 15
+    shot_color = byte(72)  # of enemies
     fireball_y = byte(73)  # lines
     falls = bits(75, first=7)  # an enemy's shot
     lives = byte(101)
@@ -114,7 +120,7 @@ def decode(m: Ram) -> dict[str, Box]:
             FONT, m.score, right=103, top=2, digits=6, leading_zeros=True, value=m.score
         ),
         "Lives": box(15 + 16 * i3, 192, 8, 8, i3 < m.lives - 1),
-        "Health": box(96, 192, 4 * heat, 8, m.heat_color > 0, value=heat),
+        "Health": box(96, 192, 4 * heat, 8, m.heat_color > 0, value=heat, color=m.heat_color),
     }
 
 
@@ -130,7 +136,8 @@ def _mother_ship(m: Ram) -> Box:
     has_bay = ((m.opens == 1) & (m.open_time > 0)) | has_closed
     has_opened = (m.opens == 1) & (m.open_time == 0)
     y = 15 + jnp.where(has_opened, 3, m.ship_y)
-    return box(packed_position(m.ship_x) - 21, y, 32, jnp.where(has_bay, 21, 16))
+    height, color = jnp.where(has_bay, 21, 16), pick(m.level & 1, SHIP_COLORS)
+    return box(packed_position(m.ship_x) - 21, y, 32, height, color=color)
 
 
 def _hit(m: Ram) -> tuple[jax.Array, jax.Array]:
@@ -156,7 +163,9 @@ def _enemies(m: Ram) -> Box:
     there = (jnp.repeat(m.halves, 2) & HALF_BIT) > 0
     visible = (m.hides == 0) | bursts
     own_box = (is_split | ~RIGHT_HALF) & ~((ROW == 2) & _new_enemy(m))
-    return box(left, y, width, height, (there | struck) & visible & own_box)
+    valid = (there | struck) & visible & own_box
+    color = lookup(COLORS, m.enemy_colors)
+    return box(left, y, width, height, valid, color=color)
 
 
 def _enemy_pictures(m: Ram, is_split: jax.Array, bursts: jax.Array) -> tuple[jax.Array, ...]:
@@ -257,7 +266,8 @@ def _enemy_shot(m: Ram) -> Box:
     height = jnp.where(is_beam, beam_end - beam_top, fireball_height)
     started = jnp.where(is_beam, m.beam_y > 60, m.fireball_y > jnp.where(high, 4, 84))
     there = rolls | ((m.falls == 1) & started)
-    return box(x, y, jnp.where(is_beam, 1, 8), height, there).clip(0, 125, 160, GROUND_TOP)
+    shot = box(x, y, jnp.where(is_beam, 1, 8), height, there, color=m.shot_color)
+    return shot.clip(0, 125, 160, GROUND_TOP)
 
 
 def _heat(m: Ram) -> jax.Array:
@@ -287,9 +297,9 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER, otherwise=BESIDE_SHOT, doc="the cannon"),
-        Category("MotherShip", CARRIER, rgb=(72, 160, 72), doc="above, with its open bay"),
-        Category("Enemy", ENEMY, count=6, doc="row from the bottom * 2 + half"),
+        Category("Player", PLAYER, otherwise=BESIDE_SHOT, rgb=CANNON_RGB, doc="the cannon"),
+        Category("MotherShip", CARRIER, color_row=SHIP_ROW, doc="above, with its open bay"),
+        Category("Enemy", ENEMY, count=6, color_row=-1, doc="row from the bottom * 2 + half"),
         Category("PlayerMissileVertical", Bounds(WHITE, (0, 45, 160, 186)), doc="its shot up"),
         Category("PlayerMissileHorizontal", SIDE, doc="its shot to the side"),
         Category("EnemyMissile", Bounds(ENEMY_SHOTS, BELOW), doc="beams, fireballs, rolling ones"),

@@ -149,7 +149,7 @@ GAME = Game(
         Category("Player", HERO, doc="Asterix, later Obelix"),
         thing("Enemy", LYRE, doc="lyres, by lane"),
         thing("Consumable", FOOD, doc="what to eat, by lane"),
-        thing("Reward", POINTS, doc="points given, by lane"),
+        thing("Reward", POINTS, rgb=(170, 170, 170), doc="points given, by lane"),
         display("Score", SCORE, doc="points"),
         display("Lives", LIVES, doc="icons; value: lives"),
     ),

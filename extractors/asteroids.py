@@ -51,8 +51,8 @@ FONT = ROM.font(0xD96, rows=5, dots=3, dot=(4, 2), pitch=16)  # all digits are e
 SHIPS = ROM.pictures(range(0xF74, 0xF74 + 13 * 6, 6), 5, top_first=True)
 EXPLOSION, SHIELD = 9, 12
 
-COLORS = (12, 68, 156, 24, 38, 86, 118, 230)  # of asteroids
-SHIP, SAUCER, TEXT = (76, 220), (156, 236), 68  # 220 is the second player's
+COLORS = tuple(ROM.bytes(0xE75, 8).tolist())  # of asteroids
+SHIP, SAUCER, TEXT = (76, 220), (156, 236), 68  # 220 is the second player's, 236 a small saucer's
 FIELD = (0, 18, 160, 195)
 LIST = 9  # entries of a list
 GOES_UP = np.arange(2 * LIST) < LIST
@@ -63,7 +63,7 @@ SLOT_GOES_UP = np.arange(2 * SLOTS) < SLOTS
 TOP, BOTTOM = np.where(SLOT_GOES_UP, 18, 19), 195  # where asteroids show
 
 NONE, NO_SAUCER = -32, 0xE0  # `y` of what is not there
-THERE = 1 << 18  # in the packed word of an asteroid
+THERE = 1 << 21  # in the packed word of an asteroid
 LARGE, MEDIUM = (0, 1), 2  # kinds of asteroids; 3 is small
 ROCK_WIDTHS = (16, 16, 8, 4)  # by kind
 # A game begins with two asteroids in each list. How many random numbers ago those of the game
@@ -109,6 +109,7 @@ class Ram(RamMap):
     random = byte((1, 2))  # the last number: each one shifts a bit in, the XOR of bits 13 and 14
     rock_y = signed(*range(3, 21))  # in steps of two rows
     rock_x = signed(*range(21, 39))  # in the chip's coding
+    rock_color = bits(*range(39, 57), first=0, count=3)
     rock_kind = bits(*range(39, 57), first=4, count=2)
     first_left = bits(39, first=3)  # the first asteroid goes to the left
     first_speed = bits(39, first=4, count=4)
@@ -119,6 +120,7 @@ class Ram(RamMap):
     lives = high(60)
     score = bcd((61, 62))  # tens
     bang_step = byte(70)
+    second_player = bits(71, first=7)
     bang = bits(71, first=3)  # the saucer explodes
     small = bits(71, first=5)  # of the two saucers
     shield = bits(72, first=6)
@@ -138,11 +140,14 @@ def decode(m: Ram) -> dict[str, Box]:
     points = 10 * m.score
     begins = (m.score == 0) & (m.frames < 2)  # the ship is not yet on the screen
     shot_x = _in_one_part(_column(m.shot_x) + 1, 1)
+    ship_color, saucer_color = pick(m.second_player, SHIP), pick(m.small, SAUCER)
+    shot_color = jnp.where(np.arange(3) == 1, saucer_color, ship_color)
+    shots = box(shot_x, 17 + 2 * m.shot_y, 1, 2, _flies(m), color=shot_color)
     return {
-        "Player": _ship(m).clip(*FIELD).where(~begins),
+        "Player": _ship(m, ship_color).clip(*FIELD).where(~begins),
         "Asteroid": _rocks(m, begins & (m.frame == 0)),
-        "PlayerMissile": box(shot_x, 17 + 2 * m.shot_y, 1, 2, _flies(m)).clip(*FIELD),
-        "Saucer": _saucer(m).clip(*FIELD),
+        "PlayerMissile": shots.clip(*FIELD),
+        "Saucer": _saucer(m, saucer_color).clip(*FIELD),
         "PlayerScore": score_box(FONT, points, right=80, top=5, digits=5, value=points),
         "Lives": box(132, 5, 12, 10, value=m.lives),
     }
@@ -164,7 +169,7 @@ def _in_one_part(x: jax.Array, width: jax.Array | int) -> jax.Array:
     return jnp.where(x < 0, x + WIDTH, larger_part(x, width))
 
 
-def _ship(m: Ram) -> Box:
+def _ship(m: Ram, color: jax.Array) -> Box:
     mirrored = m.heading >= 8
     picture = jnp.where(mirrored, 16 - m.heading, m.heading)
     picture = jnp.where(m.shield == 1, SHIELD, picture)
@@ -181,23 +186,25 @@ def _ship(m: Ram) -> Box:
         2 * rows,
         there,
         orientation=(16 - m.heading) & 15,
+        color=color,
     )
 
 
-def _saucer(m: Ram) -> Box:
+def _saucer(m: Ram, color: jax.Array) -> Box:
     puff = jnp.where(m.bang == 1, m.bang_step, 0)
     small = (puff == 0) & (m.small == 1)
     last_puff = puff == LAST_PUFF
     inset = jnp.where(last_puff, 1, jnp.where(small, 0, -1))
     width = jnp.where(last_puff | small, 5, 7)
     x = _in_one_part(_column(m.saucer_x) + inset, width)
-    return box(x, 20 + 2 * m.saucer_y, width, jnp.where(small, 6, 10), m.saucer_y != NO_SAUCER)
+    height, there = jnp.where(small, 6, 10), m.saucer_y != NO_SAUCER
+    return box(x, 20 + 2 * m.saucer_y, width, height, there, color=color)
 
 
 def _rocks(m: Ram, first_frame: jax.Array) -> Box:
     """All asteroids by slot, then the left parts of those that the right edge cuts."""
     words = _by_slot(_slot(m), jnp.where(first_frame, _packed_before(m), _packed(m)))
-    x, y, kind = words & 255, (words >> 8 & 255) - 128, words >> 16 & 3
+    x, y, kind = words >> 3 & 255, (words >> 11 & 255) - 128, words >> 19 & 3
     there = words >= THERE
     little = jnp.where(kind >= MEDIUM, 1, 0)
     y = 24 + 2 * y + np.where(SLOT_GOES_UP, 0, 1) - 2 * little
@@ -211,16 +218,19 @@ def _rocks(m: Ram, first_frame: jax.Array) -> Box:
     left, last_column = x + (cut >> 4), x + (cut & 15)
     x, y = jnp.concatenate([left, left - WIDTH]), jnp.tile(y, 2) + 2 * first_row
     width, height = jnp.tile(last_column - left + 1, 2), 2 * (last_row - first_row + 1)
-    return box(x, y, width, height, jnp.tile(there, 2)).clip(0, np.tile(TOP, 2), WIDTH, BOTTOM)
+    color = jnp.tile(pick(words & 7, COLORS), 2)
+    rocks = box(x, y, width, height, jnp.tile(there, 2), color=color)
+    return rocks.clip(0, np.tile(TOP, 2), WIDTH, BOTTOM)
 
 
 def _packed(m: Ram) -> jax.Array:
-    """Column, step, kind and presence of the entries of both lists, a word each."""
+    """Column, step, kind, presence and colour of the entries of both lists, a word each."""
     listed = np.arange(2 * LIST) <= jnp.where(GOES_UP, m.last[0], m.last[1])
     there = (m.rock_y != NONE) & listed
     x = _column(m.rock_x) - jnp.where(m.rock_kind >= MEDIUM, 1, 0) - _late(m)
     x = jnp.where(x < 0, x + WIDTH, x)
-    return jnp.where(there, THERE | m.rock_kind << 16 | m.rock_y + 128 << 8 | x, 0)
+    word = THERE | m.rock_kind << 19 | m.rock_y + 128 << 11 | x << 3 | m.rock_color
+    return jnp.where(there, word, 0)
 
 
 def _packed_before(m: Ram) -> jax.Array:
@@ -229,9 +239,10 @@ def _packed_before(m: Ram) -> jax.Array:
     number = numbers >> NUMBERS_AGO
     high_nibble = jnp.where((number >> 4 & 15) == 7, 8, number >> 4 & 15)
     x = _column((high_nibble ^ 8) - 8 << 4 | pick(number & 7, STEPS))
-    kind = numbers >> np.maximum(NUMBERS_AGO - 1, 0) + 4 & 1
+    number = numbers >> np.maximum(NUMBERS_AGO - 1, 0)
     y = m.rock_y + jnp.where(GOES_UP, -1, 1)
-    return jnp.where(NUMBERS_AGO > 0, THERE | kind << 16 | y + 128 << 8 | x, 0)
+    word = THERE | (number >> 4 & 1) << 19 | y + 128 << 11 | x << 3 | number & 7
+    return jnp.where(NUMBERS_AGO > 0, word, 0)
 
 
 def _slot(m: Ram) -> jax.Array:

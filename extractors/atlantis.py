@@ -17,7 +17,7 @@ lane, the last frame of a wreck, the death ray when it hits. VEM takes a ship of
 is in the picture for a Gorgon ship.
 """
 
-import functools
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -30,6 +30,7 @@ from ocjax.ops import lookup, pick
 from ocjax.ram import RamMap, bcd, bits, byte, high, signed
 from ocjax.rom import Rom
 from ocjax.rules import Blobs, Bounds, Category, display
+from ocjax.vision.palette import NTSC
 
 ROM = Rom("atlantis", "9ad36e699ef6f45d9eb6c4cf90475c9f")
 FONT = ROM.font(0xF00, rows=10, dots=7)
@@ -65,6 +66,20 @@ PALACE = (60, 90, 204, 252)
 BAZAAR = (12, 58, 74, 90, 106, 122, 138)
 PLANE = (42, 58, 78, 90, 106, 138, 202)
 GROUND, GOLD = (186, 198), 62
+STAGE_FLASHES = 4  # of the blast
+
+
+def _shot_colors() -> np.ndarray:
+    """By slot and row, from the top: shots have the colours of what their sprites draw there."""
+    colors = np.full((2, 124), ROM.bytes(0xE18, 1)[0], np.int32)
+    colors[:, :19] = GOLD
+    for top in (19, 40, 61, 82):
+        colors[:, top : top + 8] = ROM.rows(0xE18, 8)
+    colors[:, 112:120] = ROM.rows([0xE27, 0xE20], 8)
+    return colors.ravel()
+
+
+SHOT_COLORS = _shot_colors()
 
 
 class Ram(RamMap):
@@ -219,7 +234,9 @@ def _blast(m: Ram) -> Box:
     half = pick(stage, (3, 6, 9, 11, 13))
     y = pick(m.blast_lane, (80, 60, 40, 28)) - pick(stage, (0, 1, 5, 10, 9))
     there = _blasting(m) & ~_over(m)
-    blast = box(m.blast_x - half, y, 2 * half + 1, pick(stage, (10, 14, 21, 30, 28)), there)
+    height = pick(stage, (10, 14, 21, 30, 28))
+    color = jnp.where(stage == STAGE_FLASHES, m.clock & 14 ^ GOLD, GOLD)
+    blast = box(m.blast_x - half, y, 2 * half + 1, height, there, color=color)
     return blast.clip(8, 21, 152, 124)
 
 
@@ -242,9 +259,9 @@ def _shots(m: Ram) -> Box:
     is_high = is_high | early | (is_first & from_left & (y == 0x5E))
     muzzle = jnp.where(from_left, jnp.where(is_first, 0x57, 0x56), 0x5E)
     there = (m.shot_y > 0) & (y >= muzzle)
-    return box(m.shot_x - m.shot_speed, top, 1, jnp.where(is_high, 2, 1), there).clip(
-        8, 0, 152, 124
-    )
+    height, x = jnp.where(is_high, 2, 1), m.shot_x - m.shot_speed
+    color = lookup(SHOT_COLORS, jnp.clip(top, 0, 123) + np.arange(2) * 124)
+    return box(x, top, 1, height, there, color=color).clip(8, 0, 152, 124)
 
 
 def _death_ray(m: Ram) -> Box:
@@ -268,10 +285,17 @@ def _ground() -> tuple[Area, ...]:
     return tuple(halves[1:])
 
 
-ships = functools.partial(Category, count=4)
+def _colored(name: str, rule: Bounds | Blobs, *colors: int, **options: Any) -> Category:
+    """A category whose objects always have the same colours: the main one, or that of each slot."""
+    rgb = tuple(NTSC[c] for c in colors)
+    return Category(name, rule, rgb=rgb, **options)
+
+
 GORGON = Bounds(SHIP, LANES, exclude=("BanditBomber", "Projectile"))
 BOMBER = Blobs(SHIP, SKY, min_size=(9, 7), max_size=(9, 7), area=(18, 28))
 CANNONS = Bounds(CANNON, ((0, 124, 8, 132), (152, 112, 160, 120)))
+COMMAND, DOME = Bounds(POST, (72, 112, 80, 120)), Bounds(PALACE, (38, 148, 54, 156))
+BRIDGE, SEA_BED = Bounds(BAZAAR, (96, 159, 112, 167)), Bounds(PLANE, (16, 170, 32, 178))
 POWER = Bounds(GENERATORS, ((82, 124, 90, 132), (60, 137, 68, 145), (142, 137, 148, 145)))
 SHOTS = Blobs(SHOT, SKY, gap=(3, 2), max_size=(1, 2))
 RAY = Bounds(GROUND, (8, 92, 160, 210), ignore=_ground())
@@ -284,14 +308,14 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Sentry", CANNONS, count=2, doc="left and right cannon"),
-        Category("AcropolisCommandPost", Bounds(POST, (72, 112, 80, 120)), doc="middle cannon"),
-        Category("Generator", POWER, count=3, doc="by the post, left, right"),
-        Category("DomedPalace", Bounds(PALACE, (38, 148, 54, 156)), doc="under the dome"),
-        Category("BridgedBazaar", Bounds(BAZAAR, (96, 159, 112, 167)), doc="on the bridge"),
-        Category("AquaPlane", Bounds(PLANE, (16, 170, 32, 178)), doc="on the sea bed"),
-        ships("GorgonShip", GORGON, rgb=(187, 187, 53), doc="or a wreck"),
-        ships("BanditBomber", BOMBER, rgb=(125, 48, 173), doc="small and fast"),
+        _colored("Sentry", CANNONS, 202, count=2, doc="left and right cannon"),
+        _colored("AcropolisCommandPost", COMMAND, 58, doc="middle cannon"),
+        _colored("Generator", POWER, 202, 188, 126, count=3, doc="by the post, left, right"),
+        _colored("DomedPalace", DOME, 60, doc="under the dome"),
+        _colored("BridgedBazaar", BRIDGE, 138, doc="on the bridge"),
+        _colored("AquaPlane", SEA_BED, 202, doc="on the sea bed"),
+        _colored("GorgonShip", GORGON, 218, count=4, doc="or a wreck"),
+        _colored("BanditBomber", BOMBER, 218, count=4, doc="small and fast"),
         Category("Explosion", Bounds(FIRE, SKY, min_size=(7, 10)), doc="of a bandit bomber"),
         Category("Projectile", SHOTS, count=2, doc="the city's shots"),
         Category("Deathray", RAY, blinks=True, doc="of a ship in the lowest lane"),

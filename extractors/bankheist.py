@@ -20,6 +20,7 @@ around a corner, and misses points of which the car covers more than about half.
 """
 
 import functools
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
@@ -28,7 +29,7 @@ from ocjax.boxes import Box, box
 from ocjax.console import packed_position
 from ocjax.digits import Digits
 from ocjax.game import Game
-from ocjax.ops import among, div, lookup
+from ocjax.ops import among, div, lookup, pick
 from ocjax.ram import RamMap, bcd, byte
 from ocjax.rom import Rom
 from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, Saver, display
@@ -50,6 +51,7 @@ COPYRIGHT = 0xAB  # `shown_high`
 GREY, BLUE, BLACK, RED = 6, 130, 0, 66
 CAR = (36, 64)  # the second one while there is little fuel
 WALL = (22, 42, 46, 118, 182)
+WALL_COLORS = ROM.bytes(0xDDC, 4).tolist()  # by maze, without the brightness
 MAZE_TOP, STREETS = 37, (8, 38, 152, 176)
 MAZE_ROWS, GATE_ROWS = 17, (5, 9)  # of four columns by eight rows of pixels
 ICON_X, ICON_Y = 90 + 16 * (np.arange(6) % 3), np.where(np.arange(6) < 3, 27, 15)
@@ -89,7 +91,8 @@ class Ram(RamMap):
     dynamite_x = byte(32)  # x + 1
     fuse = byte(63)  # counts down from 84
     waits = byte(64)  # dynamite is to be dropped at the next line
-    flash = byte(69)  # brightness of the streets
+    flash = byte(69)  # brightness of the streets and walls
+    car_color = byte(74)
     lives = byte(85)
     used = byte(86)  # fuel, rows of the tank
     used_low = byte(87)  # fuel, 256ths
@@ -100,7 +103,7 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     records = _records(m)
-    player, others = records[0], records[1:]
+    player, others = replace(records[0], color=m.car_color), records[1:]
     page = m.page[1:]
     is_points = (page == POINTS_PAGE) & (_low_byte(m)[1:] != EXPLOSION)
     is_burst = (page != CAR_PAGE) & (page != BANK_PAGE) & ~is_points
@@ -169,7 +172,8 @@ def _dynamite(m: Ram, records: Box) -> Box:
     # While two records are drawn beside it, its end ($F7FE) comes too late for the first columns.
     beside = records.valid & among(records.y - m.dynamite_y - MAZE_TOP, DRAWN)
     longer = (x < OUTSIDE) & (jnp.sum(jnp.where(beside, 1, 0)) > 1)
-    return box(left, m.dynamite_y + MAZE_TOP, right - left, jnp.where(longer, 3, 2), there)
+    height, color = jnp.where(longer, 3, 2), pick(m.city & 3, WALL_COLORS) | m.flash
+    return box(left, m.dynamite_y + MAZE_TOP, right - left, height, there, color=color)
 
 
 def _tank(m: Ram) -> Box:
@@ -213,7 +217,7 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (12, 11), 128, mask=SAVER_MASK),
     categories=(
-        Category("Player", sprites(CAR, STREETS), rgb=(162, 98, 33), doc="the car, or its wreck"),
+        Category("Player", sprites(CAR, STREETS), doc="the car, or its wreck"),
         three("Bank", sprites(GREY, STREETS, area=(34, 34)), doc="to be robbed"),
         three("Police", POLICE, doc="police cars"),
         Category("Dynamite", DYNAMITE, doc="dropped behind the car"),

@@ -118,6 +118,7 @@ class Ram(RamMap):
     shot_side = byte((92, 93), (86, 87))
     shot_ahead = byte((94, 95), (88, 89))
     stick = high(104)  # a bit is 0 where it is pressed
+    crosshair_color = byte(108)
     shots = bits(97, first=6, count=2)  # whether they fly, a bit each
 
 
@@ -128,7 +129,7 @@ def decode(m: Ram) -> dict[str, Box]:
     enemies = enemies.where(normal)
     return {
         "Player": box(19, 140, 122, 37, normal),
-        "Crosshair": box(78, 79, 1, 6, normal),
+        "Crosshair": box(78, 79, 1, 6, normal, color=m.crosshair_color),
         "Blue_Tank": enemies.where(kind <= BLUE),
         "Yellow_Blue_Tank": enemies.where(kind == YELLOW),
         "Red_Thing": enemies.where(kind == FLYER),
@@ -270,7 +271,8 @@ on_plain = functools.partial(Category, needs=("Crosshair",))
 enemies = functools.partial(on_plain, count=2)
 enemy = functools.partial(Blobs, region=PLAIN, gap=(1, 1), min_size=(2, 2), max_size=(32, 18))
 flyer = functools.partial(enemy, gap=(2, 4), min_size=(1, 2))
-RED = (2, 64, 66, 70, 72, 74)
+RED, FLYER_RGB = (2, 64, 66, 70, 72, 74), (74, 74, 74)
+BLUE_RGB = (24, 80, 128)
 CROSSHAIR = Blobs((0, 46), (70, 74, 88, 90), min_size=(1, 6), max_size=(1, 6))
 CONTENT = Blobs(WHITE, (75, 4, 95, 36), gap=(0, 1), max_size=(12, 18))
 PLAYER = Bounds((194, 2, 4), (19, 140, 141, 177), min_size=(122, 37))
@@ -286,11 +288,13 @@ GAME = Game(
     categories=(
         on_plain("Player", PLAYER, rgb=(26, 102, 26), doc="the player's tank"),
         Category("Crosshair", CROSSHAIR, doc="yellow when an enemy is in it"),
-        enemies("Blue_Tank", enemy((6, 162, 166), first=(6, 166)), doc="enemy"),
-        enemies("Yellow_Blue_Tank", enemy((40, 8, 162), first=40), doc="enemy"),
-        enemies("Red_Thing", flyer(RED, first=(70, 72, 74)), doc="flyer, with its shadow"),
+        enemies("Blue_Tank", enemy((6, 162, 166), first=(6, 166)), rgb=BLUE_RGB, doc="enemy"),
+        enemies("Yellow_Blue_Tank", enemy((40, 8, 162), first=40), rgb=BLUE_RGB, doc="enemy"),
+        enemies(
+            "Red_Thing", flyer(RED, first=(70, 72, 74)), rgb=FLYER_RGB, doc="flyer, with its shadow"
+        ),
         enemies("Boss", flyer((44, 0, 2), first=44), doc="with its shadow"),
-        enemies("Explosion", enemy((24, 82, 68), gap=(5, 4)), doc="of an enemy"),
+        enemies("Explosion", enemy((24, 82, 68), gap=(5, 4)), rgb=(184, 50, 50), doc="of an enemy"),
         on_plain("Shot", Blobs(WHITE, PLAIN, max_size=(8, 4)), count=2, doc="player's, enemy's"),
         on_plain("Radar", Bounds(GREEN, (74, 3, 96, 36), min_size=(22, 33)), doc="its rim"),
         on_plain("Radar_Content", CONTENT, count=3, doc="hand and blips"),

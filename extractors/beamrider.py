@@ -16,6 +16,7 @@ out on a frame; an enemy but a saucer on the frame of the hit; the last frame of
 """
 
 import functools
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
@@ -24,7 +25,7 @@ from ocjax.boxes import Box, box, choose
 from ocjax.console import packed_position, signed_nibble
 from ocjax.digits import Digits, score_box
 from ocjax.game import Game
-from ocjax.ops import among, lookup, reached
+from ocjax.ops import among, lookup, pick, reached
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Rom
 from ocjax.rules import Blobs, Bounds, Category, Cells, display
@@ -47,6 +48,7 @@ DISK, PICTURE_COUNT = 39, 45  # a saucer far away; five larger ones follow
 # The first states mean other things in the records of the saucers.
 SAUCER, SAUCER_SCRIPTED = range(1, 6), range(4, 6)
 SAUCER_LEAVING, SAUCER_LEFT, SAUCER_RIGHT = 1, 2, 3
+COLORS = ROM.bytes(0x1D8E, CRAFT.stop)  # by picture
 JUST_HIT = 8  # timer of a burst on the frame of the hit, which still shows what was hit
 STRUCK = 192  # the player's shot on that frame
 SHIP_EXPLODES = 0x98 >> 3
@@ -64,6 +66,8 @@ PAGES, LOW_BYTES = ROM.bytes(0x1CE8, PICTURE_COUNT) & 15, ROM.bytes(0x11D8, PICT
 PICTURES = ROM.pictures((PAGES << 8 | LOW_BYTES - 2 - 7).tolist(), 8)
 
 YELLOW, LASER_COLOR, FIELD = 26, 54, (0, 44, 160, 164)
+WRECK, DISK_COLORS = 70, (8, 14)  # an exploding ship; far and near saucers
+NEAR = 0x5E  # depth
 SHOTS = Blobs((104, 86), FIELD, min_size=(2, 2), max_size=(4, 6), area=(8, 12))
 ENEMIES = {  # states, rule, doc
     "Rejuvenator": (REJUVENATOR, Blobs(24, FIELD, min_size=(3, 2), max_size=(5, 7)), "a life"),
@@ -116,17 +120,21 @@ def decode(m: Ram) -> dict[str, Box]:
     # Shared by many categories: without it REM takes 0.18 instead of 0.16 us a state.
     drawn = _drawn(all_x, all_y, jnp.append(picture, shot_picture))
     burst, kind = _bursting(m), m.state[OTHERS]
-    sunk = jnp.where(m.ship == SHIP_EXPLODES, 4, 0)
+    wrecked = m.ship == SHIP_EXPLODES
+    sunk, ship_color = jnp.where(wrecked, 4, 0), jnp.where(wrecked, WRECK, YELLOW)
+    ship_x = packed_position(m.ship_position) + 9
+    colored = replace(drawn[SEVEN], color=lookup(COLORS, picture))
     way = m.sentinel_x - 7
     sentinel_x = 9 + (way + (way >> 2) + (way >> 1 & 1) >> 1)
     i3, i13 = np.arange(3), np.arange(13)
     spare = jnp.where(m.spare_ships < 128, m.spare_ships, 0) + jnp.where(m.ship_lost == 255, 1, 0)
     return {
-        "Player": box(packed_position(m.ship_position) + 9, 164 + sunk, 15, 16 - sunk),
+        "Player": box(ship_x, 164 + sunk, 15, 16 - sunk, color=ship_color),
         "Saucer": _saucers(m, drawn, x, y),
         **{name: drawn[OTHERS].where(among(kind, e[0])) for name, e in ENEMIES.items()},
-        "Explosion": drawn[SEVEN].where(burst & among(picture, EXPLOSION)),
-        "Sparks": drawn[SEVEN].where(burst & among(picture, SPARKS)),
+        "Enemy_Projectile": colored[OTHERS].where(among(kind, ENEMY_SHOT)),
+        "Explosion": colored.where(burst & among(picture, EXPLOSION)),
+        "Sparks": colored.where(burst & among(picture, SPARKS)),
         "Player_Projectile": drawn[SHOT].where(laser & flying),
         "Torpedos": drawn[SHOT].where(among(m.shot, TORPEDO) & flying),
         "Sentinel": box(sentinel_x, 37, 16, 7, m.enemies > 127),
@@ -258,15 +266,17 @@ def _saucers(m: Ram, drawn: Box, x: jax.Array, y: jax.Array) -> Box:
     before = (other < own) | (other == own) & (i[None] > i[:, None])
     third = jnp.sum(jnp.where(before & far[None], 1, 0), axis=1) == 2  # another sprite draws it
     dot_x = jnp.where(third, 84, 80) + _scaled(x - jnp.where(third, 128, 123), 84)
-    return choose(far, box(dot_x, 43, 1, 1), drawn[SAUCERS].where(saucer))
+    near = jnp.where(y >= NEAR, 1, 0)
+    saucers = choose(far, box(dot_x, 43, 1, 1), drawn[SAUCERS].where(saucer))
+    return replace(saucers, color=pick(near, DISK_COLORS))
 
 
 score = functools.partial(score_box, FONT, right=108, top=10, digits=6, leading_zeros=True)
 amount = functools.partial(score_box, NARROW_FONT, right=31, top=32, digits=2)
 SHIP_COLORS = (*range(64, 112, 2), 86, YELLOW)
 SHIP = Blobs(SHIP_COLORS, (0, 164, 160, 180), gap=(4, 2), min_size=(9, 9), max_size=(15, 16))
-DOTS = Blobs((8, 14), (0, 43, 160, 164), max_size=(3, 1), split=(1, 1))  # disks at the horizon
-DISKS = Blobs((8, 14), (0, 43, 160, 164), min_size=(1, 2), max_size=(8, 6), also=DOTS)
+DOTS = Blobs(DISK_COLORS, (0, 43, 160, 164), max_size=(3, 1), split=(1, 1))  # disks at the horizon
+DISKS = Blobs(DISK_COLORS, (0, 43, 160, 164), min_size=(1, 2), max_size=(8, 6), also=DOTS)
 EXPLOSIONS = Blobs((26, 24, 22, 14), FIELD, min_size=(7, 7), max_size=(8, 8), area=(17, 25))
 ENDS = Blobs((38, 86), FIELD, gap=(2, 1), min_size=(7, 5), max_size=(8, 5))
 PASSING = Blobs((140, 66, 68, 218, 58), (0, 37, 160, 44), min_size=(8, 4), max_size=(16, 7))
@@ -283,7 +293,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", SHIP, doc="the ship"),
+        Category("Player", SHIP, color_row=-1, doc="the ship"),
         Category("Saucer", DISKS, count=3, doc="white; dots at the horizon"),
         *(Category(name, e[1], count=4, doc=e[2]) for name, e in ENEMIES.items()),
         Category("Explosion", EXPLOSIONS, count=7, doc="what was hit"),

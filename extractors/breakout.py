@@ -34,6 +34,7 @@ DIGITS_TOP = 5
 FIELD = (8, 32, 152, 196)
 ROWS = (70, 54, 38, 22, 198, 134)  # colours of the bricks, top row first
 RED, GREY = 70, 6
+COLOR_TOPS = tuple(range(57, 94, 6))  # of the bricks, and of what is under them
 BLOCK_X, BLOCK_Y = np.tile(8 + 8 * np.arange(18), 6), np.repeat(57 + 6 * np.arange(6), 18)
 # The six registers of the playfield, from left to right: the bits of each that hold its columns'
 # bricks, of which each has two.
@@ -77,7 +78,8 @@ def _ball(m: Ram) -> Box:
     bottom = y + jnp.where(y < 81, 12, 13)
     # The ball is switched off in the middle of the last row.
     off = jnp.where((y & 1) == 1, 46, 56)
-    return box(x, top, 2, bottom - top).clip(8, 32, 152, jnp.where(x < off, 196, 195))
+    color = pick(reached(top, COLOR_TOPS), (GREY, *ROWS, RED))  # of its first row
+    return box(x, top, 2, bottom - top, color=color).clip(8, 32, 152, jnp.where(x < off, 196, 195))
 
 
 def _bricks(m: Ram) -> jax.Array:

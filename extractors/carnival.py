@@ -38,6 +38,7 @@ FONT = ROM.font(0xD00, rows=7, stride=8)
 # Low bytes of the pictures' addresses.
 DUCK, RABBIT, OWL, BULLETS, NO_PICTURE = 0x00, 0x10, 0x20, 0x30, 0x5C
 NO_WHEEL = 0x54
+SIGN_TUNE = 0x14  # `tune` while the sign has its other colour
 NO_SIGN, MINUS, MINUS_BULLETS, PLUS_BULLETS = 0x4F, 0xB1, 0xA6, 0x1E
 NO_DUCK = 0x4F  # `duck_y`
 LAST_BITE = 3  # `eater_x` at the left end of the bullets
@@ -98,6 +99,7 @@ class Ram(RamMap):
     bar_ends = bits(59, 62, first=4, count=4)  # a bit a unit
     chew = byte(79)  # counts to 20
     tick = byte(81)  # counts to 0; then what moves slowly has moved after drawing
+    tune = byte(16)  # that plays
     sign_on = byte(102)
     eater_x = byte(109)  # x + 3
     duck_x = byte(111)  # x + 4
@@ -143,7 +145,7 @@ def _wheel(m: Ram) -> Box:
     phase = jnp.where(_moved(m), (m.clock - 1) >> 2 & 3, shown)
     x = jnp.where(phase == 2, 72, 70)
     width = jnp.where((phase == 0) | (phase == 3), 28, 26)
-    color = pick(m.wheel_color, WHEEL)
+    color = pick(jnp.where(_moved(m), (m.clock - 1) >> 4 & 3, m.wheel_color), WHEEL)
     return box(x, 15, width, 12, m.wheel != NO_WHEEL, color=color)
 
 
@@ -177,7 +179,8 @@ def _ducks(m: Ram) -> Box:
     eats_last = (m.bullets == 0) & (m.eater_x == LAST_BITE) & (m.chew == 0)  # it has just gone
     there = jnp.stack([flies, (m.munch != NO_PICTURE) | eats_last])
     xs, ys = jnp.stack([x, eater_x]), jnp.stack([y, jnp.int32(203)])
-    return box(xs, ys, np.array((16, 6)), np.array((15, 6)), there)
+    color = np.array((YELLOW, WHITE))
+    return box(xs, ys, np.array((16, 6)), np.array((15, 6)), there, color=color)
 
 
 def _bar(m: Ram) -> Box:
@@ -195,8 +198,9 @@ def _sign(m: Ram) -> tuple[Box, Box]:
     bullets_width = 42 - 4 * div(m.amount + 2, 9)  # pictures of 9 rows
     width = jnp.where(is_bullets, bullets_width, 22)
     x, value_y = jnp.where(is_bullets, 20, 22), jnp.where(is_bullets, 33, 29)
-    value = box(x, value_y, width, jnp.where(is_bullets, 5, 9), there)
-    return box(12, y, 6, height, there), value
+    color = pick(jnp.where(m.tune == SIGN_TUNE, 1, 0), SIGN)
+    value = box(x, value_y, width, jnp.where(is_bullets, 5, 9), there, color=color)
+    return box(12, y, 6, height, there, color=color), value
 
 
 targets = functools.partial(Category, count=18)

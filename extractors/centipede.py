@@ -45,7 +45,7 @@ MUSHROOM, FLEA, CENTIPEDE = COLORS[OF_SHOOTER], COLORS[OF_FLEA], COLORS[OF_CENTI
 SPIDER, SCORPION = COLORS[OF_SPIDER], COLORS[OF_SCORPION]
 KEYS = tuple(COLORS[i + OF_GROUND & 7] & 0xF0 | 6 for i in range(8))
 SHADES = Shades((80, 183), KEYS, tuple(COLORS[i:] + COLORS[:i] for i in range(8)))
-BLACK = 0
+BLACK, VIOLET_RGB = 0, (188, 144, 252)
 SHINING = tuple(range(14, 256, 16))  # of a row that the scorpion has crossed
 
 LEFT, TOP, ZONE, ZONES = 16, 5, 9, 20  # zones are counted from the bottom
@@ -292,8 +292,8 @@ GAME = Game(
         Category("Scorpion", SCORPION_SEEN, doc="the scorpion, which poisons a row"),
         Category("Mushroom", MUSHROOMS, count=304, doc="row from the top * 16 + place"),
         display("Ground", LINE, attributes=(), doc="the line under the field"),
-        display("Life", SPARE, count=7, attributes=(), doc="spare lives"),
-        display("Score", POINTS, doc="points, below 1,000,000"),
+        display("Life", SPARE, count=7, attributes=(), rgb=VIOLET_RGB, doc="spare lives"),
+        display("Score", POINTS, rgb=VIOLET_RGB, doc="points, below 1,000,000"),
     ),
     shades=SHADES,
 )

@@ -90,6 +90,7 @@ class Ram(RamMap):
     wreck_convoy = bits(40, count=3)
     speed = signed(42)  # of the player, in 1/32
     part = signed(43)  # of a column
+    shot_color = byte(45)  # its brightness counts down
     shot = byte(49, 52, 55, 58, 61, 64)
     shot_y = byte(65)  # 167 - y
     faces_right = bits(66)
@@ -255,7 +256,8 @@ def _shot(m: Ram) -> Box:
     lit = (m.shot[SHOT_BYTE] >> SHOT_BIT & 1) == 1
     column = np.arange(0, 160, 4)
     left, right = jnp.min(jnp.where(lit, column, 160)), jnp.max(jnp.where(lit, column + 4, 0))
-    return box(left, 167 - m.shot_y, right - left, 1, right > left).clip(*FIELD)
+    color = m.shot_color + 0x6F ^ 0x0F
+    return box(left, 167 - m.shot_y, right - left, 1, right > left, color=color).clip(*FIELD)
 
 
 def _radar(m: Ram) -> tuple[Box, Box]:

@@ -98,6 +98,7 @@ class Ram(RamMap):
     thing = byte(83)  # low byte of its picture's address
     thing_page = bits(84)
     thing_x = byte(85)
+    thing_color = byte(86)
     started = byte(1)  # 128 or more: the game is over
 
 
@@ -240,7 +241,7 @@ def _thing(m: Ram) -> Box:
     zoom = jnp.where(m.wide != 15, 4, 1)
     there = (m.top > 0) & (bottom > top) & (m.on_roof == 0)
     x = m.thing_x - 10 + zoom * first + jnp.where(zoom > 1, 1, 0)  # the chip begins wide ones later
-    things = box(x, top, zoom * (last - first), bottom - top, there)
+    things = box(x, top, zoom * (last - first), bottom - top, there, color=m.thing_color)
     return things.clip(0, 43, 160, 199)
 
 

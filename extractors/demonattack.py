@@ -6,6 +6,7 @@ to dive, the game moves the demons above it down a row. What appears (OCAtari's 
 explodes, demon or ship, is a cloud of particles and no object; the shot waits for its launch in the
 ship. EnemyMissile has two slots, left and right, for each of the game's ten rows of missiles; they
 turn as the missiles fall, so a missile keeps its slot. A ray fills its rows. Scenery: the ground.
+Each row of a demon has a colour of its level; a demon's colour is the fourth row's from below.
 
 RAM: ALE's source (score, lives), OCAtari 2.2, and the ROM's code. Demons, the score and the ship's
 state change after a frame is drawn, and `decode` takes that back. A demon hides what is less than
@@ -48,6 +49,10 @@ UPPER, LOWER = 182, 185  # line + row: down to the lowest demon, under it
 GROUND, TOP_ROW, CEILING = LOWER + 1, 0xA2, 0x97  # rows of demons are below the last one
 
 ROWS = 8  # of a demon
+COLOR_ROW = -4  # from the bottom of a demon's box; most demons have the most pixels there
+COLORS = ROM.bytes(0xF00, 256)  # of a demon's rows, the lowest one first
+# Column of the beam when a row takes its colour: left of it, it is still that of the row above.
+COLORED_AT = np.array((43, 43, 43, 52, 52, 52, 34))  # by slot
 # How much is visible of 32 pictures: of each nothing, its last row, its last two rows, ...
 PICTURES = Pictures.of(
     np.where(np.arange(ROWS) >= ROWS - rows, ROM.rows(0xE00 + ROWS * picture, ROWS), 0)
@@ -108,7 +113,9 @@ class Ram(RamMap):
     diver_y = byte(72)
     y_part = byte(73, 74, 75)  # of a row
     score_shown = bits(76, first=6)
+    colors = byte(77)  # place of this level's in `COLORS`
     note = byte(80)
+    lives_color = byte(84)
     digits = byte(93, 95, 97, 99, 101)  # 10 * digit, 100: blank; the last one is not kept
     bombs_or_rays = bits(107, first=7)  # 0: a demon dives
     bombs = bits(108, first=2)  # 0: rays
@@ -165,7 +172,9 @@ def _demons(m: Ram, y: jax.Array) -> Box:
     x = packed_position(m.code) + 5 - jnp.pad(_step(m), (0, 4)) + left
     line = np.where(np.arange(7) == DIVER, LOWER, UPPER) + 1 - ROWS - _slots(y, y, m.diver_y)
     width = jnp.where(small, width, 16 - 2 * left)
-    return box(x, line + top, width, height, (alive | hit) & (height > 0))
+    row = ROWS - top - 1 + jnp.minimum(-height - COLOR_ROW, 0) + jnp.where(x + 1 < COLORED_AT, 1, 0)
+    color = lookup(COLORS, m.colors + row)
+    return box(x, line + top, width, height, (alive | hit) & (height > 0), color=color)
 
 
 def _slots(left: jax.Array, right: jax.Array, diver: jax.Array) -> jax.Array:
@@ -261,7 +270,8 @@ def _lives(m: Ram) -> Box:
     """The ships on the screen lag behind a life that is lost or won by a frame."""
     lost = (m.page == SHIP_EXPLODED) & (m.explosion == 0) & (m.game != GAME_OVER)
     shown = m.lives + jnp.where(lost, 1, 0) - jnp.where(m.extra_life == 1, 1, 0)
-    return box(17, 188, 8 * shown - 5, 5, (shown > 0) & (shown <= 6), value=m.lives + 1)
+    there, value = (shown > 0) & (shown <= 6), m.lives + 1
+    return box(17, 188, 8 * shown - 5, 5, there, value=value, color=m.lives_color)
 
 
 FIELD = (0, 17, 160, GROUND)
@@ -291,7 +301,7 @@ GAME = Game(
     decode=decode,
     categories=(
         Category("Player", Bounds(PURPLE, (0, 174, 160, GROUND)), doc="the ship"),
-        Category("Enemy", DEMONS, count=7, doc="demons or left halves, right halves, the diver"),
+        Category("Enemy", DEMONS, count=7, color_row=COLOR_ROW, doc="demons, halves, the diver"),
         Category("PlayerMissile", SHOTS, doc="the shot in flight"),
         Category("EnemyMissile", MISSILES, count=2 * MISSILE_ROWS, doc="bombs, pieces of rays"),
         display("Score", SCORE, doc="points"),

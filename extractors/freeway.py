@@ -28,7 +28,6 @@ from ocjax.game import Game
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Rom
 from ocjax.rules import Blobs, Bounds, Category, display
-from ocjax.vision.palette import NTSC
 
 ROM = Rom("freeway", "8e0ab801b1705a740b476b7f588c6d16")
 FONT = ROM.font(0x700, rows=8)
@@ -81,7 +80,8 @@ def _cars(m: Ram) -> Box:
     nose, tail = np.where(lane < UPPER, 159, 1), np.where(lane < UPPER, 1, 159)
     inset = jnp.where(truck, 0, jnp.where(x == nose, 2, jnp.where(x == tail, 1, 0)))
     width = jnp.where(truck, 16, 8)
-    return box(x, 27 + 16 * lane + inset, width, 10 - 2 * inset, copy < copies).clip(*ROAD)
+    y, height, color = 27 + 16 * lane + inset, 10 - 2 * inset, np.array(CARS)[lane]
+    return box(x, y, width, height, copy < copies, color=color).clip(*ROAD)
 
 
 def _lanes(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
@@ -134,7 +134,7 @@ GAME = Game(
             "Car",
             Blobs((BLACK, *CARS), ROAD, max_size=(16, 10)),
             count=30,
-            rgb=tuple(NTSC[c] for c in CARS * 3),
+            color_row=1,  # under the black one
             doc="cars and trucks, up to three a lane",
         ),
         display(

@@ -3,7 +3,8 @@
 A row has three floes, which are broken in two in every second level. Slots of FloatingBlock are row
 * 6 + floe * 2 + half, the lowest row first. A whole floe is in the slot of its left half; the other
 slot holds what of it is at the other edge of the screen. Animals have a slot for each of the three
-places of a row: row * 3 + place. The eight columns at the left edge are blanked by the beam.
+places of a row: row * 3 + place. The eight columns at the left edge are blanked by the beam. Floes
+are white; those of a row turn blue when it is stepped on, and white again when all rows are blue.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 and D. Debro's disassembly (what the records are), and
 the ROM's code. Everything moves before the frame is drawn, so that the RAM has what is on the
@@ -31,7 +32,7 @@ from ocjax.game import Game
 from ocjax.ops import lookup, mod, pick, reached
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, Category, display
+from ocjax.rules import Blobs, Bounds, ByColor, Category, display
 
 ROM = Rom("frostbite", "4ca73eb959299471788f0b685c3ba0b5")
 FONT = ROM.font(0xF00, rows=8)
@@ -91,6 +92,9 @@ class Ram(RamMap):
     apart = byte(30)  # step of the halves of floes, counts down
     floe_x = byte(31, 32, 33, 34)
     picture = byte(35, 36, 37, 38)  # of a row's animals, low byte of its address
+    floe_color = byte(43, 44, 45, 46)  # lowest row first
+    bear_color = byte(61)  # by day or by night
+    door_color = byte(62)  # black, or a flickering fire by night
     score = bcd((72, 73, 74))
     level = byte(75)  # 0: the first one
     lives = byte(76)
@@ -125,7 +129,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Crab": animals.where(kind == CRABS),
         "Clam": animals.where(kind == CLAMS),
         "House": _igloo(m),
-        "Door": box(123, 47, 8, 8, m.igloo == COMPLETE),
+        "Door": box(123, 47, 8, 8, m.igloo == COMPLETE, color=m.door_color),
         "Score": score_box(FONT, _shown_score(m), right=70, top=10, digits=6, value=m.score),
         "Lives": lives.where(m.lives > 0),
         "Temperature": _temperature(m),
@@ -148,7 +152,8 @@ def _bailey(m: Ram) -> Box:
 def _bear(m: Ram) -> Box:
     facing, pose = _facing(1 - m.bear_right), m.bear_pose & 7
     right = m.bear_right == 1
-    bear = BEARS.box(pose, m.bear_x + 1, 58, mirrored=right, zoom=2, orientation=facing)
+    look = {"orientation": facing, "color": m.bear_color}
+    bear = BEARS.box(pose, m.bear_x + 1, 58, mirrored=right, zoom=2, **look)
     return bear.clip(*SHORE).where(m.level >= FIRST_BEAR)
 
 
@@ -184,7 +189,9 @@ def _floes(m: Ram) -> Box:
     top, bottom = reached(x, ROWS_BEYOND), reached(right, ROWS_INSIDE)
     y, left = FLOE_Y - ROWS_APART * FLOE_ROW, jnp.maximum(x - 8, 8)
     width, there = jnp.minimum(right, 160) - left, (right > 8) & (x < 168)
-    return box(left, y + top, width, bottom - top, there)
+    color = jnp.repeat(m.floe_color, 6)
+    visited = jnp.where(color == WHITE, 0, 1)
+    return box(left, y + top, width, bottom - top, there, value=visited, color=color)
 
 
 def _igloo(m: Ram) -> Box:
@@ -230,7 +237,14 @@ GAME = Game(
     categories=(
         facing("Player", BAILEY, doc="Frostbite Bailey"),
         facing("Bear", BEAR, doc="on the shore, from level 4 on"),
-        Category("FloatingBlock", FLOES, count=24, doc="row * 6 + floe * 2 + half"),
+        Category(
+            "FloatingBlock",
+            FLOES,
+            count=24,
+            attributes=("value",),
+            value=ByColor(((WHITE, 0), (ICE, 1))),
+            doc="row * 6 + floe * 2 + half; value: 1 if it was stepped on since all were white",
+        ),
         animals("Bird", animal(BIRD), doc="snow geese: row * 3 + place"),
         animals("GreenFish", animal(FISH), doc="row * 3 + place"),
         animals("Crab", animal(CRAB), doc="row * 3 + place"),

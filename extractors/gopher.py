@@ -32,6 +32,7 @@ ROM = Rom("gopher", "c16c79aad6272baffb8aae9a7fff0864")
 FONT = ROM.font(0xC01, rows=9, stride=10)
 
 BLACK, GOPHER, DUG, DIGITS = 0, 240, 44, 40
+DUG_RGB = (223, 183, 85)
 CARROT_COLORS, DUCK_COLORS = (196, 36, 38, 52), (14, 140, 252, 40)
 SCORE_LEFTS, SCORE_TOP = range(57, 105, 8), 10
 CARROT_LEFTS = np.array((92, 76, 60))
@@ -286,12 +287,12 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", FARMER, doc="the farmer"),
+        Category("Player", FARMER, rgb=(84, 92, 214), doc="the farmer"),
         Category("Gopher", RODENT, attributes=("orientation",), doc="the gopher"),
         Category("Carrot", CARROTS, count=3, doc="carrots, from right to left; lives"),
-        Category("Bird", DUCK, attributes=("orientation",), doc="the duck"),
+        Category("Bird", DUCK, attributes=("orientation",), rgb=(236, 236, 236), doc="the duck"),
         Category("Seed", Bounds(DUG, (0, 31, 160, 146)), doc="a seed of a carrot"),
-        Category("Hole", PIECES, count=18, doc="dug pieces of six holes, upper row first"),
+        Category("Hole", PIECES, count=18, rgb=DUG_RGB, doc="dug pieces of six, upper row first"),
         Category("Floor", TUNNELS, count=40, doc="dug columns of the tunnel"),
         display("Score", SCORE, doc="points"),
     ),

@@ -1,0 +1,94 @@
+"""The colours of Alien's eggs.
+
+Two sprites draw the figures: one the three aliens, the other one the crewman, the pulsar or his
+flame, and the rocket. Each takes one figure after another from the top down, with its colour, then
+those that are not in the maze, and at last the colour of the display. Eggs are missiles, which have
+the colours of their sprites: of the six columns of each half, the left three belong to the first
+sprite, the others to the second one, which takes figures above a row of eggs, not within it. Of two
+figures of a sprite that are too close below each other, one is left out, by turns. Odd frames draw
+the eggs of the right half, even frames those of the left half.
+"""
+
+from collections.abc import Sequence
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+SPRITES = (0, 1, 2), (3, 4, 5)  # figures
+PLAYER, DISPLAY = 3, 6  # the figure that is the highest one; what stands for no figure
+# By sprite, and of the player: a figure's least distance from the next one, and the row where that
+# one is taken after a figure that is at 0.
+SPACING, PLAYER_SPACING = (12, 11), 15
+TAKEN, PLAYER_TAKEN = (210, 211), 219
+NOT_THERE = 511  # instead of that row
+
+
+def colors_of_eggs(
+    y: Sequence[jax.Array],
+    colors: jax.Array,
+    frame: jax.Array,
+    tops: np.ndarray,
+    column: np.ndarray,
+) -> jax.Array:
+    """Palette indices of eggs, those of the left half first.
+
+    Args:
+        y: of the six figures, in steps of two rows from the bottom; 0: not in the maze.
+        colors: of the six figures and the display.
+        frame: the number of the frame that was drawn last.
+        tops: the first rows of the eggs.
+        column: of the eggs, 0 to 5.
+    """
+    by_second, in_right = column >= 3, np.arange(len(tops)) >= len(tops) // 2
+    row = np.where(by_second, tops - 2 * (column % 3), tops)
+    left, right = frame - (frame & 1), frame - 1 | 1  # the last frames that drew each half
+    turns = [_turns(y, colors, sprite, n) for n in (left, right) for sprite in (0, 1)]
+    end = jnp.full_like(row, NOT_THERE << 11 | DISPLAY << 8) | colors[DISPLAY]
+    for a, b, c, d in zip(*turns, strict=True):
+        turn = jnp.where(in_right, jnp.where(by_second, d, c), jnp.where(by_second, b, a))
+        end = jnp.where(turn >= row + 1 << 11, jnp.minimum(end, turn), end)
+    return end & 255
+
+
+def _turns(
+    y: Sequence[jax.Array], colors: jax.Array, sprite: int, frame: jax.Array
+) -> list[jax.Array]:
+    """Words of a sprite's figures: the row up to which it has their colour, figure and colour.
+
+    The word of a figure that is left out on a frame is 0.
+    """
+    a, b, c = (y[i] << 11 | (DISPLAY - i) << 8 | colors[i] for i in SPRITES[sprite])
+    a, b = jnp.maximum(a, b), jnp.minimum(a, b)
+    top, c = jnp.maximum(a, c), jnp.minimum(a, c)
+    middle, bottom = jnp.maximum(b, c), jnp.minimum(b, c)
+    odd, close = (frame & 1) == 1, _is_close(top, middle, sprite)
+    is_later = odd == _comes_later(top, middle)
+    top_out, middle_out = close & is_later, close & ~is_later
+    upper = jnp.where(middle_out, top, middle)
+    is_later = jnp.where(close, (frame & 2) > 0, odd) == _comes_later(upper, bottom)
+    close = _is_close(upper, bottom, sprite)
+    top_out = top_out | (close & is_later & middle_out)
+    middle_out, bottom_out = middle_out | (close & is_later), close & ~is_later
+    words = (top, top_out), (middle, middle_out), (bottom, bottom_out)
+    return [jnp.where(out, 0, _turn(word, sprite)) for word, out in words]
+
+
+def _of_player(word: jax.Array) -> jax.Array:
+    return (word >> 8 & 7) == DISPLAY - PLAYER
+
+
+def _is_close(upper: jax.Array, lower: jax.Array, sprite: int) -> jax.Array:
+    spacing = jnp.where(_of_player(upper), PLAYER_SPACING, SPACING[sprite])
+    return ((upper >> 11) - (lower >> 11) < spacing) & (lower >= 1 << 11)
+
+
+def _comes_later(upper: jax.Array, lower: jax.Array) -> jax.Array:
+    """Whether the upper figure is the later one among all figures."""
+    return (upper >> 8 & 7) < (lower >> 8 & 7)
+
+
+def _turn(word: jax.Array, sprite: int) -> jax.Array:
+    taken = jnp.where(_of_player(word), PLAYER_TAKEN, TAKEN[sprite])
+    row = jnp.where(word >= 1 << 11, taken - 2 * (word >> 11), NOT_THERE)
+    return row << 11 | DISPLAY - (word >> 8 & 7) << 8 | word & 255
