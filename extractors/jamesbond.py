@@ -18,6 +18,7 @@ or before their own colour, and shots in a hornet's box.
 """
 
 import functools
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
@@ -29,7 +30,7 @@ from ocjax.game import Game
 from ocjax.ops import among, pick
 from ocjax.ram import RamMap, bcd, byte, high, low
 from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, Category, Shades, display
+from ocjax.rules import Blobs, Bounds, Category, Gauge, Shades, display
 
 ROM = Rom("jamesbond", "e51030251e440cffaab1ac63438b44ae")
 GRAPHICS = 0x1000  # offset of the pages that are at $F000 while the frame is drawn
@@ -88,6 +89,7 @@ SLOW, FIRST_SLOW, FIRST_FAST = 0x40, 35, (22, 23)  # bit of `shot_way`; first `e
 LATE, UNLIT = 22, 105  # least columns of enemies' shots in time, of missiles without their last row
 NONE, SPARKS_Y = 128, 64  # least value that stands for nothing; `object_y` of explosions
 JUST_DIED, LIT = 0x3C, 0x77  # `pause` then; `rig_colors` while the rig shows
+ORANGE = 0x3A  # of the vehicle
 DOUBLE, QUAD, COPIES = 5, 7, (1, 2, 4)  # sizes: of twice and four times the width; of two copies
 
 
@@ -122,6 +124,7 @@ class Ram(RamMap):
     score = bcd((94, 93, 92))
     last_y = byte(102)  # `object_y` of the last step of this frame, if any
     pause = byte(121)  # frames
+    flash = byte(122)  # colour of a lost vehicle
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -130,9 +133,11 @@ def decode(m: Ram) -> dict[str, Box]:
     objects, charge = _objects(m, kinds), _shot(m, m.bomb_x - 3, m.bomb_y, 123).clip(*BOMBED)
     shown = charge.clip(*SEA)  # at night, when sky and sea bed have its colours
     icons, life_y = 16 * jnp.minimum(m.lives, 3) - 8, 184 + jnp.minimum(m.mission, 1)
+    lost = ((m.flags & DIES) > 0) & (m.pause != JUST_DIED)
+    color = jnp.where(lost, m.flash & ~1, ORANGE)
     boxes = {
-        "Player": box(_column(m.x), m.y + 50, 8, 4).clip(*FIELD),
-        "Player_Shot": _shot(m, m.shot_x, m.shot_y, 123),
+        "Player": box(_column(m.x), m.y + 50, 8, 4, color=color).clip(*FIELD),
+        "Player_Shot": replace(_shot(m, m.shot_x, m.shot_y, 123), color=color),
         "Depth_Charge": choose((m.mission >= NIGHTS) & shown.valid, shown, charge),
         "Enemy_Shot": _enemy_shot(m),
         "Laser": _beam(m),
@@ -262,6 +267,8 @@ ROCKETS = rocket(min_size=(7, 9), also=rocket(min_size=(2, 4), max_size=(8, 8)))
 SPARKS = Blobs((0x44, 0x6A), (8, 115, 160, 121), gap=(5, 2), min_size=(5, 3), max_size=(8, 6))
 BURST = Blobs((0xC2, 0x18), SEA, gap=(7, 4), min_size=(10, 5), max_size=(32, 16))
 MISSILES = blob((6, 0x34, 0x1A), FIELD, min_size=(3, 5), first=6)
+HELI = Bounds((0x0E, 0x46, 0x42, 0x14), SKY)
+ICONS = Bounds((0x26, 0x14, 0x0A), (9, 184, 49, 189), value=Gauge(16, -8, 1))
 POINTS = Bounds(0x18, (54, 15, 102, 22), value=Digits(FONT, range(54, 102, 8), 15))
 
 GAME = Game(
@@ -281,7 +288,7 @@ GAME = Game(
         Category("Lab", Bounds((0x18, 0x22, 0x36), (8, 156, 160, 179)), doc="on the sea bed"),
         Category("Ice", Bounds((0x94, 0x08, 0x98), SKY, (1, 10)), doc="a diamond"),
         Category("Satellite", Bounds((0x5A, 0x56, 0x52), SKY, (1, 8)), doc="in the sky"),
-        Category("Helicopter", Bounds((0x0E, 0x46, 0x42, 0x14), SKY), doc="in the sky"),
+        Category("Helicopter", HELI, rgb=(167, 26, 26), doc="in the sky"),
         Category("Hornet", FLYER, doc="in the air"),
         Category("Oil_Rig", Bounds((0x22, 0xCA), LOW, (1, 8)), doc="a goal: to be landed on"),
         Category("Ship", Bounds((0x0A, 0x18, 0x42), LOW, (9, 8)), doc="without its smoke"),
@@ -295,6 +302,6 @@ GAME = Game(
         Category("Rocket", ROCKETS, count=2, doc="rises: in the air, in the sea"),
         Category("Missile", MISSILES, count=4, doc="rises: lane * 2 + copy"),
         display("Score", POINTS, doc="points"),
-        display("Life", Bounds((0x26, 0x14, 0x0A), (9, 184, 49, 189)), doc="value: one more"),
+        display("Life", ICONS, rgb=(180, 122, 48), doc="value: one more"),
     ),
 )

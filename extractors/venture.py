@@ -21,6 +21,7 @@ and dead spiders for nothing.
 """
 
 import functools
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
@@ -71,7 +72,9 @@ class Ram(RamMap):
     dot_y = byte(26)
     guest_y = byte(27)
     status = byte(28, 29, 30, 31, 32, 33, 34)  # the last one of the dot
+    color = byte(36, 37, 38, 39, 40, 41)
     height = byte(42, 43, 44, 45, 46, 47)  # 256 less the rows
+    guest_color = byte(48)
     timer = byte(50, 51, 52, 53, 54, 55, 56)
     turns = byte(58, 59, 60)  # bits go round: who moves
     next_turn = byte(61)  # first sprite of the next frame
@@ -90,15 +93,19 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     old, left, number, icons = _scene(m)
+    second = _second(m, old, left, number)
+    wall = jnp.where(second, WALL_COLORS[1], WALL_COLORS[0])
     hall, room = (~old & there for there in (among(m.room, HALLS), ~among(m.room, HALLS)))
     dx, dy = _moves(m)
-    dot = box(m.dot_x - 1 - dx[DOT], 25 + 2 * (m.dot_y - dy[DOT]), 1, 2)
+    dot = box(m.dot_x - 1 - dx[DOT], 25 + 2 * (m.dot_y - dy[DOT]), 1, 2, color=wall)
     dx, dy = dx[:DOT], dy[:DOT]
     swap = (m.swapped > 0) & (m.guest == SPRITE)
     x = jnp.where(swap, m.guest_x, m.x) - dx
     y = jnp.where(swap, m.guest_y, m.y) - dy
     picture = jnp.where(swap, m.guest_picture - dy, m.picture + dy)
+    color = jnp.where(swap, m.guest_color, m.color) & ~1
     sprites = _sprites(m, x, y, picture + y).where((y != GONE) & ~old)
+    roamers = replace(sprites, color=color)
     three, four = sprites[1:4], sprites[2:5]
     first = among(m.room, TREASURE_FIRST)
     pairs = choose(np.arange(3) == 0, three, four)  # sprites 1, 3 and 4
@@ -114,13 +121,13 @@ def decode(m: Ram) -> dict[str, Box]:
         "Player": dot.where(hall),
         "Winky": box(x[0] - 1, 26 + 2 * y[0], 8, 12, room),
         "Shot": dot.where(room),
-        "Hallmonsters": choose(hall, sprites, _guest(m, dx, dy).where(~old)),
+        "Hallmonsters": choose(hall, roamers, _guest(m, dx, dy).where(~old)),
         **kinds,
         **finds,
         "Wall": walls.where(m.room == WALLS_ROOM),
-        "Chamber": box(x0, 24, pick(number, TOP_WALLS[1]), 4, room | left),
-        "Room": _rooms(m, jnp.where(old, among(m.split, SPLITS), hall)),
-        "Life": box(112, 9, 8 * icons - 4, 8, icons > 0, value=m.icons + 1),
+        "Chamber": box(x0, 24, pick(number, TOP_WALLS[1]), 4, room | left, color=wall),
+        "Room": _rooms(second, jnp.where(old, among(m.split, SPLITS), hall), wall),
+        "Life": box(112, 9, 8 * icons - 4, 8, icons > 0, value=m.icons + 1, color=wall),
         "Score": box(1, 9, 46, 8, value=score),
     }
 
@@ -141,17 +148,22 @@ def _place(m: Ram, number: jax.Array) -> Box:
     return box(*(pick(number, sides) for sides in PLACES + SIZES), valid=m.taken == 0)
 
 
+def _second(m: Ram, old: jax.Array, left: jax.Array, number: jax.Array) -> jax.Array:
+    """Whether the scene is in the second hall, whose walls are blue, or in one of its rooms."""
+    before = jnp.where(left, number >= 4, m.split == SPLITS[1])
+    return jnp.where(old, before, (m.room == HALLS[1]) | among(m.room, range(4, 8)))
+
+
 def _spread(boxes: Box) -> Box:
     """Pictures with four columns a dot."""
     return box(boxes.x + 1, boxes.y, 4 * boxes.w, boxes.h, boxes.valid)
 
 
-def _rooms(m: Ram, hall: jax.Array) -> Box:
-    second = (m.split == SPLITS[1]) | (m.room == HALLS[1])
+def _rooms(second: jax.Array, hall: jax.Array, color: jax.Array) -> Box:
     x, y, w, h = jnp.moveaxis(jnp.where(second, ROOMS[1], ROOMS[0]), 1, 0)
     there = hall & (np.arange(MAPPED.slots) < len(ROOMS[0]))
     x, y, w, h = (jnp.pad(side, (0, MAPPED.slots - 4)) for side in (x, y, w, h))
-    return box(x, y, w, h, there)
+    return box(x, y, w, h, there, color=color)
 
 
 def _sprites(m: Ram, x: jax.Array, y: jax.Array, picture: jax.Array) -> Box:
@@ -171,9 +183,10 @@ def _guest(m: Ram, dx: jax.Array, dy: jax.Array) -> Box:
     swapped = m.swapped > 0
     own = [jnp.where(m.guest == 4, side[4], side[3]) for side in (m.x - dx, m.y - dy)]
     x, y = (jnp.where(swapped, a, b) for a, b in zip(own, (m.guest_x, m.guest_y), strict=True))
+    color = jnp.where(swapped, jnp.where(m.guest == 4, m.color[4], m.color[3]), m.guest_color) & ~1
     line = jnp.where(m.guest == 4, FIRST_LINE[4], FIRST_LINE[3])
     there = (m.guest < NO_GUEST) & (np.arange(6) == 0) & (y != GONE)
-    return box(x - 1, line + 2 * y, 8, 16, there).clip(*VIEW)
+    return box(x - 1, line + 2 * y, 8, 16, there, color=color).clip(*VIEW)
 
 
 def _moves(m: Ram) -> tuple[jax.Array, jax.Array]:
@@ -231,9 +244,9 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", SPOT, rgb=(183, 57, 161), needs=("Room",), doc="the hunter in a hall"),
+        Category("Player", SPOT, needs=("Room",), doc="the hunter in a hall"),
         Category("Winky", big(PINK_FACE), doc="the hunter in a room"),
-        Category("Shot", SPOT, rgb=(183, 57, 161), needs=("Chamber",), doc="his arrow"),
+        Category("Shot", SPOT, needs=("Chamber",), doc="his arrow"),
         Category("Hallmonsters", ROAMERS, count=6, doc="in a hall, or one in a room"),
         _monster("Skeleton", GREY, (50, 62), "of room 0"),
         _monster("Goblin", BLUE, (50, 66), "of room 1"),
@@ -255,7 +268,7 @@ GAME = Game(
         Category("Green_Collectable", field(EMERALD, max_size=(8, 8)), doc="of room 7"),
         Category("Wall", MOVING, count=4, needs=("Chamber",), doc="of room 3"),
         Category("Chamber", Bounds(WALL_COLORS, (8, 24, 152, 28)), doc="upper wall of a room"),
-        Category("Room", MAPPED, count=MAPPED.slots, rgb=(183, 57, 161), doc="on the map"),
+        Category("Room", MAPPED, count=MAPPED.slots, doc="on the map"),
         display("Life", ICONS, doc="one more than the icons"),
         display("Score", Bounds(8, (0, 9, 48, 17), value=SCORE), doc="points"),
     ),

@@ -424,8 +424,6 @@ class Saver:
 
 def _has_colors(rule: Rule) -> bool:
     """Whether an object that a rule finds may have one of several colours."""
-    if isinstance(rule, Runs):
-        return False
     several = [len(colors) for _, colors in rule.slots] if isinstance(rule, Bounds) else [len(rule.palette)]
     return (isinstance(rule, Bounds) and rule.inverse) or max(several) > 1
 
