@@ -92,7 +92,7 @@ class Ram(RamMap):
     fuse = byte(63)  # counts down from 84
     waits = byte(64)  # dynamite is to be dropped at the next line
     flash = byte(69)  # brightness of the streets and walls
-    car_color = byte(74)
+    car_color = byte(74)  # as shown, also in the screen saver
     lives = byte(85)
     used = byte(86)  # fuel, rows of the tank
     used_low = byte(87)  # fuel, 256ths
@@ -103,7 +103,8 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     records = _records(m)
-    player, others = replace(records[0], color=m.car_color), records[1:]
+    color = m.car_color ^ jnp.maximum(_saver_key(m), 0)
+    player, others = replace(records[0], color=color), records[1:]
     page = m.page[1:]
     is_points = (page == POINTS_PAGE) & (_low_byte(m)[1:] != EXPLOSION)
     is_burst = (page != CAR_PAGE) & (page != BANK_PAGE) & ~is_points

@@ -256,7 +256,7 @@ def _shot(m: Ram) -> Box:
     lit = (m.shot[SHOT_BYTE] >> SHOT_BIT & 1) == 1
     column = np.arange(0, 160, 4)
     left, right = jnp.min(jnp.where(lit, column, 160)), jnp.max(jnp.where(lit, column + 4, 0))
-    color = m.shot_color + 0x6F ^ 0x0F
+    color = m.shot_color + 0x6F ^ 0x0F ^ jnp.maximum(_saver_key(m), 0)  # the saver leaves it
     return box(left, 167 - m.shot_y, right - left, 1, right > left, color=color).clip(*FIELD)
 
 
