@@ -17,7 +17,7 @@ from ocjax.datasets.plans import DatasetError
 from ocjax.files.blocks import Block, compact
 from ocjax.files.inputs import require
 from ocjax.game import Game
-from ocjax.objects import Objects
+from ocjax.objects import UNKNOWN_VALUE, Objects
 
 STATE = {
     "index": "int64",
@@ -129,7 +129,8 @@ def objects(found: Objects, game: Game, slots: np.ndarray) -> Any:
     }
     for name, values in (("orientation", block.orientation[listed]), ("value", block.value[listed])):
         has = np.array([name in c.attributes for c in categories])[category]
-        columns[name] = pa.array(values, pa.type_for_alias(OBJECT[name]), mask=~has)
+        known = has & (values != UNKNOWN_VALUE)
+        columns[name] = pa.array(values, pa.type_for_alias(OBJECT[name]), mask=~known)
     arrays = [
         columns[name] if isinstance(columns[name], pa.Array) else pa.array(columns[name], pa.type_for_alias(kind))
         for name, kind in OBJECT.items()
@@ -151,14 +152,17 @@ def object_columns(rem: Objects, vem: Objects, game: Game) -> dict[str, Any]:
 def padded(lists: Sequence[Any], game: Game) -> dict[str, np.ndarray]:
     """The fields of `Objects` `[n, N, ...]` from columns of lists of records, the inverse of `objects`."""
     starts = {name: s.start for name, s in game.slices.items()}
+    valued = {c.name for c in game.categories if "value" in c.attributes}
     blocks = []
     for column in lists:
         one = column.combine_chunks()
         row = np.repeat(np.arange(len(one)), np.diff(one.offsets))
         records = dict(zip(OBJECT, one.flatten().flatten(), strict=True))
-        slot = np.array([starts[name] for name in records["category"].to_pylist()], np.int64) + records["index"].to_numpy()
-        numbers = {name: records[name].fill_null(0).to_numpy() for name in ("orientation", "value", *"xywh", *"rgb")}
+        names = records["category"].to_pylist()
+        slot = np.array([starts[name] for name in names], np.int64) + records["index"].to_numpy()
+        numbers = {name: records[name].fill_null(0).to_numpy() for name in ("orientation", *"xywh", *"rgb")}
+        value = np.where([name in valued for name in names], records["value"].fill_null(UNKNOWN_VALUE).to_numpy(), 0)
         xywh, rgb = (np.stack([numbers[name] for name in names], axis=1) for names in ("xywh", "rgb"))
-        blocks.append(Block(row, slot, xywh, numbers["orientation"], numbers["value"], rgb))
+        blocks.append(Block(row, slot, xywh, numbers["orientation"], value, rgb))
     joined = Block(*(np.concatenate([getattr(b, f.name) for b in blocks]) for f in dataclasses.fields(Block)))
     return joined.padded(len(lists[0]), game)
