@@ -280,9 +280,9 @@ def slots(objects: Objects, before: Objects | None = None) -> list[GameObject]:
             out.append(NoObject(length))
             continue
         previous = old if old[1][slot] else now
-        values = tuple(v if valued and v != UNKNOWN_VALUE else None for v in (value, previous[3][slot]))
+        value, old_value = (v if valued and v != UNKNOWN_VALUE else None for v in (value, previous[3][slot]))
         compass = Orientation(orientation) if oriented and orientation != UNKNOWN else None
-        out.append(kind(number, x, y, w, h, tuple(rgb), hud, tuple(previous[0][slot][:2]), *values, compass))
+        out.append(kind(number, x, y, w, h, tuple(rgb), hud, tuple(previous[0][slot][:2]), value, old_value, compass))
     return out
 
 
