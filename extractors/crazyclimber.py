@@ -190,7 +190,10 @@ def _helicopter(m: Ram) -> Box:
 
 
 def _counters(m: Ram) -> jax.Array:
-    """The drawing loop's step that each line of the building shows, int32 [12 * 13]."""
+    """The drawing loop's step that each line of the building shows, int32 [13 * 12].
+
+    The first lines of all rows come first, then the second lines, and so on.
+    """
     row, line = np.arange(12), np.arange(1, 14)[None, :]
     thrower = m.row + 2
     zone = (m.thrower != 15) & (row >= 2) & (row <= 6) & (row <= thrower)
@@ -214,7 +217,7 @@ def _counters(m: Ram) -> jax.Array:
     counter = jnp.where(waits, -1, start[:, None] + offset)
     last = _running_max(list(jnp.max(counter, axis=1)))  # of each row, where it does not wait
     before = jnp.stack([jnp.int32(-1), *last[:-1]])
-    return jnp.stack(_running_max([before, *counter.T])[1:], axis=1).ravel()
+    return jnp.concatenate(_running_max([before, *counter.T])[1:])
 
 
 def _running_max(values: list[jax.Array]) -> list[jax.Array]:
@@ -226,16 +229,19 @@ def _thing(m: Ram) -> Box:
     """What falls: the rows of its picture that the drawing loop does not skip."""
     shown = _counters(m)
     k = shown - m.top
-    rows = lookup(INK, m.thing + 256 * m.thing_page + np.arange(THING_ROWS))
-    ink = sum((jnp.where(k == i, rows[i], 0) for i in range(THING_ROWS)), jnp.zeros_like(k))
-    on = (shown < m.end) & (ink > 0)
-    line = np.arange(156)
+    numbers = np.arange(THING_ROWS)
+    rows = lookup(INK, m.thing + 256 * m.thing_page + numbers)
+    filled = jnp.sum(jnp.where(rows > 0, 1 << numbers, 0))  # a bit a row
+    row = jnp.where((k >= 0) & (k < THING_ROWS), jnp.int32(1) << (k & 15), 0) & filled
+    on = (shown < m.end) & (row > 0)
+    line = np.arange(156).reshape(12, 13).T.ravel()  # in the order of the counters
     hidden = (m.end >= 0x59) & (m.turn == 0) & (line >= 103) & (line < 140)
     on = jnp.where(jnp.any(on & ~hidden), on & ~hidden, on)
-    y = 44 + np.arange(156) + m.scroll + _lower(m)
+    y = 44 + line + m.scroll + _lower(m)
     top = jnp.min(jnp.where(on, y, 999))
     bottom = jnp.max(jnp.where(on, y + 1, 0))
-    columns = jax.lax.reduce_or(jnp.where(on, ink, 0), (0,))
+    drawn = jax.lax.reduce_or(jnp.where(on, row, 0), (0,))
+    columns = jax.lax.reduce_or(jnp.where(drawn >> numbers & 1 == 1, rows, 0), (0,))
     first = 8 - _length(columns)
     last = 9 - _length(columns & -columns)
     zoom = jnp.where(m.wide != 15, 4, 1)
