@@ -268,7 +268,7 @@ SPARKS = Blobs((0x44, 0x6A), (8, 115, 160, 121), gap=(5, 2), min_size=(5, 3), ma
 BURST = Blobs((0xC2, 0x18), SEA, gap=(7, 4), min_size=(10, 5), max_size=(32, 16))
 MISSILES = blob((6, 0x34, 0x1A), FIELD, min_size=(3, 5), first=6)
 HELI = Bounds((0x0E, 0x46, 0x42, 0x14), SKY)
-ICONS = Bounds((0x26, 0x14, 0x0A), (9, 184, 49, 189), value=Gauge(16, -8, 1))
+ICONS = Bounds((0x26, 0x14, 0x0A), (9, 184, 49, 189), value=Gauge(16, -8, 1, full=40))
 POINTS = Bounds(0x18, (54, 15, 102, 22), value=Digits(FONT, range(54, 102, 8), 15))
 
 GAME = Game(

@@ -10,6 +10,7 @@ from jax import lax
 
 from ocjax._xla import materialize
 from ocjax.boxes import WIDTH, Area
+from ocjax.records import UNKNOWN_VALUE
 from ocjax.rules import Bounds, Gauge
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
@@ -46,7 +47,10 @@ def _with_value(rule: Bounds, found: Detected, readings: Sequence[Reading]) -> D
     """The objects of one rule, with the values that they show."""
     if isinstance(rule.value, Gauge):
         length = getattr(found, rule.value.side)
-        return found._replace(value=rule.value.base + jnp.floor_divide(length - rule.value.start, rule.value.unit))
+        value = rule.value.base + jnp.floor_divide(length - rule.value.start, rule.value.unit)
+        if rule.value.full is not None:
+            value = jnp.where(length >= rule.value.full, UNKNOWN_VALUE, value)
+        return found._replace(value=value)
     if not rule.digits:
         return found
     value, matched = (jnp.stack(v) for v in zip(*readings, strict=True))
