@@ -18,6 +18,7 @@ dynamite, PowerBar's value, and that of Score while Level is in its place.
 """
 
 import functools
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
@@ -144,6 +145,10 @@ def decode(m: Ram) -> dict[str, Box]:
     text = box(59, 179, number.x + number.w - 59, 8, levels, value=level)
     whole = (m.room == 0) & (SLOT == WALL_SLOT)
     top, height = jnp.where(whole, TOPS[0], rocks.y), jnp.where(whole, WHOLE_WALL, rocks.h)
+    rock = jnp.where(whole, m.color[0] & ~1, rocks.color)
+    shown = box(59, 179, text.w, 8, value=m.score)
+    bar = jnp.where(m.power == 0, RED, YELLOW)
+    text_color = jnp.where(levels, YELLOW, WHITE)
     stone = ((PART != 1) | ~lava | whole) & ((SLOT != UPPER_SLOT) | (m.room != 0))
     return {
         "Player": _player(m, rocks),
@@ -155,12 +160,12 @@ def decode(m: Ram) -> dict[str, Box]:
         "LaserBeam": _laser(m, rocks),
         "EndNPC": low.where(among(m.low, MINERS))[1:2],
         "Platform": low.where(m.low == RAFT)[:1],
-        "Wall": box(rocks.x, top, rocks.w, height, rocks.valid & stone),
+        "Wall": box(rocks.x, top, rocks.w, height, rocks.valid & stone, color=rock),
         "LavaWall": rocks.where(lava)[MOST : 2 * MOST],
-        "PowerBar": box(49, 145, jnp.where(m.power < 79, 79, 78), 5, value=m.power),
+        "PowerBar": box(49, 145, jnp.where(m.power < 79, 79, 78), 5, value=m.power, color=bar),
         "Life": box(113 - 8 * m.lives, 152, 8 * m.lives - 11, 13, m.lives > 1, value=m.lives),
         "BombStock": box(107 - 8 * m.bombs, 166, 8 * m.bombs - 5, 11, m.bombs > 0, value=m.bombs),
-        "Score": choose(levels, box(59, 179, text.w, 8, value=m.score), score),
+        "Score": replace(choose(levels, shown, score), color=text_color),
         "Level": text,
     }
 
@@ -178,8 +183,9 @@ def _rocks(m: Ram) -> Box:
     wall = wall & (m.wall > EDGES[0] + 1) & (m.wall <= EDGES[1])
     x = jnp.where(wall, m.wall - 1, x)
     end = jnp.where(wall, x + jnp.where(m.hits >= HALF, 4, 8), end)
-    lit = jnp.repeat(m.color, MOST, total_repeat_length=len(PART)) > 1
-    return box(x, np.array(TOPS)[PART], end - x, np.array(HEIGHTS)[PART], (end > x) & lit)
+    color = jnp.repeat(m.color, MOST, total_repeat_length=len(PART))
+    there = (end > x) & (color > 1)
+    return box(x, np.array(TOPS)[PART], end - x, np.array(HEIGHTS)[PART], there, color=color & ~1)
 
 
 def _free(rocks: Box, begin: jax.Array, end: jax.Array) -> tuple[jax.Array, jax.Array]:
@@ -250,6 +256,7 @@ def _laser(m: Ram, rocks: Box) -> Box:
 
 HIGH_ROCK, MIDDLE_ROCK = (0x22, 0x92, 0xC2, 2), (0x24, 0x94, 0xC4, 2, 4)
 LOW_ROCK, GREY, YELLOW, WHITE = (0x26, 0x96, 0xC6, 2, 6), 4, 0x1C, 0x0C
+RED = 0x42
 # Where walls begin, down to which row: the destructible one of the first room, those of the parts.
 REGIONS = (60, 20, 65, 98), (8, 20, 9, 59), (8, 20, 160, 59), (8, 61, 60, 98)
 REGIONS += (60, 61, 68, 98), (68, 61, 160, 98), (8, 100, 160, 139)
@@ -287,13 +294,13 @@ GAME = Game(
         Category("Bomb", STICK, count=2, rgb=(184, 50, 50), doc="dynamite: middle, top"),
         Category("Explosion", BLAST, count=2, doc="of dynamite: middle, top"),
         Category("LaserBeam", BEAM, doc="beam"),
-        Category("EndNPC", MINER, rgb=(92, 186, 92), doc="the miner to be saved"),
+        Category("EndNPC", MINER, rgb=(170, 170, 170), doc="the miner to be saved"),
         Category("Platform", Bounds(YELLOW, (8, 136, 160, 137), min_size=(8, 1)), doc="a raft"),
-        Category("Wall", ROCKS, count=18, rgb=(162, 98, 33), doc="rock"),
+        Category("Wall", ROCKS, count=18, doc="rock"),
         Category("LavaWall", LAVA, count=6, doc="lava"),
-        display("PowerBar", Bounds((YELLOW, 0x42), (49, 145, 128, 150)), doc="power left"),
-        display("Life", LIVES, doc="one more than the men"),
-        display("BombStock", STOCK, doc="dynamite left"),
+        display("PowerBar", Bounds((YELLOW, RED), (49, 145, 128, 150)), doc="power left"),
+        display("Life", LIVES, rgb=(45, 87, 176), doc="one more than the men"),
+        display("BombStock", STOCK, rgb=(184, 50, 50), doc="dynamite left"),
         display("Score", POINTS, doc="points, or the level in their place"),
         display("Level", LEVEL, doc="shown before a life"),
     ),

@@ -18,6 +18,7 @@ part of him; it misses him while he flashes, his sword, a spider that a line cro
 hangs on, a shot behind figures, a weapon in the light that gives it flames or before the beast.
 """
 
+from dataclasses import replace
 from functools import partial
 
 import jax
@@ -75,6 +76,7 @@ class Ram(RamMap):
     cage = byte(*range(115, 123))  # a bit for each piece
     line_x = byte(116, 115)  # x + 33 and x - 7 of the first place
     next_place = byte(117)  # at which the lines are drawn on the next frame
+    shot_color = byte(81)  # changes after the drawing
     slayers = byte(82)
     x = byte(*range(83, 91))  # of the eight records
     y = byte(*range(91, 99))
@@ -97,7 +99,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Player": _player(m, y, mares),
         "Lyssa": _lyssa(m, y).where(wedding | (lair & (m.y[2] < SANK))),
         "Slayers": _slayers(m, y).where(wedding),
-        "Slayer_Shot": _shot(m, figures).where(wedding),
+        "Slayer_Shot": replace(_shot(m, figures).where(wedding), color=m.shot_color - 1 & 0xFE),
         "Spider": SPIDERS.box(m.foe_picture, m.x[6] + 8, in_web, valid=web & ~star),
         "Star": box(STAR_X, STAR_Y, 3, 4, star & (m.x[6] + 10 == STAR_X) & (in_web == STAR_Y)),
         "Line": _lines(m).where(web),
@@ -248,6 +250,8 @@ GLASS = Cells((0, 0x48), (121,), (3,), 5, 8, whole=False, margin=(1, 0))
 LIVES = tuple((56 + 8 * i, 188, 62 + 8 * i, 195) for i in range(3))
 ARMS = tuple((79 + 8 * i, 188, 87 + 8 * i, 195) for i in range(3))
 
+LYSSA = figure(BRIDE, FIELD, min_size=(5, 8), max_size=(8, 17))
+GREY = 142, 142, 142
 GAME = Game(
     name="Krull",
     rom=ROM.name,
@@ -255,9 +259,18 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER, needs=("Hour_Glass",), doc="Colwyn; in the desert both mares"),
-        Category("Lyssa", figure(BRIDE, FIELD, min_size=(5, 8), max_size=(8, 17)), doc="the bride"),
-        Category("Slayers", SLAYERS, count=15, needs=("Castle",), doc="record * 3 + copy"),
+        Category(
+            "Player", PLAYER, rgb=(213, 130, 74), needs=("Hour_Glass",), doc="Colwyn; or both mares"
+        ),
+        Category("Lyssa", LYSSA, rgb=(84, 138, 210), doc="the bride"),
+        Category(
+            "Slayers",
+            SLAYERS,
+            count=15,
+            rgb=(45, 50, 184),
+            needs=("Castle",),
+            doc="record * 3 + copy",
+        ),
         Category("Slayer_Shot", SHOT, needs=("Slayers",), doc="held by a Slayer or thrown"),
         Category("Beast", Bounds((0x22, 0x42), (8, 60, 160, 95), (5, 15)), doc="in the lair"),
         Category("Spider", SPIDER, doc="in the web"),
@@ -269,7 +282,7 @@ GAME = Game(
             needs=("Window",),
             doc="in the spider's place",
         ),
-        Category("Line", LINES, count=6, needs=("Window",), doc="the web's moving lines"),
+        Category("Line", LINES, count=6, rgb=GREY, needs=("Window",), doc="of the web, move"),
         Category(
             "Fire_Mare",
             ride((0x38, 0xEE), (8, 145, 160, 154)),
@@ -290,7 +303,13 @@ GAME = Game(
         Category("Window", Bounds(6, (76, 23, 84, 49), min_size=(8, 26)), doc="of the web"),
         Category("Castle", CASTLES, count=2, doc="the wall at the wedding, the Black Fortress"),
         Category("Wall", CAGE, count=64, doc="pieces of the cage, row by row"),
-        Category("Hour_Glass", GLASS, attributes=("value",), doc="only while a game is played"),
+        Category(
+            "Hour_Glass",
+            GLASS,
+            attributes=("value",),
+            rgb=(0, 0, 0),
+            doc="only while a game is played",
+        ),
         display("Sun", Bounds(0x0E, (8, 2, 120, 12)), attributes=(), doc="the time of day"),
         display("Score", Bounds(0xEE, (55, 176, 103, 183), value=SCORE), doc="points"),
         display("Life_HUD", Bounds(0xC8, LIVES), count=3, doc="in reserve; value: one more"),

@@ -271,6 +271,7 @@ RAYS = Bounds(FORCE, tuple((x, 54, x + 4, 94) for x in BEAM_X.tolist()), min_siz
 item = functools.partial(display, attributes=(), doc="carried")
 LIVES = Bounds((SKIN, SUIT), (56, 15, 104, 20), value=Gauge(8, -1, 1))
 POINTS = Bounds(0x0E, (56, 6, 104, 14), value=Digits(FONT, range(56, 104, 8), 6))
+PART_RGB = dict.fromkeys(PARTS, (66, 158, 130)) | {"Barrier": (232, 204, 99)}
 GAME = Game(
     name="MontezumaRevenge",
     rom=ROM.name,
@@ -289,7 +290,7 @@ GAME = Game(
         Category("Torch", thing(0xEC), doc="a torch"),
         Category("Beam", RAYS, count=10, doc="beams, by columns"),
         Category("Rope", Bounds((GOLD, 0x0E), ROPES, min_size=(1, 15)), count=4, doc="by room"),
-        *(Category(n, r, r.slots, rgb=(66, 158, 130), doc=n) for n, (r, _) in PARTS.items()),
+        *(Category(n, r, r.slots, rgb=PART_RGB[n], doc=n) for n, (r, _) in PARTS.items()),
         item("Torch_HUD", carried(max_size=(6, 13))),
         item("Sword_HUD", carried(min_size=(6, 14), area=(30, 44), max_size=(6, 15)), count=2),
         item("Key_HUD", carried(min_size=(7, 15), max_size=(7, 15)), count=4),

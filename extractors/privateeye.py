@@ -284,7 +284,9 @@ GAME = Game(
     categories=(
         facing("Player", DETECTIVES, doc="the detective"),
         facing("Car", CARS, doc="the detective's car"),
-        Category("Passage", PASSAGES, count=2, doc="to an alley, into the woods"),
+        Category(
+            "Passage", PASSAGES, count=2, rgb=(66, 72, 200), doc="to an alley, into the woods"
+        ),
         *(
             Category(name, rule, count=len(range(9)[SLOTS[name]]), doc="record * 3 + copy")
             for name, rule in zip(GROUPS, RULES, strict=True)

@@ -245,7 +245,8 @@ def _disks(m: Ram) -> Box:
     left = (m.player_x < MIDDLE) == np.array((True, False))
     taken = (m.travel == RIDES) & (_drawn_y(m) == m.player_y) & left
     x, y = np.array(DISKS).T[:2]
-    return box(x, y, 8, 2, (m.disk > 0) | ~_started(m) | taken)
+    color = jnp.where(m.disk > 0, m.disk, jnp.max(m.disk)) + 1 & ~1  # both shimmer alike
+    return box(x, y, 8, 2, (m.disk > 0) | ~_started(m) | taken, color=color)
 
 
 CELLS = tuple((33 + 8 * i, 6, 41 + 8 * i, 13) for i in range(5))

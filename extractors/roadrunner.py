@@ -16,6 +16,7 @@ edge cuts; boxes that touch or overlap. To VEM, a burnt coyote without a bird is
 """
 
 import functools
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
@@ -44,7 +45,7 @@ NOTHING, EDGE = 0x1E73, 134  # of `PICTURES`; the road's first row in scenes 3 a
 CLIFF, ROCKS, BRIDGE = 1, 5, 1  # the first two of `scene`, the last one of `scenery` & 15
 EXIT, BLANK, JUMP, JUST_WON = 16, 0x80, 29, 30  # two of `sign`, first `jump`, `bonus_time`
 EXITS, SIGN_LINES = (1, 4), (73, 75, 75, 74, 75, 75, 75, 74)  # scenes; the first, in each scene
-YELLOW, BLACK, GREY = 30, 0, (4, 6)
+YELLOW, BLACK, GREY, BODIES = 30, 0, (4, 6), (136, 52)
 PLAYER_COLORS, COYOTE_COLORS = (134, 136, 138, 142), (48, 50, 52, 54, 56, 58)
 DRIFTS, MOVES = ((ROM.bytes(at, 9).astype(np.int8) >> 4).tolist() for at in (0x3FD0, 0xA00))
 BANKS = np.pad(ROM.data.reshape(4, 4096)[[0, 3]], ((0, 0), (0, LINES - 1)))  # both, then nothing
@@ -78,6 +79,7 @@ class Ram(RamMap):
     rocket = byte(53)  # 0: he has none
     truck_y = byte(55)  # a turret's column, the lane of what lies on the cliff
     drift = bits(56, first=1, count=3)
+    struck = byte(58)  # the bird, not 0
     falls = byte(57)  # the bird, from the cliff
     mirrored = bits(59, 66)  # the bird and the coyote
     runs = byte(60)
@@ -116,6 +118,10 @@ def decode(m: Ram) -> dict[str, Box]:
     icons = m.icons + jnp.where(lost, 1, 0)
     truck_x = m.truck_x - 1 - jnp.where(m.truck_x <= TRUCK_LIMIT, scrolled, 0)
     figures = _figures(m, jnp.stack([x, coyote_x]), lower - narrow)
+    burnt = jnp.stack([(m.struck > 0) & (m.pose[0] == 0), (m.stunned > 0) & (m.pose[1] == 0)])
+    figures = replace(
+        figures, color=jnp.where(burnt, jnp.where(even, GREY[1], GREY[0]), np.array(BODIES))
+    )
     on_stage = among(coyote_x, range(8, GONE)) & ~lost & ((m.scene != CLIFF) | (m.two_cracks == 0))
     boxes = {
         "Player": figures[0].where((x < GONE) & ~lost | even & (x <= GONE)),
@@ -282,8 +288,8 @@ GAME = Game(
     decode=decode,
     categories=(
         Category("Player", PLAYER, otherwise=BURNT, doc="the bird"),
-        Category("Enemy", COYOTE, otherwise=BURNT, doc="the coyote"),
-        Category("Seed", SEEDS, count=4, doc="lane"),
+        Category("Enemy", COYOTE, color_row=2, otherwise=BURNT, doc="the coyote"),
+        Category("Seed", SEEDS, count=4, rgb=(84, 92, 214), doc="lane"),
         Category("AcmeMine", LANES(min_size=(4, 3), max_size=(4, 4), area=(19, 99)), 4, doc="lane"),
         Category("SteelShot", LANES(min_size=(6, 3), max_size=(10, 3)), count=4, doc="lane"),
         Category("RoadCrack", CRACKS, count=2, doc="in the cliff"),
@@ -292,7 +298,7 @@ GAME = Game(
         Category("TurretBall", BROWN(min_size=(4, 4), max_size=(4, 4)), 2, doc="of the turret"),
         Category("Cactus", Bounds(24, ((8, 46, 152, 55), (8, 55, 152, 64))), 2, doc="by height"),
         Category("Sign", SIGN, doc="beside the road"),
-        Category("Truck", TRUCK, doc="on the road"),
+        Category("Truck", TRUCK, rgb=(198, 108, 58), doc="on the road"),
         display("Score", Bounds(YELLOW, (55, 0, 103, 2)), doc="points"),
         display("Lives", ICONS, aliases=("Bird",), doc="one more than the icons"),
         display("Bonus", Bounds(BLACK, (70, 182, 95, 187)), needs=("Score",), doc="for a seed"),

@@ -22,6 +22,7 @@ like shots; it reads no score, and takes the era from a pixel of sky that clouds
 
 import functools
 import itertools
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
@@ -151,12 +152,14 @@ def decode(m: Ram) -> dict[str, Box]:
     boxes |= {f"Enemy_{name}_Shot": shots.where(m.era == era) for era, name in enumerate(ERAS)}
     value = 100 * m.score
     score = score_box(FONT, value, right=104, top=7, digits=6, leading_zeros=True, value=value)
+    shown = choose(flight, score, box(56, 7, 48, 9, m.state >= READY, value=value))
+    title = m.state == READY
     return boxes | {
         "Player": _jet(m),
         "Player_Shot": _shot(m).where(there),
         "Life": _icons(m).where(flight),
-        "Enemies_Left": _left(m),
-        "Score": choose(flight, score, box(56, 7, 48, 9, m.state >= READY, value=value)),
+        "Enemies_Left": replace(_left(m), color=jnp.where(title, RED, 0)),
+        "Score": replace(shown, color=jnp.where(title, TEXT, GOLD)),
     }
 
 

@@ -20,6 +20,8 @@ frame before. VEM does not see the part of the ball that is on a wall, and knows
 flashes by the right wall's.
 """
 
+from dataclasses import replace
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -37,6 +39,9 @@ FONT = hex_font(GLYPHS, dots=3, dot=(4, 2), pitch=16)
 NUMBERS = ROM.font(0xC00, rows=7, stride=8, dots=7, shift=1, dot=(1, 2), top_first=True)
 
 WHITE, GOLD, YELLOW, BLUE = 0x0E, 0x2A, 0xF8, 0x76
+COLORS = dict.fromkeys(("Flipper", "Spinner"), WHITE) | dict.fromkeys(("Ball", "Bumper"), BLUE)
+COLORS |= dict.fromkeys(("DropTarget", "Target", "Rollover", "Logo"), GOLD)
+COLORS |= dict.fromkeys(("Plunger", "DifficultyLevel", "LifeUsed", "Score"), YELLOW)
 FLASHES = range(0, 0x4A, 2)  # `flash`, which changes all colours
 DIAMOND, SPINS, LOGO, LIT, CROSS = 0x50, (0x57, 0x5E, 0x65, 0x6C), 0x73, 0x7B, 0x83  # pictures
 PICTURES = ROM.pictures(
@@ -87,6 +92,7 @@ def _walls() -> tuple[tuple[int, int, int, int], ...]:
 
 
 class Ram(RamMap):
+    flash = byte(32)  # what colours are XORed with in play
     saver_key = byte(65)  # what colours are XORed with; 0 in play
     flags = byte(3)  # bits: the ball touches a wall in a row, in a column
     collides = byte(20)  # 0: the ball touched no wall
@@ -117,7 +123,8 @@ def decode(m: Ram) -> dict[str, Box]:
     bumper = m.bumper - jnp.where(all_hit & (m.bumper > FIRST), FIRST, 0)
     cross = m.logo == CROSS
     top = 2 * m.plunger - 1 + jnp.where((m.plunger & 15) == UNCHECKED, 2, 0)
-    return {
+    flash = jnp.where(m.saver_key > 0, 0, m.flash & ~1)
+    boxes = {
         "Ball": _ball(m),
         "Flipper": _flippers(m),
         "Plunger": box(148, top, 4, 192 - top),
@@ -135,6 +142,7 @@ def decode(m: Ram) -> dict[str, Box]:
             FONT, m.score, right=156, top=3, digits=6, leading_zeros=True, value=m.score
         ),
     }
+    return {name: replace(b, color=COLORS[name] ^ flash) for name, b in boxes.items()}
 
 
 def _picture(index: jax.Array | int, x: jax.Array | np.ndarray | int, y: int) -> Box:

@@ -44,14 +44,14 @@ class Gauge:
         start: length in pixels that stands for `base`.
         base: value at that length.
         side: which number of the box is the length: "x", "y", "w" or "h".
-        full: length from which on the value is unknown, as it may be more than the gauge can show; 0 for none.
+        full: length at which the display is full, if that hides larger values. The value is then unknown.
     """
 
     unit: int
     start: int = 0
     base: int = 0
     side: str = "w"
-    full: int = 0
+    full: int | None = None
 
     def __post_init__(self) -> None:
         if self.unit == 0:

@@ -48,7 +48,9 @@ def _with_value(rule: Bounds, found: Detected, readings: Sequence[Reading]) -> D
     if isinstance(rule.value, Gauge):
         length = getattr(found, rule.value.side)
         value = rule.value.base + jnp.floor_divide(length - rule.value.start, rule.value.unit)
-        return found._replace(value=jnp.where(length < rule.value.full, value, UNKNOWN_VALUE) if rule.value.full else value)
+        if rule.value.full is not None:
+            value = jnp.where(length >= rule.value.full, UNKNOWN_VALUE, value)
+        return found._replace(value=value)
     if not rule.digits:
         return found
     value, matched = (jnp.stack(v) for v in zip(*readings, strict=True))
