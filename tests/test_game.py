@@ -429,7 +429,7 @@ def test_digits_and_gauges_are_read():
         categories=(
             Category("Two", Bounds(14, ((0, 0, 60, 20), (80, 90, 160, 120)), value=tuple(digits)), count=2, attributes=("value",)),
             Category("Clock", Bounds(20, (0, 50, 160, 80), value=clock), attributes=("value",)),
-            Category("Bar", Bounds(30, (0, 150, 160, 160), value=Gauge(8, 4, 1)), attributes=("value",)),
+            Category("Bar", Bounds(30, (0, 150, 160, 160), value=Gauge(8, 4, 1, full=44)), attributes=("value",)),
         ),
     )
     rng = np.random.default_rng(0)
@@ -451,7 +451,7 @@ def test_digits_and_gauges_are_read():
                 values[slot] += digit * d.worth[cell]
         length = int(rng.integers(4, 100))
         frame[152:155, 10 : 10 + length] = 30
-        values[3] = 1 + (length - 4) // 8
+        values[3] = 1 + (length - 4) // 8 if length < 44 else UNKNOWN_VALUE  # the bar is full
     frames[0, 4:14, 3:15] = 14  # a full block is no digit
     want[0, 0] = UNKNOWN_VALUE
     assert np.array_equal(game.vem(frames).value, want)
