@@ -18,6 +18,7 @@ Not exact: the last frame of a ball. Gone from the RAM are its column, whether t
 third drop target stood, and whether the target was lit. The score on the screen is that of the
 frame before. VEM does not see the part of the ball that is on a wall, and knows the colours of
 flashes by the right wall's.
+All colours are XORed with a byte while it flashes.
 """
 
 from dataclasses import replace
