@@ -17,7 +17,8 @@ disks, falls, hits, the end of the game. Not exact: while the player falls, the 
 of all figures, and REM's boxes are whole; balls and Coily are in front of it at other times. Five
 lines of the two lowest rows of cubes show the player as he was a frame before, and lines are a row
 apart on both sides of a column. As a fall costs a life, figures but the purple ball are cleared.
-Black disks are not seen, nor Coily at the top beside the score.
+Black disks are not seen, nor Coily at the top beside the score. VEM tells a cube's value by the
+colour of the score; while that is not on display, it is unknown.
 """
 
 import functools
@@ -31,7 +32,7 @@ from ocjax.game import Game
 from ocjax.ops import among, lookup, pick, reached
 from ocjax.ram import RamMap, bcd, bits, byte
 from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, Category, Gauge, display
+from ocjax.rules import Blobs, Bounds, ByColor, Category, Gauge, display
 
 ROM = Rom("qbert", "484b0076816a104875e00467d431c2d2")
 FONT = ROM.font(0x004, rows=7, stride=8)
@@ -259,6 +260,7 @@ REDS = monster(RED, min_size=(4, 5), max_size=(7, 9))
 SAMS = monster(GREEN, min_size=(6, 12), max_size=(8, 18))
 SPOKEN = Bounds(CURSING, FIELD, min_size=(6, 12), ignore=DISKS)
 POINTS = Bounds(CUBE_COLORS, (33, 6, 73, 13), value=Digits(FONT, range(33, 73, 8), 6))
+ABOVE_FIGURES = (33, 6, 73, 10)  # rows of the score, in the colour that cubes have to get
 ICONS = Bounds(CUBE_COLORS, (33, 17, 73, 28), value=Gauge(8, 8, 2))
 
 GAME = Game(
@@ -283,6 +285,8 @@ GAME = Game(
             Bounds(0, CUBES, inverse=True),
             count=21,
             attributes=("value",),
+            color_row=2,
+            value=ByColor(like=ABOVE_FIGURES),
             doc="row by row; 1: done",
         ),
         display("Score", POINTS, blinks=True, doc="points"),

@@ -108,10 +108,11 @@ class Ram(RamMap):
 def decode(m: Ram) -> dict[str, Box]:
     enemies, balls = _enemies(m), _balls(m)
     width = jnp.minimum(m.oxygen, 63)
+    flash = jnp.where(m.dying & 1 == 1, FLASH, BLACK)
     used = BAR[0] + jnp.where(m.oxygen > 0, width, -1)
     score_right = SCORE_LEFTS[-1] + FONT.width
     return {
-        "Player": _player(m),
+        "Player": replace(_player(m), color=jnp.where(m.dying > 0, flash, GOLD)),
         "PlayerMissile": _torpedo(m),
         "Shark": enemies.where(jnp.repeat(m.look, 3) < SUBMARINE),
         "Submarine": enemies.where(jnp.repeat(m.look, 3) >= SUBMARINE),
@@ -211,8 +212,8 @@ ENEMY_SUBS = Blobs(GRAY, SEA, max_size=(8, 11))
 DIVERS = Bounds(SEA_BLUE, LANES, exclude=("EnemyMissile",))
 TORPEDOES = Blobs(SEA_BLUE, SEA, gap=(2, 2), min_size=(4, 4), max_size=(6, 4))
 BOARD = Bounds(NAVY, tuple((int(x), 178, int(x) + 8, 187) for x in ICONS_X))
-USED = Bounds(RED, (48, 170, 112, 175), value=Gauge(1, 0, 1))
-OXYGEN = Bounds((WHITE, FLASH), BAR, value=Gauge(1))
+USED = Bounds(RED, (48, 170, 112, 175), value=Gauge(1, 0, 1, full=64))
+OXYGEN = Bounds((WHITE, FLASH), BAR, value=Gauge(1, full=63))
 LIVES = Bounds(YELLOW, (50, 20, 110, 31), value=Gauge(8, -1, 1))
 SCORE = Bounds(YELLOW, (58, 9, 106, 17), value=Digits(FONT, SCORE_LEFTS, 9))
 

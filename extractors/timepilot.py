@@ -153,13 +153,12 @@ def decode(m: Ram) -> dict[str, Box]:
     value = 100 * m.score
     score = score_box(FONT, value, right=104, top=7, digits=6, leading_zeros=True, value=value)
     shown = choose(flight, score, box(56, 7, 48, 9, m.state >= READY, value=value))
-    title = m.state == READY
     return boxes | {
         "Player": _jet(m),
         "Player_Shot": _shot(m).where(there),
         "Life": _icons(m).where(flight),
-        "Enemies_Left": replace(_left(m), color=jnp.where(title, RED, 0)),
-        "Score": replace(shown, color=jnp.where(title, TEXT, GOLD)),
+        "Enemies_Left": replace(_left(m), color=jnp.where(flight, 0, RED)),
+        "Score": replace(shown, color=jnp.where(flight, GOLD, TEXT)),
     }
 
 

@@ -18,6 +18,7 @@ Not exact: the last frame of a ball. Gone from the RAM are its column, whether t
 third drop target stood, and whether the target was lit. The score on the screen is that of the
 frame before. VEM does not see the part of the ball that is on a wall, and knows the colours of
 flashes by the right wall's.
+All colours are XORed with a byte while it flashes.
 """
 
 from dataclasses import replace
@@ -39,7 +40,8 @@ FONT = hex_font(GLYPHS, dots=3, dot=(4, 2), pitch=16)
 NUMBERS = ROM.font(0xC00, rows=7, stride=8, dots=7, shift=1, dot=(1, 2), top_first=True)
 
 WHITE, GOLD, YELLOW, BLUE = 0x0E, 0x2A, 0xF8, 0x76
-COLORS = dict.fromkeys(("Flipper", "Spinner"), WHITE) | dict.fromkeys(("Ball", "Bumper"), BLUE)
+COLORS: dict[str, int] = dict.fromkeys(("Flipper", "Spinner"), WHITE)
+COLORS |= dict.fromkeys(("Ball", "Bumper"), BLUE)
 COLORS |= dict.fromkeys(("DropTarget", "Target", "Rollover", "Logo"), GOLD)
 COLORS |= dict.fromkeys(("Plunger", "DifficultyLevel", "LifeUsed", "Score"), YELLOW)
 FLASHES = range(0, 0x4A, 2)  # `flash`, which changes all colours

@@ -67,7 +67,7 @@ class ByColor:
     Args:
         values: pairs of a palette index and the value that it stands for.
         like: instead of `values`, an area of the screen that shows one colour on black. The value is 1 where the object has that colour,
-            and 0 where it has another one.
+            and 0 where it has another one; where the area is black, it is unknown.
     """
 
     values: tuple[tuple[int, int], ...] = ()

@@ -429,7 +429,7 @@ def test_digits_and_gauges_are_read():
         categories=(
             Category("Two", Bounds(14, ((0, 0, 60, 20), (80, 90, 160, 120)), value=tuple(digits)), count=2, attributes=("value",)),
             Category("Clock", Bounds(20, (0, 50, 160, 80), value=clock), attributes=("value",)),
-            Category("Bar", Bounds(30, (0, 150, 160, 160), value=Gauge(8, 4, 1, full=80)), attributes=("value",)),
+            Category("Bar", Bounds(30, (0, 150, 160, 160), value=Gauge(8, 4, 1, full=44)), attributes=("value",)),
         ),
     )
     rng = np.random.default_rng(0)
@@ -451,7 +451,7 @@ def test_digits_and_gauges_are_read():
                 values[slot] += digit * d.worth[cell]
         length = int(rng.integers(4, 100))
         frame[152:155, 10 : 10 + length] = 30
-        values[3] = 1 + (length - 4) // 8 if length < 80 else UNKNOWN_VALUE
+        values[3] = 1 + (length - 4) // 8 if length < 44 else UNKNOWN_VALUE  # the bar is full
     frames[0, 4:14, 3:15] = 14  # a full block is no digit
     want[0, 0] = UNKNOWN_VALUE
     assert np.array_equal(game.vem(frames).value, want)
@@ -461,7 +461,7 @@ def test_values_by_color():
     pair = Category("P", Blobs((14, 20, 30)), count=3, attributes=("value",), value=ByColor(((14, 1), (20, 7))))
     like = Category("Q", Blobs((14, 20, 30), (0, 60, 160, 200)), count=3, attributes=("value",), value=ByColor(like=(0, 0, 20, 1)))
     game = dataclasses.replace(GAME, categories=(pair, like), decode=lambda m: {"P": box(0, 0, 1, 1), "Q": box(0, 0, 1, 1)})
-    frames = np.zeros((2, 210, 160), np.uint8)
+    frames = np.zeros((3, 210, 160), np.uint8)
     for i, color in enumerate((14, 20, 30)):
         frames[:, 80, 40 * i + 10] = color
     frames[0, 0, 3], frames[1, 0, 3] = 14, 20
@@ -469,6 +469,7 @@ def test_values_by_color():
     value = np.asarray(game.vem(frames).value)
     assert value[0].tolist() == [1, UNKNOWN_VALUE, 1, 1, 0, 0]
     assert value[1].tolist() == [7, UNKNOWN_VALUE, 1, 0, 1, 0]
+    assert value[2].tolist() == [UNKNOWN_VALUE, 1, 7, *[UNKNOWN_VALUE] * 3]
 
 
 def test_screen_saver():

@@ -339,7 +339,7 @@ def _told(rule: ByColor, color: jax.Array, frames: jax.Array) -> jax.Array:
     if rule.like is not None:
         left, top, right, bottom = rule.like
         shown = jnp.max(frames[:, top:bottom, left:right], axis=(1, 2)).astype(jnp.int32)  # black is 0
-        return (color == shown[None]).astype(jnp.int32)
+        return jnp.where(shown[None] > 0, (color == shown[None]).astype(jnp.int32), UNKNOWN_VALUE)
     out = jnp.full_like(color, UNKNOWN_VALUE)
     for own, value in rule.values:
         out = jnp.where(color == own, value, out)
