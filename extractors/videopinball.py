@@ -20,6 +20,8 @@ frame before. VEM does not see the part of the ball that is on a wall, and knows
 flashes by the right wall's.
 """
 
+from dataclasses import replace
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -37,7 +39,21 @@ FONT = hex_font(GLYPHS, dots=3, dot=(4, 2), pitch=16)
 NUMBERS = ROM.font(0xC00, rows=7, stride=8, dots=7, shift=1, dot=(1, 2), top_first=True)
 
 WHITE, GOLD, YELLOW, BLUE = 0x0E, 0x2A, 0xF8, 0x76
-FLASHES = range(0, 0x4A, 2)  # `flash`, which changes all colours
+FLASHES = range(0, 0x4A, 2)  # what all colours are XORed with
+COLORS = {
+    "Ball": BLUE,
+    "Flipper": WHITE,
+    "Plunger": YELLOW,
+    "Bumper": BLUE,
+    "DropTarget": GOLD,
+    "Target": GOLD,
+    "Rollover": GOLD,
+    "Spinner": WHITE,
+    "Logo": GOLD,
+    "DifficultyLevel": YELLOW,
+    "LifeUsed": YELLOW,
+    "Score": YELLOW,
+}
 DIAMOND, SPINS, LOGO, LIT, CROSS = 0x50, (0x57, 0x5E, 0x65, 0x6C), 0x73, 0x7B, 0x83  # pictures
 PICTURES = ROM.pictures(
     [0xC00 | at for at in (*range(0, 0x50, 8), DIAMOND, *SPINS, LOGO, LIT, CROSS)],
@@ -93,6 +109,7 @@ class Ram(RamMap):
     sides = byte(22)
     way = byte(23)  # bits: 7 the ball was moved in its row, else in its column; 6 by +1, else by -1
     ball = byte(25)  # number
+    black = byte(32)  # as a flash or the saver shows it
     player = bits(46)
     score = bcd((52, 50, 48))
     launched = byte(59)
@@ -117,7 +134,7 @@ def decode(m: Ram) -> dict[str, Box]:
     bumper = m.bumper - jnp.where(all_hit & (m.bumper > FIRST), FIRST, 0)
     cross = m.logo == CROSS
     top = 2 * m.plunger - 1 + jnp.where((m.plunger & 15) == UNCHECKED, 2, 0)
-    return {
+    boxes = {
         "Ball": _ball(m),
         "Flipper": _flippers(m),
         "Plunger": box(148, top, 4, 192 - top),
@@ -135,6 +152,8 @@ def decode(m: Ram) -> dict[str, Box]:
             FONT, m.score, right=156, top=3, digits=6, leading_zeros=True, value=m.score
         ),
     }
+    flash = jnp.where(m.saver_key > 0, 0, m.black & ~1)
+    return {name: replace(b, color=COLORS[name] ^ flash) for name, b in boxes.items()}
 
 
 def _picture(index: jax.Array | int, x: jax.Array | np.ndarray | int, y: int) -> Box:
