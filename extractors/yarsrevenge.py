@@ -22,6 +22,7 @@ it touches the Yar, and the Qotile inside a shield that rotates only while that 
 """
 
 import functools
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
@@ -127,6 +128,7 @@ class Ram(RamMap):
     missile_flies = bits(53, first=7)
     missile_part = byte(54)  # 1 / 256 of a step
     score = bcd((96, 97, 98))
+    enemy_color = byte(104)  # of the Qotile and its missile
     next_clock = byte(105)  # frames
     leftward = bits(107, first=7)  # the cannon's shot comes back
     stack = byte(126)
@@ -141,7 +143,7 @@ def decode(m: Ram) -> dict[str, Box]:
     odd = jnp.where(m.stack == SHIELD_DRAWN, 0, jnp.where(m.stack == ZONE_DRAWN, 1, clock & 1))
     odd = jnp.where(among(m.stack, LIFE_LOST), 0, odd)
     before = _before(m)
-    enemy = _enemy(m, odd, clock).where(plays)
+    enemy = replace(_enemy(m, odd, clock).where(plays), color=m.enemy_color & ~1)
     begins = (m.missile_flies | m.dies | m.spins) == 0  # a round
     zone_clock = (clock - 1) & 255 | 1
     zone = lookup(ZONE_ROWS, zone_clock)
@@ -151,7 +153,9 @@ def decode(m: Ram) -> dict[str, Box]:
         "Player_Bullet": _shot(m, odd, zone_clock, before).where(plays),
         "Enemy": enemy.where(m.enemy_look == QOTILE),
         "Swirl": enemy.where(m.enemy_look != QOTILE),
-        "Enemy_Missile": _missile(m, odd, zone_clock).where(plays),
+        "Enemy_Missile": replace(
+            _missile(m, odd, zone_clock).where(plays), color=_missile_color(m, odd, clock)
+        ),
         "Zorlon_Cannon": _cannon(m, zone_clock).where(plays),
         "Shield_Block": _shield(m, clock).where(plays & ~(begins & (odd == 1))),
         "Barrier": box(52, zone >> 8, 28, zone & 255, plays & (m.zone > 0)),
@@ -230,6 +234,13 @@ def _missile(m: Ram, odd: jax.Array, zone_clock: jax.Array) -> Box:
     height = jnp.where((x > beam - 4) & (x < beam), 3, 2)
     there = (m.missile_flies == 1) & (m.missile_x != LAUNCH_X) & (m.dies == 0)
     return box(x, y + late, 4, height, there)
+
+
+def _missile_color(m: Ram, odd: jax.Array, clock: jax.Array) -> jax.Array:
+    """The colour when the missile was drawn last; it grows every 8 frames, but is never black."""
+    grown = (odd == 0) & (clock & 7 == 0) & (m.spins == 0)
+    step = jnp.where(m.enemy_color & 0xE == 2, 4, 2)
+    return m.enemy_color - jnp.where(grown, step, 0) & 0xFE
 
 
 def _cannon(m: Ram, zone_clock: jax.Array) -> Box:
