@@ -40,23 +40,21 @@ def colors_of_eggs(
         tops: the first rows of the eggs.
         column: of the eggs, 0 to 5.
     """
-    by_second, in_right = column >= 3, np.arange(len(tops)) >= len(tops) // 2
-    row = np.where(by_second, tops - 2 * (column % 3), tops)
+    by_second, in_right = column[None] >= 3, np.arange(len(tops))[None] >= len(tops) // 2
+    row = np.where(by_second, (tops - 2 * (column % 3))[None], tops[None])
     left, right = frame - (frame & 1), frame - 1 | 1  # the last frames that drew each half
-    turns = [_turns(y, colors, sprite, n) for n in (left, right) for sprite in (0, 1)]
-    end = jnp.full_like(row, NOT_THERE << 11 | DISPLAY << 8) | colors[DISPLAY]
-    for a, b, c, d in zip(*turns, strict=True):
-        turn = jnp.where(in_right, jnp.where(by_second, d, c), jnp.where(by_second, b, a))
-        end = jnp.where(turn >= row + 1 << 11, jnp.minimum(end, turn), end)
-    return end & 255
+    a, b, c, d = (_turns(y, colors, sprite, n) for n in (left, right) for sprite in (0, 1))
+    turns = jnp.where(in_right, jnp.where(by_second, d, c), jnp.where(by_second, b, a))
+    last = NOT_THERE << 11 | DISPLAY << 8 | colors[DISPLAY]
+    # With a minimum along an axis, which XLA stores, REM takes 0.50 instead of 0.70 us a state.
+    later = jnp.where(turns >= row + 1 << 11, turns, NOT_THERE << 12)
+    return jnp.minimum(jnp.min(later, axis=0), last) & 255
 
 
-def _turns(
-    y: Sequence[jax.Array], colors: jax.Array, sprite: int, frame: jax.Array
-) -> list[jax.Array]:
+def _turns(y: Sequence[jax.Array], colors: jax.Array, sprite: int, frame: jax.Array) -> jax.Array:
     """Words of a sprite's figures: the row up to which it has their colour, figure and colour.
 
-    The word of a figure that is left out on a frame is 0.
+    The word of a figure that is left out on a frame is 0. The shape is `[3, 1]`.
     """
     a, b, c = (y[i] << 11 | (DISPLAY - i) << 8 | colors[i] for i in SPRITES[sprite])
     a, b = jnp.maximum(a, b), jnp.minimum(a, b)
@@ -71,7 +69,7 @@ def _turns(
     top_out = top_out | (close & is_later & middle_out)
     middle_out, bottom_out = middle_out | (close & is_later), close & ~is_later
     words = (top, top_out), (middle, middle_out), (bottom, bottom_out)
-    return [jnp.where(out, 0, _turn(word, sprite)) for word, out in words]
+    return jnp.stack([jnp.where(out, 0, _turn(word, sprite)) for word, out in words])[:, None]
 
 
 def _of_player(word: jax.Array) -> jax.Array:

@@ -21,7 +21,8 @@ picture, but no longer where the crewman and the rows of the aliens were, or whe
 rocket: none of them is valid then. Not in RAM: the row of an alien that is removed on this very
 frame; in the bonus screen whether the crewman stood still. Half of the aliens there have the
 crewman's colours: VEM, which tells figures by colour, takes one of those for the crewman, and bits
-of them for eggs. It does not see the smallest figures in the tunnel.
+of them for eggs. It does not see the smallest figures in the tunnel. When weak aliens
+flash, REM has the new colour a frame early.
 """
 
 import functools

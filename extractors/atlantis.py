@@ -9,7 +9,7 @@ RAM: ALE's source (score, lives), OCAtari 2.2 (what the tables are), and the ROM
 drawn from positions in the chip's coding, which do not change until the next frame. Everything else
 moves after it was drawn, and `decode` takes that back. The digits and most buildings are known by
 the pointers to their pictures. A shot counts display lines from the bottom; some of them are two
-rows high.
+rows high. It has the colour that its sprite would have in that row.
 
 Covered: modes 0-3, waves, the destruction of every building, the bandit's explosion, game over. Not
 in RAM, each for a single frame: a shot that hits or leaves the sky, a ship that leaves the lowest

@@ -229,10 +229,10 @@ DETECTIVES = figure((8, 50, 160, 165), min_size=(7, 7), max_size=(22, 40), first
 CARS = Blobs(0, (8, 110, 160, 183), gap=(1, 1), min_size=(8, 8), max_size=(28, 17))
 ALLEY, WOODS = (0x06, 0x0A, 0x86), (0x14,)
 PASSAGES = Bounds((ALLEY, WOODS), ((64, 140, 96, 172), (64, 167, 96, 172)), (30, 5))
-BARRIERS = Blobs((0, 0x1E), LOW, min_size=(5, 17), max_size=(8, 18))
+BARRIERS = Blobs((0x1E, 0), LOW, min_size=(5, 17), max_size=(8, 18))
 GROUND = functools.partial(Blobs, 0, (8, 172, 160, 181))
 MUDS = GROUND(min_size=(8, 4), max_size=(8, 4), area=(22, 22))
-PLANTS = Blobs((0x32, 0xD6, 0x1A), HOUSE, gap=(1, 1), min_size=(5, 2), max_size=(6, 16))
+PLANTS = Blobs((0x1A, 0x32, 0xD6), HOUSE, gap=(1, 1), min_size=(5, 2), max_size=(6, 16))
 BRICKS = Blobs(0x44, (14, 50, 160, 183), min_size=(4, 4), max_size=(4, 4), ignore=WALL)
 PIECE = functools.partial(GROUND, gap=(3, 0))
 LAST = PIECE(min_size=(6, 3), max_size=(6, 3), area=(23, 23))
@@ -282,10 +282,14 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        facing("Player", DETECTIVES, doc="the detective"),
+        facing("Player", DETECTIVES, rgb=(228, 111, 111), doc="the detective"),
         facing("Car", CARS, doc="the detective's car"),
         Category(
-            "Passage", PASSAGES, count=2, rgb=(66, 72, 200), doc="to an alley, into the woods"
+            "Passage",
+            PASSAGES,
+            count=2,
+            rgb=((66, 72, 200), (134, 134, 29)),
+            doc="to an alley, into the woods",
         ),
         *(
             Category(name, rule, count=len(range(9)[SLOTS[name]]), doc="record * 3 + copy")

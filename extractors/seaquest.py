@@ -146,13 +146,14 @@ def _player(m: Ram) -> Box:
     """The submarine; the four rows at the foot of the waves hide it."""
     there = ((m.dying == 0) | (m.dying >= FLASHES)) & (m.y >= SURFACE)
     left, facing = m.looks_left == 1, _facing(m.looks_left)
+    color = jnp.where(m.dying == 0, GOLD, jnp.where(m.dying & 1 == 1, FLASH, BLACK))
     whole = SUBS.box(
         _propeller(m), m.x, m.y + 33, mirrored=left, zoom=2, valid=there, orientation=facing
     )
     top, bottom = whole.y, whole.y + whole.h
     top = jnp.where(top >= FOOT[0], jnp.maximum(top, FOOT[1]), top)
     bottom = jnp.where(bottom <= FOOT[1], jnp.minimum(bottom, FOOT[0]), bottom)
-    return replace(whole, y=top, h=bottom - top)
+    return replace(whole, y=top, h=bottom - top, color=color)
 
 
 def _torpedo(m: Ram) -> Box:

@@ -148,17 +148,19 @@ def decode(m: Ram) -> dict[str, Box]:
     flight = ((m.state == FLIES) & (m.bars > 0)) | _just_gone(m)
     there = (m.idle < BLANKED) & ~_warps(m)
     enemies, shots = _enemies(m).where(there), _enemy_shots(m).where(there)
+    jet, enemy = pick(m.era, JET), pick(m.era, ENEMY)
+    enemies, shots = replace(enemies, color=enemy), replace(shots, color=enemy)
     boxes = {f"Enemy_{name}": enemies.where(m.era == era) for era, name in enumerate(ERAS)}
     boxes |= {f"Enemy_{name}_Shot": shots.where(m.era == era) for era, name in enumerate(ERAS)}
     value = 100 * m.score
     score = score_box(FONT, value, right=104, top=7, digits=6, leading_zeros=True, value=value)
-    shown = choose(flight, score, box(56, 7, 48, 9, m.state >= READY, value=value))
+    score = choose(flight, score, box(56, 7, 48, 9, m.state >= READY, value=value))
     return boxes | {
-        "Player": _jet(m),
-        "Player_Shot": _shot(m).where(there),
+        "Player": replace(_jet(m), color=jnp.where(_warps(m), WARP_WHITE, jet)),
+        "Player_Shot": replace(_shot(m).where(there), color=jet),
         "Life": _icons(m).where(flight),
         "Enemies_Left": replace(_left(m), color=jnp.where(flight, 0, RED)),
-        "Score": replace(shown, color=jnp.where(flight, GOLD, TEXT)),
+        "Score": replace(score, color=jnp.where(flight, GOLD, TEXT)),
     }
 
 

@@ -18,7 +18,6 @@ Not exact: the last frame of a ball. Gone from the RAM are its column, whether t
 third drop target stood, and whether the target was lit. The score on the screen is that of the
 frame before. VEM does not see the part of the ball that is on a wall, and knows the colours of
 flashes by the right wall's.
-All colours are XORed with a byte while it flashes.
 """
 
 from dataclasses import replace
@@ -40,11 +39,21 @@ FONT = hex_font(GLYPHS, dots=3, dot=(4, 2), pitch=16)
 NUMBERS = ROM.font(0xC00, rows=7, stride=8, dots=7, shift=1, dot=(1, 2), top_first=True)
 
 WHITE, GOLD, YELLOW, BLUE = 0x0E, 0x2A, 0xF8, 0x76
-COLORS: dict[str, int] = dict.fromkeys(("Flipper", "Spinner"), WHITE)
-COLORS |= dict.fromkeys(("Ball", "Bumper"), BLUE)
-COLORS |= dict.fromkeys(("DropTarget", "Target", "Rollover", "Logo"), GOLD)
-COLORS |= dict.fromkeys(("Plunger", "DifficultyLevel", "LifeUsed", "Score"), YELLOW)
-FLASHES = range(0, 0x4A, 2)  # `flash`, which changes all colours
+FLASHES = range(0, 0x4A, 2)  # what all colours are XORed with
+COLORS = {
+    "Ball": BLUE,
+    "Flipper": WHITE,
+    "Plunger": YELLOW,
+    "Bumper": BLUE,
+    "DropTarget": GOLD,
+    "Target": GOLD,
+    "Rollover": GOLD,
+    "Spinner": WHITE,
+    "Logo": GOLD,
+    "DifficultyLevel": YELLOW,
+    "LifeUsed": YELLOW,
+    "Score": YELLOW,
+}
 DIAMOND, SPINS, LOGO, LIT, CROSS = 0x50, (0x57, 0x5E, 0x65, 0x6C), 0x73, 0x7B, 0x83  # pictures
 PICTURES = ROM.pictures(
     [0xC00 | at for at in (*range(0, 0x50, 8), DIAMOND, *SPINS, LOGO, LIT, CROSS)],
@@ -94,13 +103,13 @@ def _walls() -> tuple[tuple[int, int, int, int], ...]:
 
 
 class Ram(RamMap):
-    flash = byte(32)  # what colours are XORed with in play
     saver_key = byte(65)  # what colours are XORed with; 0 in play
     flags = byte(3)  # bits: the ball touches a wall in a row, in a column
     collides = byte(20)  # 0: the ball touched no wall
     sides = byte(22)
     way = byte(23)  # bits: 7 the ball was moved in its row, else in its column; 6 by +1, else by -1
     ball = byte(25)  # number
+    black = byte(32)  # as a flash or the saver shows it
     player = bits(46)
     score = bcd((52, 50, 48))
     launched = byte(59)
@@ -125,7 +134,6 @@ def decode(m: Ram) -> dict[str, Box]:
     bumper = m.bumper - jnp.where(all_hit & (m.bumper > FIRST), FIRST, 0)
     cross = m.logo == CROSS
     top = 2 * m.plunger - 1 + jnp.where((m.plunger & 15) == UNCHECKED, 2, 0)
-    flash = jnp.where(m.saver_key > 0, 0, m.flash & ~1)
     boxes = {
         "Ball": _ball(m),
         "Flipper": _flippers(m),
@@ -144,6 +152,7 @@ def decode(m: Ram) -> dict[str, Box]:
             FONT, m.score, right=156, top=3, digits=6, leading_zeros=True, value=m.score
         ),
     }
+    flash = jnp.where(m.saver_key > 0, 0, m.black & ~1)
     return {name: replace(b, color=COLORS[name] ^ flash) for name, b in boxes.items()}
 
 

@@ -4,7 +4,8 @@ The shield and the neutral zone, Barrier, are drawn by turns, on every other fra
 cannon are drawn with the zone. What is not drawn on a frame has the box that it had on the one
 before. Score and Life are shown between two rounds, stay valid and keep their values. The Qotile is
 an Enemy until it becomes a Swirl. A shield block has the slot row * 8 + column, from the top left.
-The explosion of the Qotile, which fills the screen, is scenery.
+The explosion of the Qotile, which fills the screen, is scenery. The zone and the cannon have the
+colour of their first stripe, as each has another one.
 
 RAM: D. Debro's disassembly (what bytes are), ALE's source (score, lives), and the ROM's code. f000
 draws the shield, f06c the zone, f0d6 the explosion and f11c the score; ram[126] holds what the
@@ -50,6 +51,7 @@ FIRST_SWIRL, QOTILE = 0xC4, 0xDF  # `enemy_look`
 HIT, EXPLODES = 0xC0, 0x40  # `explosion` on the frame of a hit, and a bit of it
 HOME_X, LAUNCH_X, NO_CANNON = 0x96, 0x9A, 0xF0  # of the Qotile, its missile; `cannon_y`
 YAR, SWIRLS, SHIELDS = 0x7C, (0x34, 0x86, 0xD8), (0x32, 0x06, 0x74, 0x58)
+CANNON_COLOR = 0x5A  # where no stripe is
 LIGHTS = tuple(hue | light for hue in range(0, 256, 16) for light in range(2, 16, 2))
 DIM = tuple(hue | light for hue in range(0, 256, 16) for light in (0, 2, 4, 6) if hue | light)
 ZONE = (52, 3, 80, 195)
@@ -67,16 +69,18 @@ DELAYS = ROM.bytes(0xF08, 5).tolist()
 
 
 def _zone_rows(clock: int) -> int:
-    """First row and height of the stripes that can be seen, from the program's own bytes."""
-    seen = []
+    """First row, height and first colour of the stripes that are seen, from the program's bytes."""
+    seen, colors = [], []
     for row in range(1, 193, 2):
         upper, lower = row, ~(row + 1) & 255
         a, b = (y ^ ROM.bytes(clock + y, 1).item() for y in (upper, lower))
         lit = a & 0xF6
+        colors += [lit] * (lit > 0)
         seen += [row] * (lit > 0) + [row + 1] * (lit > 0 and b & 0xFE > 0)
-    return seen[0] + 2 << 8 | seen[-1] - seen[0] + 1
+    return colors[0] << 16 | seen[0] + 2 << 8 | seen[-1] - seen[0] + 1
 
 
+CODE = ROM.bytes(0, 512)  # what stripes are made of
 ZONE_ROWS = [_zone_rows(clock) for clock in range(256)]
 
 
@@ -128,7 +132,7 @@ class Ram(RamMap):
     missile_flies = bits(53, first=7)
     missile_part = byte(54)  # 1 / 256 of a step
     score = bcd((96, 97, 98))
-    shimmer = byte(104)  # colour of the Qotile and its missile
+    enemy_color = byte(104)  # of the Qotile and its missile
     next_clock = byte(105)  # frames
     leftward = bits(107, first=7)  # the cannon's shot comes back
     stack = byte(126)
@@ -143,7 +147,7 @@ def decode(m: Ram) -> dict[str, Box]:
     odd = jnp.where(m.stack == SHIELD_DRAWN, 0, jnp.where(m.stack == ZONE_DRAWN, 1, clock & 1))
     odd = jnp.where(among(m.stack, LIFE_LOST), 0, odd)
     before = _before(m)
-    enemy = replace(_enemy(m, odd, clock).where(plays), color=m.shimmer & ~1 & m.saver_mask)
+    enemy = replace(_enemy(m, odd, clock).where(plays), color=m.enemy_color & ~1)
     begins = (m.missile_flies | m.dies | m.spins) == 0  # a round
     zone_clock = (clock - 1) & 255 | 1
     zone = lookup(ZONE_ROWS, zone_clock)
@@ -153,10 +157,12 @@ def decode(m: Ram) -> dict[str, Box]:
         "Player_Bullet": _shot(m, odd, zone_clock, before).where(plays),
         "Enemy": enemy.where(m.enemy_look == QOTILE),
         "Swirl": enemy.where(m.enemy_look != QOTILE),
-        "Enemy_Missile": replace(_missile(m, odd, zone_clock).where(plays), color=enemy.color),
+        "Enemy_Missile": replace(
+            _missile(m, odd, zone_clock).where(plays), color=_missile_color(m, odd, clock)
+        ),
         "Zorlon_Cannon": _cannon(m, zone_clock).where(plays),
         "Shield_Block": _shield(m, clock).where(plays & ~(begins & (odd == 1))),
-        "Barrier": box(52, zone >> 8, 28, zone & 255, plays & (m.zone > 0)),
+        "Barrier": box(52, zone >> 8 & 255, 28, zone & 255, plays & (m.zone > 0), color=zone >> 16),
         "Score": number(m.score, top=48, digits=6, value=m.score, color=color),
         "Life": number(m.lives, top=74, digits=1, valid=m.lives > 0, value=m.lives, color=color),
     }
@@ -234,6 +240,13 @@ def _missile(m: Ram, odd: jax.Array, zone_clock: jax.Array) -> Box:
     return box(x, y + late, 4, height, there)
 
 
+def _missile_color(m: Ram, odd: jax.Array, clock: jax.Array) -> jax.Array:
+    """The colour when the missile was drawn last; it grows every 8 frames, but is never black."""
+    grown = (odd == 0) & (clock & 7 == 0) & (m.spins == 0)
+    step = jnp.where(m.enemy_color & 0xE == 2, 4, 2)
+    return m.enemy_color - jnp.where(grown, step, 0) & 0xFE
+
+
 def _cannon(m: Ram, zone_clock: jax.Array) -> Box:
     """The cannon at the left edge, and its shot, in lines of two rows."""
     rows = (m.cannon_y | 1) + 2 * np.arange(5)
@@ -242,9 +255,13 @@ def _cannon(m: Ram, zone_clock: jax.Array) -> Box:
     top = jnp.min(jnp.where(lit, rows, 255))
     step = jnp.where(m.leftward == 1, -6, 4)
     x = m.cannon_x + 1 - jnp.where(m.cannon_fired == 1, step, 0)
+    stripe = (top ^ lookup(CODE, zone_clock + top)) & m.zone & 0xF6
+    color = jnp.where(stripe > 0, stripe, CANNON_COLOR)
     late = jnp.where(x < _beam(52, top - m.y, 16, zone_clock + top), 3, 2)
     there = ((m.cannon_fired | m.cannon_armed) == 1) & (m.cannon_y < NO_CANNON)
-    return box(x, top + late, 4 << m.cannon_wide, 2 * jnp.sum(jnp.where(lit, 1, 0)), there)
+    return box(
+        x, top + late, 4 << m.cannon_wide, 2 * jnp.sum(jnp.where(lit, 1, 0)), there, color=color
+    )
 
 
 def _shield(m: Ram, clock: jax.Array) -> Box:
@@ -272,11 +289,13 @@ PLAYER = Blobs(YAR, gap=(2, 3), min_size=(2, 6), max_size=(2, 6), also=PLAYER)  
 SHOT = Blobs(YAR, gap=(2, 3), max_size=(1, 2))
 ENEMY = Blobs(LIGHTS, (150, 0, 158, 195), min_size=(8, 17), max_size=(8, 18))
 SWIRL = Blobs(SWIRLS, gap=(1, 1), min_size=(6, 10), max_size=(8, 16))
-IN_ZONE = Blobs(tuple(c for c in LIGHTS if c & 8 and c not in (YAR, 0x5A)), ZONE, max_size=(4, 3))
+IN_ZONE = Blobs(
+    tuple(c for c in LIGHTS if c & 8 and c not in (YAR, CANNON_COLOR)), ZONE, max_size=(4, 3)
+)
 OTHERS = tuple(c for c in LIGHTS if c != YAR)
 MISSILE = Blobs(OTHERS, min_size=(3, 1), max_size=(4, 3), ignore=(ZONE,), also=IN_ZONE)
 cannon = functools.partial(Blobs, gap=(0, 4), min_size=(3, 4), max_size=(8, 8), ignore=(ZONE,))
-CANNON = cannon((*DIM, 0x5A), (0, 0, 128, 195))
+CANNON = cannon((*DIM, CANNON_COLOR), (0, 0, 128, 195))
 cells = functools.partial(Cells, whole=False, exclude=("Enemy", "Enemy_Missile"), floats=True)
 BLOCKS = cells(SHIELDS, CELLS_X, CELLS_Y, 4, 8)
 STRIPES = Bounds(DIM, ZONE, min_size=(28, 150))

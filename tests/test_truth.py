@@ -12,6 +12,7 @@ from ocjax import evaluation, recordings
 from ocjax.rules import Bounds
 
 ON_DRAWN = 0.99  # share of boxes that hold drawn pixels
+IN_COLOR = 0.97  # share of boxes that hold pixels of their objects' colours
 ON_DETECTED = 0.98  # share of boxes on VEM's detections, which lack objects that are partly covered
 # Least F1 where the emulator's frame is older than its RAM, or objects do not show yet: see the games' docstrings.
 STALE = {
@@ -133,6 +134,18 @@ def test_boxes_hold_drawn_pixels(game, truth, detected):
         assert evaluation.coverage(boxes, truth["drawn"], truth["drawn"])[1] >= ON_DRAWN
     else:
         assert share_on_detections(boxes, evaluation.detections(vem), evaluation.detections(before)) >= ON_DETECTED
+
+
+def test_colors_are_drawn(game, truth, detected):
+    """On the frame or the one before, except by what blinks."""
+    objects = steady(game, detected[0])
+    frames = [game.palette[truth[name]] for name in ("screens", "previous")]
+    drawn = []
+    for n, k in zip(*np.nonzero(objects.valid), strict=True):
+        x, y, w, h = objects.xywh[n, k]
+        boxes = (frame[n, y : y + h, x : x + w] for frame in frames)
+        drawn.append(any((pixels == objects.rgb[n, k]).all(axis=-1).any() for pixels in boxes))
+    assert np.mean(drawn) >= IN_COLOR
 
 
 def test_boxes_without_drawn_pixels_are_noticed(game, truth, detected):
