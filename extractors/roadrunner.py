@@ -13,6 +13,7 @@ Covered: all eight scenes (beyond scene 0 by writing RAM), lost lives, the end o
 exact: the columns of a bird that a truck pushes or that stops where it keeps still while the road
 moves; figures on the frame on which they stop, begin to run or land; a bonus's last frame; what an
 edge cuts; boxes that touch or overlap. To VEM, a burnt coyote without a bird is Player too.
+Seed has the bird's colour on its line; beyond the first scene, REM takes that of his body instead.
 """
 
 import functools
@@ -25,7 +26,7 @@ from ocjax.boxes import Box, box
 from ocjax.console import modulo_screen, wrap
 from ocjax.digits import score_box
 from ocjax.game import Game
-from ocjax.ops import among, pick, reached
+from ocjax.ops import among, lookup, pick, reached
 from ocjax.ram import RamMap, bits, byte, high, low, signed
 from ocjax.rom import Pictures, Rom
 from ocjax.rules import Blobs, Bounds, Category, Gauge, display
@@ -45,8 +46,9 @@ NOTHING, EDGE = 0x1E73, 134  # of `PICTURES`; the road's first row in scenes 3 a
 CLIFF, ROCKS, BRIDGE = 1, 5, 1  # the first two of `scene`, the last one of `scenery` & 15
 EXIT, BLANK, JUMP, JUST_WON = 16, 0x80, 29, 30  # two of `sign`, first `jump`, `bonus_time`
 EXITS, SIGN_LINES = (1, 4), (73, 75, 75, 74, 75, 75, 75, 74)  # scenes; the first, in each scene
-YELLOW, BLACK, GREY, BODIES = 30, 0, (4, 6), (136, 52)
+YELLOW, BLACK, GREY, BODIES, HUE_ROW = 30, 0, (4, 6), (136, 52), 180
 PLAYER_COLORS, COYOTE_COLORS = (134, 136, 138, 142), (48, 50, 52, 54, 56, 58)
+HUES = ROM.bytes(0xC00, 512) & 0xFE  # of the bird in scene 0, by row from the bottom
 DRIFTS, MOVES = ((ROM.bytes(at, 9).astype(np.int8) >> 4).tolist() for at in (0x3FD0, 0xA00))
 BANKS = np.pad(ROM.data.reshape(4, 4096)[[0, 3]], ((0, 0), (0, LINES - 1)))  # both, then nothing
 DRAWN = np.lib.stride_tricks.sliding_window_view(BANKS, LINES, axis=1)[..., ::-1]
@@ -58,6 +60,7 @@ POSES, COYOTE_POSES = ((4096 + low + (high % 16 << 8)).tolist() for low, high in
 
 class Ram(RamMap):
     pointers = byte((8, 7), (2, 1))  # to the pictures of the bird and the coyote
+    hues = byte(3)  # low byte of the address of the bird's colours
     direction = signed(9)
     y = byte(10)  # upwards
     coyote_y = byte(11)
@@ -111,6 +114,8 @@ def decode(m: Ram) -> dict[str, Box]:
     digits = jnp.where(m.digits == 10, 0, m.digits)
     score = 100 * jnp.sum(digits * np.array((1000, 100, 10, 1)), dtype=jnp.int32)
     lanes = _lanes(m, scrolled, narrow).where(road | among(m.scenery, (NARROW, CLIFFS, GAP)))
+    hue = lookup(HUES, m.hues + HUE_ROW - lanes.y & 511)  # that of the bird on the same line
+    hue = jnp.where(m.scene == 0, hue, BODIES[0])
     start = jnp.where(cannon, COYOTE_START_X, START_X)
     lost = jnp.where(even, m.drawn_x > GONE, (m.waits == 0) & (m.drawn_x != start))
     lost = lost & (m.x == START_X) & (m.coyote_x == COYOTE_START_X)
@@ -127,6 +132,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Player": figures[0].where((x < GONE) & ~lost | even & (x <= GONE)),
         "Enemy": figures[1].where(on_stage | even & (coyote_x <= GONE)),
         **{name: lanes.where(m.kind == kind) for name, kind in KINDS.items()},
+        "Seed": replace(lanes.where(m.kind == KINDS["Seed"]), color=hue),
         **_dangers(m, scrolled, lower, lost),
         **_beside(m, scrolled, road | entry | (narrow > 0), lost),
         "Truck": box(truck_x, m.truck_y + 55, 16, 18, (m.truck > 0) & road).clip(*VIEW),
@@ -289,7 +295,7 @@ GAME = Game(
     categories=(
         Category("Player", PLAYER, otherwise=BURNT, doc="the bird"),
         Category("Enemy", COYOTE, color_row=2, otherwise=BURNT, doc="the coyote"),
-        Category("Seed", SEEDS, count=4, rgb=(84, 92, 214), doc="lane"),
+        Category("Seed", SEEDS, count=4, color_row=-1, doc="lane"),
         Category("AcmeMine", LANES(min_size=(4, 3), max_size=(4, 4), area=(19, 99)), 4, doc="lane"),
         Category("SteelShot", LANES(min_size=(6, 3), max_size=(10, 3)), count=4, doc="lane"),
         Category("RoadCrack", CRACKS, count=2, doc="in the cliff"),
