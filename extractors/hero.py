@@ -145,6 +145,7 @@ def decode(m: Ram) -> dict[str, Box]:
     text = box(59, 179, number.x + number.w - 59, 8, levels, value=level)
     whole = (m.room == 0) & (SLOT == WALL_SLOT)
     top, height = jnp.where(whole, TOPS[0], rocks.y), jnp.where(whole, WHOLE_WALL, rocks.h)
+    assert rocks.color is not None
     rock = jnp.where(whole, m.color[0] & ~1, rocks.color)
     shown = box(59, 179, text.w, 8, value=m.score)
     bar = jnp.where(m.power == 0, RED, YELLOW)

@@ -108,11 +108,10 @@ class Ram(RamMap):
 def decode(m: Ram) -> dict[str, Box]:
     enemies, balls = _enemies(m), _balls(m)
     width = jnp.minimum(m.oxygen, 63)
-    flash = jnp.where(m.dying & 1 == 1, FLASH, BLACK)
     used = BAR[0] + jnp.where(m.oxygen > 0, width, -1)
     score_right = SCORE_LEFTS[-1] + FONT.width
     return {
-        "Player": replace(_player(m), color=jnp.where(m.dying > 0, flash, GOLD)),
+        "Player": _player(m),
         "PlayerMissile": _torpedo(m),
         "Shark": enemies.where(jnp.repeat(m.look, 3) < SUBMARINE),
         "Submarine": enemies.where(jnp.repeat(m.look, 3) >= SUBMARINE),
