@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING
 from _page import HERE, PageTable, evaluated
 
 if TYPE_CHECKING:
-    from ocjax.evaluation import Agreement
-    from ocjax.report import Evaluation
+    from ocjax.evaluation.metrics import Agreement
+    from ocjax.evaluation.report import Evaluation
 
 BEGIN, END = "<!-- paper: python benchmarks/paper.py -->", "<!-- end of paper -->"
 TRAINED_BEGIN, TRAINED_END = "<!-- trained: python benchmarks/paper.py --trained -->", "<!-- end of trained -->"
@@ -81,7 +81,7 @@ def main() -> None:
     arguments = parser.parse_args()
 
     import ocjax
-    from ocjax import policies
+    from ocjax.play import policies
 
     if arguments.trained:
         games = arguments.games or sorted(path.stem for path in policies.SHIPPED.glob("*.npz"))

@@ -24,7 +24,7 @@ from rich.table import Table
 
 import ocjax
 from ocjax.agents import networks, ppo
-from ocjax.agents.statistics import standardized
+from ocjax.agents.moments import standardized
 
 FRAME_SKIP = 4  # of JAXAtari's AtariWrapper
 H = ppo.Hyperparameters()

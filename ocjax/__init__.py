@@ -10,16 +10,16 @@ objects = game.vem(frames)     # uint8 [..., 210, 160] palette indices or [..., 
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from ocjax import registration
-from ocjax._xla import retain_freed_memory, use_compilation_cache
-from ocjax.boxes import Box
-from ocjax.game import Game, GameError
-from ocjax.objects import Objects, velocity
-from ocjax.perturbation import perturb
-from ocjax.registry import UnknownGameError, games, load
-from ocjax.relations import Relations, relations
-from ocjax.rules import Category
-from ocjax.tracking import merge_frames, track
+from ocjax._xla.kernels import retain_freed_memory, use_compilation_cache
+from ocjax.console.boxes import Box
+from ocjax.extraction import registration
+from ocjax.extraction.game import Game, GameError
+from ocjax.extraction.objects import Objects, velocity
+from ocjax.extraction.registry import UnknownGameError, games, load
+from ocjax.transforms.perturbation import perturb
+from ocjax.transforms.relations import Relations, relations
+from ocjax.transforms.tracking import merge_frames, track
+from ocjax.vision.rules import Category
 
 __version__ = "0.1.0"
 

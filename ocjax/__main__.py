@@ -1,6 +1,6 @@
 """`python -m ocjax` is the `ocjax` command."""
 
-from ocjax.cli import app
+from ocjax.cli.app import app
 
 if __name__ == "__main__":
     app()

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from ocjax.game import Game
-from ocjax.ram import RAM_SIZE
-from ocjax.registry import as_game
+from ocjax.console.ram import RAM_SIZE
+from ocjax.extraction.game import Game
+from ocjax.extraction.registry import as_game
 
 # AtariARI's code labels two more games than its paper.
 _NOT_IN_PAPER = ("BattleZone", "Skiing")

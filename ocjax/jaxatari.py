@@ -22,12 +22,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ocjax.envs.pool import check_rom
-from ocjax.game import Game
-from ocjax.objects import Objects, whose
-from ocjax.ram import RAM_SIZE
-from ocjax.records import constant
-from ocjax.registry import load
+from ocjax.console.ram import RAM_SIZE
+from ocjax.emulators.pool import check_rom
+from ocjax.extraction.game import Game
+from ocjax.extraction.objects import Objects, whose
+from ocjax.extraction.records import constant
+from ocjax.extraction.registry import load
 
 CAPACITY = 16_384  # bytes of a saved emulator; they are 14.4 kB and fill up to a few hundred more
 _DEGREES = 22.5  # of a compass point

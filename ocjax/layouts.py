@@ -15,11 +15,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ocjax.game import Game
-from ocjax.objects import Objects, whose
-from ocjax.ocatari_slots import declared_slots
-from ocjax.registry import as_game
-from ocjax.views import NS_MEANING, ORIENTATION, POSITION, WIDTH
+from ocjax.extraction.game import Game
+from ocjax.extraction.objects import Objects, whose
+from ocjax.extraction.registry import as_game
+from ocjax.ocatari.slots import declared_slots
+from ocjax.transforms.game_objects import NS_MEANING, ORIENTATION, POSITION, WIDTH
 
 _FIELDS = {POSITION: ("x", "y"), ORIENTATION: ("orientation",), WIDTH: ("w",)}  # of `ns_state`
 

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ocjax import npz, output
-from ocjax.game import Game
-from ocjax.ram import RAM_SIZE
-from ocjax.registry import UnknownGameError, load
+from ocjax.console.ram import RAM_SIZE
+from ocjax.extraction.game import Game
+from ocjax.extraction.registry import UnknownGameError, load
+from ocjax.files import npz, writing
 
 ARRAYS = ("rams", "screens", "previous", "shown", "previous_shown", "drawn", "rewards", "lives", "resets", "ends")
 NUMBERS = {"rewards": "if", "lives": "iu"}  # kinds of dtype; all other arrays are uint8 or bool
@@ -90,7 +90,7 @@ class Recording:
             facts["frame_skip"] = self.frame_skip
         if self.settings is not None:
             facts["settings"] = json.dumps(dict(self.settings))
-        output.write(Path(path), lambda file: np.savez_compressed(file, **arrays, **facts))
+        writing.write(Path(path), lambda file: np.savez_compressed(file, **arrays, **facts))
 
 
 def join(parts: Sequence[Recording]) -> Recording:

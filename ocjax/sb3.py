@@ -15,7 +15,7 @@ from gymnasium.error import NoAsyncCallError
 from gymnasium.vector import AutoresetMode
 
 from ocjax.envs import ObjectVectorEnv, make_vec
-from ocjax.game import Game
+from ocjax.extraction.game import Game
 
 try:
     from stable_baselines3.common.monitor import Monitor  # pyright: ignore[reportMissingImports]

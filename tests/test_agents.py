@@ -15,14 +15,15 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 import ocjax
-from ocjax import policies
-from ocjax.cli import app
+from ocjax.cli.app import app
+from ocjax.play import policies
 
 pytest.importorskip("optax", reason="the extra `rl` is not installed")
 pytest.importorskip("orbax.checkpoint", reason="the extra `rl` is not installed")
 
-from ocjax.agents import networks, ppo, statistics
-from ocjax.agents.collect import Collector
+from ocjax.agents import moments as statistics
+from ocjax.agents import networks, ppo
+from ocjax.agents.collector import Collector
 from ocjax.agents.ppo import Hyperparameters, Rollout
 from ocjax.agents.training import Config, Trainer, TrainingError
 from ocjax.envs import make_vec
@@ -244,7 +245,7 @@ def test_training_from_pixels(tmp_path):
 def test_train_command(tmp_path, monkeypatch):
     folder = tmp_path / "run"
     arguments = ["train", "pong", "--frames", "1", "--seed", "2", "--out", str(folder)]
-    monkeypatch.setattr("ocjax.agents.commands.EVALUATION_EPISODES", 1)
+    monkeypatch.setattr("ocjax.cli.agents.EVALUATION_EPISODES", 1)
     result = CliRunner().invoke(app, arguments, terminal_width=200)
     assert result.exit_code == 0, result.output
     assert {"config.json", "metrics.csv", "policy.npz", "agent.gif"} <= {p.name for p in folder.iterdir()}

@@ -10,7 +10,8 @@ import pytest
 from conftest import excerpt
 
 import ocjax
-from ocjax import atariari, registry
+from ocjax import atariari
+from ocjax.extraction import registry
 
 PATTERN = np.arange(128, dtype=np.uint8)
 

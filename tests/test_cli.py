@@ -11,8 +11,10 @@ from PIL import Image
 from typer.testing import CliRunner
 
 import ocjax
-from ocjax import cli, output, tables
-from ocjax.cli import app
+from ocjax.cli import app as cli
+from ocjax.cli.app import app
+from ocjax.evaluation import tables
+from ocjax.files import writing
 
 runner = CliRunner()
 
@@ -89,11 +91,11 @@ def test_bad_outputs_are_refused_before_the_work(command, tmp_path, monkeypatch)
     def work(*args, **kwargs):
         raise AssertionError("the work has started")
 
-    for module, name in ((cli.demonstration, "run"), (cli.excerpts, "record"), (cli.recordings, "read"), (cli, "rollout")):
+    for module, name in ((cli.demonstration, "run"), (cli.fixtures, "record"), (cli.recordings, "read"), (cli, "rollout")):
         monkeypatch.setattr(module, name, work)
     for module, name in (("causal", "causes"), ("recordings", "read")):
-        monkeypatch.setattr(f"ocjax.ramtools.commands.{module}.{name}", work)
-    monkeypatch.setattr("ocjax.ramtools.commands.rollout", work)
+        monkeypatch.setattr(f"ocjax.cli.ram.{module}.{name}", work)
+    monkeypatch.setattr("ocjax.cli.ram.rollout", work)
     (tmp_path / "folder.png").mkdir()
     for out, message in ((tmp_path / "nowhere" / "x.png", "no folder"), (tmp_path / "folder.png", "is a folder")):
         result = run(*command, out)
@@ -130,7 +132,7 @@ def test_redirected_tables_are_whole():
 
 def test_outputs_are_replaced_whole(tmp_path):
     old = tmp_path / "old.txt"
-    output.write_text(old, "old")
+    writing.write_text(old, "old")
     link = tmp_path / "link.txt"
     link.symlink_to(old)
 
@@ -139,20 +141,20 @@ def test_outputs_are_replaced_whole(tmp_path):
         raise OSError("disk full")
 
     with pytest.raises(OSError, match="disk full"):
-        output.write(old, fail)
+        writing.write(old, fail)
     assert old.read_text() == "old"
-    output.write_text(link, "new")
+    writing.write_text(link, "new")
     assert link.is_symlink()
     assert old.read_text() == "new"
     assert {p.name for p in tmp_path.iterdir()} == {"old.txt", "link.txt"}
-    output.write_text(Path(os.devnull), "nothing")
+    writing.write_text(Path(os.devnull), "nothing")
     assert not Path(os.devnull).is_file()
 
 
 INTERRUPTED = """
 import threading, time
 import jax, jax.numpy as jnp
-from ocjax import cli, demo
+from ocjax.cli import app as cli, demo
 
 def run(*args):
     def compile():

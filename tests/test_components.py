@@ -12,12 +12,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from ocjax.pictures import PICTURE_WIDTH, picture
 from ocjax.vision import bitmap
 from ocjax.vision import components as stages
 from ocjax.vision.bounds import tight_boxes
 from ocjax.vision.components import components
 from ocjax.vision.fill import fill, fill_large
+from ocjax.vision.pictures import PICTURE_WIDTH, picture
 from ocjax.vision.search import MAX_PARTS, Search
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")

@@ -16,10 +16,11 @@ import numpy as np
 import pytest
 
 import ocjax
-from ocjax import rom
-from ocjax.envs import PRESETS, AlePool, RomError, Settings, WorkerError, ale, variations
-from ocjax.envs._worker.emulator import TRANSITIONS, Event, Phase
-from ocjax.envs._worker.interface import WorkerConfig
+from ocjax.console import rom
+from ocjax.emulators import ale, variations
+from ocjax.emulators.worker.emulator import TRANSITIONS, Event, Phase
+from ocjax.emulators.worker.interface import WorkerConfig
+from ocjax.envs import PRESETS, AlePool, RomError, Settings, WorkerError
 
 gymnasium.register_envs(ale_py)
 
@@ -227,7 +228,7 @@ def test_wrong_and_missing_roms_are_refused(tmp_path, monkeypatch):
 
 
 def test_roms_are_found_without_importing_ale_py():
-    code = "import sys; from ocjax import rom; print(rom.rom_path('pong').name, 'ale_py' in sys.modules)"
+    code = "import sys; from ocjax.console import rom; print(rom.rom_path('pong').name, 'ale_py' in sys.modules)"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.split() == ["pong.bin", "False"]
 

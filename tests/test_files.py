@@ -18,9 +18,9 @@ from typer.testing import CliRunner
 
 import ocjax
 from ocjax import files
-from ocjax.cli import app
-from ocjax.files import InputError, extraction, open_input
-from ocjax.vision import palette
+from ocjax.cli.app import app
+from ocjax.console import palette
+from ocjax.files import InputError, open_input, pipeline
 
 FIELDS = ("xywh", "valid", "orientation", "value", "rgb")
 
@@ -43,7 +43,7 @@ def frames(pong):
 
 @pytest.fixture(autouse=True)
 def small_blocks(monkeypatch):
-    monkeypatch.setattr(extraction, "BLOCK_ROWS", {"rem": 16, "vem": 4})
+    monkeypatch.setattr(pipeline, "BLOCK_ROWS", {"rem": 16, "vem": 4})
 
 
 def write_hdf5(path, data):
@@ -434,7 +434,7 @@ def test_wrong_inputs_are_refused(tmp_path, rams, frames):
     np.save(tmp_path / "Pong.npy", rams)
     refused(ValueError, r"must end in \.npz, .*or be yolo:FOLDER, or minari:ID", tmp_path / "Pong.npy", tmp_path / "out.csv")
     refused(NotADirectoryError, "no folder", tmp_path / "Pong.npy", tmp_path / "none" / "out.npz")
-    refused(ocjax.registry.UnknownGameError, "no game 'Chess'", tmp_path / "Pong.npy", out, "Chess")
+    refused(ocjax.UnknownGameError, "no game 'Chess'", tmp_path / "Pong.npy", out, "Chess")
     np.savez(tmp_path / "a.npz", rams=rams, game="Pong", md5="0" * 32)
     refused(InputError, "made with the ROM of md5 0000", tmp_path / "a.npz", out)
     refused(InputError, "is of Pong, not of Boxing", tmp_path / "a.npz", out, "Boxing")

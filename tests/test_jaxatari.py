@@ -11,7 +11,7 @@ import pytest
 
 import ocjax
 from ocjax import jaxatari
-from ocjax.rom import rom_path
+from ocjax.console.rom import rom_path
 
 KEY = jax.random.key(0)
 

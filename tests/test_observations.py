@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import ocjax
-from ocjax import masks
 from ocjax.envs import Dqn, Masks, Vector
 from ocjax.envs.observations import FEATURES
+from ocjax.transforms import masks
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 

@@ -11,7 +11,7 @@ from gymnasium.utils.env_checker import check_env
 
 import ocjax
 from ocjax import ocatari
-from ocjax.envs import variations
+from ocjax.emulators import variations
 from ocjax.ocatari import GameObject, NoObject, OCAtari, Orientation, ValueObject
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import ocjax
-from ocjax.rom import rom_path
-from ocjax.vision import palette
+from ocjax.console import palette
+from ocjax.console.rom import rom_path
 
 
 @pytest.mark.parametrize("table", [palette.NTSC, palette.PAL], ids=["NTSC", "PAL"])

@@ -4,7 +4,7 @@ import sys
 import pytest
 
 import ocjax
-from ocjax import registry
+from ocjax.extraction import registry
 
 
 def test_spellings():

@@ -20,8 +20,9 @@ import pytest
 from gymnasium.error import AlreadyPendingCallError, NoAsyncCallError
 
 import ocjax
-from ocjax.envs import AlePool, Settings, States, Vector, WorkerError, ale, make, memory, process
-from ocjax.envs._worker import snapshot
+from ocjax.emulators import ale, memory, process
+from ocjax.emulators.worker import snapshot
+from ocjax.envs import AlePool, Settings, States, Vector, WorkerError, make
 
 PONG = ocjax.load("Pong")
 OBS = {"ram": "ram", "vector": Vector(history=3)}  # one that shows the emulators, and one with a memory
@@ -276,7 +277,8 @@ def test_forked_children_change_nothing():
     """A child that holds the sockets does not delay close(), and one that ends, or uses the environments, does not disturb them."""
     out = run("""
         import os, sys, time, numpy as np, ocjax
-        from ocjax.envs import AlePool, WorkerError, process
+        from ocjax.emulators import process
+        from ocjax.envs import AlePool, WorkerError
         process._GRACE = 20
         pool = AlePool(ocjax.load("Pong"), 3, num_workers=3)
         pool.reset([0] * 3)

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import ocjax
-from ocjax.envs import make, variations
+from ocjax.emulators import variations
+from ocjax.envs import make
 
 STEPS = 150
 BLUE, WHITE, RED, DARK_RED = (45, 50, 184), (214, 214, 214), (167, 26, 26), (144, 28, 0)

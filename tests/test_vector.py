@@ -16,7 +16,8 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
 
 import ocjax
-from ocjax.envs import PRESETS, Dqn, Masks, Vector, WorkerError, ale, make, variations
+from ocjax.emulators import ale, variations
+from ocjax.envs import PRESETS, Dqn, Masks, Vector, WorkerError, make
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 

@@ -9,8 +9,8 @@ import pytest
 from conftest import excerpt
 
 import ocjax
-from ocjax.objects import UNKNOWN, Objects
-from ocjax.records import constant
+from ocjax.extraction.objects import UNKNOWN, Objects
+from ocjax.extraction.records import constant
 
 GAME = ocjax.load("Pong")
 

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from tensorboardX import SummaryWriter
 
-from ocjax import output
+from ocjax.files import writing
 
 RECENT_GAMES = 100  # of which the mean return is reported
 
@@ -68,7 +68,7 @@ class Metrics:
         out = csv.DictWriter(text, list(self.rows[0]), lineterminator="\n")
         out.writeheader()
         out.writerows(self.rows)
-        output.write_text(self._folder / "metrics.csv", text.getvalue())
+        writing.write_text(self._folder / "metrics.csv", text.getvalue())
         if self._writer is not None:
             self._writer.flush()
 

@@ -13,8 +13,8 @@ import numpy as np
 import optax
 from jax import lax
 
+from ocjax.agents.moments import Moments, initial_moments, merge_moments, scaled, standardized
 from ocjax.agents.networks import Network, Params
-from ocjax.agents.statistics import Moments, initial_moments, merge_moments, scaled, standardized
 
 MAX_REWARD = 10.0  # of scaled rewards
 

@@ -13,16 +13,16 @@ import numpy as np
 import orbax.checkpoint as ocp
 from rich.console import Console
 
-from ocjax import output
 from ocjax.agents import networks, ppo
-from ocjax.agents.collect import Collector
+from ocjax.agents.collector import Collector
 from ocjax.agents.metrics import Bar, Metrics
+from ocjax.agents.moments import Moments, deviation
 from ocjax.agents.ppo import Hyperparameters, Learner, Losses, Rollout
-from ocjax.agents.statistics import Moments, deviation
+from ocjax.emulators.settings import settings
 from ocjax.envs import ObjectVectorEnv, Vector, make_vec
-from ocjax.envs.settings import settings
-from ocjax.policies import SavedPolicy
-from ocjax.registry import load
+from ocjax.extraction.registry import load
+from ocjax.files import writing
+from ocjax.play.policies import SavedPolicy
 
 FEATURES = ("x", "y", "dx", "dy", "nx", "ny", "mx", "my", "orientation", "valid")
 # Positions on a fixed grid say nothing, and those relative to the player change all at once: in Breakout, 108 bricks hide the ball.
@@ -257,4 +257,4 @@ def _prepare(folder: Path, config: Config) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     if any(folder.iterdir()):
         raise TrainingError(f"{folder} is not empty and holds no training: use another folder")
-    output.write_text(path, text)
+    writing.write_text(path, text)

@@ -14,10 +14,10 @@ import numpy as np
 from PIL import Image
 
 from ocjax.datasets.plans import DatasetError
+from ocjax.extraction.game import Game
+from ocjax.extraction.objects import UNKNOWN_VALUE, Objects
 from ocjax.files.blocks import Block, compact
 from ocjax.files.inputs import require
-from ocjax.game import Game
-from ocjax.objects import UNKNOWN_VALUE, Objects
 
 STATE = {
     "index": "int64",

@@ -9,14 +9,15 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ocjax import registry, tables
 from ocjax.datasets import labels, starts
 from ocjax.datasets.plans import Plan
+from ocjax.emulators.pool import action_set, load_emulator
 from ocjax.envs import Settings
-from ocjax.envs.pool import action_set, load_emulator
-from ocjax.evaluation import Agreement
-from ocjax.game import Game
-from ocjax.tables import Table
+from ocjax.evaluation import tables
+from ocjax.evaluation.metrics import Agreement
+from ocjax.evaluation.tables import Table
+from ocjax.extraction import registry
+from ocjax.extraction.game import Game
 
 SCORES = ("precision", "recall", "f1", "mean_iou")
 TEMPLATE = """---

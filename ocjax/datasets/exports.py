@@ -12,16 +12,17 @@ from typing import Any, BinaryIO
 import numpy as np
 from gymnasium import spaces
 
-from ocjax import output, registry
+from ocjax.console.ram import RAM_SIZE
 from ocjax.datasets import columns, shards
 from ocjax.datasets.generation import Report, open_dataset
 from ocjax.datasets.plans import Plan
+from ocjax.emulators.pool import action_set, load_emulator
 from ocjax.envs import Settings
-from ocjax.envs.pool import action_set, load_emulator
+from ocjax.extraction import registry
+from ocjax.extraction.game import Game
+from ocjax.files import writing
 from ocjax.files.inputs import MINARI, require
 from ocjax.files.minari import new_dataset
-from ocjax.game import Game
-from ocjax.ram import RAM_SIZE
 
 CSV_COLUMNS = ("INDEX", "OBS", "HUD", "RAM", "VIS")
 
@@ -51,8 +52,8 @@ def export(folder: str | Path, out: str | Path, *, report: Report | None = None)
     if str(out).startswith(MINARI):
         _to_minari(folder, plan, str(out), report)
     elif Path(out).suffix == ".csv":
-        output.check(Path(out))
-        output.write(Path(out), functools.partial(_write_csv, folder, plan, report))
+        writing.check(Path(out))
+        writing.write(Path(out), functools.partial(_write_csv, folder, plan, report))
     else:
         raise ValueError(f"the output must end in .csv or be {MINARI}ID, got {out}")
 

@@ -5,9 +5,11 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
-from ocjax import cluster, output, registry, rom
+from ocjax.console import rom
 from ocjax.datasets import datasheet, shards
 from ocjax.datasets.plans import DatasetError, Plan, code, versions
+from ocjax.extraction import registry
+from ocjax.files import cluster, writing
 from ocjax.files.inputs import require
 
 PLAN, SHEET = "dataset.json", "README.md"
@@ -24,7 +26,7 @@ def generate(plan: Plan, folder: str | Path, *, ray: str | None = None, report: 
     Args:
         plan: of the dataset; see `ocjax.datasets.plan`.
         folder: is created if necessary.
-        ray: the address of a Ray cluster whose machines share the folder; see `ocjax.cluster`.
+        ray: the address of a Ray cluster whose machines share the folder; see `ocjax.files.cluster`.
         report: called after each shard with the number of states that are done, and of all states.
 
     Raises:
@@ -110,7 +112,7 @@ def _prepare(folder: Path, plan: Plan) -> None:
     if folder.is_dir() and any(folder.iterdir()):
         raise DatasetError(f"{folder} is not empty and holds no dataset: use another folder")
     (folder / "data").mkdir(parents=True, exist_ok=True)
-    output.write_text(path, plan.to_json())
+    writing.write_text(path, plan.to_json())
 
 
 def _differences(path: Path, plan: Plan) -> list[str]:
@@ -139,4 +141,4 @@ def _finish(folder: Path, plan: Plan) -> None:
     for unfinished in (folder / "data").glob(".*.tmp"):
         unfinished.unlink()
     found = [shards.facts(folder / plan.file(shard)) for shard in plan.shards]
-    output.write_text(folder / SHEET, datasheet.text(plan, found, versions(), code()))
+    writing.write_text(folder / SHEET, datasheet.text(plan, found, versions(), code()))

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ocjax import evaluation
-from ocjax.evaluation import Agreement
-from ocjax.files.extraction import extractor
-from ocjax.game import Game
-from ocjax.objects import Objects
+from ocjax.evaluation import metrics
+from ocjax.evaluation.metrics import Agreement
+from ocjax.extraction.game import Game
+from ocjax.extraction.objects import Objects
+from ocjax.files.pipeline import extractor
 
 COUNTS = tuple(field.name for field in dataclasses.fields(Agreement))
 
@@ -36,7 +36,7 @@ def label(game: Game, rams: np.ndarray, screens: np.ndarray, previous: np.ndarra
     """
     vem = extractor(game, "vem")
     rem, seen, before = extractor(game, "rem")(rams), vem(screens), vem(previous)
-    counts = evaluation.agreement(evaluation.detections(rem), evaluation.detections(seen), evaluation.detections(before))
+    counts = metrics.agreement(metrics.detections(rem), metrics.detections(seen), metrics.detections(before))
     return Labels(rem, seen, counts)
 
 

@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import ocjax
-from ocjax import policies, registry
 from ocjax.datasets import starts as game_starts
 from ocjax.datasets.starts import Start
+from ocjax.emulators.checks import integer
+from ocjax.emulators.settings import settings
 from ocjax.envs import Settings
-from ocjax.envs.checks import integer
-from ocjax.envs.settings import settings
-from ocjax.game import Game
+from ocjax.extraction import registry
+from ocjax.extraction.game import Game
+from ocjax.play import policies
 
 SEEDS = (0, 42)  # as in the OCAtari paper (Delfosse et al., 2024)
 ENVS = 10  # instances that play side by side
@@ -126,7 +127,7 @@ def plan(
         game: the game, with its display, or its name.
         states: number of states to play.
         seeds: each has an equal share of the states.
-        policies: percentage of the states that each policy plays, by name; see `ocjax.policies.make_policy`. By default, 30 % random
+        policies: percentage of the states that each policy plays, by name; see `ocjax.play.policies.make_policy`. By default, 30 % random
             actions, and 70 % the trained policy that ships with the game, or held random actions if there is none.
         least_f1: sequences in which REM and VEM agree less are left out.
         starts: values that are written to the RAM when a game begins, by the name of a field of the game's `Ram` (`ocjax ram map GAME`) or

@@ -7,8 +7,8 @@ import numpy as np
 from ocjax.datasets.plans import ENVS, Plan, Shard
 from ocjax.datasets.starts import variation
 from ocjax.envs import AlePool, Settings
-from ocjax.game import Game
-from ocjax.policies import Policy, make_policy
+from ocjax.extraction.game import Game
+from ocjax.play.policies import Policy, make_policy
 
 Sequence = dict[str, np.ndarray]  # successive states of one instance: arrays [n, ...]
 NO_ACTION = -1  # of the first state of an episode

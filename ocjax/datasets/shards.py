@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from ocjax import output, registry
 from ocjax.datasets import columns, labels, playing
 from ocjax.datasets.labels import Labels
 from ocjax.datasets.plans import DatasetError, Plan, Shard, code
+from ocjax.extraction import registry
+from ocjax.extraction.game import Game
+from ocjax.files import writing
 from ocjax.files.inputs import require
-from ocjax.game import Game
 
 ROW_GROUP = 500  # rows
 BATCH = 1000  # rows that are labelled at a time
@@ -76,7 +77,7 @@ def _write(path: Path, table: Any, game: Game, facts: dict[str, Any]) -> None:
     parquet = require("pyarrow.parquet")
     metadata = {b"game": game.name.encode(), b"md5": game.md5.encode(), **columns.schema(facts).metadata}
     table = table.combine_chunks().replace_schema_metadata(metadata)
-    output.write(path, lambda file: parquet.write_table(table, file, row_group_size=ROW_GROUP, compression="zstd"))
+    writing.write(path, lambda file: parquet.write_table(table, file, row_group_size=ROW_GROUP, compression="zstd"))
 
 
 def facts(path: Path) -> dict[str, Any]:

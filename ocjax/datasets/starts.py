@@ -6,9 +6,9 @@ from collections.abc import Mapping
 import jax.numpy as jnp
 import numpy as np
 
-from ocjax.envs.variations import Variation
-from ocjax.game import Game
-from ocjax.ram import RAM_SIZE, Field
+from ocjax.console.ram import RAM_SIZE, Field
+from ocjax.emulators.variations import Variation
+from ocjax.extraction.game import Game
 
 Start = Mapping[str, int]  # values by the name of a field of the game's `Ram`, or by the number of a byte
 

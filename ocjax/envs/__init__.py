@@ -1,15 +1,16 @@
 """Gymnasium environments whose observations are objects."""
 
-from ocjax.envs.ale import AlePool
+from ocjax.console.rom import RomError
+from ocjax.emulators import variations
+from ocjax.emulators.ale import AlePool
+from ocjax.emulators.pool import EmulatorPool
+from ocjax.emulators.process import WorkerError
+from ocjax.emulators.settings import PRESETS, Settings, settings
+from ocjax.emulators.states import States
 from ocjax.envs.make import ObjectEnv, make, make_vec
 from ocjax.envs.observations import Computed, Copied, Dqn, Masks, ObjectFields, Observation, Pixels, Ram, Snapshot, Vector
 from ocjax.envs.perturbed import PerturbObjects
-from ocjax.envs.pool import EmulatorPool
-from ocjax.envs.process import WorkerError
-from ocjax.envs.settings import PRESETS, Settings, settings
-from ocjax.envs.states import States
 from ocjax.envs.vector import ObjectVectorEnv
-from ocjax.rom import RomError
 
 __all__ = [
     "PRESETS",
@@ -35,4 +36,5 @@ __all__ = [
     "make",
     "make_vec",
     "settings",
+    "variations",
 ]

@@ -20,17 +20,17 @@ import numpy as np
 from gymnasium.error import AlreadyPendingCallError, NoAsyncCallError
 from gymnasium.vector import AutoresetMode
 
-from ocjax.envs._worker.interface import EmulatorArrays
-from ocjax.envs.checks import NOT_RESET, action_array, index_array, integer, is_integer, seed_list
-from ocjax.envs.memory import check_memory
+from ocjax.emulators.checks import NOT_RESET, action_array, index_array, integer, is_integer, seed_list
+from ocjax.emulators.memory import check_memory
+from ocjax.emulators.pool import EmulatorPool, Report, action_set, load_emulator
+from ocjax.emulators.process import WorkerError
+from ocjax.emulators.settings import Settings
+from ocjax.emulators.states import States
+from ocjax.emulators.worker.interface import EmulatorArrays
 from ocjax.envs.observations import Computed, Kind, Mode, Request, requested_kinds, required_screens
-from ocjax.envs.pool import EmulatorPool, Report, action_set, load_emulator
-from ocjax.envs.process import WorkerError
-from ocjax.envs.settings import Settings
 from ocjax.envs.shards import Observed, make_observer
-from ocjax.envs.states import States
 from ocjax.envs.vector import ObjectVectorEnv
-from ocjax.game import Game
+from ocjax.extraction.game import Game
 
 ROWS = 210  # of envpool's frames
 _SEEDS = 2**31  # how many seeds there are

@@ -9,17 +9,17 @@ from typing import Any, Literal, Never
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.vector import AutoresetMode
 
-from ocjax.envs._worker.interface import DISABLED, NEXT_STEP, SAME_STEP, SCREENS
-from ocjax.envs.ale import WORKER_TIMEOUT, AlePool
-from ocjax.envs.hooks import Hook
+from ocjax.emulators.ale import WORKER_TIMEOUT, AlePool
+from ocjax.emulators.hooks import Hook
+from ocjax.emulators.settings import Settings, settings
+from ocjax.emulators.worker.interface import DISABLED, NEXT_STEP, SAME_STEP, SCREENS
 from ocjax.envs.observations import Mode, Request, requested_kinds, required_screens
 from ocjax.envs.protocols import preset_of
 from ocjax.envs.rewards import RewardFunction
-from ocjax.envs.settings import Settings, settings
 from ocjax.envs.single import ObjectEnv
 from ocjax.envs.vector import RENDER_MODES, ObjectVectorEnv
-from ocjax.game import Game
-from ocjax.registry import env_id, load
+from ocjax.extraction.game import Game
+from ocjax.extraction.registry import env_id, load
 
 AUTORESET = {
     AutoresetMode.NEXT_STEP: NEXT_STEP,
@@ -97,7 +97,7 @@ def make_vec(
         num_workers: number of processes (envpool: threads); by default one per core. With 0, instances are stepped in this process.
         batch_size: envpool only: the number of environments whose results `recv` returns.
         hook: a function, or a sequence of functions, that edits the RAM of each instance before every emulated frame; see `AlePool` and
-            `ocjax.envs.variations`.
+            `ocjax.emulators.variations`.
         worker_timeout: how many seconds a worker process of backend "ale" may take to reply before an error is raised; None for no limit.
         render_mode: "rgb_array", or "objects" for frames with the objects drawn over them.
         ram_info: whether `info` contains the RAM.

@@ -17,11 +17,11 @@ import jax.numpy as jnp
 import numpy as np
 from gymnasium.vector.utils import create_empty_array
 
-from ocjax import masks
-from ocjax.game import Game
-from ocjax.objects import UNKNOWN, UNKNOWN_VALUE, Objects
-from ocjax.rules import Category
-from ocjax.tracking import track
+from ocjax.extraction.game import Game
+from ocjax.extraction.objects import UNKNOWN, UNKNOWN_VALUE, Objects
+from ocjax.transforms import masks
+from ocjax.transforms.tracking import track
+from ocjax.vision.rules import Category
 
 FEATURES = ("x", "y", "w", "h", "dx", "dy", "nx", "ny", "mx", "my", "orientation", "value", "valid")
 NEAR, MIDDLE = 8.0, 32.0  # pixels
@@ -304,7 +304,7 @@ class Masks(Computed):
     """Masks of objects, uint8 `[stack * planes, height, width]`.
 
     Args:
-        kind: the kind of mask; see `ocjax.masks.masks`, which also explains `size`, `draw` and `pixels`.
+        kind: the kind of mask; see `ocjax.transforms.masks.masks`, which also explains `size`, `draw` and `pixels`.
         size: (height, width); None for the size of the screen.
         draw: "output" or "screen".
         pixels: whether the grey frame is appended as a plane.

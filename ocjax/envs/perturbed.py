@@ -9,8 +9,8 @@ from gymnasium.vector import VectorWrapper
 
 from ocjax.envs.observations import object_space
 from ocjax.envs.vector import ObjectVectorEnv
-from ocjax.objects import Objects
-from ocjax.perturbation import perturb
+from ocjax.extraction.objects import Objects
+from ocjax.transforms.perturbation import perturb
 
 FIELDS = ("xywh", "valid", "orientation", "value", "rgb")
 

@@ -3,7 +3,7 @@
 import re
 from typing import Any
 
-from ocjax.envs.settings import PRESETS
+from ocjax.emulators.settings import PRESETS
 
 FIXED = ("frame_skip", "repeat_action_probability", "full_action_space")  # what an id of version 0 or 4 says
 _ID = re.compile(r"(?:(?:ALE|ocjax)/)?\w+?(?:-ram)?(?P<kind>Deterministic|NoFrameskip)?(?:-ram)?-v(?P<version>\d+)")

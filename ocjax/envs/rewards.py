@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ocjax.objects import Objects
+from ocjax.extraction.objects import Objects
 
 # (objects before a step, objects after it, action) -> reward, for one environment: fields [N, ...], an int32 and a number.
 RewardFunction = Callable[[Objects, Objects, jax.Array], Any]

@@ -8,10 +8,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ocjax._fork import require_threads
+from ocjax._xla.fork import require_threads
 from ocjax.envs.observations import Computed, Kind, Snapshot
-from ocjax.game import Game
-from ocjax.objects import Objects
+from ocjax.extraction.game import Game
+from ocjax.extraction.objects import Objects
 
 
 class Observed(NamedTuple):

@@ -6,11 +6,11 @@ import gymnasium as gym
 import numpy as np
 from gymnasium.vector.utils import iterate
 
-from ocjax.envs.checks import Uncopied
-from ocjax.envs.states import States
+from ocjax.emulators.checks import Uncopied
+from ocjax.emulators.states import States
 from ocjax.envs.vector import ObjectVectorEnv
-from ocjax.objects import Objects
-from ocjax.views import GameObject
+from ocjax.extraction.objects import Objects
+from ocjax.transforms.game_objects import GameObject
 
 
 class ObjectEnv(Uncopied, gym.Env):

@@ -13,16 +13,16 @@ from gymnasium.error import AlreadyPendingCallError, NoAsyncCallError
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from ocjax.envs.checks import NOT_RESET, Uncopied, is_integer, seed_list
+from ocjax.emulators.checks import NOT_RESET, Uncopied, is_integer, seed_list
+from ocjax.emulators.pool import EmulatorPool
+from ocjax.emulators.progress import start_bar
+from ocjax.emulators.states import States, check_carries
 from ocjax.envs.observations import Computed, Mode, Request, Vector, requested_kinds, required_screens
-from ocjax.envs.pool import EmulatorPool
-from ocjax.envs.progress import start_bar
 from ocjax.envs.rewards import BatchedReward, RewardFunction, batched
 from ocjax.envs.shards import FRAMES, Observed, Shard, concatenate_rows, make_observer, row, select_rows
-from ocjax.envs.states import States, check_carries
-from ocjax.objects import Objects
-from ocjax.render import overlay
-from ocjax.views import GameObject, views
+from ocjax.extraction.objects import Objects
+from ocjax.transforms.drawing import overlay
+from ocjax.transforms.game_objects import GameObject, views
 
 RENDER_MODES = ("rgb_array", "objects")
 _INFO = ("lives", "frame_number", "episode_return", "episode_length")

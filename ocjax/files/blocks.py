@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ocjax import output
-from ocjax.game import Game
-from ocjax.objects import Objects
+from ocjax.extraction.game import Game
+from ocjax.extraction.objects import Objects
+from ocjax.files import writing
 
 
 @dataclasses.dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Block:
 
     def write(self, path: Path) -> None:
         """Write an .npz file, completely or not at all."""
-        output.write(path, lambda file: np.savez(file, **dataclasses.asdict(self)))
+        writing.write(path, lambda file: np.savez(file, **dataclasses.asdict(self)))
 
     @classmethod
     def read(cls, path: Path) -> "Block":

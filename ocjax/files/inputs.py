@@ -19,7 +19,7 @@ from typing import IO, Any
 import numpy as np
 from PIL import Image
 
-from ocjax.ram import RAM_SIZE
+from ocjax.console.ram import RAM_SIZE
 
 NAMES = ("rams", "ram", "screens", "frames", "observations", "obs")  # of arrays, in the order in which they are looked for
 FACTS = ("game", "md5")

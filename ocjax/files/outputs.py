@@ -26,10 +26,10 @@ from typing import BinaryIO
 
 import numpy as np
 
-from ocjax import output
+from ocjax.extraction.game import Game
+from ocjax.files import writing
 from ocjax.files.blocks import Block
 from ocjax.files.inputs import MINARI, require
-from ocjax.game import Game
 
 FIELDS: Mapping[str, tuple[type, tuple[int, ...]]] = {
     "xywh": (np.int16, (4,)),
@@ -205,7 +205,7 @@ def new_folder(name: str) -> Path:
     path = Path(name.removeprefix(YOLO))
     if path.exists():
         raise FileExistsError(f"{path} exists already: delete it, or name a new folder")
-    output.check(path)
+    writing.check(path)
     return path
 
 

@@ -9,11 +9,11 @@ from PIL import Image, ImageDraw, ImageFont
 from rich.progress import track
 
 from ocjax.envs import AlePool, Settings, States
-from ocjax.game import Game
-from ocjax.objects import Objects
+from ocjax.evaluation.tables import Cell, Table
+from ocjax.extraction.game import Game
+from ocjax.extraction.objects import Objects
 from ocjax.ramtools import fits
-from ocjax.rules import Category
-from ocjax.tables import Cell, Table
+from ocjax.vision.rules import Category
 
 FIELDS = ("x", "y", "w", "h", "value")
 FRAME_SKIP = 4  # emulated frames per agent step of the play that leads to the state

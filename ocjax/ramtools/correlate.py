@@ -5,11 +5,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ocjax.evaluation.tables import Cell, Table
 from ocjax.ramtools import fits, targets
 from ocjax.ramtools.fits import Fit, Halves
 from ocjax.ramtools.targets import Target
 from ocjax.recordings import Recording
-from ocjax.tables import Cell, Table
 
 FIELDS = ("x", "y", "w", "h")
 MEMBERS = 16  # bytes reported for a category whose slots are not identities

@@ -26,7 +26,7 @@ Halves = tuple[np.ndarray, np.ndarray]  # bool [n] each: samples to fit on, samp
 
 @dataclasses.dataclass(frozen=True)
 class Source:
-    """A number in RAM, written as in `ocjax.ram`."""
+    """A number in RAM, written as in `ocjax.console.ram`."""
 
     address: int
     first: int = 0

@@ -3,9 +3,9 @@
 import inspect
 import re
 
-from ocjax.game import Game
-from ocjax.ram import Field
-from ocjax.tables import Cell, Table
+from ocjax.console.ram import Field
+from ocjax.evaluation.tables import Cell, Table
+from ocjax.extraction.game import Game
 
 
 def comments(game: Game) -> dict[str, str]:

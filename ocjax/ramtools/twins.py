@@ -16,11 +16,11 @@ import jax
 import numpy as np
 from rich.progress import track
 
-from ocjax.game import Game
-from ocjax.objects import Objects
-from ocjax.policies import RandomPolicy
-from ocjax.ramtools.emulator import start_emulator
-from ocjax.tables import Cell, Table
+from ocjax.emulators.start import start_emulator
+from ocjax.evaluation.tables import Cell, Table
+from ocjax.extraction.game import Game
+from ocjax.extraction.objects import Objects
+from ocjax.play.policies import RandomPolicy
 
 if TYPE_CHECKING:
     import ale_py

@@ -14,8 +14,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ocjax._xla import materialize
-from ocjax.boxes import WIDTH, Area
+from ocjax._xla.kernels import materialize
+from ocjax.console.boxes import WIDTH, Area
 
 U = jnp.uint32
 ALL = np.array(0xFFFFFFFF, np.uint32)

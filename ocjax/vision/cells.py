@@ -5,10 +5,10 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ocjax.rules import Cells
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.detected import Detected, boxes
+from ocjax.vision.rules import Cells
 
 
 def cell_pixels(rule: Cells, mask: Bitmap) -> Bitmap:

@@ -34,14 +34,14 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ocjax._xla import materialize, running_sum, varying
-from ocjax.pictures import largest
+from ocjax._xla.kernels import materialize, running_sum, varying
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.detected import Detected, words
 from ocjax.vision.fill import extent, fill, fill_large
+from ocjax.vision.pictures import largest
 from ocjax.vision.search import MAX_AREA, MAX_PARTS, NOTHING, UNLIMITED, Search
-from ocjax.vision.touching import Edges, in_two, part
+from ocjax.vision.splitting import Edges, in_two, part
 
 BLOCK = 8  # rows that candidates are counted in
 MIN_CANDIDATES, CANDIDATES_PER_FRAME = 32, 8  # candidates of a round: at least, and for each frame

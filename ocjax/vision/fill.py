@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ocjax._xla import materialize, varying
+from ocjax._xla.kernels import materialize, varying
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 

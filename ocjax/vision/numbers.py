@@ -8,9 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ocjax._xla import materialize
-from ocjax.digits import BASE, Digits, Font
-from ocjax.records import UNKNOWN_VALUE
+from ocjax._xla.kernels import materialize
+from ocjax.console.fonts import BASE, Digits, Font
+from ocjax.extraction.records import UNKNOWN_VALUE
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 

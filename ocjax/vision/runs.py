@@ -10,12 +10,12 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ocjax._xla import materialize
-from ocjax.boxes import WIDTH
-from ocjax.rules import Runs
+from ocjax._xla.kernels import materialize
+from ocjax.console.boxes import WIDTH
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.detected import Detected, words
+from ocjax.vision.rules import Runs
 
 
 def detect_runs(rules: Sequence[Runs], masks: Sequence[Sequence[Bitmap]]) -> list[Detected]:

@@ -10,9 +10,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ocjax.ops import among
-from ocjax.rules import Category, Saver
-from ocjax.vision import palette
+from ocjax.console import palette
+from ocjax.console.ops import among
+from ocjax.vision.rules import Category, Saver
 
 EVEN = 0xFE  # an odd palette index shows as the even one below it
 PLAY = -1  # in place of a key: the colours are those of play

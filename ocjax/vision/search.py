@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ocjax.boxes import WIDTH
-from ocjax.pictures import Picture
+from ocjax.console.boxes import WIDTH
+from ocjax.vision.pictures import Picture
 
 WINDOW = (31, 32)  # width and height of the first window where a rule sets no limit
 MAX_PARTS = 4  # objects that one component is split into at most

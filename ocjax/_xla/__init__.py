@@ -1,0 +1,1 @@
+"""How programs are compiled for and run on XLA's processor backend."""

@@ -1,0 +1,130 @@
+"""Rollouts of two halves of the environments: while the emulators of one half step, the policy acts in the other."""
+
+import dataclasses
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import jax
+import numpy as np
+
+from ocjax.agents.ppo import Rollout
+from ocjax.emulators.states import States
+from ocjax.envs.vector import ObjectVectorEnv
+
+# (observations [n, *D], number of the step) -> actions int [n], log probabilities float32 [n]
+Act = Callable[[np.ndarray, int], tuple[Any, Any]]
+
+
+@dataclasses.dataclass
+class _Half:
+    """Half of the environments, and what they showed last."""
+
+    envs: ObjectVectorEnv
+    columns: slice  # of a rollout
+    obs: np.ndarray
+    ended: np.ndarray  # bool [n], whether the episode ended in the last step, so that the next one only resets
+    returns: np.ndarray  # float64 [n], of the games so far
+
+
+class Collector:
+    """Steps two vector environments in turn and collects rollouts.
+
+    Episodes end as in Gymnasium's next-step autoreset: the observation after an episode's last step is its own last one, and the step after
+    that ignores the action and shows the first observation of a new episode.
+
+    Each of the first rollouts begins with a new episode in one of the environments: the second in environment 1, the third in environment
+    2, and so on. Otherwise games of a fixed length, such as Freeway's, would begin at the same time in all environments during the whole
+    training, and every rollout would show one short part of a game.
+
+    Args:
+        first: half of the environments.
+        second: the other half.
+        horizon: steps of a rollout.
+        seed: of the environments.
+
+    Attributes:
+        games: the returns of the games that ended in the last rollout.
+        seconds: how long the last rollout waited for the environments (emulators and extraction), and for the policy.
+    """
+
+    def __init__(self, first: ObjectVectorEnv, second: ObjectVectorEnv, horizon: int, seed: int) -> None:
+        self.horizon, self.steps = horizon, 0
+        self._halves, start = [], 0
+        for envs in (first, second):
+            obs, _ = envs.reset(seed=seed + start)
+            columns = slice(start, start + envs.num_envs)
+            self._halves.append(_Half(envs, columns, obs, np.zeros(envs.num_envs, bool), np.zeros(envs.num_envs)))
+            start = columns.stop
+        self.num_envs = start
+        self.games: list[float] = []
+        self.seconds = {"environments": 0.0, "policy": 0.0}
+
+    def collect(self, act: Act) -> Rollout:
+        """The next rollout."""
+        self._restart_one()
+        t, n, obs = self.horizon, self.num_envs, self._halves[0].obs
+        out = Rollout(
+            np.empty((t + 1, n, *obs.shape[1:]), obs.dtype),
+            *(np.empty((t, n), dtype) for dtype in (np.int32, np.float32, np.float32, bool, bool, bool)),
+        )
+        self.games, self.seconds = [], {"environments": 0.0, "policy": 0.0}
+        for i in range(t):
+            for half in self._halves:
+                if i > 0:
+                    self._finish(half, out, i - 1)
+                self._begin(half, out, i, act)
+        for half in self._halves:
+            self._finish(half, out, t - 1)
+            out.obs[t, half.columns] = half.obs
+        return out
+
+    def _restart_one(self) -> None:
+        """Begin a new episode in the environment whose number is that of the rollout, if there is one."""
+        rollout = self.steps // (len(self._halves) * self.horizon)
+        for half in self._halves:
+            mask = np.arange(self.num_envs)[half.columns] == rollout
+            if rollout > 0 and mask.any():
+                half.obs, _ = half.envs.reset(options={"reset_mask": mask})
+                half.ended, half.returns = half.ended & ~mask, np.where(mask, 0.0, half.returns)
+
+    def _begin(self, half: _Half, out: Rollout, i: int, act: Act) -> None:
+        """Choose actions and start the step i of a rollout."""
+        start = time.perf_counter()
+        action, log_prob = jax.tree.map(np.asarray, act(half.obs, self.steps))
+        self.seconds["policy"] += time.perf_counter() - start
+        self.steps += 1
+        half.envs.step_async(action)
+        out.obs[i, half.columns], out.resets[i, half.columns] = half.obs, half.ended
+        out.action[i, half.columns], out.log_prob[i, half.columns] = action, log_prob
+
+    def _finish(self, half: _Half, out: Rollout, i: int) -> None:
+        """Wait for the step i of a rollout."""
+        start = time.perf_counter()
+        half.obs, reward, terminated, truncated, info = half.envs.step_wait()
+        self.seconds["environments"] += time.perf_counter() - start
+        new_game = half.ended & (info["episode_length"] == 0)
+        self.games += half.returns[new_game].tolist()
+        half.ended, half.returns = terminated | truncated, info["episode_return"]
+        out.reward[i, half.columns] = reward
+        out.terminated[i, half.columns], out.truncated[i, half.columns] = terminated, truncated
+
+    def save(self) -> dict[str, Any]:
+        """Everything that later rollouts depend on, as a pytree of numbers and arrays."""
+        halves = [
+            {"states": np.frombuffer(half.envs.clone_state().to_bytes(), np.uint8), "ended": half.ended, "returns": half.returns}
+            for half in self._halves
+        ]
+        return {"steps": self.steps, "halves": halves}
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Continue from what `save` returned, as if there had been no interruption."""
+        self.steps = int(saved["steps"])
+        for half, own in zip(self._halves, saved["halves"], strict=True):
+            half.obs, _ = half.envs.restore_state(States.from_bytes(np.asarray(own["states"]).tobytes()))
+            half.ended, half.returns = np.array(own["ended"]), np.array(own["returns"])
+
+    def close(self) -> None:
+        """Close the environments."""
+        for half in self._halves:
+            half.envs.close()

@@ -1,0 +1,1 @@
+"""The command `ocjax`: one file a command."""

@@ -1,0 +1,114 @@
+"""The commands `ocjax train` and `ocjax play`."""
+
+import csv as csv_format
+import io
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from ocjax.cli.messages import errors_in_one_line
+from ocjax.evaluation import tables
+from ocjax.evaluation.tables import Table
+from ocjax.extraction import registry
+from ocjax.extraction.game import Game
+from ocjax.files import writing
+from ocjax.play.games import Played
+from ocjax.play.games import play as play_games
+from ocjax.play.policies import TRAINED
+from ocjax.transforms import drawing
+
+console = Console()
+
+EVALUATION_EPISODES = 10
+FRAME_TIME = 66  # milliseconds per agent step of an animation: four emulated frames
+
+
+def train(
+    game: Annotated[str, typer.Argument(help="Name of the game.")],
+    frames: Annotated[int, typer.Option(min=1, help="Emulated frames to train for, counted from the start of the training.")] = 20_000_000,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the environments, the network and the actions.")] = 0,
+    out: Annotated[Path | None, typer.Option(help="Folder of the training. Default: ocjax-<Game>-<seed>.")] = None,
+    inputs: Annotated[str, typer.Option(help="objects (from RAM), or pixels (four grey frames of 84 x 84).")] = "objects",
+) -> None:
+    """Train an agent with PPO, and show how it plays.
+
+    Called again with the same folder, the training goes on from its latest checkpoint, also after it was interrupted. The folder gets the
+    metrics (metrics.csv and tensorboard/), checkpoints, the policy (policy.npz) and an animation of a game (agent.gif).
+    """
+    if inputs not in ("objects", "pixels"):
+        raise typer.BadParameter(f"inputs must be objects or pixels, got {inputs!r}")
+    with errors_in_one_line():
+        spec = registry.load(game)
+        trainer_of, config_of = _import_training()
+        folder = out or Path(f"ocjax-{spec.name}-{seed}")
+        trainer = trainer_of(config_of(spec.name, seed, inputs), folder)
+        try:
+            if trainer.frames >= frames:
+                console.print(
+                    f"{folder} has been trained for {trainer.frames:,} frames already: ask for more with --frames.", soft_wrap=True
+                )
+            trainer.run(frames, console)
+        finally:
+            trainer.close()
+    writing.announce(
+        console, f"{trainer.frames:,} frames of {spec.name}, mean return of the last games {trainer.metrics.mean_return:,.1f}", folder
+    )
+    if inputs == "objects":
+        with errors_in_one_line():
+            played = play_games(spec, str(folder / "policy.npz"), EVALUATION_EPISODES, seed=seed, pictures=True)
+            drawing.save(played.pictures, folder / "agent.gif", frame_time=FRAME_TIME)
+        tables.show(_table(spec, played), console)
+        writing.announce(console, "A game", folder / "agent.gif")
+
+
+def _import_training() -> tuple[type, type]:
+    """The classes that need the extra `rl`."""
+    try:
+        from ocjax.agents.training import Config, Trainer
+    except ModuleNotFoundError as error:
+        raise ValueError(f"training needs the extra rl, pip install 'ocjax[rl]': {error}") from error
+    return Trainer, Config
+
+
+def play(
+    game: Annotated[str, typer.Argument(help="Name of the game.")],
+    policy: Annotated[
+        str, typer.Option(help="trained (the one that ships with ocjax), random, repeat, or a file of a saved policy.")
+    ] = TRAINED,
+    episodes: Annotated[int, typer.Option(min=1, help="Games to play.")] = EVALUATION_EPISODES,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the emulators and the actions.")] = 0,
+    csv: Annotated[Path | None, typer.Option(help="Write the return and the emulated frames of each game as CSV.")] = None,
+    gif: Annotated[Path | None, typer.Option(help="Write an animation of the first game, with its objects.")] = None,
+) -> None:
+    """Let a policy play complete games, under the settings that it was trained with."""
+    with errors_in_one_line():
+        spec = registry.load(game)
+        if gif is not None:
+            writing.check_suffix(gif, (".gif",))
+        writing.check(csv, gif)
+        played = play_games(spec, policy, episodes, seed=seed, pictures=gif is not None)
+        tables.show(_table(spec, played), console)
+        if csv is not None:
+            writing.write_text(csv, _to_csv(played))
+            writing.announce(console, "Written", csv)
+        if gif is not None:
+            drawing.save(played.pictures, gif, frame_time=FRAME_TIME)
+            writing.announce(console, "The first game", gif)
+
+
+def _table(game: Game, played: Played) -> Table:
+    r = played.returns
+    numbers = (r.mean(), r.std(ddof=1) if len(r) > 1 else 0.0, r.min(), r.max(), played.frames.mean())
+    header = ("Games", "Mean return", "Standard deviation", "Least", "Greatest", "Mean emulated frames")
+    return Table(f"{game.name}: returns of complete games", header, [[f"{len(r):,}", *(f"{n:,.1f}" for n in numbers)]])
+
+
+def _to_csv(played: Played) -> str:
+    text = io.StringIO()
+    out = csv_format.writer(text, lineterminator="\n")
+    out.writerow(("episode", "return", "frames"))
+    for i, (total, frames) in enumerate(zip(played.returns.tolist(), played.frames.tolist(), strict=True)):
+        out.writerow((i, f"{total:g}", frames))
+    return text.getvalue()

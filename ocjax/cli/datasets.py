@@ -1,0 +1,93 @@
+"""The commands `ocjax dataset`, `ocjax relabel` and `ocjax export`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from ocjax.cli.messages import errors_in_one_line, progress_bar
+from ocjax.cli.options import RAY
+from ocjax.datasets import exports, generation, starts
+from ocjax.datasets.plans import LEAST_F1, SEEDS, DatasetError
+from ocjax.datasets.plans import plan as plan_dataset
+from ocjax.extraction import registry
+from ocjax.files import writing
+
+console = Console()
+
+
+def dataset(
+    game: Annotated[str, typer.Argument(help="Name of the game.")],
+    out: Annotated[Path, typer.Option(help="Folder of the dataset.")],
+    states: Annotated[int, typer.Option(min=1, help="States to play, of all seeds together.")] = 10_000,
+    seed: Annotated[list[int] | None, typer.Option(min=0, help="Seed; may be repeated. Default: 0 and 42.")] = None,
+    policy: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME[=PERCENT]",
+            help="Policy (random, repeat, trained, or a file of a saved policy) and the percentage of the states that it plays, a multiple "
+            "of 10; may be repeated. Default: random=30, and trained=70 or, in games without a trained policy, repeat=70.",
+        ),
+    ] = None,
+    least_f1: Annotated[
+        float, typer.Option(min=0, max=1, help="Leave out sequences in which the F1 of REM against VEM is less.")
+    ] = LEAST_F1,
+    start: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUE[,...]",
+            help="Values to write to the RAM when a game begins, such as level=2: fields of `ocjax ram map`, or numbers of bytes; none for "
+            "the ordinary start. May be repeated: the instances take turns.",
+        ),
+    ] = None,
+    ray: RAY = None,
+) -> None:
+    """Make a dataset of frames and RAM with the objects of both methods.
+
+    The same command gives the same bytes. Interrupted, it goes on where it stopped.
+    """
+    with errors_in_one_line():
+        spec = registry.load(game)
+        begin = [starts.parse(text) for text in start or ()]
+        plan = plan_dataset(spec, states, seed or SEEDS, _percentages(policy) if policy else None, least_f1, begin)
+        was_complete = (out / generation.SHEET).exists() and not generation.missing(plan, out)
+        with progress_bar(f"playing {spec.name}", "states", console) as report:
+            generation.generate(plan, out, ray=ray, report=report)
+    writing.announce(console, "Complete already" if was_complete else "Written", out if was_complete else out / generation.SHEET)
+
+
+def _percentages(policies: list[str]) -> dict[str, int]:
+    """The percentage of each policy."""
+    out: dict[str, int] = {}
+    for text in policies:
+        name, sign, percent = text.rpartition("=")
+        known = sign and percent.isdecimal()
+        name = name if known else text
+        if name in out:
+            raise DatasetError(f"the policy {name!r} is there twice")
+        out[name] = int(percent) if known else 100
+    return out
+
+
+def relabel(
+    folder: Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of a dataset.")],
+    ray: RAY = None,
+) -> None:
+    """Write the objects of a dataset anew with the present decoders, and its datasheet.
+
+    Interrupted, the same command goes on where it stopped.
+    """
+    with errors_in_one_line(), progress_bar("labelling", "states", console) as report:
+        generation.relabel(folder, ray=ray, report=report)
+    writing.announce(console, "Written", folder / generation.SHEET)
+
+
+def export(
+    folder: Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of a dataset.")],
+    out: Annotated[str, typer.Option(help="A .csv file (replaced) in the layout of the OCAtari paper's dataset, or a new minari:ID.")],
+) -> None:
+    """Export a dataset to CSV or Minari."""
+    with errors_in_one_line(), progress_bar("exporting", "states", console) as report:
+        exports.export(folder, out, report=report)
+    writing.announce(console, "Written", Path(out))

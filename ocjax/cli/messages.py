@@ -1,0 +1,70 @@
+"""Messages that all commands have in common: errors that the user can correct, and interruptions."""
+
+import contextlib
+import os
+import sys
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from typer.core import TyperGroup
+
+from ocjax.evaluation.ocatari_peer import OcatariError
+
+WRONG_USE, INTERRUPTED = 2, 130  # exit statuses
+
+
+def say(text: str) -> None:
+    """Print one line to the standard error."""
+    Console(stderr=True).print(text, style="red", markup=False, highlight=False, soft_wrap=True)
+
+
+@contextlib.contextmanager
+def errors_in_one_line() -> Iterator[None]:
+    """Report errors that the user can correct in one line, with exit status 2."""
+    try:
+        yield
+    except (OSError, ValueError, OcatariError) as error:
+        say(f"Error: {error}")
+        raise typer.Exit(WRONG_USE) from error
+
+
+@contextlib.contextmanager
+def progress_bar(action: str, unit: str, console: Console) -> Iterator[Callable[[int, int], None]]:
+    """A progress bar, which appears with the first report.
+
+    Args:
+        action: what is being done.
+        unit: what is counted.
+        console: where it is shown.
+
+    Yields:
+        A function to call with how many are done, and how many there are.
+    """
+    columns = TextColumn(action), BarColumn(), TextColumn(f"{{task.completed:,}} of {{task.total:,}} {unit}"), TimeRemainingColumn()
+    with contextlib.ExitStack() as shown:
+        progress = Progress(*columns, console=console)
+        task = progress.add_task("", total=0)
+
+        def report(done: int, total: int) -> None:
+            progress.update(task, completed=done, total=total)
+            if not progress.live.is_started:
+                shown.enter_context(progress)
+
+        yield report
+
+
+class Interruptible(TyperGroup):
+    """Commands that end with one line and exit status 130 when Ctrl-C is pressed."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Invoke the command."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            say("Interrupted.")
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(INTERRUPTED)  # threads of XLA that still compile or compute crash an interpreter that shuts down in order

@@ -1,0 +1,171 @@
+"""The commands `ocjax ram ...`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from ocjax import recordings
+from ocjax.cli.messages import errors_in_one_line
+from ocjax.evaluation import tables
+from ocjax.extraction import registry
+from ocjax.files import writing
+from ocjax.play.rollouts import rollout
+from ocjax.ramtools import causes as causal
+from ocjax.ramtools import correlate as correlation
+from ocjax.ramtools import ram_map
+from ocjax.ramtools import residual as residuals
+from ocjax.ramtools import twins as pairs
+from ocjax.ramtools.watch import terminal, window
+from ocjax.ramtools.watch.session import Session
+from ocjax.recordings import Recording
+
+app = typer.Typer(no_args_is_help=True, help="Reverse-engineer the RAM of a game.")
+console = Console()
+
+GAME = typer.Argument(metavar="GAME", help="Name of the game.")
+WHAT = typer.Argument(metavar="GAME|RECORDING", help="A game to play, or a recording (.npz) with frames.")
+SAMPLES = typer.Option(min=100, help="Samples to play.")
+POLICY = typer.Option(help="random, repeat (random actions held for 1 to 8 steps), trained, or an .npz file of a saved policy.")
+SEED = typer.Option(min=0, help="Seed of actions and emulators.")
+MODE = typer.Option("--mode", help="Game mode as ale-py numbers it. Default: the game's.")
+MARKDOWN = typer.Option(help="Write the tables as Markdown.")
+
+
+def _tape(what: str, samples: int, policy: str, seed: int, game_mode: int | None) -> Recording:
+    with errors_in_one_line():
+        if what.endswith(".npz"):
+            return recordings.read(what)
+        return rollout(registry.load(what), samples, policy=policy, seed=seed, game_mode=game_mode)
+
+
+def _give(found: list[tables.Table], markdown: Path | None) -> None:
+    for table in found:
+        tables.show(table, console)
+    if markdown is not None:
+        with errors_in_one_line():
+            writing.write_text(markdown, tables.to_markdown(found))
+        writing.announce(console, "Written", markdown)
+
+
+@app.command()
+def correlate(
+    what: Annotated[str, WHAT],
+    target: Annotated[str, typer.Option(help="vem: what the vision rules detect; sprites: what the video chip drew.")] = "vem",
+    samples: Annotated[int, SAMPLES] = 2000,
+    policy: Annotated[str, POLICY] = "repeat",
+    seed: Annotated[int, SEED] = 0,
+    game_mode: Annotated[int | None, MODE] = None,
+    markdown: Annotated[Path | None, MARKDOWN] = None,
+) -> None:
+    """Find the bytes, nibbles or bits that explain the position, size, value and look of each visible object.
+
+    Formulas are fitted on half of the episodes and scored on the others.
+
+    The game needs vision rules, but no decoder: its decode function may return empty boxes.
+    """
+    if target not in ("vem", "sprites"):
+        raise typer.BadParameter(f"target must be vem or sprites, got {target!r}")
+    with errors_in_one_line():
+        writing.check(markdown)
+    tape = _tape(what, samples, policy, seed, game_mode)
+    if tape.screens is None or (target == "sprites" and tape.shown is None):
+        raise typer.BadParameter(f"{what} has no array {'screens' if tape.screens is None else 'shown'}: there is nothing to explain")
+    with console.status("searching"):
+        found = list(correlation.correlate(tape, target))
+    _give([correlation.to_table(found, f"{tape.game.name}: RAM that explains objects, percent of {len(tape):,} samples")], markdown)
+
+
+@app.command()
+def causes(
+    name: Annotated[str, GAME],
+    steps: Annotated[int, typer.Option(min=0, help="Agent steps of random play that lead to the state.")] = 200,
+    frames: Annotated[int, typer.Option(min=2, help="Emulated frames after each change.")] = 2,
+    values: Annotated[int, typer.Option(min=2, max=256, help="Values to try for each byte.")] = 256,
+    seed: Annotated[int, SEED] = 0,
+    num_envs: Annotated[int, typer.Option("--envs", min=1, help="Number of instances.")] = 64,
+    game_mode: Annotated[int | None, MODE] = None,
+    out: Annotated[Path | None, typer.Option(help="Picture to write. Default: ocjax-causes-<Game>.png.")] = None,
+    markdown: Annotated[Path | None, MARKDOWN] = None,
+) -> None:
+    """Set each byte to each value in one state, step the emulator, and show which pixels and objects change."""
+    with errors_in_one_line():
+        game = registry.load(name)
+        out = out or Path(f"ocjax-causes-{game.name}.png")
+        writing.check_suffix(out, (".png",))
+        writing.check(markdown, out)
+        found = causal.causes(game, steps=steps, frames=frames, seed=seed, values=values, num_envs=num_envs, game_mode=game_mode)
+    _give([causal.to_table(found)], markdown)
+    with errors_in_one_line():
+        writing.write_picture(out, causal.picture(found))
+    writing.announce(console, "Map of all bytes, changed pixels in red", out)
+
+
+@app.command()
+def residual(
+    what: Annotated[str, WHAT],
+    category: Annotated[str, typer.Argument(help="Category of the game.")],
+    field: Annotated[str, typer.Argument(help="x, y, w or h.")],
+    samples: Annotated[int, SAMPLES] = 4000,
+    policy: Annotated[str, POLICY] = "repeat",
+    seed: Annotated[int, SEED] = 0,
+    game_mode: Annotated[int | None, MODE] = None,
+    markdown: Annotated[Path | None, MARKDOWN] = None,
+) -> None:
+    """Search the whole RAM for bits that explain the remaining errors of a decoder in one field."""
+    with errors_in_one_line():
+        writing.check(markdown)
+    tape = _tape(what, samples, policy, seed, game_mode)
+    with errors_in_one_line(), console.status("searching"):
+        found = residuals.residual(tape, category, field)
+    _give(residuals.to_tables(found, f"{tape.game.name} {category} {field}"), markdown)
+
+
+@app.command()
+def twins(
+    name: Annotated[str, GAME],
+    moment: Annotated[str, typer.Option(help="play: any frame; life: frames on which a life is lost; end: last frames of games.")] = "play",
+    count: Annotated[int, typer.Option(min=1, help="Number of moments.")] = 10,
+    seed: Annotated[int, SEED] = 0,
+    game_mode: Annotated[int | None, MODE] = None,
+    markdown: Annotated[Path | None, MARKDOWN] = None,
+) -> None:
+    """Find states with equal RAM and different pictures, which prove what the RAM does not tell.
+
+    Before a moment of random play, every byte is changed, and the same actions are repeated. The game needs vision rules, but no decoder.
+    """
+    with errors_in_one_line():
+        writing.check(markdown)
+        found = pairs.twins(registry.load(name), moment, count=count, seed=seed, game_mode=game_mode)
+    _give([pairs.to_table(found)], markdown)
+
+
+@app.command("map")
+def show_map(name: Annotated[str, GAME], markdown: Annotated[Path | None, MARKDOWN] = None) -> None:
+    """Print the RAM map of a finished game: bytes, how they are read, range, name and meaning."""
+    with errors_in_one_line():
+        game = registry.load(name)
+        writing.check(markdown)
+    _give([ram_map.ram_map(game)], markdown)
+
+
+@app.command()
+def watch(
+    name: Annotated[str, GAME],
+    policy: Annotated[str, typer.Option(help="keyboard, random, repeat, or an .npz file of a saved policy.")] = "keyboard",
+    seed: Annotated[int, SEED] = 0,
+    game_mode: Annotated[int | None, MODE] = None,
+    in_window: Annotated[bool, typer.Option("--window", help="Use a window instead of the terminal.")] = False,
+    frames: Annotated[int | None, typer.Option(min=1, help="Stop after this many frames are shown (terminal only).")] = None,
+) -> None:
+    """Play a game while objects, boxes and changing bytes are shown live; write bytes, save and load the state."""
+    with errors_in_one_line():
+        session = Session(registry.load(name), policy, seed, game_mode)
+    if not in_window:
+        terminal.watch(session, console, frames)
+        return
+    try:
+        window.watch(session)
+    except RuntimeError as error:
+        raise typer.BadParameter(str(error)) from error

@@ -1,0 +1,176 @@
+"""Numbers on the screen: fonts, the boxes around displayed numbers, and how VEM reads the digits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ocjax.console.boxes import WIDTH, Box, Number, box
+from ocjax.console.ops import div
+
+BASE = 10
+
+
+@dataclass(frozen=True)
+class Font:
+    """Pictures of the digits 0 to 9 as a game draws them.
+
+    Args:
+        glyphs: ten pictures; each is its rows from the top, each row a number whose lowest bit is the rightmost dot.
+        dots: width of a picture in dots.
+        dot: (width, height) of a dot in pixels.
+        pitch: pixels from the left edge of a digit to that of the next one.
+    """
+
+    glyphs: tuple[tuple[int, ...], ...]
+    dots: int = 8
+    dot: tuple[int, int] = (1, 1)
+    pitch: int = 8
+
+    def __post_init__(self) -> None:
+        heights = {len(glyph) for glyph in self.glyphs}
+        if len(self.glyphs) != BASE or len(heights) != 1:
+            raise ValueError(f"a font needs ten pictures of equal height, got {len(self.glyphs)} with {sorted(heights)} rows")
+        if not 0 < self.width <= 32 or max(row for glyph in self.glyphs for row in glyph) >> self.dots:
+            raise ValueError(f"the pictures must fit {self.dots} dots and 32 pixels, got dots of {self.dot[0]} pixels")
+
+    @property
+    def width(self) -> int:
+        """Width of a picture in pixels."""
+        return self.dots * self.dot[0]
+
+    @property
+    def height(self) -> int:
+        """Height of a picture in pixels."""
+        return len(self.glyphs[0]) * self.dot[1]
+
+    @property
+    def left(self) -> np.ndarray:
+        """First column of each digit that holds a pixel, int `[10]`; 0 for an empty picture."""
+        ink = [int(np.bitwise_or.reduce(glyph)) for glyph in self.glyphs]
+        return np.array([self.dot[0] * (self.dots - bits.bit_length()) if bits else 0 for bits in ink])
+
+    @property
+    def right(self) -> np.ndarray:
+        """Column after the last one of each digit that holds a pixel, int `[10]`."""
+        ink = [int(np.bitwise_or.reduce(glyph)) for glyph in self.glyphs]
+        return np.array([self.dot[0] * (self.dots - ((bits & -bits).bit_length() - 1 if bits else 0)) for bits in ink])
+
+
+def hex_font(words: Iterable[str], dots: int = 8, dot: tuple[int, int] = (1, 1), pitch: int = 8) -> Font:
+    """A font from ten words of hexadecimal digits: each row from the top takes as many of them as its dots need."""
+    n = -(-dots // 4)
+    glyphs = tuple(tuple(int(word[i : i + n], 16) for i in range(0, len(word), n)) for word in words)
+    return Font(glyphs, dots, dot, pitch)
+
+
+DIGITS_3X5 = ("75557", "22222", "71747", "71317", "55711", "74717", "44757", "71111", "75757", "75711")
+"""The digits of 3 x 5 dots that several games of 1977-1980 share, one hexadecimal digit a row."""
+
+
+@dataclass(frozen=True)
+class Digits:
+    """How VEM reads a number: digits in fixed cells, each compared with the font's ten pictures.
+
+    An empty cell counts as 0, because many games do not show leading zeros. Where a cell holds something that is not one of the pictures,
+    the value is unknown.
+
+    Args:
+        font: the pictures.
+        lefts: left column of each digit's cell, the most significant first.
+        top: first row of the cells.
+        weights: what a 1 in each cell is worth; powers of ten by default.
+        base: value of a display of zeros.
+        required: whether the object is valid only if the last cell matches a picture. Use this if the game shows other things in the
+            number's place.
+        centered: whether shorter numbers leave cells on the right empty, too.
+    """
+
+    font: Font
+    lefts: Sequence[int]
+    top: int
+    weights: tuple[int, ...] | None = None
+    base: int = 0
+    required: bool = False
+    centered: bool = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "lefts", tuple(self.lefts))
+        if self.weights is not None and len(self.weights) != len(self.lefts):
+            raise ValueError(f"each of the {len(self.lefts)} digits needs one weight, got {len(self.weights)} weights")
+        if min(self.lefts) < 0 or max(self.lefts) + self.font.width > WIDTH:
+            raise ValueError(f"every cell must lie on the screen of {WIDTH} columns, got left columns {self.lefts}")
+
+    @property
+    def worth(self) -> tuple[int, ...]:
+        """What a 1 in each cell is worth."""
+        return self.weights or tuple(BASE**i for i in reversed(range(len(self.lefts))))
+
+    @property
+    def bottom(self) -> int:
+        """Row below the cells."""
+        return self.top + self.font.height
+
+
+def score_box(
+    font: Font,
+    shown: jax.Array,
+    *,
+    right: Number,
+    top: Number,
+    digits: int,
+    leading_zeros: bool = False,
+    **fields: Any,
+) -> Box:
+    """The tight box around a right-aligned number.
+
+    Args:
+        font: the pictures of its digits.
+        shown: the number on the screen, int32; not negative.
+        right: right edge of the last digit's cell in pixels, exclusive.
+        top: first row of the digits.
+        digits: number of cells.
+        leading_zeros: whether all cells show a digit; otherwise leading zeros are blank.
+        fields: `valid`, `value` and `color` of the box.
+    """
+    first = right - font.width - font.pitch * (digits - 1)
+    left = first + _steps(shown, _left_edges(font, digits, leading_zeros))
+    end = right - font.width + _last_edge(font, shown)
+    return box(left, top, end - left, font.height, **fields)
+
+
+def _left_edges(font: Font, digits: int, leading_zeros: bool) -> Iterable[tuple[int, int]]:
+    """(least value, left edge of its number relative to the first cell), ascending by value."""
+    smallest = digits - 1 if leading_zeros else 0
+    yield 0, font.pitch * (digits - 1 - smallest) + int(font.left[0])
+    for place in range(smallest, digits):
+        for digit in range(1, BASE):
+            yield digit * BASE**place, font.pitch * (digits - 1 - place) + int(font.left[digit])
+
+
+def _steps(value: jax.Array, edges: Iterable[tuple[int, int]]) -> jax.Array | int:
+    """The step function that takes each edge's result from its least value on."""
+    out: jax.Array | int = 0
+    before = 0
+    for least, now in edges:
+        if least == 0:
+            out = before = now
+        elif now != before:
+            out = out + jnp.where(value >= least, now - before, 0)
+            before = now
+    return out
+
+
+def _last_edge(font: Font, value: jax.Array) -> jax.Array | int:
+    """The right edge of the last digit, relative to its cell."""
+    edges = font.right
+    if len(set(edges.tolist())) == 1:
+        return int(edges[0])
+    ones = value - BASE * div(value, BASE)
+    usual = int(np.bincount(edges).argmax())
+    return usual + sum(jnp.where(ones == d, int(edges[d]) - usual, 0) for d in range(BASE) if edges[d] != usual)

@@ -1,0 +1,204 @@
+"""Tables, fonts and the tight extents of pictures, read from the ROM that ale-py installs.
+
+Offsets count bytes from the beginning of the ROM file. In a ROM of 2 or 4 KiB, console address `a` is at offset `a & (size - 1)`. A ROM of
+8 KiB has two banks of 4 KiB, and the address is at offset `4096 * bank + (a & 0xFFF)`.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import importlib.util
+import os
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ocjax.console.boxes import Box, Number, box
+from ocjax.console.fonts import Font
+from ocjax.console.ops import lookup, pick
+
+PLAYER = 8  # dots of a row of a player's picture
+FEW = 8  # pictures up to which selects are faster than a gather: Asterix' REM takes 0.049 us a state instead of 0.052
+
+
+class RomError(ValueError):
+    """A game's ROM is missing, or is not the one that its decoder was written for."""
+
+
+def rom_path(rom: str) -> Path:
+    """The path of a ROM file, found without importing ale-py.
+
+    Args:
+        rom: ale-py's name of the ROM, such as "space_invaders".
+
+    Returns:
+        `<rom>.bin` in the folder that the environment variable `ALE_ROMS_DIR` names, or by default where ale-py installs its ROMs.
+
+    Raises:
+        RomError: a ValueError; there is no such file.
+    """
+    folder = os.environ.get("ALE_ROMS_DIR")
+    if not folder:
+        spec = importlib.util.find_spec("ale_py")
+        if spec is None or not spec.submodule_search_locations:
+            raise RomError(f"the ROM {rom!r} comes with ale-py, which is not installed: pip install ale-py")
+        folder = Path(spec.submodule_search_locations[0]) / "roms"
+    path = Path(folder) / f"{rom}.bin"
+    if not path.is_file():
+        raise RomError(f"expected the ROM {rom!r} at {path}, which does not exist: install ale-py >= 0.12, or correct ALE_ROMS_DIR")
+    return path
+
+
+def read_rom(rom: str, md5: str) -> bytes:
+    """The contents of a ROM, which are read once per process.
+
+    Args:
+        rom: ale-py's name of the ROM.
+        md5: the expected MD5 hash in hexadecimal.
+
+    Raises:
+        RomError: a ValueError; the ROM is missing, or its hash is another one.
+    """
+    path = rom_path(rom)
+    data, found = _contents(path)
+    if found != md5:
+        raise RomError(
+            f"expected the ROM {rom!r} with md5 {md5}, which the game's decoder was written for, but {path} has md5 {found}: "
+            "reinstall ale-py, or point ALE_ROMS_DIR to a folder with the expected ROM"
+        )
+    return data
+
+
+@functools.cache
+def _contents(path: Path) -> tuple[bytes, str]:
+    """A file's contents and their MD5 hash."""
+    data = path.read_bytes()
+    return data, hashlib.md5(data, usedforsecurity=False).hexdigest()
+
+
+@dataclass(frozen=True)
+class Rom:
+    """A game's ROM.
+
+    Args:
+        name: ALE's name of it.
+        md5: its checksum, checked when it is read for the first time.
+    """
+
+    name: str
+    md5: str
+
+    @property
+    def data(self) -> np.ndarray:
+        """All bytes, uint8 `[size]`."""
+        return np.frombuffer(read_rom(self.name, self.md5), np.uint8)
+
+    def bytes(self, offset: int, count: int, step: int = 1) -> np.ndarray:
+        """A table, int32 `[count]`: every `step`-th byte from an offset on."""
+        return self.data[offset : offset + count * step : step].astype(np.int32)
+
+    def rows(self, offsets: int | Sequence[int], height: int, *, step: int = 1, top_first: bool = False) -> np.ndarray:
+        """The rows of pictures from the top, int32 `[pictures, height]` (`[height]` of a single one).
+
+        Args:
+            offsets: where each picture begins.
+            height: number of rows.
+            step: bytes from one row of a picture to the next, where the ROM holds the first rows of all pictures, then all second rows.
+            top_first: the first byte is the top row. Most games store pictures with the bottom row first, because their drawing
+                loops count down.
+        """
+        at = np.asarray(offsets)[..., None] + step * np.arange(height)
+        rows = self.data[np.minimum(at, len(self.data) - 1)].astype(np.int32)
+        return rows if top_first else rows[..., ::-1]
+
+    def font(
+        self,
+        offsets: int | Sequence[int],
+        rows: int,
+        *,
+        stride: int | None = None,
+        step: int = 1,
+        dots: int = 8,
+        shift: int = 0,
+        dot: tuple[int, int] = (1, 1),
+        pitch: int = 8,
+        top_first: bool = False,
+    ) -> Font:
+        """The ten digits.
+
+        Args:
+            offsets: where the 0 begins, or where each of the ten pictures begins.
+            rows: of a picture.
+            stride: bytes from one picture to the next; without it they follow each other.
+            step: bytes from one row to the next, see `rows`.
+            dots, shift: width of a picture, and its distance from the lowest bit of a row's byte.
+            dot, pitch: see `Font`.
+            top_first: see `rows`.
+        """
+        if isinstance(offsets, int):
+            offsets = [offsets + i * (rows if stride is None else stride) for i in range(10)]
+        pictures = self.rows(offsets, rows, step=step, top_first=top_first) >> shift & (1 << dots) - 1
+        return Font(tuple(tuple(p) for p in pictures.tolist()), dots, dot, pitch)
+
+    def pictures(self, offsets: Sequence[int], height: int | Sequence[int], *, top_first: bool = False) -> Pictures:
+        """The tight extents of the pictures of players, eight dots wide.
+
+        Args:
+            offsets: where each picture begins. For a pointer in RAM, all places in the page that it may point to: `range(0xF00, 0x1000)`.
+            height: number of rows of all pictures, or of each.
+            top_first: see `rows`.
+        """
+        heights = np.broadcast_to(height, len(offsets))
+        return Pictures.of([self.rows(o, h, top_first=top_first) for o, h in zip(offsets, heights.tolist(), strict=True)])
+
+
+def _extent(rows: np.ndarray) -> int:
+    """First column, width, first row and height of the dots that are set in a picture, packed as in `Pictures`; 0 if there are none."""
+    ink = int(np.bitwise_or.reduce(rows))
+    if not ink:
+        return 0
+    left, right = PLAYER - ink.bit_length(), PLAYER - ((ink & -ink).bit_length() - 1)
+    used = np.flatnonzero(rows)
+    return left | (right - left) << 4 | int(used[0]) << 8 | int(np.ptp(used) + 1) << 16
+
+
+@dataclass(frozen=True, eq=False)
+class Pictures:
+    """Tight extents of pictures of eight dots.
+
+    Args:
+        packed: int32 `[n]`; from the lowest bit the first column (4 bits), the width (4), the first row (8) and the height (8).
+    """
+
+    packed: np.ndarray
+
+    @classmethod
+    def of(cls, pictures: Iterable[np.ndarray]) -> Pictures:
+        """The extents of pictures given as rows from the top, as `Rom.rows` returns them."""
+        return cls(np.array([_extent(rows) for rows in pictures], np.int32))
+
+    def extent(self, index: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
+        """First column, first row, width and height of the pictures at an index, int32 each; out of range, of the nearest picture."""
+        few = len(self.packed) <= FEW
+        p = pick(jnp.maximum(index, 0), self.packed.tolist()) if few else lookup(self.packed, index)
+        return p & 15, p >> 8 & 255, p >> 4 & 15, p >> 16
+
+    def box(self, index: jax.Array, x: Number, y: Number, *, mirrored: Number = False, zoom: int = 1, **fields: Any) -> Box:
+        """Tight boxes of pictures on the screen; a picture that is empty makes a box that is not valid.
+
+        Args:
+            index: of the pictures, such as the low byte of a pointer.
+            x, y: where the pictures' first columns and rows are.
+            mirrored: whether they are drawn from right to left.
+            zoom: pixels of a dot across.
+            fields: `valid`, `value`, `orientation` and `color` of the box.
+        """
+        left, top, width, height = self.extent(index)
+        left = jnp.where(mirrored, PLAYER - left - width, left)
+        return box(x + zoom * left, y + top, zoom * width, height, **fields)

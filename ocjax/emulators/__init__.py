@@ -1,0 +1,1 @@
+"""Emulators of the Arcade Learning Environment, stepped in batches."""

@@ -1,0 +1,95 @@
+"""Hooks: functions that edit the RAM, and how worker processes and single emulators get them."""
+
+import contextlib
+import functools
+import sys
+import types
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import cloudpickle
+import numpy as np
+
+from ocjax.emulators.variations import Variation
+from ocjax.emulators.worker.emulator import apply_hooks
+from ocjax.extraction.registry import load
+
+Hook = Callable[[np.ndarray], None]
+
+
+def named_hooks(hook: Hook | Sequence[Hook] | None, game: str) -> tuple[tuple[str, Hook], ...]:
+    """Hooks with their names.
+
+    Raises:
+        TypeError: a hook is not a function.
+        ValueError: a hook is a variation of another game.
+    """
+    hooks: tuple[Any, ...] = () if hook is None else tuple(hook) if isinstance(hook, Sequence) and not isinstance(hook, str) else (hook,)
+    for h in hooks:
+        if not callable(h):
+            raise TypeError(f"hook must be a function of the RAM or a sequence of such functions, got {h!r}")
+        if isinstance(h, Variation) and load(h.game).name != game:
+            raise ValueError(f"the hook is a variation of {h.game} ({h.doc}), but the game is {game}")
+    return tuple((_name(h), h) for h in hooks)
+
+
+def pickled_hooks(hook: Hook | Sequence[Hook] | None, game: str) -> tuple[tuple[str, str], ...]:
+    """The name of each hook, and the hook pickled in hexadecimal.
+
+    Raises:
+        TypeError: a hook is not a function, or cannot be pickled.
+        ValueError: a hook is a variation of another game.
+    """
+    return tuple((name, _pickle_by_value(h).hex()) for name, h in named_hooks(hook, game))
+
+
+def _core(hook: Any) -> Any:
+    """The function or class in a partial, a bound method or another object that can be called."""
+    while isinstance(hook, functools.partial | types.MethodType):
+        hook = hook.func if isinstance(hook, functools.partial) else hook.__func__
+    return hook if hasattr(hook, "__qualname__") else type(hook)
+
+
+def _name(hook: Hook) -> str:
+    core = _core(hook)
+    return f"{core.__module__}.{core.__qualname__}"
+
+
+def _pickle_by_value(hook: Hook) -> bytes:
+    """Pickle a hook so that a process can load it without importing its module, as one in ocjax would import JAX."""
+    try:
+        with _by_value(sys.modules.get(_core(hook).__module__)):
+            return cloudpickle.dumps(hook)
+    except Exception as error:
+        raise TypeError(
+            f"the hook {_name(hook)} cannot be sent to worker processes: {type(error).__name__}: {error}. It may refer to modules and to "
+            "data that can be pickled"
+        ) from error
+
+
+@contextlib.contextmanager
+def _by_value(module: types.ModuleType | None) -> Iterator[None]:
+    """Pickle functions and classes of a module by value. Built-in ones exist everywhere, and those of `__main__` are by value anyway."""
+    if module is None or module.__name__ == "__main__" or getattr(module, "__file__", None) is None:
+        yield
+        return
+    cloudpickle.register_pickle_by_value(module)
+    try:
+        yield
+    finally:
+        cloudpickle.unregister_pickle_by_value(module)
+
+
+class HookedEmulator:
+    """An emulator whose RAM hooks edit before every frame; other attributes are the emulator's."""
+
+    def __init__(self, ale: Any, hooks: Sequence[tuple[str, Hook]]) -> None:
+        self._ale, self._hooks = ale, hooks
+
+    def act(self, *args: Any) -> float:
+        """Emulate one frame after the hooks have edited the RAM, and return its reward."""
+        apply_hooks(self._ale, self._hooks)
+        return self._ale.act(*args)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._ale, name)

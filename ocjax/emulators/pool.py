@@ -1,0 +1,262 @@
+"""The interface that backends implement: a pool of emulators of one game that are stepped together."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+import ale_py
+import numpy as np
+
+from ocjax.console.rom import read_rom, rom_path
+from ocjax.emulators.checks import Uncopied
+from ocjax.emulators.settings import Settings
+from ocjax.emulators.states import States
+from ocjax.emulators.worker.interface import EmulatorArrays
+from ocjax.extraction.game import Game
+
+Report = Callable[[int], None]  # called with the number of emulators that have started
+
+
+class EmulatorPool(Uncopied, ABC):
+    """N emulators of one game, with screens of H x W pixels.
+
+    A step is `send`, then `wait` or `as_completed`. The arrays are updated in place, so they are valid until the next call.
+
+    Attributes:
+        game: the game.
+        num_envs: N.
+        settings: what a step and an episode are.
+        actions: the action set; actions are indices into it.
+        arrays: the state of the emulators after the last call. The properties below return its arrays one by one.
+        shards: consecutive blocks that together contain all emulators. Each block finishes a step at its own time.
+    """
+
+    game: Game
+    num_envs: int
+    settings: Settings
+    actions: tuple[ale_py.Action, ...]
+    arrays: EmulatorArrays
+    shards: list[slice]
+
+    @abstractmethod
+    def reset(self, seeds: Sequence[int | None] | None = None, mask: np.ndarray | None = None, report: Report | None = None) -> None:
+        """Start new episodes, and wait until they have started.
+
+        Args:
+            seeds: one per emulator, not negative. None continues with the present random state.
+            mask: bool `[N]`, the emulators to reset; by default all.
+            report: called from time to time with the number of emulators that have started, if starting them takes long.
+
+        Raises:
+            ValueError: the number of seeds or a seed is wrong, the mask is wrong or the first one, or the backend cannot use them.
+            AlreadyPendingCallError: a step is pending.
+            WorkerError: the pool is closed, or a worker failed, died or did not reply in time. The methods below raise it, too.
+        """
+
+    @abstractmethod
+    def send(self, actions: np.ndarray) -> None:
+        """Start a step without waiting for it.
+
+        Args:
+            actions: integers `[N]`, indices into `self.actions`. Emulators whose episode has ended ignore theirs and start the next one.
+
+        Raises:
+            ValueError: the actions have another shape or dtype, there is no such action, or the emulators have not been reset.
+            AlreadyPendingCallError: a step is pending.
+        """
+
+    @abstractmethod
+    def as_completed(self) -> Iterator[int]:
+        """Wait for the step: yield the index of each shard as soon as its emulators have finished.
+
+        The step is pending until the iterator is exhausted. If it is interrupted, another one can be made.
+
+        Raises:
+            NoAsyncCallError: no step is pending.
+        """
+
+    @abstractmethod
+    def wait(self) -> None:
+        """Wait for the step of all emulators. If this is interrupted, it can be called again.
+
+        Raises:
+            NoAsyncCallError: no step is pending.
+        """
+
+    @property
+    @abstractmethod
+    def steps(self) -> int:
+        """How many steps have been started."""
+
+    @property
+    @abstractmethod
+    def pending(self) -> bool:
+        """Whether a step has been started that has not been waited for."""
+
+    @abstractmethod
+    def require_open(self) -> None:
+        """Check that the pool can be used in this process.
+
+        Raises:
+            WorkerError: it has been closed, or belongs to another process.
+        """
+
+    @abstractmethod
+    def close(self) -> None:
+        """Release the emulators. Further calls have no effect."""
+
+    @abstractmethod
+    def clone_state(self) -> States:
+        """Save the state of every emulator.
+
+        Raises:
+            ValueError: the backend cannot save states.
+        """
+
+    @abstractmethod
+    def restore_state(self, states: States, mask: np.ndarray | None = None) -> None:
+        """Restore saved states; the arrays become what they were when the states were saved.
+
+        Args:
+            states: one per emulator, or a single one for all.
+            mask: bool `[N]`, the emulators to restore; by default all.
+
+        Raises:
+            ValueError: the states do not fit this pool, or the backend cannot restore states.
+        """
+
+    @abstractmethod
+    def set_ram(self, ram: np.ndarray, mask: np.ndarray | None = None) -> None:
+        """Write the RAM of emulators. `self.ram` changes at once, frames change with the next step.
+
+        Args:
+            ram: uint8 `[N, 128]`, or `[128]` for all emulators.
+            mask: bool `[N]`, the emulators to write to; by default all.
+
+        Raises:
+            TypeError: `ram` is not a uint8 array.
+            ValueError: `ram` has another shape, or the backend cannot write RAM.
+        """
+
+    @abstractmethod
+    def emulator(self, i: int) -> ale_py.ALEInterface:
+        """The emulator of one environment.
+
+        Raises:
+            ValueError: it is not in this process.
+        """
+
+    @property
+    def ram(self) -> np.ndarray:
+        """The consoles' RAM, uint8 `[N, 128]`."""
+        return self.arrays.ram
+
+    @property
+    def reward(self) -> np.ndarray:
+        """Unclipped rewards of the step, float64 `[N]`."""
+        return self.arrays.reward
+
+    @property
+    def terminated(self) -> np.ndarray:
+        """Whether the step ended the episode, bool `[N]`."""
+        return self.arrays.terminated
+
+    @property
+    def truncated(self) -> np.ndarray:
+        """Whether the step reached the limit of emulated frames, bool `[N]`."""
+        return self.arrays.truncated
+
+    @property
+    def started(self) -> np.ndarray:
+        """Whether an episode began in the step, bool `[N]`."""
+        return self.arrays.started
+
+    @property
+    def lives(self) -> np.ndarray:
+        """Lives left, int32 `[N]`."""
+        return self.arrays.lives
+
+    @property
+    def frame_number(self) -> np.ndarray:
+        """Emulated frames since the game began, int64 `[N]`."""
+        return self.arrays.frame_number
+
+    @property
+    def episode_return(self) -> np.ndarray:
+        """Unclipped return since the game began, float64 `[N]`."""
+        return self.arrays.episode_return
+
+    @property
+    def episode_length(self) -> np.ndarray:
+        """Agent steps since the game began, int64 `[N]`."""
+        return self.arrays.episode_length
+
+    @property
+    def screen(self) -> np.ndarray:
+        """Palette indices of the last two emulated frames, the latest last, uint8 `[N, 2, H, 160]`.
+
+        Raises:
+            ValueError: the pool does not record it.
+        """
+        return self._recorded("screen")
+
+    @property
+    def gray(self) -> np.ndarray:
+        """The last emulated frame in shades of grey, uint8 `[N, 1, H, 160]`.
+
+        Raises:
+            ValueError: the pool does not record it.
+        """
+        return self._recorded("gray")
+
+    @property
+    def pooled(self) -> np.ndarray:
+        """The pixelwise maximum of the last two emulated frames in shades of grey, uint8 `[N, 1, H, 160]`.
+
+        Raises:
+            ValueError: the pool does not record it.
+        """
+        return self._recorded("pooled")
+
+    @property
+    def rgb(self) -> np.ndarray:
+        """The last emulated frame in RGB, uint8 `[N, 1, H, 160, 3]`.
+
+        Raises:
+            ValueError: the pool does not record it.
+        """
+        return self._recorded("rgb")
+
+    def _recorded(self, name: str) -> np.ndarray:
+        array = getattr(self.arrays, name)
+        if array is None:
+            raise ValueError(f"the pool does not record {name!r}: request it with screens=({name!r},)")
+        return array
+
+
+def check_rom(game: Game) -> Path:
+    """The path of a game's ROM, whose contents are checked.
+
+    Raises:
+        RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was written for.
+    """
+    read_rom(game.rom, game.md5)
+    return rom_path(game.rom)
+
+
+def load_emulator(game: Game) -> ale_py.ALEInterface:
+    """An emulator with a game's ROM, which tells the game's actions, modes and difficulties.
+
+    Raises:
+        RomError: see `check_rom`.
+    """
+    path = check_rom(game)
+    ale_py.ALEInterface.setLoggerMode(ale_py.LoggerMode.Error)
+    ale = ale_py.ALEInterface()
+    ale.loadROM(path)
+    return ale
+
+
+def action_set(ale: ale_py.ALEInterface, settings: Settings) -> tuple[ale_py.Action, ...]:
+    """The actions that the settings make available."""
+    return tuple(ale.getLegalActionSet() if settings.full_action_space else ale.getMinimalActionSet())

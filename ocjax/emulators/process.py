@@ -1,0 +1,259 @@
+"""Worker processes: how the pool starts them, talks to them and ends them."""
+
+import contextlib
+import json
+import os
+import selectors
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from ocjax.emulators.worker import interface
+from ocjax.emulators.worker.interface import WorkerConfig
+
+_PROGRAM = Path(interface.__file__).with_name("__main__.py")
+_GRACE = 2.0  # seconds that all workers together have to end by themselves
+_DYING = 5.0  # seconds that a worker may take to end after its socket has closed
+_MESSAGE_BYTES = 4000  # of a worker's stderr that an error quotes
+_SLICE = 1.0  # seconds of one wait for replies; a suspension counts as one wait towards the time limit
+_REPLIES = 256  # bytes, more replies than a worker can owe
+
+
+class WorkerError(RuntimeError):
+    """A worker process failed, died or did not reply; the message says which one and why. The pool has been closed."""
+
+
+class WorkerProcess:
+    """One worker process, the socket to it, and its stderr.
+
+    Args:
+        memory_fd: file descriptor of the shared memory.
+        config: the worker's configuration.
+        finished: int64 `[N]` in the shared memory; see `CommandArrays`.
+
+    Raises:
+        OSError: the process could not be started.
+    """
+
+    def __init__(self, memory_fd: int, config: WorkerConfig, finished: np.ndarray) -> None:
+        first, stop = config.block
+        self.name, self._first, self._finished = f"the worker of environments {first}-{stop - 1}", first, finished
+        with contextlib.ExitStack() as stack:
+            self.stderr = stack.enter_context(tempfile.TemporaryFile())
+            self.link, theirs = socket.socketpair()
+            stack.enter_context(self.link)
+            with theirs:
+                arguments = (theirs.fileno(), memory_fd, os.getpid(), json.dumps(_module_path()))
+                self.process = subprocess.Popen(
+                    # -P keeps the program's folder off the worker's module path.
+                    [sys.executable, "-P", str(_PROGRAM), *map(str, arguments)],
+                    pass_fds=(theirs.fileno(), memory_fd),
+                    stdin=subprocess.DEVNULL,
+                    stderr=self.stderr,
+                    process_group=0,  # Ctrl-C in the terminal reaches the parent only
+                )
+            stack.pop_all()
+
+    def configure(self, config: WorkerConfig, time_limit: float | None) -> None:
+        """Send the configuration, which the process must read in time.
+
+        Raises:
+            WorkerError: the process died or did not read it.
+        """
+        self.link.settimeout(time_limit)
+        self.send(config.to_json().encode() + b"\n")
+        self.link.settimeout(None)
+
+    def send(self, message: bytes) -> None:
+        """Send a message.
+
+        Raises:
+            WorkerError: the process died.
+        """
+        try:
+            self.link.sendall(message)
+        except TimeoutError as error:
+            raise self.silence(self.link.gettimeout() or 0.0) from error
+        except OSError as error:
+            raise self._death() from error
+
+    def receive(self) -> None:
+        """Take replies from the socket, which only wake the pool up: `has_finished` tells what they mean.
+
+        Raises:
+            WorkerError: the process died.
+        """
+        try:
+            replies = self.link.recv(_REPLIES)
+        except OSError as error:
+            raise self._death() from error
+        if not replies:
+            raise self._death()
+
+    def has_finished(self, number: int) -> bool:
+        """Whether the command with a number has been executed.
+
+        Raises:
+            WorkerError: the command failed.
+        """
+        finished = self._finished.item(self._first)
+        if finished == -number:
+            raise WorkerError(f"{self.name} failed:\n{self._complaint()}")
+        return finished == number
+
+    def _death(self) -> WorkerError:
+        """The error that says how the process ended."""
+        try:
+            code = self.process.wait(timeout=_DYING)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            code = self.process.wait()
+        how = f"was killed by {signal.Signals(-code).name}" if code < 0 else f"ended with exit status {code}"
+        text = self._complaint()
+        return WorkerError(f"{self.name} {how}" + (f":\n{text}" if text else ""))
+
+    def silence(self, seconds: float) -> WorkerError:
+        """The error that says that the process has not replied."""
+        return WorkerError(
+            f"{self.name} (process {self.process.pid}) {self._state()} and has not replied for {seconds:g} s, so the pool has been closed. "
+            "Make the environments anew; if their steps, resets or hooks may take this long, give them a larger worker_timeout, or None"
+        )
+
+    def _state(self) -> str:
+        """What the process is doing, as far as the system tells."""
+        status = Path(f"/proc/{self.process.pid}/stat")
+        stopped = status.exists() and status.read_text().rpartition(")")[2].split()[0] in ("T", "t")
+        return "is stopped by a signal or a debugger" if stopped else "is still busy or hangs"
+
+    def _complaint(self) -> str:
+        """The end of what the process has written to stderr."""
+        size = os.fstat(self.stderr.fileno()).st_size  # the process shares the file's position, so this must not move it
+        return os.pread(self.stderr.fileno(), _MESSAGE_BYTES, max(0, size - _MESSAGE_BYTES)).decode(errors="replace").strip()
+
+
+class Workers:
+    """The worker processes of a pool. All of them execute the same command, one command at a time.
+
+    Any call may be interrupted at any point, for example by Ctrl-C; `completed` then continues with the command. This works because
+    commands are numbered: workers record in the shared memory which commands they have executed, and ignore one that is sent again.
+
+    Args:
+        time_limit: seconds in which there must be a reply or other progress; None for no limit.
+    """
+
+    def __init__(self, time_limit: float | None) -> None:
+        self.busy = False  # whether a command has been given whose end has not been waited for
+        self._time_limit, self._owner = time_limit, os.getpid()
+        self._processes: list[WorkerProcess] = []
+        self._selector = selectors.DefaultSelector()
+        self._message, self._number, self._sent, self.steps = b"", 0, True, 0
+
+    def __len__(self) -> int:
+        return len(self._processes)
+
+    def __iter__(self) -> Iterator[WorkerProcess]:
+        return iter(self._processes)
+
+    @property
+    def forked(self) -> bool:
+        """Whether this is a copy in a forked child of the process that started the workers."""
+        return bool(self._processes) and os.getpid() != self._owner
+
+    def start(self, memory_fd: int, config: WorkerConfig, finished: np.ndarray) -> None:
+        """Start another worker; see `WorkerProcess`.
+
+        Raises:
+            WorkerError: it could not be started.
+        """
+        try:
+            worker = WorkerProcess(memory_fd, config, finished)
+        except OSError as error:
+            raise WorkerError(
+                f"worker {len(self) + 1} could not be started: {error}. Use fewer (num_workers), or give this process more resources"
+            ) from error
+        self._processes.append(worker)
+        self._selector.register(worker.link, selectors.EVENT_READ, worker)
+        worker.configure(config, self._time_limit)
+
+    def command(self, command: bytes) -> None:
+        """Give a command to all workers.
+
+        Raises:
+            WorkerError: a worker died.
+        """
+        number, steps = self._number + 1, self.steps + (command == interface.STEP)
+        message = interface.MESSAGE.pack(command, number)
+        # Nothing can interrupt the assignment of attributes in one statement.
+        self._message, self._number, self.steps, self._sent, self.busy = message, number, steps, False, True
+        self._send()
+
+    def _send(self) -> None:
+        for worker in self._processes:
+            worker.send(self._message)
+        self._sent = True
+
+    def completed(self, progress: Callable[[], int], interval: float | None = None) -> Iterator[int]:
+        """Wait for the command: yield the index of each worker as soon as it has executed it.
+
+        Args:
+            progress: called when there has been no reply for `interval` seconds; if it returns a new number, the time limit starts anew.
+            interval: seconds, of which at most one, and no more than the time limit, counts; None for these.
+
+        Raises:
+            WorkerError: a worker failed, died, or did not reply in time.
+        """
+        if not self._sent:
+            self._send()
+        patience = min(s for s in (interval, self._time_limit, _SLICE) if s is not None)
+        waiting, silent, last = dict(enumerate(self._processes)), 0.0, progress()
+        while True:
+            for i in [i for i, worker in waiting.items() if worker.has_finished(self._number)]:
+                del waiting[i]
+                silent = 0.0
+                yield i
+            if not waiting:
+                break
+            if self._time_limit is not None and silent >= self._time_limit:
+                silence = next(iter(waiting.values())).silence(silent)
+                for worker in waiting.values():
+                    worker.process.kill()  # it would not end by itself
+                raise silence
+            events = self._selector.select(patience)
+            for key, _ in events:
+                key.data.receive()
+            silent = 0.0 if events else silent + patience
+            if not events and last != (last := progress()):
+                silent = 0.0
+        self.busy = False
+
+    def end(self) -> None:
+        """End all workers. A worker exits when its socket closes, at the latest after its present step; if it does not, it is killed."""
+        if not self.forked:  # in a forked child the workers are the parent's
+            for worker in self._processes:
+                with contextlib.suppress(OSError):  # the worker has ended
+                    # Closing alone would not do: forked children of this process hold the socket, too.
+                    worker.link.shutdown(socket.SHUT_RDWR)
+            deadline = time.monotonic() + _GRACE
+            for worker in self._processes:
+                try:
+                    worker.process.wait(timeout=max(0.0, deadline - time.monotonic()))
+                except subprocess.TimeoutExpired:
+                    worker.process.kill()
+                    worker.process.wait()
+        for worker in self._processes:
+            worker.link.close()
+            worker.stderr.close()
+        self._processes.clear()
+        self._selector.close()
+
+
+def _module_path() -> list[str]:
+    """Where this process finds modules, for workers to find those that hooks import."""
+    return [entry or str(Path.cwd()) for entry in sys.path if isinstance(entry, str)]

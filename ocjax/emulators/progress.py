@@ -1,0 +1,28 @@
+"""Progress bars for pools of emulators."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+
+from rich.console import Console
+from rich.progress import Progress
+
+from ocjax.emulators.pool import Report
+
+
+@contextmanager
+def start_bar(num_envs: int) -> Iterator[Report | None]:
+    """A callback for `EmulatorPool.reset` that shows how many of the emulators have started; None where there is no terminal."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    with ExitStack() as stack:
+        progress = Progress(transient=True, console=Console(stderr=True))
+        task = progress.add_task(f"starting {num_envs} emulators", total=num_envs)
+
+        def report(started: int) -> None:
+            if not progress.live.is_started:
+                stack.enter_context(progress)
+            progress.update(task, completed=started)
+
+        yield report

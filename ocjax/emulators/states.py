@@ -1,0 +1,142 @@
+"""Saved states of emulators."""
+
+import dataclasses
+import hashlib
+import json
+import math
+import struct
+from collections.abc import Mapping
+from typing import Any, Self
+
+import numpy as np
+
+from ocjax.emulators.worker import snapshot
+from ocjax.emulators.worker.interface import STATE_BYTES, CommandArrays, EmulatorArrays
+from ocjax.extraction.game import Game
+
+# The arrays of a pool that a saved state holds, as far as the pool records them.
+_SHOWN = tuple(f.name for f in dataclasses.fields(EmulatorArrays) if f.name != "final")
+_COMMAND = ("state", "state_bytes")
+
+_MAGIC, _VERSION = b"ocjaxSAV", 1
+_HEADER = struct.Struct("<8sHI32s")  # magic, version, bytes of the description, SHA-256 of everything after the header
+
+
+@dataclasses.dataclass(frozen=True)
+class States:
+    """Saved states of n emulators, from `clone_state`. They can be indexed, written to files, and restored in any pool of the game.
+
+    Attributes:
+        md5: MD5 hash of the game's ROM.
+        rows: arrays `[n, ...]`: the states of the emulators, and what was observed of them.
+    """
+
+    md5: str
+    rows: Mapping[str, np.ndarray]
+
+    def __len__(self) -> int:
+        return len(self.rows["state"])
+
+    def __getitem__(self, index: Any) -> Self:
+        """The states at an index, slice or mask; a single index gives a batch of one."""
+        if isinstance(index, int | np.integer):
+            index = [index]
+        return type(self)(self.md5, {name: array[index] for name, array in self.rows.items()})
+
+    def to_bytes(self) -> bytes:
+        """The states as bytes for a file. They contain a checksum and, unlike a pickle, no code."""
+        arrays = {name: [array.dtype.str, list(array.shape)] for name, array in self.rows.items()}
+        description = json.dumps({"md5": self.md5, "arrays": arrays}).encode()
+        body = description + b"".join(array.tobytes() for array in self.rows.values())
+        return _HEADER.pack(_MAGIC, _VERSION, len(description), hashlib.sha256(body).digest()) + body
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> Self:
+        """The inverse of `to_bytes`.
+
+        Raises:
+            ValueError: the bytes are not saved states, are damaged, or have a version that is not supported.
+        """
+        if len(data) < _HEADER.size or not data.startswith(_MAGIC):
+            raise ValueError(
+                f"expected bytes from States.to_bytes, which begin with {_MAGIC!r}, got {len(data)} bytes: {bytes(data[:8])!r}..."
+            )
+        _, version, size, checksum = _HEADER.unpack_from(data)
+        if version != _VERSION:
+            raise ValueError(f"expected states in version {_VERSION} of the format, got version {version}: save them with this ocjax")
+        body = memoryview(data)[_HEADER.size :]
+        if hashlib.sha256(body).digest() != checksum:
+            raise ValueError("the states are damaged: their checksum is another one; save or copy them again")
+        description, offset, rows = json.loads(bytes(body[:size])), size, {}
+        for name, (dtype, shape) in description["arrays"].items():
+            array = np.frombuffer(body, dtype, math.prod(shape), offset)
+            rows[name], offset = array.reshape(shape).copy(), offset + array.nbytes
+        return cls(description["md5"], rows)
+
+
+def collect(md5: str, shown: EmulatorArrays, commands: CommandArrays) -> States:
+    """Copy the states that the workers have just left in the shared memory."""
+    rows = {name: array.copy() for name, array in _saved(shown, commands).items() if name != "state"}
+    rows["state"] = commands.state[:, : commands.state_bytes.max()].copy()
+    return States(md5, rows)
+
+
+def check(states: Any, game: Game, shown: EmulatorArrays, commands: CommandArrays, num_envs: int) -> None:
+    """Check that states can be restored.
+
+    Raises:
+        TypeError: they are not `States`.
+        ValueError: they are damaged, of another game or number, or were saved without frames that the pool records.
+    """
+    _check_type(states)
+    if states.md5 != game.md5:
+        raise ValueError(f"the states are of the ROM with md5 {states.md5}, but the pool runs the ROM with md5 {game.md5}")
+    targets = _saved(shown, commands)
+    missing = sorted(set(targets) - set(states.rows))
+    if missing:
+        raise ValueError(f"the states were saved without {', '.join(missing)}, which this pool records")
+    if len(states) not in (1, num_envs):
+        raise ValueError(f"there must be 1 or {num_envs} states, got {len(states)}")
+    for name, target in targets.items():
+        array, shape = states.rows[name], (len(states), *target.shape[1:])
+        fits = array.ndim == 2 and array.shape[1] <= STATE_BYTES if name == "state" else array.shape == shape
+        if not fits or array.dtype != target.dtype:
+            expected, got = (f"{a.dtype} of shape {s}" for a, s in ((target, shape), (array, array.shape)))
+            raise ValueError(f"the states are damaged: expected {name!r} to be {expected}, got {got}; save them again")
+    for row, size in zip(states.rows["state"], states.rows["state_bytes"].tolist(), strict=True):
+        snapshot.check(row[: max(0, size)].tobytes(), game.rom, game.md5)
+
+
+def check_carries(states: Any, carries: Mapping[str, Any]) -> None:
+    """Check that states hold arrays like those that an environment carries from step to step, `[N, ...]` by name.
+
+    Raises:
+        TypeError: they are not `States`.
+        ValueError: they hold others.
+    """
+    _check_type(states)
+    for name, carried in carries.items():
+        array = states.rows.get(name)
+        if array is None or (array.dtype, array.shape) != (carried.dtype, (len(states), *carried.shape[1:])):
+            raise ValueError("the states are of environments with other observations: make these environments with the same mode and obs")
+
+
+def _check_type(states: Any) -> None:
+    if not isinstance(states, States):
+        raise TypeError(f"states must be States, from clone_state or States.from_bytes, got {type(states).__name__}")
+
+
+def distribute(states: States, shown: EmulatorArrays, commands: CommandArrays, chosen: np.ndarray) -> None:
+    """Write states that have passed `check` to the chosen rows of the shared memory, bool `[N]`, for the workers to restore."""
+    for name, target in _saved(shown, commands).items():
+        rows = np.broadcast_to(states.rows[name], (len(chosen), *states.rows[name].shape[1:]))[chosen]
+        if name == "state":
+            target = target[:, : rows.shape[1]]
+        target[chosen] = rows
+
+
+def _saved(shown: EmulatorArrays, commands: CommandArrays) -> dict[str, np.ndarray]:
+    """The arrays that a saved state holds, by name."""
+    arrays = {name: getattr(shown, name) for name in _SHOWN}
+    arrays |= {name: getattr(commands, name) for name in _COMMAND}
+    return {name: array for name, array in arrays.items() if array is not None}

@@ -1,0 +1,39 @@
+"""Agreement of two sets of objects, and reports of it."""
+
+from ocjax.evaluation.metrics import (
+    LIVES_NAMES,
+    RADIUS,
+    SCORE_NAMES,
+    THRESHOLDS,
+    Agreement,
+    Detections,
+    agreement,
+    average_precision,
+    coverage,
+    detections,
+    from_records,
+    identity_switches,
+    intervals,
+    iou,
+    match,
+    value_shares,
+)
+
+__all__ = [
+    "LIVES_NAMES",
+    "RADIUS",
+    "SCORE_NAMES",
+    "THRESHOLDS",
+    "Agreement",
+    "Detections",
+    "agreement",
+    "average_precision",
+    "coverage",
+    "detections",
+    "from_records",
+    "identity_switches",
+    "intervals",
+    "iou",
+    "match",
+    "value_shares",
+]

@@ -1,0 +1,371 @@
+"""Metrics of how well two methods agree: precision, recall, F1, IoU, average precision, identity switches, values and pixel coverage.
+
+Most metrics take `Detections`, so the same functions score your own detector against REM or VEM:
+
+    truth = evaluation.detections(game.rem(rams))
+    mine = evaluation.from_records(records, game)  # [[("Ball", x, y, w, h), ...], ...], one list per frame
+    evaluation.agreement(mine, truth).sum(axis=0).f1  # by category
+    numpy.nanmean(evaluation.average_precision(mine, truth))  # mAP
+
+Two objects match if they have the same category and their centres are within 5 pixels. Matches are one to one, nearest first, as in the
+OCAtari paper (Delfosse et al., 2024). The functions use NumPy and work on whole batches.
+"""
+
+import dataclasses
+from collections.abc import Callable, Sequence
+
+import jax
+import numpy as np
+
+from ocjax.evaluation import matching
+from ocjax.evaluation.matching import RADIUS, Columns, Detections, detections, from_records, iou, match
+from ocjax.extraction.objects import Objects, whose
+from ocjax.transforms import tracking
+
+__all__ = [
+    "LIVES_NAMES",
+    "RADIUS",
+    "SCORE_NAMES",
+    "THRESHOLDS",
+    "Agreement",
+    "Detections",
+    "agreement",
+    "average_precision",
+    "coverage",
+    "detections",
+    "from_records",
+    "identity_switches",
+    "intervals",
+    "iou",
+    "match",
+    "value_shares",
+]
+
+THRESHOLDS = tuple(np.linspace(0.5, 0.95, 10).tolist())  # IoU thresholds of COCO
+RECALLS = np.linspace(0, 1, 101)  # recall levels of COCO
+ROUNDING = 1e-12  # a recall this far below a level still reaches it
+SCORE_NAMES, LIVES_NAMES = ("Score", "PlayerScore", "P1Score"), ("Lives", "Life", "Live")
+
+
+# ------------------------------------------------------------------------------------------------------------- agreement
+
+
+def _ratio(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
+    part, whole = np.asarray(part, float), np.asarray(whole, float)
+    return np.divide(part, whole, out=np.full(whole.shape, np.nan), where=whole > 0)
+
+
+@dataclasses.dataclass(frozen=True)
+class Agreement:
+    """Counts of objects and matches, from which the scores are computed. All counts have the same shape.
+
+    `agreement` returns counts of shape `[frames, categories]`, and `sum` adds them up. Scores have the shape of the counts; they are nan
+    where there is nothing to score.
+
+    Args:
+        left: objects of the first method (REM).
+        right: objects of the second method (VEM) on the frame itself.
+        confirmed: objects of the first method that are matched on the frame or, where it is given, on the frame before.
+        found: objects of the second method that are matched.
+        exact: matches on the frame with identical boxes.
+        overlap: sum of the IoU over matches on the frame.
+    """
+
+    left: np.ndarray
+    right: np.ndarray
+    confirmed: np.ndarray
+    found: np.ndarray
+    exact: np.ndarray
+    overlap: np.ndarray
+
+    def map(self, f: Callable[[np.ndarray], np.ndarray]) -> "Agreement":
+        """Apply a function to each count."""
+        return Agreement(*(f(getattr(self, field.name)) for field in dataclasses.fields(self)))
+
+    def sum(self, axis: int | tuple[int, ...] | None = None) -> "Agreement":
+        """Sum the counts over frames (axis 0), categories (axis 1) or everything (None)."""
+        return self.map(lambda a: np.sum(a, axis=axis))
+
+    @property
+    def precision(self) -> np.ndarray:
+        """Share of the first method's objects that the second confirms."""
+        return _ratio(self.confirmed, self.left)
+
+    @property
+    def recall(self) -> np.ndarray:
+        """Share of the second method's objects that the first finds."""
+        return _ratio(self.found, self.right)
+
+    @property
+    def f1(self) -> np.ndarray:
+        """Harmonic mean of precision and recall."""
+        p, r = self.precision, self.recall
+        return np.where(p + r > 0, _ratio(2 * p * r, p + r), p + r)  # 0 where both are 0, nan where either is nan
+
+    @property
+    def mean_iou(self) -> np.ndarray:
+        """Mean IoU of matches on the frame."""
+        return _ratio(self.overlap, self.found)
+
+    @property
+    def exact_rate(self) -> np.ndarray:
+        """Share of matches on the frame whose boxes are identical."""
+        return _ratio(self.exact, self.found)
+
+
+def agreement(
+    left: Detections, right: Detections, before: Detections | None = None, radius: float = RADIUS, pairs: np.ndarray | None = None
+) -> Agreement:
+    """Count how well two methods agree, by frame and category.
+
+    Args:
+        left: detections of the method that reports what exists (REM).
+        right: detections of the method that reports what is drawn (VEM), on the same frames.
+        before: detections of the second method on the emulated frame just before each frame. They make the scores flicker-aware: a box of
+            `left` without a match on the frame may have one on the frame before. Every box of `right` must still be found.
+        radius: largest distance between matched centres in pixels.
+        pairs: the result of `match(left, right, radius)`, if it is already known.
+
+    Returns:
+        Counts of shape `[B, categories]`: first the categories of `left`, then those that only the other arguments have.
+
+    Raises:
+        ValueError: the numbers of frames differ.
+    """
+    names, (mine, theirs, *_) = matching.common_labels(left, right, before)
+    pairs = match(left, right, radius) if pairs is None else pairs
+    found = confirmed = pairs >= 0
+    frame, i = np.nonzero(found)
+    overlap = np.zeros(pairs.shape)
+    overlap[frame, i] = iou(left.xywh[frame, i], right.xywh[frame, pairs[frame, i]])
+    if before is not None:
+        confirmed = found | (match(left.without(found), before, radius) >= 0)
+
+    def count(label: np.ndarray, weight: np.ndarray) -> np.ndarray:
+        bins = (np.arange(len(label))[:, None] * len(names) + label)[label >= 0]
+        return np.bincount(bins, weight[label >= 0], minlength=len(label) * len(names)).reshape(len(label), len(names))
+
+    return Agreement(
+        left=count(mine, np.ones(mine.shape)),
+        right=count(theirs, np.ones(theirs.shape)),
+        confirmed=count(mine, confirmed),
+        found=count(mine, found),
+        exact=count(mine, overlap == 1),
+        overlap=count(mine, overlap),
+    )
+
+
+def intervals(
+    counts: Agreement, episode: np.ndarray, score: Callable[[Agreement], np.ndarray], *, draws: int = 1000, seed: int = 0
+) -> tuple[np.ndarray, np.ndarray]:
+    """95 % confidence interval of a score by bootstrap over episodes, because frames of one episode are not independent.
+
+    Args:
+        counts: of shape `[frames, ...]`.
+        episode: int `[frames]`, number of each frame's episode.
+        score: a score of summed counts, for example `lambda a: a.f1`.
+        draws: number of bootstrap samples.
+        seed: seed of the bootstrap.
+
+    Returns:
+        Lower and upper bounds of shape `[...]`, nan with fewer than two episodes.
+    """
+    index = np.unique(episode, return_inverse=True)[1]
+    n = int(index.max(initial=-1)) + 1
+
+    def by_episode(a: np.ndarray) -> np.ndarray:
+        out = np.zeros((n, *a.shape[1:]))
+        np.add.at(out, index, a)
+        return out
+
+    if n < 2:
+        empty = np.full(counts.left.shape[1:], np.nan)
+        return empty, empty
+    weights = np.random.default_rng(seed).multinomial(n, np.full(n, 1 / n), draws).astype(float)
+    drawn = score(counts.map(lambda a: np.tensordot(weights, by_episode(a), axes=1)))
+    missing = np.isnan(drawn).all(axis=0)  # nothing to score in any draw
+    low, high = np.nanpercentile(np.where(missing, 0, drawn), [2.5, 97.5], axis=0)
+    return np.where(missing, np.nan, low), np.where(missing, np.nan, high)
+
+
+# ----------------------------------------------------------------------------------------------------- average precision
+
+
+def average_precision(detected: Detections, truth: Detections, thresholds: Sequence[float] = THRESHOLDS) -> np.ndarray:
+    """Average precision as COCO defines it, with 101 levels of recall.
+
+    The mAP is the mean of the result without its nan entries (`numpy.nanmean`): as in COCO, categories that do not occur do not count.
+
+    Boxes are assigned in descending order of confidence, each to the unassigned true box of its category with the largest IoU. Boxes of
+    equal confidence enter the precision-recall curve together; without confidences, all boxes do.
+
+    Args:
+        detected: detections to score.
+        truth: the ground truth, on the same frames.
+        thresholds: minimum IoU of a hit.
+
+    Returns:
+        float `[categories, thresholds]` in the order of `truth.categories`; nan for categories without a box in `truth`.
+
+    Raises:
+        ValueError: the numbers of frames differ.
+    """
+    matching.require_same_frames(detected, truth)
+    names, (theirs, mine) = matching.common_labels(truth, detected)
+    confidence = np.ones(detected.label.shape) if detected.score is None else detected.score
+    order = np.argsort(-confidence, axis=1, kind="stable")
+    boxes = np.take_along_axis(detected.xywh, order[..., None], 1)
+    mine, confidence = (np.take_along_axis(a, order, 1) for a in (mine, confidence))
+    ranked = Detections(boxes, mine, names, confidence)
+    limits = np.asarray(thresholds, float)
+    out = np.full((len(truth.categories), len(limits)), np.nan)
+    for c in range(len(truth.categories)):
+        if count := int((theirs == c).sum()):
+            out[c] = _interpolated_precision(
+                *_hits(ranked, truth, matching.columns_of(mine, c), matching.columns_of(theirs, c), limits), count
+            )
+    return out
+
+
+def _hits(ranked: Detections, truth: Detections, i: Columns, j: Columns, limits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Confidence of each box of a category, float `[boxes]`, and whether it hits at each threshold, bool `[boxes, thresholds]`.
+
+    Args:
+        ranked: detections whose boxes are sorted by confidence in each frame.
+        truth: the ground truth.
+        i, j: columns of the category in `ranked` and `truth`.
+        limits: thresholds of the IoU.
+    """
+    assert ranked.score is not None
+    scores, hits = [np.zeros(0)], [np.zeros((0, len(limits)), bool)]
+    for s in matching.chunks(len(truth), max(1, i.width * max(j.width, len(limits)))):
+        overlap = iou(i[s].take(ranked.xywh[s])[:, :, None], j[s].take(truth.xywh[s])[:, None])
+        overlap = np.where(j[s].present[:, None], overlap, -1)
+        free = np.ones((len(limits), *j[s].index.shape), bool)
+        confidence = i[s].take(ranked.score[s])
+        for k in range(i.width):
+            present = i[s].present[:, k]
+            scores.append(confidence[present, k])
+            hits.append(_assign(overlap[:, k], present, free, limits)[present])
+    return np.concatenate(scores), np.concatenate(hits)
+
+
+def _assign(overlap: np.ndarray, present: np.ndarray, free: np.ndarray, limits: np.ndarray) -> np.ndarray:
+    """Assign one box per frame to the free true box with the largest IoU, and mark that as taken.
+
+    Args:
+        overlap: float `[B, K]`, IoU with each true box.
+        present: bool `[B]`, whether the frame has the box.
+        free: bool `[thresholds, B, K]`, changed in place.
+        limits: thresholds of the IoU.
+
+    Returns:
+        bool `[B, thresholds]`, whether the box hits.
+    """
+    hits, rows = np.zeros((len(overlap), len(limits)), bool), np.arange(len(overlap))
+    if overlap.shape[1]:
+        for t, limit in enumerate(limits):
+            candidates = np.where(free[t], overlap, -1)
+            best = candidates.argmax(axis=1)
+            hits[:, t] = (candidates[rows, best] >= limit) & present
+            free[t, rows, best] &= ~hits[:, t]
+    return hits
+
+
+def _interpolated_precision(scores: np.ndarray, hits: np.ndarray, count: int) -> np.ndarray:
+    """Mean over the levels of recall of the best precision at that recall or above, float `[thresholds]`; `count` true boxes."""
+    order = np.argsort(-scores, kind="stable")
+    ends = np.append(np.flatnonzero(np.diff(scores[order])), len(order) - 1)[: len(order)]  # last of each run of equal confidences
+    good = np.cumsum(hits[order], axis=0)[ends]
+    precision, recall = good / (ends[:, None] + 1), good / count
+    out = np.zeros(hits.shape[1])
+    for t in range(len(out)):
+        best = np.maximum.accumulate(precision[::-1, t])[::-1]
+        out[t] = np.append(best, 0)[np.searchsorted(recall[:, t], RECALLS - ROUNDING)].mean()
+    return out
+
+
+# --------------------------------------------------------------------------------------------- identities, values, pixels
+
+
+def identity_switches(rem: Objects, vem: Objects, resets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Count how often an object that persists changes its slot in REM, by category.
+
+    `ocjax.track` on VEM's objects decides which objects persist. Its own mistakes count as switches too, so the result is an upper bound.
+
+    Args:
+        rem, vem: objects of successive samples, batch shape `[B]`.
+        resets: bool `[B]`, first sample of an episode.
+
+    Returns:
+        int `[categories]` switches and int `[categories]` transitions in which an object persists.
+    """
+    game = whose(vem)
+
+    def step(before: Objects, current: tuple[Objects, jax.Array]) -> tuple[Objects, tuple[jax.Array, jax.Array]]:
+        tracked = tracking.track(before, current[0], is_first=current[1])
+        return tracked, (tracked.xywh, tracked.valid)
+
+    vem, rem = (jax.tree.map(jax.numpy.asarray, o) for o in (vem, rem))
+    first = jax.tree.map(jax.numpy.zeros_like, vem[0])
+    _, (xywh, valid) = jax.jit(lambda v, r: jax.lax.scan(step, first, (v, r)))(vem, np.asarray(resets))
+    tracked = dataclasses.replace(vem, xywh=xywh, valid=valid)
+    slot = match(detections(tracked), detections(rem))
+    persists = (slot[1:] >= 0) & (slot[:-1] >= 0) & ~np.asarray(resets)[1:, None]
+    switched = persists & (slot[1:] != slot[:-1])
+    category = np.broadcast_to(game.slot_category, persists.shape)
+    switches, transitions = (np.bincount(category[mask], minlength=len(game.categories)) for mask in (switched, persists))
+    return switches, transitions
+
+
+def value_shares(rem: Objects, rewards: np.ndarray, lives: np.ndarray) -> dict[str, float]:
+    """Shares of samples in which REM's score and lives are right.
+
+    The score is right if it equals the sum of rewards. In games in which the enemy has a score, too, the difference of the two scores must
+    equal it. Lives are right if they equal the emulator's; samples in which the game does not show them do not count.
+
+    Args:
+        rem: REM's objects, batch shape `[B]`.
+        rewards: `[B]`, sum of rewards since the episode began.
+        lives: `[B]`, the emulator's lives.
+
+    Returns:
+        Shares by category, for the score and lives categories that have a value and one slot. nan where no sample counts.
+    """
+    game, out = whose(rem), {}
+    for names, expected in ((SCORE_NAMES, rewards), (LIVES_NAMES, lives)):
+        for c in game.categories:
+            if c.name in names and c.count == 1 and "value" in c.attributes and c.name not in out:
+                slot = game.slices[c.name].start
+                value, valid = np.asarray(rem.value)[:, slot], np.asarray(rem.valid)[:, slot]
+                if names is SCORE_NAMES and "EnemyScore" in game.slices:
+                    value = value - np.asarray(rem.value)[:, game.slices["EnemyScore"].start]
+                counts = valid | (names is SCORE_NAMES)
+                out[c.name] = float(_ratio((value == expected)[counts].sum(), counts.sum()))
+    return out
+
+
+def coverage(boxes: Detections, sprites: np.ndarray, drawn: np.ndarray) -> tuple[float, float]:
+    """Compare boxes with the pixels that the video chip drew.
+
+    Args:
+        boxes: detections on `B` frames.
+        sprites: bool `[B, H, W]`, pixels of moving graphics objects on the frame.
+        drawn: bool `[B, H, W]`, pixels of any graphics object on the frame or the one before.
+
+    Returns:
+        Share of sprite pixels that are inside boxes, and share of boxes that hold drawn pixels. nan where there are none.
+    """
+    frame, i = np.nonzero(boxes.label >= 0)
+    x, y, w, h = np.moveaxis(boxes.xywh[frame, i].astype(int), -1, 0)
+    height, width = sprites.shape[1:]
+    x, y, right, bottom = (np.clip(v, 0, limit) for v, limit in ((x, width), (y, height), (x + w, width), (y + h, height)))
+    # Inside boxes: a summed-area table of +1 and -1 at their corners. Drawn pixels in a box: differences of a summed-area table.
+    corners = np.zeros((len(boxes), height + 1, width + 1), np.int32)
+    for row, column, sign in ((y, x, 1), (y, right, -1), (bottom, x, -1), (bottom, right, 1)):
+        np.add.at(corners, (frame, row, column), sign)
+    inside = np.cumsum(np.cumsum(corners, axis=1), axis=2)[:, :-1, :-1] > 0
+    area = np.zeros(corners.shape, np.int32)
+    area[:, 1:, 1:] = np.cumsum(np.cumsum(drawn, axis=1, dtype=np.int32), axis=2)
+    holds = area[frame, bottom, right] - area[frame, y, right] - area[frame, bottom, x] + area[frame, y, x] > 0
+    return float(_ratio((inside & sprites).sum(), sprites.sum())), float(_ratio(holds.sum(), np.array(len(holds))))

@@ -1,0 +1,94 @@
+"""Run OCAtari 2.2.1 on recorded samples for comparison, in a virtual environment of its own, because it requires numpy < 2."""
+
+import dataclasses
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from ocjax.evaluation import metrics, ocatari_peer_program
+from ocjax.evaluation.metrics import Detections
+from ocjax.recordings import Recording
+
+VERSION = "2.2.1"
+REQUIREMENTS = (f"ocatari=={VERSION}", "ale-py", "numpy<2")
+END_OF_LOG = 2000  # characters of a failed process's output that an error quotes
+
+
+class OcatariError(RuntimeError):
+    """OCAtari could not be installed or run; the message says why."""
+
+
+@dataclasses.dataclass(frozen=True)
+class OcatariMethod:
+    """The result of one of OCAtari's two methods on a recording.
+
+    Args:
+        objects: the objects that it detected; None if it does not run.
+        us: float `[frames]`, microseconds of each detection.
+        error: the exception that stopped it; "" if it runs.
+    """
+
+    objects: Detections | None
+    us: np.ndarray
+    error: str
+
+
+def default_environment() -> Path:
+    """The folder of the virtual environment unless another is given: in the user's cache."""
+    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "ocjax" / f"ocatari-{VERSION}"
+
+
+def interpreter(environment: Path | None = None) -> Path:
+    """The Python interpreter of an environment with OCAtari. The environment is created if needed (about a gigabyte, some minutes).
+
+    Args:
+        environment: folder of a virtual environment; None for `default_environment()`.
+
+    Raises:
+        OcatariError: OCAtari cannot be installed.
+    """
+    folder = environment or default_environment()
+    python = folder / ("Scripts" if os.name == "nt" else "bin") / "python"
+    if python.exists() and subprocess.run([python, "-c", "import ocatari"], capture_output=True).returncode == 0:
+        return python
+    for command in ([sys.executable, "-m", "venv", folder], [python, "-m", "pip", "install", "-q", *REQUIREMENTS]):
+        done = subprocess.run(command, capture_output=True, text=True)
+        if done.returncode:
+            raise OcatariError(f"OCAtari could not be installed in {folder}:\n{done.stderr[-END_OF_LOG:]}")
+    return python
+
+
+def run(recording: Recording, python: Path) -> dict[str, OcatariMethod]:
+    """Detect objects with OCAtari's methods, HUD included, on the samples of a recording.
+
+    Args:
+        recording: with frames.
+        python: an interpreter that has OCAtari, from `interpreter`.
+
+    Returns:
+        For "rem" and "vem" what the method found. Its categories are the game's, then those that only OCAtari has.
+
+    Raises:
+        OcatariError: the process failed.
+        ValueError: the recording has no frames.
+    """
+    if recording.screens is None:
+        raise ValueError("the recording has no frames, which OCAtari's VEM needs: record it with screens")
+    screens = recording.screens if recording.screens.ndim == 4 else recording.game.palette[recording.screens]
+    resets = np.zeros(len(recording), bool) if recording.resets is None else recording.resets
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "samples.npz"
+        np.savez(path, rams=recording.rams, screens=screens, resets=resets)
+        done = subprocess.run([python, ocatari_peer_program.__file__, path, recording.game.name], capture_output=True, text=True)
+    if done.returncode:
+        raise OcatariError(f"OCAtari failed on {recording.game.name}:\n{done.stderr[-END_OF_LOG:]}")
+    out = {}
+    for method, answer in json.loads(done.stdout.splitlines()[-1]).items():
+        objects = metrics.from_records(answer["objects"], recording.game) if "objects" in answer else None
+        out[method] = OcatariMethod(objects, np.array(answer.get("us", ())), answer.get("error", ""))
+    return out

@@ -1,0 +1,67 @@
+"""Print, as JSON, the objects that OCAtari detects on recorded RAM and frames.
+
+    python ocatari_peer_program.py SAMPLES GAME
+
+This program runs in an environment that has OCAtari 2.2.1, not in that of ocjax, so it imports nothing of ocjax. SAMPLES is an .npz file
+with `rams` (uint8 `[n, 128]`), `screens` (uint8 `[n, H, W, 3]`) and `resets` (bool `[n]`).
+
+The last line of its output maps "rem" and "vem" to `objects` (for each frame a list of `[category, x, y, w, h]`) and `us` (microseconds of
+each detection), or to the `error` that stopped the method. Objects that OCAtari marks as absent are left out.
+"""
+
+import json
+import sys
+import time
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+
+def detect(method: str, game: str, data: Any, resets: np.ndarray) -> dict[str, Any]:
+    """Objects and times of one method on all samples. OCAtari's objects carry state, so they are created anew at a reset."""
+    import ocatari.core  # noqa: F401  # loads all games  # pyright: ignore[reportMissingImports]
+    from ocatari.ram.extract_ram_info import detect_objects_ram  # pyright: ignore[reportMissingImports]
+    from ocatari.vision.extract_vision_info import detect_objects_vision  # pyright: ignore[reportMissingImports]
+
+    step: Callable[..., None] = detect_objects_ram if method == "rem" else detect_objects_vision
+    slots, objects, us = [], [], []
+    for sample, reset in zip(data["rams" if method == "rem" else "screens"], resets, strict=True):
+        if reset or not slots:
+            slots = initial_slots(method, game)
+        start = time.perf_counter()
+        step(slots, sample, game, True)
+        us.append(1e6 * (time.perf_counter() - start))
+        objects.append([[o.category, *map(float, o.xywh)] for o in slots if o])
+    return {"objects": objects, "us": us}
+
+
+def initial_slots(method: str, game: str) -> list[Any]:
+    """OCAtari's list of objects at the start of an episode."""
+    from ocatari.ram.extract_ram_info import init_objects  # pyright: ignore[reportMissingImports]
+
+    try:
+        return init_objects(game, True, vision=method == "vem")
+    except Exception:
+        if method == "rem":
+            raise
+        return init_objects(game, True)  # the vision of some games works with the objects of the other method only
+
+
+def main() -> None:
+    """Run both methods and print their answers."""
+    warnings.simplefilter("ignore")
+    with np.load(sys.argv[1]) as file:
+        arrays = dict(file)
+    answer = {}
+    for method in ("rem", "vem"):
+        try:
+            answer[method] = detect(method, sys.argv[2], arrays, arrays["resets"])
+        except Exception as error:
+            answer[method] = {"error": f"{type(error).__name__}: {error}"}
+    sys.stdout.write("\n" + json.dumps(answer))
+
+
+if __name__ == "__main__":
+    main()

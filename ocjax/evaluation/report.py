@@ -1,0 +1,281 @@
+"""Evaluate a game on a recording, and tables of the result. `ocjax.evaluation.metrics.formats` writes them to files."""
+
+import dataclasses
+import functools
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import jax
+import numpy as np
+
+from ocjax.evaluation import metrics
+from ocjax.evaluation.metrics import Agreement
+from ocjax.evaluation.ocatari_peer import OcatariMethod
+from ocjax.evaluation.tables import Cell, Table, is_number
+from ocjax.evaluation.worst_frames import Picture, worst_frames
+from ocjax.extraction.game import Game
+from ocjax.extraction.objects import Objects
+from ocjax.recordings import Recording
+from ocjax.transforms import tracking
+
+CHUNK = 1024  # samples extracted at a time
+SPRITES = 31  # bits of `Recording.shown`: players, missiles and ball
+SCORES = ("Precision", "Recall", "F1", "Mean IoU")
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Evaluation:
+    """The results of evaluating a recording of one game. The last axis of every array follows the columns of `flicker_aware`.
+
+    Args:
+        game: the game.
+        source: where the samples come from, for people.
+        episode: int `[frames]`, number of each sample's episode.
+        situations: bool `[frames]` by name: the samples at an episode's start or end, or with a life just lost, as far as they are known.
+        flicker_aware: REM against VEM, `[frames, categories]`, with the frame before each where the recording has it.
+        single_frame: REM against VEM on the frame alone.
+        values: shares of samples with the right score and lives, by category.
+        switches: identity switches and transitions, each `[categories]`; None where samples do not follow on each other.
+        overflow: objects that VEM detected but had no slot for, `[categories]`.
+        coverage: share of sprite pixels inside REM's boxes and share of boxes that hold drawn pixels; None where the recording does not say
+            what was drawn.
+        ocatari: what OCAtari's methods found, by "rem" and "vem"; empty where it did not run.
+        ocatari_agreement: OCAtari's REM against its VEM; None unless both run.
+        worst_frames: pictures of the frames with the most disagreements.
+    """
+
+    game: Game
+    source: str
+    episode: np.ndarray
+    situations: dict[str, np.ndarray]
+    flicker_aware: Agreement
+    single_frame: Agreement
+    values: dict[str, float]
+    switches: tuple[np.ndarray, np.ndarray] | None
+    overflow: np.ndarray
+    coverage: tuple[float, float] | None
+    ocatari: dict[str, OcatariMethod]
+    ocatari_agreement: Agreement | None
+    worst_frames: tuple[Picture, ...]
+
+
+# ---------------------------------------------------------------------------------------------------------------- measure
+
+
+def evaluate(recording: Recording, source: str, ocatari: dict[str, OcatariMethod] | None = None) -> Evaluation:
+    """Compare REM with VEM on a recording with frames.
+
+    Args:
+        recording: what it lacks (frames before, rewards, lives, what the video chip drew) is left out of the result.
+        source: where the samples come from, for people.
+        ocatari: what OCAtari found on the same recording, from `ocatari_runner.run`.
+
+    Raises:
+        ValueError: the recording has no frames.
+    """
+    if recording.screens is None or not len(recording):
+        raise ValueError("the recording has no frames: there is nothing to compare REM with")
+    game = recording.game
+    detect = _counting_vem(game, recording.screens.ndim == 4)
+    rem: Objects = _in_chunks(game.rem, recording.rams)
+    vem, overflow = _in_chunks(detect, recording.screens)
+    earlier = None if recording.previous is None else _in_chunks(detect, recording.previous)[0]
+    left, right = metrics.detections(rem), metrics.detections(vem)
+    before = None if earlier is None else metrics.detections(earlier)
+    pairs = metrics.match(left, right)
+    single_frame = metrics.agreement(left, right, pairs=pairs)
+    flicker_aware = single_frame if before is None else metrics.agreement(left, right, before, pairs=pairs)
+    return Evaluation(
+        game=game,
+        source=source,
+        episode=recording.episode,
+        situations=_situations(recording),
+        flicker_aware=flicker_aware,
+        single_frame=single_frame,
+        values=_values(recording, rem),
+        switches=_switches(recording, rem, vem, earlier),
+        overflow=overflow.sum(axis=0),
+        coverage=_coverage(recording, left),
+        ocatari=ocatari or {},
+        ocatari_agreement=_ocatari_agreement(ocatari or {}),
+        worst_frames=worst_frames(recording, flicker_aware, left, right, before),
+    )
+
+
+def _counting_vem(game: Game, is_rgb: bool) -> Callable[[np.ndarray], tuple[Objects, np.ndarray]]:
+    """VEM with the numbers of objects that did not fit; RGB frames are extracted without counting."""
+    if is_rgb:
+        return lambda frames: (game.vem(frames), np.zeros((len(frames), len(game.categories)), int))
+    return game.vem_overflow
+
+
+def _in_chunks(f: Callable[[np.ndarray], Any], x: np.ndarray) -> Any:
+    """Apply `f` to a long batch in chunks of one size, so that it is compiled once. The last chunk is padded."""
+    out = []
+    for start in range(0, len(x), CHUNK):
+        chunk = x[start : start + CHUNK]
+        n = len(chunk)
+        if len(x) > CHUNK and n < CHUNK:
+            chunk = np.concatenate([chunk, np.repeat(chunk[-1:], CHUNK - n, axis=0)])
+        out.append(jax.tree.map(lambda a, n=n: np.asarray(a)[:n], f(chunk)))
+    return jax.tree.map(lambda *a: np.concatenate(a), *out)
+
+
+def _values(recording: Recording, rem: Objects) -> dict[str, float]:
+    if recording.rewards is None or recording.lives is None:
+        return {}
+    return metrics.value_shares(rem, recording.rewards, recording.lives)
+
+
+def _situations(recording: Recording) -> dict[str, np.ndarray]:
+    out = {}
+    if recording.resets is not None:
+        out["first states"] = recording.resets
+    if recording.ends is not None:
+        out["last states"] = recording.ends
+    if recording.lives is not None and recording.frame_skip is not None:
+        fewer = np.diff(recording.lives, prepend=recording.lives[:1]) < 0
+        same_episode = np.diff(recording.episode, prepend=recording.episode[:1]) == 0
+        out["lost lives"] = fewer & same_episode
+    return out
+
+
+def _switches(recording: Recording, rem: Objects, vem: Objects, earlier: Objects | None) -> tuple[np.ndarray, np.ndarray] | None:
+    if recording.frame_skip is None or recording.resets is None:
+        return None
+    return metrics.identity_switches(rem, vem if earlier is None else tracking.merge_frames(earlier, vem), recording.resets)
+
+
+def _coverage(recording: Recording, boxes: metrics.Detections) -> tuple[float, float] | None:
+    if recording.shown is None:
+        return None
+    drawn = recording.shown != 0
+    if recording.previous_shown is not None:
+        drawn = drawn | (recording.previous_shown != 0)
+    return metrics.coverage(boxes, (recording.shown & SPRITES) > 0, drawn)
+
+
+def _ocatari_agreement(methods: dict[str, OcatariMethod]) -> Agreement | None:
+    rem, vem = (methods[name].objects if name in methods else None for name in ("rem", "vem"))
+    return None if rem is None or vem is None else metrics.agreement(rem, vem)
+
+
+# ----------------------------------------------------------------------------------------------------------------- tables
+
+
+def rows_of(game: Game) -> list[tuple[int | None, str]]:
+    """The rows of a table by category: index and name of each category, then None and "all" for all of them together."""
+    return [*((i, c.name) for i, c in enumerate(game.categories)), (None, "all")]
+
+
+def of_category(counts: Agreement, category: int | None) -> Agreement:
+    """Counts of one category, or of all, over all frames."""
+    return counts.sum() if category is None else counts.sum(axis=0).map(lambda a: a[category])
+
+
+def scores(counts: Agreement) -> list[Cell]:
+    """Precision, recall, F1 and mean IoU of summed counts, in percent (the columns of `SCORES`)."""
+    return [percent(v) for v in (counts.precision, counts.recall, counts.f1, counts.mean_iou)]
+
+
+def percent(share: np.ndarray | float) -> float:
+    """A share in percent."""
+    return 100 * float(share)
+
+
+def value_accuracy(e: Evaluation, names: Sequence[str]) -> Cell:
+    """Accuracy of the first category with one of these names that has a value, in percent."""
+    return next((percent(share) for name, share in e.values.items() if name in names), None)
+
+
+def _interval(e: Evaluation, category: int | None) -> Cell:
+    """95 % confidence interval of F1 over episodes."""
+    counts = e.flicker_aware.sum(axis=1) if category is None else e.flicker_aware.map(lambda a: a[:, category])
+    low, high = (float(np.ravel(v)[0]) for v in metrics.intervals(counts, e.episode, lambda a: a.f1))
+    return None if math.isnan(low) else f"{100 * low:.1f}-{100 * high:.1f}"
+
+
+@functools.cache
+def by_category(e: Evaluation) -> Table:
+    """A table with one row per category of a game and one for all of them together."""
+    header = ["Category", "Objects", "Precision", "Recall", "F1", "F1 95 % CI", "Mean IoU", "Exact boxes", "Single-frame F1"]
+    header += ["ID switches", "Overflow", "Value accuracy", *(f"OCAtari {s}" for s in SCORES if e.ocatari)]
+    return Table(
+        f"{e.game.name}: REM against VEM in percent; {e.source}", header, [_category_row(e, i, name) for i, name in rows_of(e.game)]
+    )
+
+
+@functools.cache
+def by_situation(e: Evaluation) -> Table:
+    """A table of the samples at the start and the end of episodes and with a life just lost, one row for each kind that there is."""
+    header = ["Situation", "Samples", "Objects", *SCORES, "Exact boxes", "Single-frame F1"]
+    rows = [_situation_row(e, name, samples) for name, samples in e.situations.items() if samples.any()]
+    return Table(f"{e.game.name}: first and last states and lost lives, in percent", header, rows)
+
+
+def _situation_row(e: Evaluation, name: str, samples: np.ndarray) -> list[Cell]:
+    counts, single = (a.map(lambda v: v[samples]).sum() for a in (e.flicker_aware, e.single_frame))
+    return [name, int(samples.sum()), int(counts.left), *scores(counts), percent(counts.exact_rate), percent(single.f1)]
+
+
+def _category_row(e: Evaluation, category: int | None, name: str) -> list[Cell]:
+    counts, single = of_category(e.flicker_aware, category), of_category(e.single_frame, category)
+    precision, recall, f1, mean_iou = scores(counts)
+    row = [name, int(counts.left), precision, recall, f1, _interval(e, category), mean_iou, percent(counts.exact_rate), percent(single.f1)]
+    row.append(None if e.switches is None else _count(e.switches[0], category))
+    row += [_count(e.overflow, category), value_accuracy(e, [name])]
+    if e.ocatari:
+        row += [None] * len(SCORES) if e.ocatari_agreement is None else scores(of_category(e.ocatari_agreement, category))
+    return row
+
+
+def _count(counts: np.ndarray, category: int | None) -> int:
+    return int(counts.sum() if category is None else counts[category])
+
+
+def tables_of(e: Evaluation) -> list[Table]:
+    """The tables of one game: by category and, where the recording tells situations, by situation."""
+    return [t for t in (by_category(e), by_situation(e)) if t.rows]
+
+
+OVERVIEW = (
+    "Game", "Samples", "Episodes", "Objects", "Precision", "Recall", "F1", "F1 95 % CI", "Mean IoU", "Exact boxes", "Score", "Lives",
+    "Sprites covered", "Boxes with pixels", "OCAtari F1", "OCAtari Mean IoU",
+)  # fmt: skip
+WITHOUT_MEAN = ("Game", "Samples", "Episodes", "Objects", "F1 95 % CI")
+
+
+def overview(evaluations: Sequence[Evaluation]) -> Table:
+    """A table with one row per game and, for several games, their mean."""
+    rows = [_game_row(e) for e in evaluations]
+    if len(rows) > 1:
+        columns = zip(OVERVIEW, zip(*rows, strict=True), strict=True)
+        means = [None if name in WITHOUT_MEAN else _mean(column) for name, column in columns]
+        rows.append(["mean", *means[1:]])
+    return Table("REM against VEM in percent", OVERVIEW, rows)
+
+
+def _game_row(e: Evaluation) -> list[Cell]:
+    counts = e.flicker_aware.sum()
+    precision, recall, f1, mean_iou = scores(counts)
+    row: list[Cell] = [e.game.name, len(e.episode), len(np.unique(e.episode)), int(counts.left)]
+    row += [precision, recall, f1, _interval(e, None), mean_iou, percent(counts.exact_rate)]
+    row += [value_accuracy(e, names) for names in (metrics.SCORE_NAMES, metrics.LIVES_NAMES)]
+    row += [None, None] if e.coverage is None else [percent(v) for v in e.coverage]
+    row += [None, None] if e.ocatari_agreement is None else scores(e.ocatari_agreement.sum())[2:]
+    return row
+
+
+def _mean(cells: Sequence[Cell]) -> Cell:
+    numbers = [c for c in cells if isinstance(c, float) and is_number(c)]
+    return sum(numbers) / len(numbers) if numbers else None
+
+
+def notes(e: Evaluation) -> list[str]:
+    """Notes beside the tables: whether OCAtari's methods run, and how long they take."""
+    out = []
+    for method, m in e.ocatari.items():
+        name = f"{e.game.name}: OCAtari's {method.upper()}"
+        out.append(f"{name} does not run here ({m.error})" if m.objects is None else f"{name} takes {np.median(m.us):.1f} us per frame")
+    return out

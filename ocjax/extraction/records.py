@@ -1,0 +1,119 @@
+"""Readable and tabular forms of objects: lines of text, dicts, logic atoms, data frames and Arrow tables.
+
+These functions take the fields of `Objects` as numpy arrays and are called by its methods.
+"""
+
+import importlib
+import re
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import jax
+import numpy as np
+
+if TYPE_CHECKING:
+    from ocjax.extraction.game import Game
+    from ocjax.extraction.objects import Objects
+
+UNKNOWN = -1  # the orientation of an object that has one, which the method cannot tell
+UNKNOWN_VALUE = -(2**31)  # the same for values
+COMPASS = tuple("N NNE NE ENE E ESE SE SSE S SSW SW WSW W WNW NW NNW".split())  # the compass points 0-15
+
+
+def per_state(convert: Callable[[list[dict[str, Any]]], Any], objects: "Objects") -> Any:
+    """Convert the records of each state; nested lists for a batch."""
+
+    def convert_all(states: list[Any], depth: int) -> Any:
+        return [convert_all(s, depth - 1) for s in states] if depth else convert(states)
+
+    return convert_all(objects.to_list(), objects.valid.ndim - 1)
+
+
+def by_category(records: list[dict[str, Any]]) -> dict[str, list[dict[str, Any]]]:
+    """The records of one state by their category."""
+    out: dict[str, list[dict[str, Any]]] = {}
+    for record in records:
+        out.setdefault(record["category"], []).append({k: v for k, v in record.items() if k != "category"})
+    return out
+
+
+def text(records: list[dict[str, Any]]) -> str:
+    """One line for each object of a state."""
+    lines = []
+    for r in records:
+        line = f"{r['category']} {r['slot']}: {r['w']} x {r['h']} at ({r['x']}, {r['y']})"
+        line += f", value {r['value']}" if "value" in r else ""
+        lines.append(line + (f", facing {COMPASS[r['orientation']]}" if "orientation" in r else ""))
+    return "\n".join(lines)
+
+
+def constant(name: str) -> str:
+    """A category's name as a constant of logic programs, in lower case with underscores: `player_score` for `PlayerScore`."""
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name).lower()
+
+
+def atoms(records: list[dict[str, Any]]) -> list[str]:
+    """Ground atoms of the objects of one state; `Objects.to_logic` documents them."""
+    out = []
+    for r in records:
+        category = constant(r["category"])
+        name = f"{category}_{r['slot']}"
+        out += [f"type({name},{category})", f"at({name},{r['x']},{r['y']})", f"size({name},{r['w']},{r['h']})"]
+        out += [f"rgb({name},{','.join(map(str, r['rgb']))})"]
+        out += [f"{p}({name},{r[p]})" for p in ("value", "orientation") if p in r]
+        out += [f"hud({name})"] if r["hud"] else []
+    return out
+
+
+def columns(objects: "Objects", game: "Game") -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """The valid objects as columns of a table, in the order of the states and slots.
+
+    Returns:
+        The columns by name, `category` as an index into `game.categories`, and for each column with missing values where they are, bool.
+    """
+    host = jax.tree.map(np.asarray, objects)
+    *batch, slot = np.nonzero(host.valid)
+    box, rgb = host.xywh[host.valid], host.rgb[host.valid]
+    names = ["row"] if len(batch) == 1 else [f"row_{i}" for i in range(len(batch))]
+    first = np.array([s.start for s in game.slices.values()])
+    out = dict(zip(names, batch, strict=True))
+    out |= {"category": game.slot_category[slot].astype(np.int16), "slot": (slot - first[game.slot_category[slot]]).astype(np.int16)}
+    out |= {name: box[:, i] for i, name in enumerate("xywh")} | {name: rgb[:, i] for i, name in enumerate("rgb")}
+    out |= {"hud": game.slot_hud[slot], "value": host.value[host.valid], "orientation": host.orientation[host.valid]}
+    has = {a: np.array([a in c.attributes for c in game.categories])[game.slot_category[slot]] for a in ("value", "orientation")}
+    unknown = {"value": UNKNOWN_VALUE, "orientation": UNKNOWN}
+    return out, {name: ~has[name] | (out[name] == constant) for name, constant in unknown.items()}
+
+
+def _optional(package: str, method: str) -> Any:
+    """A package of the extra `data` that a method needs."""
+    try:
+        return importlib.import_module(package)
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(f"{method} needs {package}, pip install 'ocjax[data]': {error}") from error
+
+
+def frame(objects: "Objects", game: "Game") -> Any:
+    """A pandas data frame of the valid objects; `Objects.to_frame` documents it.
+
+    Raises:
+        ModuleNotFoundError: pandas is not installed.
+    """
+    pd = _optional("pandas", "to_frame")
+    table, missing = columns(objects, game)
+    names = pd.CategoricalDtype([c.name for c in game.categories])
+    out = {name: pd.arrays.IntegerArray(a, missing[name]) if name in missing else a for name, a in table.items()}
+    return pd.DataFrame(out | {"category": pd.Categorical.from_codes(table["category"], dtype=names)}, copy=False)
+
+
+def arrow(objects: "Objects", game: "Game") -> Any:
+    """A pyarrow table of the valid objects; `Objects.to_arrow` documents it.
+
+    Raises:
+        ModuleNotFoundError: pyarrow is not installed.
+    """
+    pa = _optional("pyarrow", "to_arrow")
+    table, missing = columns(objects, game)
+    names = pa.array([c.name for c in game.categories])
+    out = {name: pa.array(a, mask=missing.get(name)) for name, a in table.items()}
+    return pa.table(out | {"category": pa.DictionaryArray.from_arrays(pa.array(table["category"]), names)})

@@ -1,0 +1,186 @@
+"""The RAM Extraction Method: compiles a game's decoder, which handles one state, to a function of a batch.
+
+A batch goes through four stages, each a function of its own:
+
+1. `read` picks the bytes that the game uses and puts the batch last.
+2. `decode` maps the game's decoder over the batch and packs each box into one number.
+3. `pack` joins the slots of all categories.
+4. `unpack` puts the batch first again and makes `Objects`.
+
+`B` is the batch size and `N` the number of slots. With the batch last, an operation on a few numbers per state vectorises over thousands of
+states.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+
+from ocjax._xla import kernels
+from ocjax._xla.batch_last import batch_last
+from ocjax.console import palette
+from ocjax.console.boxes import Box
+from ocjax.console.ops import lookup
+from ocjax.console.ram import RAM_SIZE
+from ocjax.extraction.objects import Objects
+from ocjax.vision.saver import saved
+
+if TYPE_CHECKING:
+    from ocjax.extraction.game import Game
+    from ocjax.vision.rules import Category
+
+CHUNK = 4096  # states at a time
+SMALL = 32  # states below which intermediate results are not materialized
+MANY = 44  # bytes above which transposing all of the RAM is cheaper than picking the bytes out
+NEAR = 4  # bytes between two addresses below which one slice takes both
+
+
+class Slots(NamedTuple):
+    """The slots of one category; attributes only if the category has them."""
+
+    boxes: jax.Array  # int32: x, y, w, h in a byte each from the lowest, 0 where the slot is not valid
+    value: jax.Array | None  # int32
+    orientation: jax.Array | None  # int32
+    rgb: jax.Array | None  # int32: red, green, blue in a byte each from the lowest
+
+
+class Rows(NamedTuple):
+    """The slots of a game, batch last; values and orientations by the `spans` of slots that have one."""
+
+    boxes: jax.Array  # int32 [N, B]
+    value: list[jax.Array]  # int32 [span, B]
+    orientation: list[jax.Array]  # int32 [span, B]
+    rgb: dict[str, jax.Array]  # int32 [count, B], or [1, B] where all slots have one colour
+    saver: jax.Array | None  # int32 [B]: the screen saver's key; None: the game has no saver
+
+
+def stretches(addresses: Sequence[int]) -> list[range]:
+    """Ranges of RAM that contain the addresses. Close addresses share a range; many addresses share one range of whole blocks of 16."""
+    out: list[range] = []
+    for a in sorted(addresses):
+        if out and a - out[-1].stop < NEAR:
+            out[-1] = range(out[-1].start, a + 1)
+        else:
+            out.append(range(a, a + 1))
+    few = sum(map(len, out)) <= MANY
+    return out if few else [range(out[0].start // 16 * 16, -(-out[-1].stop // 16) * 16)]
+
+
+def read(rams: jax.Array, ranges: Sequence[range]) -> jax.Array:
+    """The bytes of the ranges, batch last: uint8 `[B, 128]` -> uint8 `[addresses, padded(B)]`."""
+
+    def rows(rams: jax.Array) -> jax.Array:
+        out = jnp.zeros((kernels.padded(rams.shape[0]), sum(map(len, ranges))), jnp.uint8)
+        at = 0
+        for r in ranges:
+            out = lax.dynamic_update_slice(out, rams[:, r.start : r.stop], (0, at))
+            at += len(r)
+        return out
+
+    selected = kernels.materialize(rows, rams, small=SMALL * RAM_SIZE)
+    return kernels.materialize(jnp.transpose, selected, small=SMALL * selected.shape[1])
+
+
+def decode(game: Game, columns: jax.Array, addresses: Sequence[int]) -> tuple[dict[str, Slots], jax.Array | None]:
+    """Every category's slots: uint8 `[addresses, B]` -> fields `[count, B]`, or `[B]` where slots share them; and the saver's key `[B]`."""
+    height, width = game.screen
+
+    def one(ram: jax.Array) -> tuple[dict[str, Slots], jax.Array | None]:
+        with jax.numpy_dtype_promotion("strict"), jax.numpy_rank_promotion("raise"):
+            m = game.ram(ram, addresses)
+            boxes = game.decode(m)
+            key = None if game.saver is None else game.saver.key(m)
+        return {c.name: slots(c, boxes[c.name].clip(0, 0, width, height), game.palette) for c in game.categories}, key
+
+    return batch_last(one, jax.ShapeDtypeStruct((len(addresses),), jnp.uint8))(columns)
+
+
+def slots(category: Category, b: Box, table: np.ndarray) -> Slots:
+    """A category's slots in one state, from boxes that are clipped to the screen. Only one number per slot has to be written for them.
+
+    `table` is the game's palette.
+    """
+    mask = -b.valid.astype(jnp.int32)
+    packed = (b.x | (b.y << 8) | (b.w << 16) | (b.h << 24)) & mask  # a clipped box fits four bytes
+    value = b.value & mask if "value" in category.attributes else None
+    orientation = b.orientation & 15 & mask if "orientation" in category.attributes else None
+    rgb = None if b.color is None else lookup(palette.packed(table), b.color & 255).reshape(-1)
+    return Slots(packed, value, orientation, rgb)
+
+
+def spans(game: Game, attribute: str) -> list[slice]:
+    """The slots of adjacent categories that have an attribute."""
+    by_presence = itertools.groupby(game.categories, key=lambda c: attribute in c.attributes)
+    groups = [[game.slices[c.name] for c in group] for present, group in by_presence if present]
+    return [slice(own[0].start, own[-1].stop) for own in groups]
+
+
+def pack(game: Game, by_category: dict[str, Slots], saver: jax.Array | None, lanes: int) -> Rows:
+    """The slots of all categories in one array, and their attributes."""
+
+    def joined(attribute: str, where: slice) -> jax.Array:
+        # Updating slices takes 3-15 % less than `concatenate`.
+        out = jnp.zeros((where.stop - where.start, lanes), jnp.int32)
+        for c in game.categories:
+            s, part = game.slices[c.name], getattr(by_category[c.name], attribute)
+            if where.start <= s.start < where.stop:
+                out = lax.dynamic_update_slice(out, jnp.broadcast_to(part, (c.count, lanes)), (s.start - where.start, 0))
+        return out
+
+    value, orientation = ([joined(name, s) for s in spans(game, name)] for name in ("value", "orientation"))
+    rgb = {name: s.rgb for name, s in by_category.items() if s.rgb is not None}
+    return Rows(joined("boxes", slice(0, game.num_slots)), value, orientation, rgb, saver)
+
+
+def unpack(game: Game, rows: Rows, lanes: int) -> Objects:
+    """The first `lanes` columns of the rows as `Objects` of batch shape `[lanes]`."""
+    n = game.num_slots
+    slots = kernels.materialize(lambda b: kernels.transpose(b)[:lanes], rows.boxes, small=SMALL * n)
+    valid, xywh = kernels.materialize(_split, slots, small=SMALL * n)
+    mask = -(slots != 0).astype(jnp.int32)
+
+    def attribute(name: str, parts: Sequence[jax.Array], dtype: Any) -> jax.Array:
+        out = jnp.zeros((lanes, n), dtype)
+        for s, part in zip(spans(game, name), parts, strict=True):
+            out = lax.dynamic_update_slice(out, part[:, :lanes].T.astype(dtype), (0, s.start))
+        return out
+
+    rgb = _colors(jnp.asarray(palette.packed(game.slot_rgb).astype(np.int32))[None], mask)
+    for name, part in rows.rgb.items():
+        s = game.slices[name]
+        rgb = lax.dynamic_update_slice(rgb, _colors(part[:, :lanes].T, mask[:, s]), (0, s.start, 0))
+    xywh, valid = xywh.reshape(lanes, n, 4), valid.reshape(lanes, n)
+    if game.saver is not None and rows.saver is not None:
+        rgb = saved(rgb, valid, rows.saver[:lanes], game.saver, game.palette)
+    orientation, value = attribute("orientation", rows.orientation, jnp.int8), attribute("value", rows.value, jnp.int32)
+    return Objects(xywh, valid, orientation, value, rgb, game)
+
+
+def _split(slots: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Whether each slot is valid, and its x, y, w, h; flat, because XLA does not vectorise along the short rows of one state."""
+    flat = slots.ravel()
+    return flat != 0, lax.bitcast_convert_type(flat, jnp.uint8).astype(jnp.int16)
+
+
+def _colors(packed: jax.Array, mask: jax.Array) -> jax.Array:
+    return lax.bitcast_convert_type(packed & mask, jnp.uint8)[..., :3]
+
+
+def extractor(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
+    """The game's REM: uint8 `[..., 128]` -> `Objects`."""
+    ranges = stretches(game.ram.addresses())
+    addresses = [a for r in ranges for a in r]
+
+    def chunk(rams: jax.Array) -> Objects:
+        def rows(columns: jax.Array) -> Rows:
+            return pack(game, *decode(game, columns, addresses), columns.shape[1])
+
+        return unpack(game, kernels.materialize(rows, read(rams, ranges), small=SMALL * len(addresses)), len(rams))
+
+    return kernels.any_batch(lambda rams: kernels.in_chunks(chunk, rams, CHUNK), 1, CHUNK)

@@ -1,0 +1,316 @@
+"""Extract objects from an input to a file, block by block, so that an interrupted extraction goes on where it stopped."""
+
+import dataclasses
+import functools
+import itertools
+import json
+import math
+import shutil
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+from jax.sharding import Mesh, NamedSharding, PartitionSpec
+
+from ocjax.console import palette
+from ocjax.console.ram import RAM_SIZE
+from ocjax.extraction import registry
+from ocjax.extraction.game import Game
+from ocjax.extraction.objects import Objects
+from ocjax.files import cluster, minari, outputs
+from ocjax.files import writing as output
+from ocjax.files.blocks import Block, compact
+from ocjax.files.inputs import MINARI, Input, InputError, open_input
+
+BLOCK_ROWS = {"rem": 65_536, "vem": 2_048}  # of a file of the work folder
+BATCH = {"rem": 4_096, "vem": 256}  # rows of a call, per device; more take longer a row
+PLAN = "plan.json"
+
+Report = Callable[[int, int], object]  # called with how many rows are done, and how many there are
+
+
+@dataclasses.dataclass(frozen=True)
+class Plan:
+    """What an extraction is. It is written to the work folder, and one that goes on must have the same."""
+
+    input: str
+    array: str | None
+    rows: int
+    stamp: tuple[int, int]  # size and time of the last change of the input file; zeros if it is no file
+    game: str
+    md5: str
+    hud: bool
+    method: str
+    block_rows: int
+    version: str  # of ocjax
+
+    @property
+    def blocks(self) -> int:
+        """Number of blocks."""
+        return -(-self.rows // self.block_rows)
+
+    def to_json(self) -> str:
+        """The plan as JSON."""
+        return json.dumps(dataclasses.asdict(self), indent=2) + "\n"
+
+
+def extract(
+    source: str | Path,
+    out: str | Path,
+    game: str | None = None,
+    *,
+    array: str | None = None,
+    hud: bool = True,
+    ray: str | None = None,
+    report: Report | None = None,
+) -> None:
+    """Extract the objects of all rows of an input, with REM from RAM or with VEM from frames.
+
+    The work is kept in the folder `OUT.parts` until the output is complete. Called again after an interruption, the extraction goes on from
+    there, and the output is the same as without the interruption. Rows are extracted in batches on all local devices.
+
+    Args:
+        source: the input; see `open_input`.
+        out: an .npz, .h5, .hdf5 or .parquet file of objects, a .json file in COCO's format, a .txt file in MOT's, or a new folder after
+            "yolo:", in YOLO's; see `ocjax.files.outputs`. An existing file is replaced. If the input is a Minari dataset, also the ID of a
+            new one after "minari:", which is a copy with the fields of `Objects` in its infos.
+        game: the game's name; needed if neither the input's metadata nor the file's name (`Pong.npy`) tell it.
+        array: name of the input's array; see `open_input`.
+        hud: whether display objects are included.
+        ray: the address of a Ray cluster whose machines share the files; see `ocjax.files.cluster`.
+        report: called at the beginning and after each block with the number of rows that are done, and of all rows.
+
+    Raises:
+        FileNotFoundError: there is no such input.
+        InputError: a ValueError; the input is damaged, its rows have another shape, a frame has colours that the console does not have, or
+            it was made with another ROM.
+        UnknownGameError: a ValueError; there is no game of that name.
+        ValueError: the output's format is not supported, the work folder is of another extraction, or the cluster cannot be reached.
+        OSError: the output cannot be written.
+    """
+    target = _target(str(source), str(out))
+    with open_input(source, array) as rows:
+        spec = game_of(rows, source, game, hud=hud)
+        check_indices(rows, spec)
+        plan = _plan(rows, source, array, spec, method_of(rows, spec), hud=hud)
+        _prepare(target.folder, plan)
+        blocks = _blocks(rows, spec, plan, target.folder) if ray is None else _blocks_on_cluster(plan, target.folder, ray)
+        for done in itertools.chain([0], blocks):
+            if report is not None:
+                report(done, rows.rows)
+    paths = [_part(target.folder, k) for k in range(plan.blocks)]
+    target.write(outputs.Blocks(spec, plan.method, rows.batch, plan.block_rows, paths, rows.stem))
+    shutil.rmtree(target.folder)
+
+
+class _Target(NamedTuple):
+    """Where objects are written."""
+
+    folder: Path  # of the work
+    write: Callable[[outputs.Blocks], object]
+
+
+def _target(source: str, out: str) -> _Target:
+    """Check the output, and tell how it is written."""
+    if out.startswith(MINARI):
+        if not source.startswith(MINARI):
+            raise ValueError(f"only a Minari dataset can be copied to another one with objects, got {source}")
+        path = minari.path_of(out)
+        return _Target(path.with_name(f".{path.name}.parts"), lambda blocks: minari.copy_with_objects(source, out, blocks))
+    if out.startswith(outputs.YOLO):
+        path = outputs.new_folder(out)
+        return _Target(path.with_name(f"{path.name}.parts"), lambda blocks: outputs.write_yolo(blocks, path))
+    path = Path(out)
+    writer = outputs.writer(path)
+    output.check(path)
+    return _Target(path.with_name(f"{path.name}.parts"), lambda blocks: output.write(path, lambda file: writer(blocks, file)))
+
+
+def game_of(rows: Input, source: str | Path, name: str | None, *, hud: bool) -> Game:
+    """The game of an input, from the name that is given, the input's metadata, or the name of the file.
+
+    Raises:
+        InputError: it is of another game or ROM.
+        UnknownGameError: there is no such game.
+    """
+    given = rows.facts.get("game") or name
+    try:
+        found = registry.load(given or Path(source).stem, hud=hud)
+    except registry.UnknownGameError as error:
+        if given:
+            raise
+        raise registry.UnknownGameError(f"{rows.name} does not tell its game, nor does its name: give the game (--game)") from error
+    if name is not None and registry.load(name, hud=hud) is not found:
+        raise InputError(f"{rows.name} is of {found.name}, not of {registry.load(name).name}")
+    if rows.facts.get("md5", found.md5) != found.md5:
+        raise InputError(
+            f"{rows.name} was made with the ROM of md5 {rows.facts['md5']}, but the decoder of {found.name} is for {found.md5}"
+        )
+    return found
+
+
+def method_of(rows: Input, game: Game) -> str:
+    """The method that extracts from an input: "rem" or "vem".
+
+    Raises:
+        InputError: its frames have another size than the game's.
+    """
+    if rows.row_shape == (RAM_SIZE,):
+        return "rem"
+    if rows.row_shape[:2] != game.screen:
+        raise InputError(
+            f"{rows.name} has frames of {list(rows.row_shape)}, those of {game.name} are {list(game.screen)} or {[*game.screen, 3]}"
+        )
+    return "vem"
+
+
+def extractor(game: Game, method: str) -> Callable[[np.ndarray], Objects]:
+    """The function that extracts the objects of any number of rows, in batches of one size that are divided among the local devices."""
+    devices = jax.local_devices()
+    size = BATCH[method] * len(devices)
+    sharding = NamedSharding(Mesh(np.array(devices), ("rows",)), PartitionSpec("rows"))
+    function = getattr(game, method)
+
+    def call(rows: np.ndarray) -> Objects:
+        padded = np.concatenate([rows, np.repeat(rows[:1], -len(rows) % size, axis=0)])
+        parts = [function(jax.device_put(padded[i : i + size], sharding)) for i in range(0, len(padded), size)]
+        return jax.tree.map(lambda *a: np.concatenate([np.asarray(x) for x in a])[: len(rows)], *parts)
+
+    return call
+
+
+def check_indices(rows: Input, game: Game) -> None:
+    """Check that pictures without colours, if that is what rows are, show palette indices and not shades of grey.
+
+    They are read until one has a number that no grey picture of the game has. This is mostly the first one.
+
+    Raises:
+        InputError: they are grey, or no picture tells.
+    """
+    if not rows.pictures or len(rows.row_shape) != 2:
+        return
+    shades = game.palette @ [0.299, 0.587, 0.114]
+    is_shade = np.isin(np.arange(256), [np.round(shades), np.floor(shades)])  # programs round differently
+    for i in range(rows.rows):
+        picture = rows.read(i, i + 1)
+        check_colors(picture, game, rows.name, i)
+        if not is_shade[picture].all():
+            return
+    raise InputError(
+        f"{rows.name} holds pictures without colours, and nothing tells whether they show palette indices (ale.getScreen()), as VEM needs "
+        "them, or shades of grey: save the frames in RGB (ale.getScreenRGB())"
+    )
+
+
+def check_colors(frames: np.ndarray, game: Game, name: str, first: int) -> None:
+    """Check that frames have colours of the console only. RAM is not checked.
+
+    Args:
+        frames: uint8 `[n, H, 160, 3]` of RGB or `[n, H, 160]` of palette indices, or others.
+        game: the game, whose console has the palette.
+        name: of the input, for errors.
+        first: number of the first row, for errors.
+
+    Raises:
+        InputError: a frame has another colour, for example because it was compressed as JPEG, resized, is the maximum of two, or grey.
+    """
+    if frames.ndim == 3 and not game.pal:  # on PAL consoles, odd indices are shades of grey
+        odd = np.bitwise_or.reduce(frames.reshape(len(frames), -1), axis=1) & 1
+        if odd.any():
+            i = int(odd.argmax())
+            y, x = np.argwhere(frames[i] & 1)[0].tolist()
+            raise InputError(
+                f"{name}, row {first + i}: the console has no palette index {frames[i, y, x]}, which is at column {x}, row {y}: they are "
+                "even. VEM needs palette indices (ale.getScreen()) or RGB (ale.getScreenRGB()), not shades of grey"
+            )
+    if frames.ndim != 4:
+        return
+    wrong = np.asarray(_wrong_colors(game)(frames))
+    if wrong.any():
+        i = int(wrong.argmax())
+        y, x = np.argwhere(~palette.is_color(frames[i], game.palette))[0].tolist()
+        raise InputError(
+            f"{name}, row {first + i}: the console has no colour {frames[i, y, x].tolist()}, which is at column {x}, row {y}. VEM needs "
+            "frames as the emulator draws them: not resized, not compressed as JPEG, not the maximum of two"
+        )
+
+
+@functools.cache
+def _wrong_colors(game: Game) -> Callable[[np.ndarray], jax.Array]:
+    """The compiled function that tells which RGB frames have a colour that the console does not have, bool `[n]`."""
+    own = np.asarray(game.palette)
+    return jax.jit(lambda frames: (palette.to_rgb(palette.to_index(frames, own), own) != frames).any(axis=(1, 2, 3)))
+
+
+def _plan(rows: Input, source: str | Path, array: str | None, game: Game, method: str, *, hud: bool) -> Plan:
+    import ocjax
+
+    path = Path(source)
+    stat = path.stat() if path.is_file() else None
+    stamp = (stat.st_size, stat.st_mtime_ns) if stat else (0, 0)
+    name = str(path.resolve()) if path.exists() else str(source)
+    inner = max(1, math.prod(rows.batch[1:]))  # blocks are whole entries of the first dimension
+    block_rows = max(1, BLOCK_ROWS[method] // inner) * inner
+    return Plan(name, array, rows.rows, stamp, game.name, game.md5, hud, method, block_rows, ocjax.__version__)
+
+
+def _prepare(folder: Path, plan: Plan) -> None:
+    """Make the work folder, or check that it is of this extraction."""
+    path = folder / PLAN
+    if any(folder.glob("*.npz")) and path.read_text() != plan.to_json():
+        raise ValueError(f"{folder} is the work of another extraction, or its input has changed: delete it, or use another output")
+    folder.mkdir(exist_ok=True)
+    output.write_text(path, plan.to_json())
+
+
+def _part(folder: Path, k: int) -> Path:
+    return folder / f"{k:06}.npz"
+
+
+def _blocks(rows: Input, game: Game, plan: Plan, folder: Path) -> Iterator[int]:
+    """Extract the blocks that are missing; yields how many rows are done after each block.
+
+    A block is written while the next one is extracted.
+    """
+    call = extractor(game, plan.method)
+    with ThreadPoolExecutor(1) as executor:
+        writing: Any = None
+        for k in range(plan.blocks):
+            if not _part(folder, k).exists():
+                found = _extract_block(rows, game, plan, call, k)
+                if writing is not None:
+                    writing.result()
+                writing = executor.submit(found.write, _part(folder, k))
+            yield min((k + 1) * plan.block_rows, plan.rows)
+        if writing is not None:
+            writing.result()
+
+
+def _extract_block(rows: Input, game: Game, plan: Plan, call: Callable[[np.ndarray], Objects], k: int) -> Block:
+    start = k * plan.block_rows
+    block = rows.read(start, min(start + plan.block_rows, plan.rows))
+    check_colors(block, game, rows.name, start)
+    return compact(call(block))
+
+
+def _blocks_on_cluster(plan: Plan, folder: Path, address: str) -> Iterator[int]:
+    """Like `_blocks`, with the machines of a Ray cluster."""
+    sizes = [min(plan.block_rows, plan.rows - k * plan.block_rows) for k in range(plan.blocks)]
+    missing = [k for k in range(plan.blocks) if not _part(folder, k).exists()]
+    done = plan.rows - sum(sizes[k] for k in missing)
+    yield done
+    for k in cluster.completed(functools.partial(_write_block, plan, folder.resolve()), missing, address):
+        done += sizes[k]
+        yield done
+
+
+def _write_block(plan: Plan, folder: Path, k: int) -> None:
+    """Extract a block in a process of a cluster, unless another one did."""
+    if _part(folder, k).exists():
+        return
+    game = registry.load(plan.game, hud=plan.hud)
+    with open_input(plan.input, plan.array) as rows:
+        _extract_block(rows, game, plan, extractor(game, plan.method), k).write(_part(folder, k))

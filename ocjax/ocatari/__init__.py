@@ -1,0 +1,345 @@
+"""`OCAtari`, for code written for OCAtari 2.2.1: in its imports, `ocjax.ocatari` takes the place of `ocatari` and of all its modules.
+
+`docs/neighbours.md` lists what is the same, what differs on purpose and what is left out.
+"""
+
+import re
+from collections import deque
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import ale_py
+import gymnasium as gym
+import jax
+import numpy as np
+from gymnasium.envs.registration import EnvSpec
+
+from ocjax.emulators.checks import Uncopied
+from ocjax.emulators.hooks import Hook, HookedEmulator, named_hooks
+from ocjax.emulators.pool import check_rom
+from ocjax.extraction.objects import Objects
+from ocjax.extraction.registry import load, names
+from ocjax.ocatari.helpers import (
+    ABSENT,
+    UPSCALE_FACTOR,
+    RandomAgent,
+    Window,
+    _convert_number,  # noqa: F401  # for HackAtari
+    command_line,
+    draw_objects,
+    load_agent,
+    make_darker,
+    make_deterministic,
+    mark_bb,
+    riverraid_score,  # noqa: F401  # for HackAtari
+    to_rgba,
+)
+from ocjax.ocatari.slots import SlotTable
+from ocjax.transforms.game_objects import GameObject, NoObject, Orientation, ValueObject
+from ocjax.transforms.masks import resize
+from ocjax.transforms.tracking import track
+
+__all__ = [
+    "AVAILABLE_GAMES",
+    "UPSCALE_FACTOR",
+    "GameObject",
+    "NoObject",
+    "OCAtari",
+    "Orientation",
+    "RandomAgent",
+    "ValueObject",
+    "load_agent",
+    "make_darker",
+    "make_deterministic",
+    "mark_bb",
+    "to_rgba",
+]
+
+AVAILABLE_GAMES = list(names())
+# The methods of each mode, the first for `objects`. "revised" is what versions before 2 called "ram".
+METHODS = {"ram": ("rem",), "revised": ("rem",), "vision": ("vem",), "both": ("rem", "vem")}
+OBSERVATIONS = ("ori", "dqn", "obj")
+FADE = (0.05, 0.1, 0.25, 0.6)  # weights of the last four frames in `aggregated_render`
+DQN_SIZE = (84, 84)
+DETERMINISTIC = "Deterministic"  # in the names of environments whose frame skip is not random
+
+_shrink = jax.jit(lambda gray: resize(gray, DQN_SIZE))
+
+
+class OCAtari(Uncopied, gym.Env):
+    """An environment of ale-py with the arguments and attributes of OCAtari 2.2.1, whose objects are ocjax's.
+
+    `objects` has an entry for each of OCAtari's slots, in its order, with a `NoObject` in
+    empty ones. Objects for which OCAtari has no slot follow.
+
+    Args:
+        env_name: the game, in any spelling that `ocjax.load` takes, or an id of ale-py's environments. As in
+            OCAtari, "Pong" is "Pong-v4", which skips 2 to 4 frames at random and has no sticky actions.
+        mode: "ram" or "revised" (REM), "vision" (VEM, tracked from step to step) or "both" (`objects` by REM, `objects_v` by VEM).
+        hud: whether scores, lives and other display objects are included.
+        obs_mode: "obj" (`ns_state` of the last steps, int64 `[buffer_window_size, n]`), "ori" (the screen, uint8 `[H, 160, 3]`) or "dqn"
+            (grey frames of the last steps, uint8 `[buffer_window_size, 84, 84]`).
+        render_mode: None, "rgb_array" or "human".
+        render_oc_overlay: whether `render` draws the objects over the enlarged frame. In render mode "human" this needs pygame.
+        buffer_window_size: number of steps in the state buffers.
+        create_buffer_stacks: which state buffers are kept, besides that of the observation: "ori", "dqn" or "obj".
+        hook: a function, or a sequence of functions, that edits the RAM before every emulated frame; see `ocjax.make_vec`.
+        kwargs: options of ale-py's environments for `gymnasium.make`: `frameskip`, `difficulty`, `repeat_action_probability`,
+            `full_action_space`, `max_num_frames_per_episode` and others.
+
+    Raises:
+        ValueError: the game, the mode, the observation or a buffer is unknown, the window is empty, or the ROM is the wrong one.
+        TypeError: there is no such option, or a hook is not a function.
+        ModuleNotFoundError: pygame is needed and not installed.
+    """
+
+    SAVED = "_clone_state() for _restore_state(), which pickles, and the arguments, which `spec` has"
+    metadata = {"render_modes": ["human", "rgb_array"], "render_fps": 30}  # noqa: RUF012  # as Gymnasium declares it
+
+    def __init__(
+        self,
+        env_name: str,
+        mode: Literal["ram", "revised", "vision", "both"] = "ram",
+        hud: bool = False,
+        obs_mode: Literal["ori", "dqn", "obj"] = "obj",
+        render_mode: str | None = None,
+        render_oc_overlay: bool = False,
+        buffer_window_size: int = 4,
+        create_buffer_stacks: Sequence[str] = ("ori",),
+        *,
+        hook: Hook | Sequence[Hook] | None = None,
+        **kwargs: Any,
+    ) -> None:
+        _check(mode, obs_mode, buffer_window_size)
+        self.game = load(re.sub("(Deterministic|NoFrameskip)$", "", env_name))  # Gymnasium knows ids without a version
+        hooks = named_hooks(hook, self.game.name)
+        check_rom(self.game)
+        self.game_name, self.mode, self.hud, self.obs_mode = self.game.name, mode, hud, obs_mode
+        self.render_mode, self.render_oc_overlay, self.buffer_window_size = render_mode, render_oc_overlay, buffer_window_size
+        self._window = Window(self.game_name) if render_oc_overlay and render_mode == "human" else None
+        ale_py.ALEInterface.setLoggerMode(ale_py.LoggerMode.Error)
+        self.env_name, shown = env_name, "rgb_array" if render_oc_overlay else render_mode
+        if DETERMINISTIC in env_name:  # of these ids, which ale-py no longer registers, only the frame skip is special
+            kwargs.setdefault("frameskip", 4)
+        self._env: gym.Env[Any, Any] = gym.make(_env_id(env_name, self.game_name), render_mode=shown, **kwargs)
+        if hooks:
+            self._env.unwrapped.ale = HookedEmulator(self._env.unwrapped.ale, hooks)  # pyright: ignore[reportAttributeAccessIssue]
+        self.ale = self._ale = self._env.unwrapped.ale  # pyright: ignore[reportAttributeAccessIssue]
+        self._table = SlotTable(self.game, hud)
+        self.max_objects_per_cat, self.ns_meaning, self._slots = self._table.counts, self._table.meaning, self._table.empty()
+        self._make_buffers({*create_buffer_stacks, obs_mode} if obs_mode != "ori" else {*create_buffer_stacks})
+        self.action_space, self.observation_space = self._env.action_space, self._space()
+        self._env.observation_space = self.observation_space
+        self._seed: int | None = None  # of the next reset, from `make_deterministic`
+        self._seen: dict[str, tuple[Objects | None, Objects]] = {}  # by method, the last two detections
+        self._lists: dict[str, list[GameObject]] = {}  # by method, what `objects` and `objects_v` return
+        options = {"env_name": env_name, "mode": mode, "hud": hud, "obs_mode": obs_mode, "render_mode": render_mode, **kwargs}
+        options |= {"render_oc_overlay": render_oc_overlay, "buffer_window_size": buffer_window_size}
+        options |= {"create_buffer_stacks": list(create_buffer_stacks)} | ({"hook": hook} if hooks else {})
+        self.spec = EnvSpec(f"OCAtari/{self.game_name}-v5", entry_point="ocjax.ocatari:OCAtari", kwargs=options)
+
+    def _make_buffers(self, names: set[str]) -> None:
+        self.create_rgb_stack, self.create_dqn_stack, self.create_ns_stack = (name in names for name in OBSERVATIONS)
+        size = self.buffer_window_size
+        self._state_buffer_rgb = deque[np.ndarray](maxlen=size) if self.create_rgb_stack else None
+        self._state_buffer_dqn = deque[np.ndarray](maxlen=size) if self.create_dqn_stack else None
+        self._state_buffer_ns = deque[list[int]](maxlen=size) if self.create_ns_stack else None
+
+    def _space(self) -> gym.spaces.Space[Any]:
+        if self.obs_mode == "ori":
+            return self._env.observation_space
+        if self.obs_mode == "dqn":
+            return gym.spaces.Box(0, 255, (self.buffer_window_size, *DQN_SIZE), np.uint8)
+        return gym.spaces.Box(0, 255, (self.buffer_window_size, len(self._table.ns_state(self._slots))), np.int64)
+
+    def __getattr__(self, name: str) -> Any:
+        """Attributes of ale-py's environment and of Gymnasium's wrappers around it."""
+        if name == "_env" or name.startswith("__"):
+            raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
+        if name == "objects_v":
+            raise AttributeError(f"objects_v needs mode 'both', and the mode is {self.mode!r}")
+        return self._env.get_wrapper_attr(name)
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Start an episode; see `gymnasium.Env.reset`. All entries of the state buffers are the first state."""
+        observation, info = self._env.reset(seed=self._seed if seed is None else seed, options=options)
+        self._seed, self._seen = None, {}
+        super().reset(seed=seed)
+        self.detect_objects()
+        self._reset_buffer()
+        return self._observation(observation), info
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """One agent step.
+
+        Returns:
+            The observation, reward, terminated, truncated and `info`, in Gymnasium's order.
+
+        Raises:
+            ValueError: there is no such action.
+        """
+        space = self._env.action_space
+        if isinstance(space, gym.spaces.Discrete) and not 0 <= action < space.n:
+            raise ValueError(f"the action must be from 0 to {space.n - 1}, got {action!r}")
+        observation, reward, terminated, truncated, info = self._env.step(action)
+        self.detect_objects()
+        self._fill_buffer()
+        return self._observation(observation), float(reward), terminated, truncated, info
+
+    def _observation(self, screen: np.ndarray) -> np.ndarray:
+        return screen if self.obs_mode == "ori" else np.array(self._state_buffer_dqn if self.obs_mode == "dqn" else self._state_buffer_ns)
+
+    def _fill_buffer(self) -> None:
+        if self._state_buffer_rgb is not None:
+            self._state_buffer_rgb.append(self.getScreenRGB())
+        if self._state_buffer_dqn is not None:
+            self._state_buffer_dqn.append(np.asarray(_shrink(self._ale.getScreenGrayscale())))
+        if self._state_buffer_ns is not None:
+            self._state_buffer_ns.append(self.ns_state)
+
+    def _reset_buffer(self) -> None:
+        for _ in range(self.buffer_window_size):
+            self._fill_buffer()
+
+    def detect_objects(self) -> None:
+        """Detect the objects of the emulator's present state, as every step does; `prev_xy` is then the position of the last detection."""
+        for method in METHODS[self.mode]:
+            before = self._seen[method][1] if method in self._seen else None
+            now = self.game.rem(self._ale.getRAM()[None]) if method == "rem" else self.game.vem(self._ale.getScreen()[None])
+            self._seen[method] = before, now if method == "rem" or before is None else track(before, now)
+        self._lists = {}
+
+    def _objects(self, method: str) -> list[GameObject]:
+        if method not in self._seen:
+            self.detect_objects()
+        if method not in self._lists:
+            before, now = self._seen[method]
+            self._lists[method] = self._table.arrange(_host(now), None if before is None else _host(before))
+        return self._lists[method]
+
+    @property
+    def objects(self) -> list[GameObject]:
+        """The objects of the last detection, from RAM or, in mode "vision", from pixels. Each step makes new ones."""
+        return self._objects(METHODS[self.mode][0])
+
+    @objects.setter
+    def objects(self, objects: list[GameObject]) -> None:
+        self._lists[METHODS[self.mode][0]] = objects
+
+    @property
+    def objects_v(self) -> list[GameObject]:
+        """The objects from pixels; as in OCAtari, only environments of mode "both" have this attribute."""
+        if self.mode != "both":
+            raise AttributeError
+        return self._objects("vem")
+
+    @property
+    def ns_state(self) -> list[int]:
+        """The numbers of all slots of OCAtari one after the other; `ns_meaning` says what they are."""
+        return self._table.ns_state(self.objects)
+
+    @property
+    def nb_actions(self) -> int:
+        """The number of actions."""
+        return int(self.action_space.n)  # pyright: ignore[reportAttributeAccessIssue]
+
+    @property
+    def get_rgb_state(self) -> np.ndarray:
+        """The screen, uint8 `[H, 160, 3]`."""
+        return self.getScreenRGB()
+
+    def getScreenRGB(self) -> np.ndarray:  # noqa: N802  # OCAtari's name
+        """The screen, uint8 `[H, 160, 3]`."""
+        return self._ale.getScreenRGB()
+
+    def get_ram(self) -> np.ndarray:
+        """The RAM, uint8 `[128]`."""
+        return self._ale.getRAM()
+
+    def set_ram(self, target_ram_position: int, new_value: int) -> None:
+        """Write one byte of the RAM. The objects change with the next step or `detect_objects`.
+
+        Raises:
+            ValueError: there is no such address or value.
+        """
+        if not (0 <= target_ram_position < 128 and 0 <= new_value < 256):
+            raise ValueError(f"an address is 0 to 127 and a value 0 to 255, got {target_ram_position} and {new_value}")
+        self._ale.setRAM(int(target_ram_position), int(new_value))
+
+    def _clone_state(self) -> Any:
+        return self._ale.cloneSystemState()
+
+    def _restore_state(self, state: Any) -> None:
+        self._ale.restoreSystemState(state)
+
+    def render(self, image: np.ndarray | None = None) -> Any:
+        """Render the last frame, or another one.
+
+        Returns:
+            In render mode "rgb_array" the frame, uint8 `[H, 160, 3]`; with an overlay, uint8 `[160 * 5, H * 5, 3]`, with the horizontal
+            axis first as pygame and OCAtari have it. None in render mode "human".
+        """
+        if not self.render_oc_overlay:
+            return self._env.render() if image is None else image
+        picture = draw_objects(self.getScreenRGB() if image is None else image, self.objects)
+        if self._window is not None:
+            return self._window.show(picture)
+        return np.asarray(picture).swapaxes(0, 1) if self.render_mode == "rgb_array" else None
+
+    def aggregated_render(self, coefs: Sequence[float] = FADE) -> np.ndarray:
+        """The weighted sum of the last frames, int64 `[H, 160, 3]`.
+
+        Raises:
+            ValueError: the frames are not kept.
+        """
+        if self._state_buffer_rgb is None:
+            raise ValueError("the frames are not kept: add 'ori' to create_buffer_stacks")
+        return sum(c * frame for c, frame in zip(coefs, self._state_buffer_rgb, strict=False)).astype(int)  # pyright: ignore[reportAttributeAccessIssue]
+
+    def render_explanations(self) -> None:
+        """Show the weighted sum of the last frames with the objects' boxes, which needs Matplotlib."""
+        import matplotlib.pyplot as plt
+
+        frame = self.aggregated_render()
+        for o in filter(None, self.objects):
+            mark_bb(frame, o.xywh, o.rgb)
+        plt.imshow(frame)
+        plt.show()
+
+    def close(self) -> None:
+        """Close the environment and its window."""
+        self._env.close()
+        if self._window is not None:
+            self._window.close()
+
+
+def _check(mode: str, obs_mode: str, window: int) -> None:
+    if mode not in METHODS:
+        raise ValueError(f"mode must be one of {tuple(METHODS)}, got {mode!r}")
+    if obs_mode not in OBSERVATIONS:
+        raise ValueError(f"obs_mode must be one of {OBSERVATIONS}, got {obs_mode!r}")
+    if window < 1:
+        raise ValueError(f"buffer_window_size must be at least 1, got {window!r}")
+
+
+def _env_id(env_name: str, game: str) -> str:
+    """The id of ale-py's environment of a name. Without a version it is the latest one, as in Gymnasium: "Pong" is "Pong-v4"."""
+    name = env_name.replace("ocjax/", "ALE/").replace(DETERMINISTIC, "")
+    if re.search(r"-v\d+$", name):
+        return name
+    versions = {spec.version or 0: key for key, spec in gym.registry.items() if key.rpartition("-v")[0] in (name, game)}
+    return versions[max(versions)] if versions else f"ALE/{game}-v5"
+
+
+def _host(objects: Objects) -> Objects:
+    """The one state of a batch of one, on the host."""
+    return jax.tree.map(lambda a: np.asarray(a)[0], objects)
+
+
+def __getattr__(name: str) -> Any:
+    """A new `parser` for each script, and the reason why other names of OCAtari's are absent."""
+    if name == "parser":
+        return command_line()
+    if name in ABSENT:
+        raise ImportError(f"ocjax.ocatari has no {name}: {ABSENT[name]}")
+    raise AttributeError(f"module 'ocjax.ocatari' has no attribute {name!r}")

@@ -1,0 +1,85 @@
+"""Objects in the slots of OCAtari 2.2.1.
+
+`ocatari_slots.json` holds the categories of each game and their numbers of objects, in OCAtari's order, with and without the HUD; they are
+read from OCAtari by `benchmarks/ocatari_slots.py`.
+"""
+
+import functools
+import json
+from collections.abc import Sequence
+from importlib import resources
+
+from ocjax.extraction.game import Game
+from ocjax.extraction.objects import Objects
+from ocjax.transforms.game_objects import GameObject, NoObject, object_class, slots
+
+
+@functools.cache
+def _tables() -> dict[str, dict[str, dict[str, int]]]:
+    return json.loads(resources.files("ocjax").joinpath("ocatari_slots.json").read_text(encoding="utf-8"))
+
+
+def declared_slots(game: Game, hud: bool) -> dict[str, int] | None:
+    """The number of slots of each category, in OCAtari's order; None if OCAtari declares none for the game.
+
+    Args:
+        game: the game, with or without its HUD.
+        hud: whether what OCAtari counts as display is included.
+    """
+    table = _tables().get(game.name.lower(), {"objects": {}, "hud": {}})
+    if not table["objects"].keys() & game.slices.keys():  # some of its tables are of another game
+        return None
+    # With the HUD, OCAtari lists the objects without it first, whatever the order of its table.
+    extra = {name: n for name, n in table["hud"].items() if name not in table["objects"]}
+    return table["objects"] | (extra if hud else {})
+
+
+class SlotTable:
+    """The slots of `OCAtari.objects` in one game.
+
+    A game for which OCAtari has no table has ocjax's slots.
+
+    Args:
+        game: the game, with its HUD.
+        hud: whether display objects are included.
+
+    Attributes:
+        counts: the number of slots of each category, in OCAtari's order.
+        meaning: what each slot contributes to `ns_state`.
+    """
+
+    def __init__(self, game: Game, hud: bool) -> None:
+        self.game, self.hud = game, hud
+        self.counts = declared_slots(game, hud) or {c.name: c.count for c in game.categories if hud or not c.hud}
+        classes = [object_class(game, name) for name, count in self.counts.items() for _ in range(count)]
+        self.meaning = [f"{kind.__name__} ({list(kind.ns_meaning)})" for kind in classes]
+        self._classes = classes
+        self._places = []  # for each category: its slots in ocjax, the number of its slots here, and the length of `nsrepr`
+        for name, count in self.counts.items():
+            place = game.slices.get(name, slice(0, 0))
+            self._places.append((range(place.start, place.stop), count, len(object_class(game, name)().nsrepr)))
+
+    def empty(self) -> list[GameObject]:
+        """An object of each slot's class, all zero."""
+        return [kind() for kind in self._classes]
+
+    def arrange(self, now: Objects, before: Objects | None) -> list[GameObject]:
+        """The objects of one state in OCAtari's slots, followed by those for which it has none.
+
+        ocjax's objects keep their slots where OCAtari has enough of them for the category. Otherwise the first that are present fill them.
+
+        Args:
+            now: the objects of one state, with the HUD.
+            before: those of the step before; None in the first state of an episode.
+        """
+        own, out, placed = slots(now, before), [], set()
+        for place, count, length in self._places:
+            chosen = place if len(place) <= count else [i for i in place if own[i]][:count]
+            out += [own[i] for i in chosen]
+            out += [NoObject(length) for _ in range(count - len(chosen))]
+            placed.update(chosen)
+        return out + [o for i, o in enumerate(own) if o and i not in placed and (self.hud or not o.hud)]
+
+    def ns_state(self, objects: Sequence[GameObject]) -> list[int]:
+        """The numbers of the slots one after the other, without those of the objects that follow."""
+        return [number for o in objects[: len(self.meaning)] for number in o.nsrepr]

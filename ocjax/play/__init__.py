@@ -1,0 +1,1 @@
+"""Playing games: policies, recordings of play, and fixtures for tests."""

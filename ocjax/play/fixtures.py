@@ -1,0 +1,215 @@
+"""Excerpts: the small recordings of each game that the tests use.
+
+`record` plays a game and keeps a few samples. `cut` picks samples from longer recordings. Both spread the samples over the time of play.
+`record_boundaries` keeps the first and last states of episodes, and states in which a life has just been lost.
+"""
+
+import dataclasses
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from rich.progress import track
+
+from ocjax import recordings
+from ocjax.emulators.pool import check_rom
+from ocjax.envs import AlePool, Settings
+from ocjax.extraction.game import Game
+from ocjax.play.policies import HOLD, RandomPolicy
+from ocjax.recordings import Recording
+
+SAMPLES = 40
+SEEDS = (0, 1)
+FRAME_SKIPS = (3, 4)  # an odd one sees both phases of flicker, an even one stays in its phase
+FRAMES = 3600  # emulated frames of each run: a minute of play
+BOUNDARY_SAMPLES = 30
+BOUNDARY_STEPS = 10_000  # of each instance, after which `record_boundaries` gives up
+BOUNDARY_INSTANCES, BOUNDARY_SKIP = 8, 4
+EXCERPT = ("rams", "screens", "previous", "drawn", "rewards", "lives")  # arrays of an excerpt
+
+
+@dataclasses.dataclass(frozen=True)
+class Run:
+    """One instance that is played from its start, and the samples kept of it."""
+
+    mode: int
+    difficulty: int
+    seed: int
+    frame_skip: int
+    samples: dict[int, list[int]] = dataclasses.field(default_factory=dict)  # agent step -> numbers of the samples
+
+
+def variants(game: Game) -> tuple[list[int], list[int]]:
+    """The modes and difficulties of a game, as ale-py numbers them.
+
+    Raises:
+        RomError: a ValueError; ale-py's ROM is not the one that the decoder was written for.
+    """
+    import ale_py
+
+    ale_py.ALEInterface.setLoggerMode(ale_py.LoggerMode.Error)
+    ale = ale_py.ALEInterface()
+    ale.loadROM(check_rom(game))
+    return list(ale.getAvailableModes()), list(ale.getAvailableDifficulties())
+
+
+def record(
+    game: Game,
+    samples: int = SAMPLES,
+    *,
+    seeds: Sequence[int] = SEEDS,
+    modes: Sequence[int] | None = None,
+    difficulties: Sequence[int] = (0,),
+) -> Recording:
+    """Play a game with random actions, each held for 1 to 8 steps, and keep a few samples.
+
+    The samples cycle through the modes, difficulties, seeds and frame skips (3 and 4), and later samples are from later in play. Equal
+    arguments give equal recordings.
+
+    Args:
+        game: the game.
+        samples: number of samples. There is at least one for each mode and difficulty.
+        seeds: seeds of the emulators. Together they also seed the actions.
+        modes: as ale-py numbers them; None for all that the game has.
+        difficulties: as ale-py numbers them.
+
+    Returns:
+        A recording with `screens`, `previous`, `rewards` and `lives`, whose samples do not follow on each other.
+
+    Raises:
+        RomError, ValueError: a wrong ROM, mode or difficulty.
+    """
+    settings = [(m, d) for m in (variants(game)[0] if modes is None else modes) for d in difficulties]
+    if not (settings and seeds):
+        raise ValueError("at least one seed, mode and difficulty is needed")
+    n = max(samples, len(settings))
+    height, width = game.screen
+    arrays = {
+        "rams": np.empty((n, 128), np.uint8),
+        "screens": np.empty((n, height, width), np.uint8),
+        "previous": np.empty((n, height, width), np.uint8),
+        "rewards": np.empty(n, np.int64),
+        "lives": np.empty(n, np.int16),
+    }
+    runs = _schedule(n, settings, seeds)
+    for skip in FRAME_SKIPS:
+        for i, sample in _play(game, [run for run in runs if run.frame_skip == skip], seeds):
+            for name, value in sample.items():
+                arrays[name][i] = value
+    return Recording(game, **arrays)
+
+
+def _schedule(n: int, settings: Sequence[tuple[int, int]], seeds: Sequence[int]) -> list[Run]:
+    """Distribute samples over runs. They cycle through modes and difficulties, then through seeds and frame skips, and advance in time."""
+    plays = [(seed, skip) for seed in seeds for skip in FRAME_SKIPS]
+    runs: dict[tuple[int, ...], Run] = {}
+    for i in range(n):
+        turn, setting = divmod(i, len(settings))
+        key = *settings[setting], *plays[(turn + setting) % len(plays)]
+        run = runs.setdefault(key, Run(*key))
+        step = i * (FRAMES // run.frame_skip - 1) // max(1, n - 1)
+        run.samples.setdefault(step, []).append(i)
+    return list(runs.values())
+
+
+def _play(game: Game, runs: Sequence[Run], seeds: Sequence[int]) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
+    """Play runs of one frame skip side by side; yields the number and the arrays of each sample."""
+    if not runs:
+        return
+    skip = runs[0].frame_skip
+    settings = Settings(frame_skip=skip, repeat_action_probability=0.0)
+    modes, difficulties = [run.mode for run in runs], [run.difficulty for run in runs]
+    pool = AlePool(game, len(runs), settings, screens=("screen",), game_mode=modes, game_difficulty=difficulties)
+    try:
+        act = RandomPolicy(len(pool.actions), len(runs), np.random.default_rng([*seeds, skip]), HOLD)
+        pool.reset([run.seed for run in runs])
+        total, over = np.zeros(len(runs)), np.zeros(len(runs), bool)
+        last = max(step for run in runs for step in run.samples)
+        for step in track(range(last + 1), description=f"playing {game.name}, {skip} frames a step", transient=True):
+            pool.send(act(pool.ram, pool.started))
+            pool.wait()
+            total = np.where(over, 0, total) + pool.reward
+            over = pool.terminated | pool.truncated
+            for k, run in enumerate(runs):
+                for i in run.samples.get(step, ()):
+                    earlier, latest = pool.screen[k]
+                    yield i, {"rams": pool.ram[k], "screens": latest, "previous": earlier, "rewards": total[k], "lives": pool.lives[k]}
+    finally:
+        pool.close()
+
+
+def record_boundaries(game: Game, samples: int = BOUNDARY_SAMPLES, *, seed: int = SEEDS[0]) -> Recording:
+    """Play a game with random actions, and keep first and last states of episodes and states in which a life has just been lost.
+
+    Args:
+        game: the game.
+        samples: number of samples; a third of them of each kind, fewer where a kind is too rare.
+        seed: of the first emulator and of the actions.
+
+    Returns:
+        A recording with `screens`, `previous`, `rewards`, `lives`, `resets` and `ends`, whose samples do not follow on each other.
+
+    Raises:
+        RomError: a wrong ROM.
+    """
+    kept: dict[str, list[dict[str, Any]]] = {"resets": [], "ends": [], "lost": []}
+    for sample in _boundaries(game, seed):
+        kind = "resets" if sample["resets"] else "ends" if sample["ends"] else "lost"
+        if len(kept[kind]) < -(-samples // 3):
+            kept[kind].append(sample)
+        if sum(map(len, kept.values())) >= samples:
+            break
+    every = [sample for of_kind in kept.values() for sample in of_kind][:samples]
+    arrays: dict[str, Any] = {name: np.array([sample[name] for sample in every]) for name in every[0]}
+    return Recording(game, **arrays)
+
+
+def _boundaries(game: Game, seed: int) -> Iterator[dict[str, Any]]:
+    """Samples of first and last states and of lost lives, in the order in which they occur."""
+    n, settings = BOUNDARY_INSTANCES, Settings(frame_skip=BOUNDARY_SKIP, repeat_action_probability=0.0)
+    pool = AlePool(game, n, settings, screens=("screen",))
+    try:
+        act = RandomPolicy(len(pool.actions), n, np.random.default_rng(seed), HOLD)
+        pool.reset([seed + i for i in range(n)])
+        total, lives, resets, ends = np.zeros(n), np.array(pool.lives), np.ones(n, bool), np.zeros(n, bool)
+        for _ in track(range(BOUNDARY_STEPS), description=f"playing {game.name}", transient=True):
+            for k in np.flatnonzero(resets | ends | (pool.lives < lives)):
+                earlier, latest = np.array(pool.screen[k])
+                frames = {"rams": np.array(pool.ram[k]), "screens": latest, "previous": earlier}
+                yield frames | {"rewards": int(total[k]), "lives": np.int16(pool.lives[k]), "resets": resets[k], "ends": ends[k]}
+            lives, resets = np.array(pool.lives), np.array(ends)
+            pool.send(act(pool.ram, pool.started))
+            pool.wait()
+            total = np.where(resets, 0, total + pool.reward)
+            ends = pool.terminated | pool.truncated
+    finally:
+        pool.close()
+
+
+def cut(recording: Recording, samples: int = SAMPLES) -> Recording:
+    """Pick evenly spaced samples of a recording.
+
+    Args:
+        recording: with frames. Where it says what the video chip drew, the excerpt has `drawn`.
+        samples: number of samples.
+
+    Raises:
+        ValueError: the recording has fewer samples.
+    """
+    if not 1 <= samples <= len(recording):
+        raise ValueError(f"cannot cut {samples} samples from {len(recording)}")
+    pick = np.linspace(0, len(recording) - 1, samples).astype(int)
+    arrays: dict[str, Any] = {name: array[pick] for name, array in recording.arrays.items()}
+    if "shown" in arrays and "previous_shown" in arrays:
+        arrays["drawn"] = (arrays["shown"] != 0) | (arrays["previous_shown"] != 0)
+    return Recording(recording.game, **{name: arrays[name] for name in EXCERPT if name in arrays})
+
+
+def cut_files(paths: Sequence[str], game: Game, samples: int = SAMPLES) -> Recording:
+    """Cut an excerpt with equal shares from several files.
+
+    Raises:
+        OSError, ValueError: a file is missing, no recording of the game, or too short.
+    """
+    tapes = [recordings.read(path, game.name) for path in paths]
+    return recordings.join([cut(tape, samples // len(tapes)) for tape in tapes])

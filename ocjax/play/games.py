@@ -1,0 +1,103 @@
+"""Complete games played by a policy."""
+
+import dataclasses
+from collections.abc import Iterator
+
+import numpy as np
+from PIL import Image
+from rich.progress import Progress
+
+from ocjax.emulators.settings import settings
+from ocjax.envs import AlePool, Settings
+from ocjax.extraction.game import Game
+from ocjax.play import policies
+from ocjax.transforms.drawing import overlay
+
+MOST_ENVS = 16
+DEFAULT_PRESET = "dqn"  # for policies that do not say how they were trained
+PICTURE_STEPS = 600  # of the first game
+
+
+@dataclasses.dataclass(frozen=True)
+class Played:
+    """Games that a policy has played, in the order in which they were begun by each instance.
+
+    Args:
+        returns: float64 `[n]`, the sums of the emulator's rewards.
+        frames: int64 `[n]`, emulated frames.
+        settings: of the emulators.
+        pictures: of the first steps of the first game, with the objects drawn; empty unless they are requested.
+    """
+
+    returns: np.ndarray
+    frames: np.ndarray
+    settings: Settings
+    pictures: list[Image.Image]
+
+
+def play(game: Game, policy: str, episodes: int, *, seed: int = 0, pictures: bool = False) -> Played:
+    """Play complete games.
+
+    A policy plays under the settings that it was trained with, and a game counts from its start to its end, even where training takes each
+    life for an episode. Each instance plays equally many games, so that short ones do not count more often.
+
+    Args:
+        game: the game.
+        policy: "random", "repeat", "trained", or the path of a saved policy; see `ocjax.play.policies.make_policy`.
+        episodes: number of games.
+        seed: of the emulators and the policy.
+        pictures: whether to draw the first game.
+
+    Raises:
+        PolicyError: a ValueError; there is no such policy, or it does not fit the game.
+        RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was written for.
+    """
+    n = min(episodes, MOST_ENVS)
+    quota = episodes // n + (np.arange(n) < episodes % n)
+    chosen = _settings_of(policy, game)
+    pool = AlePool(game, n, chosen, screens=("screen",) if pictures else ())
+    try:
+        act = policies.make_policy(policy, game, len(pool.actions), n, seed)
+        pool.reset([seed + i for i in range(n)])
+        drawn = [_picture(pool)] if pictures else []
+        played: list[list[tuple[float, int]]] = [[] for _ in range(n)]
+        with Progress(transient=True) as progress:
+            bar = progress.add_task(f"playing {game.name}", total=episodes)
+            for i, total, frames in _games(pool, act, drawn if pictures else None):
+                if len(played[i]) < quota[i]:
+                    played[i].append((total, frames))
+                    progress.advance(bar)
+                if all(len(own) == most for own, most in zip(played, quota, strict=True)):
+                    break
+    finally:
+        pool.close()
+    returns, frames = zip(*(one for own in played for one in own), strict=True)
+    return Played(np.array(returns), np.array(frames), chosen, drawn)
+
+
+def _settings_of(policy: str, game: Game) -> Settings:
+    """The settings under which a policy was trained, with unclipped rewards."""
+    trained = None if policy in ("random", "repeat") else policies.read(policies.find(policy, game), game).settings
+    return dataclasses.replace(trained or settings(DEFAULT_PRESET), clip_rewards=False)
+
+
+def _games(pool: AlePool, act: policies.Policy, drawn: list[Image.Image] | None) -> Iterator[tuple[int, float, int]]:
+    """Play for ever; yields the instance, return and emulated frames of each game that ends."""
+    total, frames = np.array(pool.episode_return), np.array(pool.frame_number)
+    ended, first = np.zeros(pool.num_envs, bool), True
+    while True:
+        pool.send(act(pool.ram, pool.started))
+        pool.wait()
+        over = ended & (pool.episode_length == 0)  # the next game has begun
+        first = first and not over[0]
+        if drawn is not None and first and len(drawn) < PICTURE_STEPS:
+            drawn.append(_picture(pool))
+        for i in np.flatnonzero(over).tolist():
+            yield i, float(total[i]), int(frames[i])
+        total, frames = np.array(pool.episode_return), np.array(pool.frame_number)
+        ended = pool.terminated | pool.truncated
+
+
+def _picture(pool: AlePool) -> Image.Image:
+    game = pool.game
+    return overlay(game, np.array(pool.screen[0, -1]), game.rem(np.array(pool.ram[0])), scale=2, labels=False)

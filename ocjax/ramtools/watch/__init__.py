@@ -1,0 +1,1 @@
+"""Live views of the RAM while a game is played."""

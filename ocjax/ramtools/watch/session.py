@@ -1,0 +1,178 @@
+"""`ocjax ram watch`: the state of a watched game, its objects and changed bytes, and the effects of keys."""
+
+from typing import TYPE_CHECKING, Any
+
+import jax
+import numpy as np
+
+from ocjax.emulators.start import start_emulator
+from ocjax.extraction.game import Game
+from ocjax.play.policies import make_policy
+
+if TYPE_CHECKING:
+    import ale_py
+
+HELP = (
+    "wasd/arrows move, space fires, p pauses, n steps one frame, v toggles vision, k saves, l loads, :ADDRESS VALUE pokes, "
+    "r acts at random, m by hand, q quits"
+)
+MOVES = {"w": "UP", "a": "LEFT", "s": "DOWN", "d": "RIGHT", " ": "FIRE"}
+ARROWS = {"\x1b[A": "w", "\x1b[D": "a", "\x1b[B": "s", "\x1b[C": "d"}
+ENTER, ESCAPE, BACKSPACE, INTERRUPT = ("\r", "\n"), "\x1b", ("\x7f", "\x08"), "\x03"
+HELD = 6  # emulated frames that a key press lasts: terminals do not report releases
+GLOW = 15  # emulated frames that a changed byte stays marked
+RATE = 30  # frames shown per second
+FRAMES_PER_SHOWN = 2  # the console draws 60 frames a second
+
+
+class Session:
+    """A watched emulator: its screen, objects and RAM, the bytes that changed recently, and a message.
+
+    Keys are single characters, or a terminal's sequences for arrows.
+
+    Args:
+        game: the game.
+        policy: "keyboard", or the name of a policy as `make_policy` takes it.
+        seed: seed of the emulator and the policy.
+        game_mode: as ale-py numbers it; None for the game's default.
+
+    Raises:
+        RomError, PolicyError, ValueError: a wrong ROM, policy or mode.
+    """
+
+    def __init__(self, game: Game, policy: str = "keyboard", seed: int = 0, game_mode: int | None = None) -> None:
+        import ale_py
+
+        self.game, self.ale = game, start_emulator(game, seed, game_mode)
+        self.actions = list(self.ale.getMinimalActionSet())
+        self._by_name = ale_py.Action.__members__
+        self._random = make_policy("repeat", game, len(self.actions), 1, seed)
+        self.policy = None if policy == "keyboard" else make_policy(policy, game, len(self.actions), 1, seed)
+        self.paused = self.vision = self.done = False
+        self.started = True  # whether the game has just begun
+        self.message = HELP
+        self.typed: str | None = None  # the line after ":" while it is typed
+        self.saved: Any = None
+        self.held: dict[str, int] = {}  # keys that are held, and for how many frames yet
+        self.changed = np.zeros(128, int)  # frames for which each byte stays marked
+        self.reward = 0
+        self.ram = self.ale.getRAM()
+        self._commands = {
+            ":": self._start_typing, "p": self._toggle_pause, "n": self._step_one, "v": self._toggle_vision, "k": self._save,
+            "l": self._load, "r": self._act_at_random, "m": self._act_by_hand, "q": self._quit, INTERRUPT: self._quit, ESCAPE: self._quit,
+        }  # fmt: skip
+        self._observe()
+
+    def _observe(self) -> None:
+        """Take over RAM and screen, mark changed bytes, and extract."""
+        before, self.ram, self.screen = self.ram, self.ale.getRAM(), self.ale.getScreen()
+        self.changed = np.where(before != self.ram, GLOW, np.maximum(self.changed - 1, 0))
+        found = self.game.vem(self.screen) if self.vision else self.game.rem(self.ram)
+        self.objects = jax.tree.map(np.asarray, found)
+
+    def action(self) -> "ale_py.Action":
+        """The next action, from the policy or from the keys that are held."""
+        if self.policy is not None:
+            return self.actions[int(self.policy(self.ram[None], np.array([self.started]))[0])]
+        # ALE names its actions by what is held: UPRIGHTFIRE, LEFT, FIRE, ...
+        return self._by_name.get("".join(MOVES[k] for k in "wsda " if k in self.held), self._by_name["NOOP"])
+
+    def step(self) -> None:
+        """Emulate the frames of one frame shown, unless paused."""
+        for _ in range(FRAMES_PER_SHOWN):
+            if not self.paused:
+                self.frame()
+
+    def frame(self) -> None:
+        """Emulate one frame. A game that is over restarts."""
+        if self.ale.game_over():
+            self.ale.reset_game()
+            self.reward, self.started = 0, True
+        self.reward += self.ale.act(self.action())
+        self.started = False
+        self.held = {k: n - 1 for k, n in self.held.items() if n > 1}
+        self._observe()
+
+    def poke(self, address: int, value: int) -> None:
+        """Write a byte. Frames show it from the next one on."""
+        if not (0 <= address < 128 and 0 <= value < 256):
+            self.message = f"an address is 0-127 and a value 0-255, got {address} and {value}"
+            return
+        self.ale.setRAM(address, value)
+        self.message = f"byte {address} is {value} now"
+        self._observe()
+
+    def key(self, key: str) -> None:
+        """Handle a key press."""
+        key = ARROWS.get(key, key)
+        if self.typed is not None:
+            self._type(key)
+        elif key in MOVES:
+            self.held[key] = HELD
+        elif key in self._commands:
+            self._commands[key]()
+
+    def _start_typing(self) -> None:
+        self.typed = ""
+
+    def _toggle_pause(self) -> None:
+        self.paused = not self.paused
+        self.message = "paused; n steps one frame" if self.paused else HELP
+
+    def _step_one(self) -> None:
+        self.paused = True
+        self.frame()
+
+    def _toggle_vision(self) -> None:
+        self.vision = not self.vision
+        self._observe()
+        self.message = "boxes from pixels (VEM)" if self.vision else "boxes from RAM (REM)"
+
+    def _save(self) -> None:
+        self.saved = (self.ale.cloneState(include_rng=True), self.reward)
+        self.message = "state saved"
+
+    def _load(self) -> None:
+        if self.saved is None:
+            self.message = "no state has been saved: k saves one"
+            return
+        state, self.reward = self.saved
+        self.ale.restoreState(state)
+        self._observe()
+        self.message = "state loaded; the picture follows with the next frame"
+
+    def _act_at_random(self) -> None:
+        self.policy, self.message = self._random, "random actions; m returns to the keyboard"
+
+    def _act_by_hand(self) -> None:
+        self.policy, self.message = None, HELP
+
+    def _quit(self) -> None:
+        self.done = True
+
+    def _type(self, key: str) -> None:
+        assert self.typed is not None
+        if key in ENTER:
+            words, self.typed = self.typed.replace("=", " ").split(), None
+            try:
+                address, value = (int(w, 0) for w in words)
+            except ValueError:
+                self.message = "to poke type :ADDRESS VALUE, for example :51 120 or :0x33 0x78"
+            else:
+                self.poke(address, value)
+        elif key == ESCAPE:
+            self.typed = None
+        elif key in BACKSPACE:
+            self.typed = self.typed[:-1]
+        elif key.isprintable() and len(key) == 1:
+            self.typed += key
+
+    def line(self) -> str:
+        """What is being typed, or else the message."""
+        return self.message if self.typed is None else f":{self.typed}"
+
+    def title(self) -> str:
+        """The state of play in one line."""
+        method, control = "VEM" if self.vision else "REM", "paused" if self.paused else "by hand" if self.policy is None else "policy"
+        play = f"frame {self.ale.getEpisodeFrameNumber()}  reward {self.reward}  lives {self.ale.lives()}"
+        return f"{self.game.name}  {play}  {method}  {control}"

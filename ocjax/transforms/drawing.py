@@ -1,0 +1,122 @@
+"""Draw objects over frames."""
+
+import colorsys
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+import jax
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from ocjax.extraction.game import Game
+from ocjax.extraction.objects import Objects
+from ocjax.files import writing
+from ocjax.recordings import Recording
+
+METHODS = {"rem": ("REM",), "vem": ("VEM",), "both": ("REM", "VEM")}
+
+MARGIN = 4  # pixels between the pictures of a sheet
+BACKGROUND, TEXT = (40, 40, 40), (255, 255, 255)  # of a sheet
+TITLE_SIZE, TITLE_HEIGHT = 22, 34  # pixels
+FRAME_TIME = 120  # milliseconds per frame of an animation
+
+
+def category_colors(game: Game) -> dict[str, tuple[int, int, int]]:
+    """A bright RGB colour for each category, with hues evenly spaced."""
+    n = len(game.categories)
+    hues = {c.name: colorsys.hsv_to_rgb(i / n, 0.75, 1.0) for i, c in enumerate(game.categories)}
+    return {name: (round(255 * r), round(255 * g), round(255 * b)) for name, (r, g, b) in hues.items()}
+
+
+def overlay(game: Game, frame: np.ndarray, objects: Objects, *, scale: int = 3, labels: bool = True) -> Image.Image:
+    """Draw the boxes of the valid objects of one state over its frame.
+
+    Args:
+        game: the objects' game.
+        frame: uint8 `[H, 160]` of palette indices or `[H, 160, 3]` of RGB.
+        objects: of one state.
+        scale: picture pixels per screen pixel vertically; there are twice as many horizontally, because the console's pixels are wide.
+        labels: whether to label the first object of each category, and every object that has a value or a known orientation.
+    """
+    rgb = game.palette[frame] if frame.ndim == 2 else frame
+    sx, sy = 2 * scale, scale
+    image = Image.fromarray(rgb).resize((rgb.shape[1] * sx, rgb.shape[0] * sy), Image.Resampling.NEAREST)
+    draw = ImageDraw.Draw(image)
+    font = ImageFont.load_default(size=4 * scale + 2)
+    colors, named = category_colors(game), set()
+    records = objects.to_list()
+    for r in records:
+        corners = (r["x"] * sx - 1, r["y"] * sy - 1, (r["x"] + r["w"]) * sx, (r["y"] + r["h"]) * sy)
+        draw.rectangle(corners, outline=colors[r["category"]], width=max(1, scale // 2))
+    for r in records if labels else ():
+        attributes = "".join(f" {r[k]}" for k in ("value", "orientation") if k in r)
+        if r["category"] not in named or attributes:
+            named.add(r["category"])
+            place = r["x"] * sx, r["y"] * sy, (r["y"] + r["h"]) * sy
+            _label(draw, font, r["category"] + attributes, place, image.size, colors[r["category"]])
+    return image
+
+
+def _label(
+    draw: ImageDraw.ImageDraw,
+    font: ImageFont.ImageFont | ImageFont.FreeTypeFont,
+    text: str,
+    place: tuple[int, int, int],
+    size: tuple[int, int],
+    color: tuple[int, int, int],
+) -> None:
+    """Write text on black above a box, or below it where there is no room above.
+
+    Args:
+        draw: of the picture.
+        font: of the text.
+        text: what to write.
+        place: left, top and bottom of the box.
+        size: width and height of the picture.
+        color: of the text.
+    """
+    box_left, box_top, box_bottom = place
+    left, top, right, bottom = (round(v) for v in draw.textbbox((0, 0), text, font=font))
+    x = max(0, min(box_left, size[0] - right - 2))
+    y = box_top - bottom - 3 if box_top - bottom - 3 >= 0 else min(box_bottom + 1, size[1] - bottom - 2)
+    draw.rectangle((x + left - 1, y + top - 1, x + right + 1, y + bottom + 1), fill=(0, 0, 0))
+    draw.text((x, y), text, font=font, fill=color)
+
+
+def sheet(rows: Sequence[Sequence[Image.Image]], titles: Sequence[str]) -> Image.Image:
+    """Arrange pictures of equal size in rows, with a title above each column."""
+    width, height = rows[0][0].size
+    font = ImageFont.load_default(size=TITLE_SIZE)
+    size = len(rows[0]) * (width + MARGIN) + MARGIN, TITLE_HEIGHT + len(rows) * (height + MARGIN)
+    out = Image.new("RGB", size, BACKGROUND)
+    draw = ImageDraw.Draw(out)
+    for j, title in enumerate(titles):
+        draw.text((MARGIN + j * (width + MARGIN) + 4, 4), title, font=font, fill=TEXT)
+    for i, row in enumerate(rows):
+        for j, image in enumerate(row):
+            out.paste(image, (MARGIN + j * (width + MARGIN), TITLE_HEIGHT + i * (height + MARGIN)))
+    return out
+
+
+def extract(recording: Recording, methods: Sequence[str], samples: slice) -> dict[str, Objects]:
+    """Objects of some samples of a recording with frames, for each of the methods "REM" and "VEM"."""
+    assert recording.screens is not None
+    sources = {"REM": (recording.game.rem, recording.rams), "VEM": (recording.game.vem, recording.screens)}
+    return {name: jax.tree.map(np.asarray, sources[name][0](sources[name][1][samples])) for name in methods}
+
+
+def pictures(recording: Recording, objects: Mapping[str, Objects], samples: slice, scale: int) -> Iterator[Image.Image]:
+    """Draw samples of a recording, the methods side by side."""
+    assert recording.screens is not None
+    for i, frame in enumerate(recording.screens[samples]):
+        titles = [f"{recording.game.name} {samples.start + i}: {method}" for method in objects]
+        yield sheet([[overlay(recording.game, frame, o[i], scale=scale) for o in objects.values()]], titles)
+
+
+def save(images: Sequence[Image.Image], path: Path, *, frame_time: int = FRAME_TIME) -> None:
+    """Write one picture, or several as an animated .gif with so many milliseconds per frame."""
+    if path.suffix == ".gif":
+        animation = {"save_all": True, "append_images": images[1:], "duration": frame_time, "loop": 0}
+        writing.write(path, lambda file: images[0].save(file, "GIF", **animation))
+    else:
+        writing.write_picture(path, images[0])
