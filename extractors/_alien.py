@@ -9,6 +9,7 @@ figures of a sprite that are too close below each other, one is left out, by tur
 the eggs of the right half, even frames those of the left half.
 """
 
+import functools
 from collections.abc import Sequence
 
 import jax
@@ -22,39 +23,47 @@ PLAYER, DISPLAY = 3, 6  # the figure that is the highest one; what stands for no
 SPACING, PLAYER_SPACING = (12, 11), 15
 TAKEN, PLAYER_TAKEN = (210, 211), 219
 NOT_THERE = 511  # instead of that row
+STAGGER = 2  # rows from an egg to the next one to its right, of three
 
 
 def colors_of_eggs(
-    y: Sequence[jax.Array],
-    colors: jax.Array,
-    frame: jax.Array,
-    tops: np.ndarray,
-    column: np.ndarray,
+    y: Sequence[jax.Array], colors: jax.Array, frame: jax.Array, tops: np.ndarray
 ) -> jax.Array:
-    """Palette indices of eggs, those of the left half first.
+    """Palette indices of eggs, those of the left half first, by column in each row.
 
     Args:
         y: of the six figures, in steps of two rows from the bottom; 0: not in the maze.
         colors: of the six figures and the display.
         frame: the number of the frame that was drawn last.
-        tops: the first rows of the eggs.
-        column: of the eggs, 0 to 5.
+        tops: the first rows of the eggs in the first column.
     """
-    by_second, in_right = column[None] >= 3, np.arange(len(tops))[None] >= len(tops) // 2
-    row = np.where(by_second, (tops - 2 * (column % 3))[None], tops[None])
     left, right = frame - (frame & 1), frame - 1 | 1  # the last frames that drew each half
-    a, b, c, d = (_turns(y, colors, sprite, n) for n in (left, right) for sprite in (0, 1))
-    turns = jnp.where(in_right, jnp.where(by_second, d, c), jnp.where(by_second, b, a))
+    return jnp.concatenate([_of_half(y, colors, n, tops).ravel() for n in (left, right)])
+
+
+def _of_half(
+    y: Sequence[jax.Array], colors: jax.Array, frame: jax.Array, tops: np.ndarray
+) -> jax.Array:
+    """The colours of a half's eggs, by row and column."""
+    first, second = (_turns(y, colors, sprite, frame) for sprite in (0, 1))
     last = NOT_THERE << 11 | DISPLAY << 8 | colors[DISPLAY]
-    # With a minimum along an axis, which XLA stores, REM takes 0.50 instead of 0.70 us a state.
-    later = jnp.where(turns >= row + 1 << 11, turns, NOT_THERE << 12)
-    return jnp.minimum(jnp.min(later, axis=0), last) & 255
+    by_first = [_color(first, last, tops + STAGGER * column) for column in range(3)]
+    by_second = _color(second, last, tops)
+    return jnp.stack([*by_first, by_second, by_second, by_second], axis=1)
 
 
-def _turns(y: Sequence[jax.Array], colors: jax.Array, sprite: int, frame: jax.Array) -> jax.Array:
+def _color(turns: Sequence[jax.Array], last: jax.Array, row: np.ndarray) -> jax.Array:
+    """The colour that a sprite has in some rows, from its figures' words."""
+    later = (jnp.where(turn >= row + 1 << 11, turn, NOT_THERE << 12) for turn in turns)
+    return functools.reduce(jnp.minimum, later, last) & 255
+
+
+def _turns(
+    y: Sequence[jax.Array], colors: jax.Array, sprite: int, frame: jax.Array
+) -> tuple[jax.Array, ...]:
     """Words of a sprite's figures: the row up to which it has their colour, figure and colour.
 
-    The word of a figure that is left out on a frame is 0. The shape is `[3, 1]`.
+    The word of a figure that is left out on a frame is 0.
     """
     a, b, c = (y[i] << 11 | (DISPLAY - i) << 8 | colors[i] for i in SPRITES[sprite])
     a, b = jnp.maximum(a, b), jnp.minimum(a, b)
@@ -69,7 +78,7 @@ def _turns(y: Sequence[jax.Array], colors: jax.Array, sprite: int, frame: jax.Ar
     top_out = top_out | (close & is_later & middle_out)
     middle_out, bottom_out = middle_out | (close & is_later), close & ~is_later
     words = (top, top_out), (middle, middle_out), (bottom, bottom_out)
-    return jnp.stack([jnp.where(out, 0, _turn(word, sprite)) for word, out in words])[:, None]
+    return tuple(jnp.where(out, 0, _turn(word, sprite)) for word, out in words)
 
 
 def _of_player(word: jax.Array) -> jax.Array:

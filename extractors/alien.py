@@ -37,7 +37,7 @@ from ocjax.console.ram import RamMap, bits, byte
 from ocjax.console.registers import packed_position, position
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Game
-from ocjax.extractors._alien import DISPLAY, colors_of_eggs
+from ocjax.extractors._alien import DISPLAY, STAGGER, colors_of_eggs
 from ocjax.vision.rules import Blobs, Bounds, Category, Cells, Gauge, display
 
 ROM = Rom("alien", "f1a0a23e6464d954e3a9579c4ccd01c8")
@@ -46,14 +46,14 @@ FONT = ROM.font(0x1, rows=7, stride=8, dots=7)
 CYAN, YELLOW, PINK, ORANGE, BLUE, WEAK, WHITE = 190, 30, 94, 78, 142, 138, 14
 MAZE = (8, 8, 160, 172)
 EGG_COLUMNS = ((26, 34, 42, 56, 64, 72), (89, 97, 105, 118, 126, 134))  # of the two halves
+EGG_TOPS = 19 + 12 * np.arange(13)  # in the first column
 EGG_PLACES = [
-    (x, 19 + 12 * row + 2 * (i % 3))
+    (x, top + STAGGER * (i % 3))
     for columns in EGG_COLUMNS
-    for row in range(13)
+    for top in EGG_TOPS.tolist()
     for i, x in enumerate(columns)
 ]
 EGG_X, EGG_Y = zip(*EGG_PLACES, strict=True)
-EGG_COLUMN = np.arange(len(EGG_PLACES)) % 6
 EGG_BITS = (2, 4, 6, 3, 5, 7)  # by column
 DIGIT_VALUES = (100000, 10000, 1000, 100, 10, 1)
 BLANK = 0x80  # digit that is not shown
@@ -244,7 +244,7 @@ def _rocket(m: Ram, x: jax.Array) -> Box:
 def _eggs(m: Ram, colors: jax.Array) -> Box:
     there = (m.eggs[:, None] >> np.array(EGG_BITS)[None] & 1).ravel() == 1
     y = *(m.alien_y[i] for i in range(3)), _y(m), _pulsar_y(m), m.rocket_y
-    color = colors_of_eggs(y, colors, m.frame - 1, np.array(EGG_Y), EGG_COLUMN)
+    color = colors_of_eggs(y, colors, m.frame - 1, EGG_TOPS)
     return box(np.array(EGG_X), np.array(EGG_Y), 1, 2, there, color=color)
 
 

@@ -17,6 +17,7 @@ whole rows are seen too small; on the display of the ended game Score and Bonus 
 
 import functools
 import itertools
+from collections.abc import Sequence
 from dataclasses import replace
 
 import jax
@@ -24,7 +25,7 @@ import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
 from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import lookup, pick, reached
+from ocjax.console.ops import lookup, reached
 from ocjax.console.ram import RamMap, bits, byte, high, low
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Game
@@ -36,12 +37,14 @@ GREEN, GREEN_2, LEGS, RED, WHITE = 202, 104, 76, 70, 12
 YELLOW, BLUE, PURPLE, BODY, ROTOR = 26, 154, 106, 134, 10
 BUILDING = (40, 43, 120, 198)
 EAST, WEST = 4, 12
-ROW = np.repeat(np.arange(13), 6)
-COLUMN = np.tile(np.arange(6), 13)
+ROW, COLUMN = np.ogrid[:13, :6]  # of windows
 WINDOW_X = np.array((44, 56, 68, 84, 96, 108))
 DISTANCE = np.array((0, 1, 2, 2, 1, 0))  # column -> window of the left half
 OPEN = (0b111, 0b110, 0b011, 0b100, 0b100, 0)  # windows of the left half, bit 0 the outer one
 THING_ROWS = 16  # at most, of the picture of what falls
+LAST_ROW = 11  # of the building
+ROW_STEPS = 11  # of the drawing loop in a row of the building
+ZONE_START, ZONE_END = 2, 7  # rows where it counts one more down to the thrower
 BIRD_STEPS = 2  # that the drawing loop counts more where it draws the bird
 
 
@@ -67,6 +70,8 @@ LIMBS = Pictures.of([_climber(0xD00 + i) for i in range(512)])
 HEADS = ROM.pictures(range(0xD9B, 0xDA3), 6, top_first=True)
 BIRDS = ROM.pictures(range(0xC00, 0xD00), 12, top_first=True)
 INK = ROM.bytes(0xC00, 0x310)
+# Which rows of the pictures of what falls are not empty, a bit a row.
+FILLED = [sum(1 << k for k in range(THING_ROWS) if INK[i + k]) for i in range(512)]
 
 
 class Ram(RamMap):
@@ -139,24 +144,27 @@ def _lower(m: Ram) -> jax.Array:
 
 def _windows(m: Ram) -> Box:
     none = jnp.zeros(3, jnp.int32)
-    shut = jnp.concatenate([none, m.shut, none[:2]])
-    kind = jnp.concatenate([none, m.shut_kind, none[:2]])
-    pattern = pick(m.windows >> 2, OPEN)
-    shutters = pick(kind >> 1, SHUTTERS)
-    shown = jnp.repeat(pattern, 6) >> DISTANCE[COLUMN] & 1
-    kept = jnp.repeat(shutters, 6) >> DISTANCE[COLUMN] & 1
+    n = jnp.concatenate([none, m.shut, none[:2]])[:, None]
+    kind = jnp.concatenate([none, m.shut_kind, none[:2]])[:, None]
+    shown = _hole(OPEN, m.windows[:, None] >> 2)
+    kept = _hole(SHUTTERS, kind >> 1)
     head = (m.thrower != 15) & (m.row < 5) & (m.row + 3 == ROW)
-    n, climbed = jnp.where(head, 0, jnp.repeat(shut, 6)), (ROW == 9) | (ROW == 10)
-    rows = jnp.where(
-        kept == 1, 0, n + jnp.where(climbed & (n > 0) & ((ROW == 10) | (COLUMN < 3)), 1, 0)
-    )
-    last = jnp.where((n >= 7) & ~climbed & (COLUMN >= 2), 7, 8)
-    last = jnp.where(head & (COLUMN >= 4), 7, last)
+    n, climbed = jnp.where(head, 0, n), (ROW == 9) | (ROW == 10)
+    rows = jnp.where(kept, 0, n + jnp.where(climbed & (n > 0) & ((ROW == 10) | (COLUMN < 3)), 1, 0))
+    last = jnp.where((n >= 7) & ~climbed & (COLUMN >= 2) | head & (COLUMN >= 4), 7, 8)
     y = 34 + 13 * ROW + m.scroll + _lower(m)
-    gone = ((kept == 0) & (n >= 7)) | (shown == 0)
-    return box(
-        WINDOW_X[COLUMN], y + rows, 8, last - rows, ~gone & ((m.on_roof == 0) | (ROW > 10))
-    ).clip(*BUILDING)
+    there = shown & (kept | (n < 7)) & ((m.on_roof == 0) | (ROW > 10))
+    x = np.broadcast_to(WINDOW_X, (13, 6))
+    return box(x.ravel(), (y + rows).ravel(), 8, (last - rows).ravel(), there.ravel()).clip(
+        *BUILDING
+    )
+
+
+def _hole(patterns: Sequence[int], index: jax.Array) -> jax.Array:
+    """Whether the windows of rows are holes, by the rows' patterns of the left half."""
+    bits = sum(pattern << 3 * i for i, pattern in enumerate(patterns))  # all of them in one number
+    first = 3 * jnp.minimum(index, len(patterns) - 1)
+    return jnp.int32(bits) >> (first + DISTANCE[COLUMN]) & 1 == 1
 
 
 def _head(m: Ram) -> Box:
@@ -189,32 +197,35 @@ def _helicopter(m: Ram) -> Box:
     )
 
 
-def _counters(m: Ram) -> jax.Array:
-    """The drawing loop's step that each line of the building shows, int32 [13 * 12].
+def _zone_end(m: Ram) -> jax.Array:
+    """The row after those that the drawing loop draws in more steps because of the thrower."""
+    return jnp.where(m.thrower != 15, jnp.minimum(m.row + 3, ZONE_END), ZONE_START)
+
+
+def _start(m: Ram, row: jax.Array | np.ndarray) -> jax.Array:
+    """The drawing loop's step at which it begins rows of the building."""
+    in_zone = jnp.maximum(jnp.minimum(row, _zone_end(m)) - ZONE_START, 0)
+    head = (m.thrower != 15) & (m.row + 2 < ZONE_END) & (row > m.row + 2)
+    bird = jnp.where((m.bird == 0) & (row > 1), BIRD_STEPS, 0)
+    return ROW_STEPS * row + in_zone + jnp.where(head, 1, 0) + bird
+
+
+def _counters(m: Ram, row: jax.Array) -> jax.Array:
+    """The drawing loop's step that each line of some rows of the building shows, int32 [3 * 13].
 
     The first lines of all rows come first, then the second lines, and so on.
     """
-    row, line = np.arange(12), np.arange(1, 14)[None, :]
-    thrower = m.row + 2
-    zone = (m.thrower != 15) & (row >= 2) & (row <= 6) & (row <= thrower)
-    head = zone & (row == thrower)
-    steps = jnp.where(head, 13, jnp.where(zone, 12, 11))
-    steps = steps + jnp.where((m.bird == 0) & (row == 1), BIRD_STEPS, 0)
-    start = jnp.concatenate([jnp.zeros(1, jnp.int32), jnp.cumsum(steps)[:-1]])
-    none = jnp.zeros(2, jnp.int32)
-    n = jnp.concatenate([none, m.shut, none])[:, None]
-    z = zone[:, None]
+    n = sum(jnp.where(row == 2 + i, m.shut[i], 0) for i in range(8))[:, None]
+    start, row, line = _start(m, row)[:, None], row[:, None], np.arange(1, 14)[None, :]
+    zone = (row >= ZONE_START) & (row < _zone_end(m))
     waits = (line == 4) | (line > 11) | ((n > 0) & (line == 4 + n))
-    above = (n > 0) & (line < 4 + n)
-    plain = jnp.where(line < 4, line, jnp.where(above, line, line - 1))
-    in_zone = jnp.where(above, line + 1, line)
-    offset = jnp.where(z, in_zone, plain)
-    waits = waits | (z & (line < 5)) | head[:, None]
-    offset = jnp.where(row[:, None] == 11, offset - 1, offset)
-    flies = (m.bird == 0) & (row < 2)[:, None]
-    offset = jnp.where(flies, offset + BIRD_STEPS, offset)
-    waits = waits | (flies & ((row[:, None] == 0) | (line < 8)))
-    counter = jnp.where(waits, -1, start[:, None] + offset)
+    waits = waits | (zone & ((line < 5) | (row == m.row + 2)))
+    late = ((n == 0) | (line >= 4 + n)) & (zone | (line >= 4))
+    flies = (m.bird == 0) & (row < 2)
+    offset = line + jnp.where(zone, 1, 0) + jnp.where(flies, BIRD_STEPS, 0)
+    offset = offset - jnp.where(late, 1, 0) - jnp.where(row == LAST_ROW, 1, 0)
+    waits = waits | (flies & ((row == 0) | (line < 8)))
+    counter = jnp.where(waits, -1, start + offset)
     last = _running_max(list(jnp.max(counter, axis=1)))  # of each row, where it does not wait
     before = jnp.stack([jnp.int32(-1), *last[:-1]])
     return jnp.concatenate(_running_max([before, *counter.T])[1:])
@@ -226,15 +237,21 @@ def _running_max(values: list[jax.Array]) -> list[jax.Array]:
 
 
 def _thing(m: Ram) -> Box:
-    """What falls: the rows of its picture that the drawing loop does not skip."""
-    shown = _counters(m)
+    """What falls: the rows of its picture that the drawing loop does not skip.
+
+    A picture has fewer rows than the loop has steps in two rows of the building, so it is in the
+    row that is under way when it begins and in the next two.
+    """
+    begun = _start(m, np.arange(1, LAST_ROW + 1)) < m.top
+    building_row = jnp.sum(jnp.where(begun, 1, 0)) + np.arange(3)
+    shown = _counters(m, building_row)
     k = shown - m.top
     numbers = np.arange(THING_ROWS)
-    rows = lookup(INK, m.thing + 256 * m.thing_page + numbers)
-    filled = jnp.sum(jnp.where(rows > 0, 1 << numbers, 0))  # a bit a row
+    picture = m.thing + 256 * m.thing_page
+    rows, filled = lookup(INK, picture + numbers), lookup(FILLED, picture)
     row = jnp.where((k >= 0) & (k < THING_ROWS), jnp.int32(1) << (k & 15), 0) & filled
-    on = (shown < m.end) & (row > 0)
-    line = np.arange(156).reshape(12, 13).T.ravel()  # in the order of the counters
+    line = (13 * building_row[None, :] + np.arange(13)[:, None]).ravel()
+    on = (shown < m.end) & (row > 0) & (line < 13 * (LAST_ROW + 1))
     hidden = (m.end >= 0x59) & (m.turn == 0) & (line >= 103) & (line < 140)
     on = jnp.where(jnp.any(on & ~hidden), on & ~hidden, on)
     y = 44 + line + m.scroll + _lower(m)

@@ -181,31 +181,44 @@ def _slots(left: jax.Array, right: jax.Array, diver: jax.Array) -> jax.Array:
     return jnp.concatenate([left, right, diver[None]])
 
 
+def _flags(left: jax.Array, right: jax.Array, diver: jax.Array) -> jax.Array:
+    """`_slots` of conditions, as bits of a number: it is computed once, not again for each slot.
+
+    Otherwise the game takes 1.3 times as long.
+    """
+    bits = jnp.sum(jnp.where(left, 1 << ROW, 0) + jnp.where(right, 8 << ROW, 0))
+    return (bits + jnp.where(diver, 64, 0)) >> np.arange(7) & 1 == 1
+
+
 def _alive(m: Ram, split: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Which demons are alive, and which one was hit on this frame, which shows it alive."""
+    over = m.game == GAME_OVER
     left = jnp.where(split, m.left_alive == 1, (m.state == ALIVE) & (m.appearing != ROW))
-    alive = _slots(left, split & (m.right_alive == 1), m.diver_state == ALIVE)
-    alive = alive & (m.picture > EXPLODING)
+    left, right = jnp.where(over, _remain(m), left), ~over & split & (m.right_alive == 1)
+    alive = _flags(left, right, ~over & (m.diver_state == ALIVE))
+    alive = alive & (over | (m.picture > EXPLODING))
     struck = (m.picture == EXPLODING) | (m.picture == SPLITTING)
     struck = struck & (m.sound == HIT) & (m.note == lookup(HIT_NOTES, m.level))
     exploding = _slots(split | (m.state == EXPLODES), split, m.diver_state == EXPLODES)
-    return jnp.where(m.game == GAME_OVER, jnp.pad(_remain(m), (0, 4)), alive), struck & exploding
+    return alive, struck & exploding
 
 
 def _remain(m: Ram) -> jax.Array:
     """Which rows the last frame of a game shows: all, unless it is the end of a wave.
 
-    Then the score tells how many demons are left. If one of the upper two is, it is rather the one
-    that is farther from the middle between its neighbours, to which the row of a dead one moves.
+    Then the score tells how many demons are left, if it fits. If one of the upper two is, it is
+    rather the one that is farther from the middle between its neighbours, to which the row of a
+    dead one moves.
     """
     lowest, y = m.drawn_picture > EXPLODING, m.y
     points, missing = lookup(POINTS, m.level), lookup(WAVE_ENDS, m.level) - m.score
-    left = sum(jnp.where(missing >= n * points, 1, 0) for n in (1, 2, 3))
-    known = (m.level < len(POINTS)) & (missing == left * points)
+    number = np.arange(1, 4)
+    known = (m.level < len(POINTS)) & (missing == number * points)
+    left = jnp.max(jnp.where(known, number, 0))
     upper = left - jnp.where(lowest, 1, 0) - jnp.where(m.appearing == NO_ROW, 0, 1)
     first = jnp.abs(2 * y[0] - CEILING - y[1]) > jnp.abs(2 * y[1] - y[0] - y[2])
     needed = jnp.where((ROW == 0) == first, 1, 2)
-    alive = ((m.appeared < WAVE) | (known & (upper >= needed))) & (m.appearing != ROW)
+    alive = ((m.appeared < WAVE) | (upper >= needed)) & (m.appearing != ROW)
     return jnp.where(ROW == LOWEST, lowest, alive) & (m.score_shown == 1)
 
 
@@ -235,22 +248,22 @@ def _line(m: Ram, y: jax.Array, row: jax.Array, x: jax.Array, sooner: int) -> ja
 
 def _missiles(m: Ram) -> Box:
     """A row has up to two missiles. A bomb is half as high as its row, the halves by turns."""
-    slots = jnp.arange(2 * MISSILE_ROWS)
     steps = jax.lax.div(jnp.maximum(m.frame - m.missile_clock, 0), lookup(PERIODS, m.cycle))
-    row = mod(slots // 2 + MISSILE_ROWS - mod(steps, MISSILE_ROWS), MISSILE_ROWS)
+    row = np.arange(MISSILE_ROWS) - mod(steps, MISSILE_ROWS)  # of a pair of slots
+    row = jnp.where(row < 0, row + MISSILE_ROWS, row)
     dots = sum(jnp.where(row == i, m.missiles[i], 0) for i in range(MISSILE_ROWS))
-    right, last = slots % 2 == 1, dots & -dots
-    left_dot = jnp.where(right, last, dots)
-    first = packed_position(m.code[DIVER]) + 5  # column
-    x = first + sum(jnp.where(left_dot < 128 >> i, 1, 0) for i in range(8))
+    last = dots & -dots
+    pairs = jnp.stack([dots, jnp.where(dots == last, 0, last)], axis=1)
+    x = packed_position(m.code[DIVER]) + 5 + jax.lax.clz(pairs) - 24  # of the first dot
     bomb, second = m.bombs == 1, m.second_half == 1
     top = 8 * row + jnp.where(bomb & second, 3, 7)
     bottom = 8 * row + jnp.where(bomb & ~second, 4, 0)
     top = jnp.minimum(top, m.drawn_y - 1)
-    line, end = _missile_line(m, top, x), _missile_line(m, bottom - 1, x)
+    line, end = _missile_line(m, top[:, None], x), _missile_line(m, bottom[:, None] - 1, x)
     falls = (m.bombs_or_rays == 1) & (m.page != SHIP_EXPLODED) & (m.explosion != JUST_HIT)
-    there = falls & (dots > 0) & ~(right & (dots == last)) & (top >= bottom)
-    return box(x, line, 1, end - line, there).clip(0, 0, 160, GROUND)
+    there = falls & (pairs > 0) & (top >= bottom)[:, None]
+    missiles = box(x.ravel(), line.ravel(), 1, (end - line).ravel(), there.ravel())
+    return missiles.clip(0, 0, 160, GROUND)
 
 
 def _missile_line(m: Ram, row: jax.Array, x: jax.Array) -> jax.Array:
