@@ -23,14 +23,14 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box, choose
-from ocjax.console import EDGE_CUTS
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ops import among, div, lookup, pick
-from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, Category, Gauge, Runs, display
+from ocjax.console.boxes import Box, box, choose
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import among, div, lookup, pick
+from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.console.registers import EDGE_CUTS
+from ocjax.console.rom import Pictures, Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, Runs, display
 
 ROM = Rom("hero", "fca4a5be1251927027f2c24774a02160")
 FONT, BANK = ROM.font(0xF00, rows=8), 0x1000  # offset of the second bank

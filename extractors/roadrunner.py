@@ -22,14 +22,14 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box
-from ocjax.console import modulo_screen, wrap
-from ocjax.digits import score_box
-from ocjax.game import Game
-from ocjax.ops import among, lookup, pick, reached
-from ocjax.ram import RamMap, bits, byte, high, low, signed
-from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, Category, Gauge, display
+from ocjax.console.boxes import Box, box
+from ocjax.console.fonts import score_box
+from ocjax.console.ops import among, lookup, pick, reached
+from ocjax.console.ram import RamMap, bits, byte, high, low, signed
+from ocjax.console.registers import modulo_screen, wrap
+from ocjax.console.rom import Pictures, Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, display
 
 ROM = Rom("road_runner", "ce5cc62608be2cd3ed8abd844efb8919")
 FONT = ROM.font(0x1F80, rows=2, stride=7)  # the rows that are on the screen

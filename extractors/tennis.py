@@ -20,12 +20,12 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box
-from ocjax.game import Game
-from ocjax.ops import among, lookup
-from ocjax.ram import RamMap, byte
-from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, Saver, display
+from ocjax.console.boxes import Box, box
+from ocjax.console.ops import among, lookup
+from ocjax.console.ram import RamMap, byte
+from ocjax.console.rom import Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Saver, display
 
 ROM = Rom("tennis", "42cdd6a9e42a3639e190722b8ea3fc51")
 FIELD = (8, 14, 160, 192)  # columns 0-7 are blanked by the beam

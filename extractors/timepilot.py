@@ -27,14 +27,14 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box, choose
-from ocjax.console import wrap
-from ocjax.digits import score_box
-from ocjax.game import Game
-from ocjax.ops import lookup, pick
-from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, Category, Gauge, Shades, display
+from ocjax.console.boxes import Box, box, choose
+from ocjax.console.fonts import score_box
+from ocjax.console.ops import lookup, pick
+from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.console.registers import wrap
+from ocjax.console.rom import Pictures, Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, Shades, display
 
 ROM = Rom("time_pilot", "fc2104dd2dadf9a6176c1c1c8f87ced9")
 FONT = ROM.font(0xD00, rows=10)
