@@ -5,7 +5,7 @@ a brick wall and a ladder. StairPit: the hole above the ladder, with a Pit on ei
 scenes. Tarpit and Waterhole open and close in some; holes are background, which nothing draws.
 Rope: its brown part, below the leaves, without what trunks of its colour hide. PlayerScore has the
 value of the points won, 2,000 less than shown. Scenery: trees, the ground (OCAtari's Platform), the
-maker's name.
+maker's name. The screen saver puts what is below the ground behind the left edge.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (what the bytes are), and the ROM's code. Everything
 moves at F66D-FA72, before a scene is drawn at F0CE-F58E, but for the first step into a hole and
@@ -116,7 +116,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "GoldenBar": things.where(among(m.picture, range(BAGS, BARS)) & (one == GOLD))[:1],
         "DiamondRing": things.where(among(m.picture, range(BARS, RINGS)))[:1],
         "Scorpion": _scorpion(m),
-        "Wall": box(_at(m, 2), 148, 7, 32, m.ladder != 0),
+        "Wall": box(_at(m, 2), 148, 7, 32, m.ladder != 0).clip(*VIEW),
         "Stair": box(78, 136, 4, 42, m.ladder != 0),
         "StairPit": box(76, 122, 8, 6, among(m.scene, (HOLE, HOLES))),
         "Pit": box(np.array((48, 100)), 122, 12, 6, m.scene == HOLES),

@@ -19,7 +19,9 @@ of a jet that the left edge cuts; for VEM one or two rows of a missile, roof or 
 Lives shows one less than the emulator counts; with the last one, and at first, it shows nothing.
 """
 
+import dataclasses
 import functools
+from collections import Counter
 
 import jax
 import jax.numpy as jnp
@@ -38,6 +40,8 @@ FONT = ROM.font(0xB00, rows=8)
 
 VIEW, MISSILE_VIEW = (8, 2, 160, 163), (8, 2, 160, 145)
 JET, HELICOPTER, TURNED_ROTOR, TANKER, BRIDGE, HOUSE, DEPOT = range(4, 11)
+MIDDLE, HOUSE_ROW = 80, -13  # a row of the view; row whose colour is a house's
+COLORS = {JET: 156, HELICOPTER: 176, TANKER: 50, HOUSE: 12, DEPOT: 12}  # of most of their dots
 HIT, RAMMED = 1, 2  # kinds of what the missile, or the player, has just hit
 ZOOM = (1, 1, 1, 2, 4, 2, 1)  # pixels of a dot by kind
 BRIDGE_POINTS, HELICOPTER_POINTS, NO_POINTS = 0x28, 0x30, 0xF3  # `points`
@@ -59,6 +63,28 @@ def _rows(kind: int) -> np.ndarray:
     rows = np.stack([ROM.bytes(0xE00 + start, 13) for start in (even, odd)], axis=1)
     rows[ROM.bytes(0xF00 + colors, 13) == WATER] = 0
     return rows[:0:-1].reshape(ROWS)
+
+
+def _seen(kind: int, usual: int) -> list[int]:
+    """Colours of what the view's lower end leaves of a picture, then of what its upper end does.
+
+    By the number of rows that are left: the usual colour if it is seen, else that of most dots. Of
+    a house only the row counts whose colour VEM reads.
+    """
+    rows, start = _rows(kind), int(ROM.data[0xF23 + kind])
+    colors = np.repeat(ROM.bytes(0xF00 + start, 13)[:0:-1], 2)
+    first, last = np.flatnonzero(rows)[[0, -1]]
+    dots = [
+        Counter({color: row.bit_count()})
+        for color, row in zip(colors.tolist(), rows.tolist(), strict=True)
+    ]
+    left = range(ROWS + 1)
+    parts = [dots[first : first + h] for h in left]
+    parts += [dots[max(last + 1 - h, 0) : last + 1] for h in left]
+    if kind == HOUSE:
+        parts = [part[max(len(part) + HOUSE_ROW, 0) :][:1] for part in parts]
+    counts = [sum(part, Counter()) for part in parts]
+    return [usual if c[usual] or not c else max(c, key=c.__getitem__) for c in counts]
 
 
 def _cut(rows: np.ndarray, cut: int) -> np.ndarray:
@@ -119,11 +145,11 @@ def decode(m: Ram) -> dict[str, Box]:
         "Player": _player(m, player_x),
         "PlayerMissile": _missile(m, player_x),
         "Bridge": _single(objects.where(kind == BRIDGE)),
-        "FuelDepot": objects.where(kind == DEPOT),
-        "Helicopter": objects.where(among(kind, (HELICOPTER, TURNED_ROTOR))),
-        "House": objects.where(kind == HOUSE),
-        "Jet": objects.where(kind == JET),
-        "Tanker": objects.where(kind == TANKER),
+        "FuelDepot": _colored(objects.where(kind == DEPOT), DEPOT),
+        "Helicopter": _colored(objects.where(among(kind, (HELICOPTER, TURNED_ROTOR))), HELICOPTER),
+        "House": _colored(objects.where(kind == HOUSE), HOUSE),
+        "Jet": _colored(objects.where(kind == JET), JET),
+        "Tanker": _colored(objects.where(kind == TANKER), TANKER),
         "Fuel": box(68 + (used >> 3), 179, 2, 10, value=m.fuel),
         "PlayerScore": score_box(
             FONT, tens * 10 + (m.ones >> 3), right=104, top=165, digits=6, value=tens * 10
@@ -179,6 +205,12 @@ def _in_ring(m: Ram, packed: jax.Array) -> tuple[jax.Array, Box]:
     facing = jnp.where(own >> 27 & 1 == 1, WEST, EAST)
     boxes = box(own & 255, own >> 8 & 255, own >> 16 & 63, own >> 22 & 31, orientation=facing)
     return own >> 28 & 15, boxes
+
+
+def _colored(b: Box, kind: int) -> Box:
+    """Objects of a kind with the colours of what the ends of the view leave of them."""
+    index = b.h + jnp.where(b.y < MIDDLE, ROWS + 1, 0)
+    return dataclasses.replace(b, color=pick(index, _seen(kind, COLORS[kind])))
 
 
 def _single(b: Box) -> Box:
@@ -264,7 +296,7 @@ GAME = Game(
         Category("Bridge", BRIDGES, rgb=(105, 105, 15), doc="at the end of a level"),
         Category("FuelDepot", DEPOTS, count=RING, rgb=(214, 214, 214), doc="by record"),
         facing("Helicopter", HELICOPTERS, rgb=(0, 64, 48), doc="by record"),
-        Category("House", HOUSES, count=RING, rgb=(214, 214, 214), doc="house and tree, by record"),
+        Category("House", HOUSES, count=RING, color_row=HOUSE_ROW, doc="house and tree, by record"),
         facing("Jet", JETS_RULE, rgb=(117, 181, 239), doc="that crosses, by record"),
         facing("Tanker", TANKERS, rgb=(163, 57, 21), doc="by record"),
         display("Fuel", Bounds(NEEDLE, (66, 176, 104, 189)), doc="needle of the gauge; 0-255"),

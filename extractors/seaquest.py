@@ -236,7 +236,7 @@ GAME = Game(
         facing("Submarine", ENEMY_SUBS, count=12, doc="lane * 3 + place, the lowest lane first"),
         Category("Diver", DIVERS, count=4, doc="divers to be rescued: lane"),
         Category("EnemyMissile", TORPEDOES, count=4, doc="torpedoes of submarines: lane"),
-        Category("SurfaceSubmarine", Bounds(GRAY, (8, 44, 160, 57)), doc="the patrol"),
+        Category("SurfaceSubmarine", Bounds(GRAY, (8, 44, 160, FOOT[0])), doc="the patrol"),
         display("CollectedDiver", BOARD, count=6, attributes=(), blinks=True, doc="on board"),
         display("OxygenBar", OXYGEN, blinks=True, doc="oxygen that is left, 0-64"),
         # No graphics object draws it, but the background's colour does; so it blinks for good.

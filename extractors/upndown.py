@@ -254,10 +254,9 @@ def _objects(m: Ram, kind: jax.Array, x: jax.Array, y: jax.Array, fine: jax.Arra
 
 blobs = functools.partial(Blobs, region=VIEW)
 own = functools.partial(blobs, (BLACK, GREY))
-PLAYER_AREAS = (  # width, heights and pixels of parts of the player's car that no other car has
+PLAYER_AREAS = (  # width, heights and pixels of parts of the car that no other car has
     (14, 5, 5, 52, 60),
     (14, 6, 6, 58, 64),
-    (14, 7, 7, 64, 67),
     (16, 5, 7, 70, 112),
     (16, 8, 9, 100, 126),
     (16, 9, 9, 91, 93),

@@ -39,6 +39,7 @@ FONT = hex_font(GLYPHS, dots=3, dot=(4, 2), pitch=16)
 NUMBERS = ROM.font(0xC00, rows=7, stride=8, dots=7, shift=1, dot=(1, 2), top_first=True)
 
 WHITE, GOLD, YELLOW, BLUE = 0x0E, 0x2A, 0xF8, 0x76
+SAVER_MASK = 0xF7  # the saver drops a bit, which yellow has in play and blue has not
 FLASHES = range(0, 0x4A, 2)  # what all colours are XORed with
 COLORS = {
     "Ball": BLUE,
@@ -262,7 +263,7 @@ GAME = Game(
     md5=ROM.md5,
     ram=Ram,
     decode=decode,
-    saver=Saver(_saver_key, (158, 190), FLASHING[:9], mask=0xF7),
+    saver=Saver(_saver_key, (158, 190), BLUE, mask=SAVER_MASK, beside=(5, 3)),
     shades=BY_FLASH,
     categories=(
         Category("Ball", BALL, doc="the ball"),

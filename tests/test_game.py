@@ -17,6 +17,7 @@ from ocjax.extraction.game import Game, GameError
 from ocjax.extraction.objects import UNKNOWN, UNKNOWN_VALUE
 from ocjax.transforms.game_objects import views
 from ocjax.vision.rules import Blobs, Bounds, ByColor, Category, Cells, Gauge, Runs, Saver, display
+from ocjax.vision.saver import key_of
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 
@@ -497,6 +498,18 @@ def test_screen_saver():
     assert np.array_equal(game.vem(shown[:1]).rgb, palette.NTSC[[[14, 20]]])
 
 
+def test_a_second_pixel_tells_a_saver_from_flashes():
+    """While all colours flash in play, either blue or yellow has the bit that the saver drops."""
+    blue, yellow, dropped = 0x76, 0xF8, 0x08
+    saver = Saver(lambda m: jnp.full((), -1), (0, 0), blue, mask=0xFF ^ dropped, beside=(1, 0))
+    frames = np.zeros((256, 210, 160), np.uint8)
+    frames[:, 0, :2] = blue, yellow
+    keys = np.arange(256).astype(np.uint8)
+    flashes = frames ^ keys[:, None, None]
+    assert (key_of(jnp.asarray(flashes), saver) == -1).all()
+    assert np.array_equal(key_of(jnp.asarray(flashes & saver.mask), saver), keys & saver.mask & 0xFE)
+
+
 def test_the_row_off_which_a_color_is_read():
     game = dataclasses.replace(
         GAME,
@@ -516,6 +529,7 @@ def test_the_row_off_which_a_color_is_read():
         (lambda: hex_font(("75557",) * 9, 3), "ten pictures"),
         (lambda: hex_font((*("75557",) * 9, "7555"), 3), "equal height"),
         (lambda: Digits(hex_font(("75557",) * 10, 3), (0,), 0, weights=(1, 2)), "needs one weight"),
+        (lambda: Saver(lambda m: m, (0, 0), 4, beside=(1, 0)), "only if mask drops a bit"),
         (lambda: Digits(hex_font(("75557",) * 10, 3, (4, 4)), (150,), 0), "on the screen"),
         (lambda: hex_font(("f5557",) * 10, 3), "must fit 3 dots"),
         (lambda: Gauge(0), "unit"),

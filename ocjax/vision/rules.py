@@ -402,6 +402,8 @@ class Saver:
         mask: bits of a colour that the saver keeps. Colours that differ in the others alone are shown as one.
         taken: the colours for which VEM takes what is shown as one; without an entry, that is the first colour that a rule names.
         changed: the colours that the saver changes; all without it.
+        beside: (x, y) of a second pixel, for games that change all colours in play, too. Then `color` is the pixel's usual colour, and the
+            saver is on where neither pixel has a bit that `mask` drops: whatever the change, one of the two has it in play.
     """
 
     key: Callable[[Any], jax.Array]
@@ -410,6 +412,7 @@ class Saver:
     mask: int = 0xFF
     taken: tuple[int, ...] = ()
     changed: tuple[int, ...] = ()
+    beside: tuple[int, int] | None = None
 
     @property
     def colors_in_play(self) -> tuple[int, ...]:
@@ -417,11 +420,13 @@ class Saver:
         return _color_set(self.color)
 
     def __post_init__(self) -> None:
-        x, y = self.pixel
-        _check_area((x, y, x + 1, y + 1))
+        for x, y in (self.pixel, self.beside or self.pixel):
+            _check_area((x, y, x + 1, y + 1))
         _color_set((*self.colors_in_play, *self.taken, *self.changed))
         if not 0 < self.mask < 256:
             raise ValueError(f"mask must be the bits of a palette index, got {self.mask}")
+        if self.beside is not None and self.mask == 0xFF:
+            raise ValueError("a second pixel tells something only if mask drops a bit")
 
 
 def _has_colors(rule: Rule) -> bool:

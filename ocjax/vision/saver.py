@@ -23,7 +23,15 @@ def key_of(frames: jax.Array, saver: Saver) -> jax.Array:
     x, y = saver.pixel
     shown = frames[:, y, x].astype(jnp.int32) & EVEN
     usual = saver.colors_in_play[0]
-    return jnp.where(among(shown, saver.colors_in_play), PLAY, shown ^ (usual & saver.mask))
+    return jnp.where(_in_play(frames, shown, saver), PLAY, shown ^ (usual & saver.mask))
+
+
+def _in_play(frames: jax.Array, shown: jax.Array, saver: Saver) -> jax.Array:
+    """Whether frames have the colours of play, bool `[B]`, by the saver's pixel, int32 `[B]`, and the one beside it."""
+    if saver.beside is None:
+        return among(shown, saver.colors_in_play)
+    x, y = saver.beside
+    return (shown | frames[:, y, x].astype(jnp.int32)) & EVEN & ~saver.mask != 0
 
 
 def restored(frames: jax.Array, saver: Saver, categories: Iterable[Category]) -> jax.Array:
