@@ -78,7 +78,7 @@ class Digits:
     """How VEM reads a number: digits in fixed cells, each compared with the font's ten pictures.
 
     An empty cell counts as 0, because many games do not show leading zeros. Where a cell holds something that is not one of the pictures,
-    the value is unknown.
+    or a picture that several digits share, the value is unknown.
 
     Args:
         font: the pictures.

@@ -68,10 +68,12 @@ def _centered(number: jax.Array, shown: jax.Array) -> jax.Array:
 def _shown(digits: Sequence[Digits], mask: Bitmap) -> jax.Array:
     """The digit in each cell, or `EMPTY` or `UNREADABLE`, int32 `[cells, B]`."""
     pictures = _pictures(digits, mask)
-    glyphs = np.array(digits[0].font.glyphs)
-    known = [*range(BASE), EMPTY] if glyphs.any(axis=1).all() else [*range(BASE)]  # some fonts have an empty picture
-    glyphs = jnp.asarray(np.pad(glyphs, ((0, len(known) - BASE), (0, 0))), U)
-    same = jnp.all(pictures[None] == glyphs[:, :, None, None], axis=1)  # [known, cells, B]
+    glyphs = digits[0].font.glyphs
+    known = [d for d in range(BASE) if glyphs.count(glyphs[d]) == 1]  # what a picture of several digits shows stays unread
+    shapes = [glyphs[d] for d in known]
+    if all(any(glyph) for glyph in glyphs):  # some fonts have an empty picture
+        known, shapes = [*known, EMPTY], [*shapes, (0,) * len(glyphs[0])]
+    same = jnp.all(pictures[None] == jnp.asarray(shapes, U)[:, :, None, None], axis=1)  # [known, cells, B]
     return UNREADABLE + jnp.sum(jnp.where(same, np.array(known)[:, None, None] - UNREADABLE, 0), axis=0, dtype=jnp.int32)
 
 
