@@ -86,8 +86,9 @@ class Digits:
         top: first row of the cells.
         weights: what a 1 in each cell is worth; powers of ten by default.
         base: value of a display of zeros.
-        required: whether the object is valid only if the last cell matches a picture. Use this if the game shows other things in the
-            number's place.
+        required: whether the object is valid only if the last cell matches a picture, and the cells of `free` are empty. Use this if the
+            game shows other things in the number's place.
+        free: left columns of cells that hold nothing while the number is shown. The value is unknown where one of them does.
         centered: whether shorter numbers leave cells on the right empty, too.
     """
 
@@ -98,13 +99,21 @@ class Digits:
     base: int = 0
     required: bool = False
     centered: bool = False
+    free: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "lefts", tuple(self.lefts))
         if self.weights is not None and len(self.weights) != len(self.lefts):
             raise ValueError(f"each of the {len(self.lefts)} digits needs one weight, got {len(self.weights)} weights")
-        if min(self.lefts) < 0 or max(self.lefts) + self.font.width > WIDTH:
-            raise ValueError(f"every cell must lie on the screen of {WIDTH} columns, got left columns {self.lefts}")
+        if self.free and not all(any(glyph) for glyph in self.font.glyphs):
+            raise ValueError("cells that are free cannot be told from a digit whose picture is empty")
+        if min(self.cells) < 0 or max(self.cells) + self.font.width > WIDTH:
+            raise ValueError(f"every cell must lie on the screen of {WIDTH} columns, got left columns {self.cells}")
+
+    @property
+    def cells(self) -> tuple[int, ...]:
+        """Left columns of all cells: of the digits, and of those that are free."""
+        return (*self.lefts, *self.free)
 
     @property
     def worth(self) -> tuple[int, ...]:
