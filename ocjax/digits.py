@@ -25,18 +25,20 @@ class Font:
         dots: width of a picture in dots.
         dot: (width, height) of a dot in pixels.
         pitch: pixels from the left edge of a digit to that of the next one.
+        signs: pictures that may stand before a number, such as a $. To VEM, they are empty cells.
     """
 
     glyphs: tuple[tuple[int, ...], ...]
     dots: int = 8
     dot: tuple[int, int] = (1, 1)
     pitch: int = 8
+    signs: tuple[tuple[int, ...], ...] = ()
 
     def __post_init__(self) -> None:
-        heights = {len(glyph) for glyph in self.glyphs}
+        heights = {len(glyph) for glyph in (*self.glyphs, *self.signs)}
         if len(self.glyphs) != BASE or len(heights) != 1:
             raise ValueError(f"a font needs ten pictures of equal height, got {len(self.glyphs)} with {sorted(heights)} rows")
-        if not 0 < self.width <= 32 or max(row for glyph in self.glyphs for row in glyph) >> self.dots:
+        if not 0 < self.width <= 32 or max(row for glyph in (*self.glyphs, *self.signs) for row in glyph) >> self.dots:
             raise ValueError(f"the pictures must fit {self.dots} dots and 32 pixels, got dots of {self.dot[0]} pixels")
 
     @property

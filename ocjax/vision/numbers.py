@@ -72,11 +72,11 @@ def _centered(number: jax.Array, shown: jax.Array) -> jax.Array:
 def _shown(digits: Sequence[Digits], mask: Bitmap) -> jax.Array:
     """The digit in each cell, or `EMPTY` or `UNREADABLE`, int32 `[cells, B]`."""
     pictures = _pictures(digits, mask)
-    glyphs = digits[0].font.glyphs
-    known = [d for d in range(BASE) if glyphs.count(glyphs[d]) == 1]  # what a picture of several digits shows stays unread
-    shapes = [glyphs[d] for d in known]
-    if all(any(glyph) for glyph in glyphs):  # some fonts have an empty picture
-        known, shapes = [*known, EMPTY], [*shapes, (0,) * len(glyphs[0])]
+    font = digits[0].font
+    read = [d for d in range(BASE) if font.glyphs.count(font.glyphs[d]) == 1]  # what a picture of several digits shows stays unread
+    blank = (0,) * len(font.glyphs[0])
+    empty = font.signs if blank in font.glyphs else (*font.signs, blank)  # some fonts have an empty picture
+    known, shapes = [*read, *[EMPTY] * len(empty)], [*(font.glyphs[d] for d in read), *empty]
     same = jnp.all(pictures[None] == jnp.asarray(shapes, U)[:, :, None, None], axis=1)  # [known, cells, B]
     return UNREADABLE + jnp.sum(jnp.where(same, np.array(known)[:, None, None] - UNREADABLE, 0), axis=0, dtype=jnp.int32)
 
