@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ocjax.report import Evaluation
+    from ocjax.evaluation.report import Evaluation
 
 HERE = Path(__file__).parent
 PAGE = HERE / "README.md"
@@ -18,12 +18,13 @@ def evaluated(name: str, samples: int, seed: int, ocatari: str | None, **options
 
     The actions are random, held for 1 to 8 steps, unless `options` of `rollout` say otherwise.
     """
+    from ocjax.play.rollouts import rollout
+
     import ocjax
-    from ocjax import ocatari_runner, report
-    from ocjax.rollout import rollout
+    from ocjax.evaluation import ocatari_peer, report
 
     tape = rollout(ocjax.load(name), samples, seed=seed, **options)
-    return report.evaluate(tape, "", ocatari_runner.run(tape, Path(ocatari)) if ocatari else None)
+    return report.evaluate(tape, "", ocatari_peer.run(tape, Path(ocatari)) if ocatari else None)
 
 
 class PageTable:

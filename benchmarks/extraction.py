@@ -49,13 +49,14 @@ def bind(core: int) -> None:
 
 def ocatari_times(python: str | None, game: str) -> dict[str, list[float] | None]:
     """Microseconds per frame of OCAtari's methods on the same samples (median, 10th and 90th percentile), None where there is no time."""
-    from ocjax import load, ocatari_runner
+    from ocjax import load
+    from ocjax.evaluation import ocatari_peer
     from ocjax.recordings import Recording
 
     times: dict[str, list[float] | None] = {"rem": None, "vem": None}
     if python:
         rams, screens = (repeated(recorded(game)[name], OCATARI_SAMPLES) for name in ("rams", "screens"))
-        for method, result in ocatari_runner.run(Recording(load(game), rams, screens), Path(python)).items():
+        for method, result in ocatari_peer.run(Recording(load(game), rams, screens), Path(python)).items():
             if not result.error:
                 times[method] = np.percentile(result.us, [50, 10, 90]).tolist()
     return times

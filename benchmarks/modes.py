@@ -15,12 +15,13 @@ from typing import TYPE_CHECKING
 
 import jax
 import numpy as np
+from ocjax.evaluation.report import percent
+from ocjax.play import fixtures
+from ocjax.play.rollouts import rollout
 from rich.console import Console
 
 import ocjax
-from ocjax import evaluation, excerpts, tables
-from ocjax.report import percent
-from ocjax.rollout import rollout
+from ocjax.evaluation import metrics, tables
 
 if TYPE_CHECKING:
     from ocjax import Game, Objects
@@ -46,11 +47,11 @@ def measure(game: "Game", mode: int, difficulty: int, frame_skip: int, seed: int
     kept = np.flatnonzero(np.arange(len(tape)) % steps >= WARM_UP)[::EVERY]
     rams, screens, previous, rewards, lives = (tape.arrays[k][kept] for k in ("rams", "screens", "previous", "rewards", "lives"))
     rem, vem, before = (to_host(o) for o in (game.rem(rams), game.vem(screens), game.vem(previous)))
-    left, right, earlier = map(evaluation.detections, (rem, vem, before))
-    by_category = evaluation.agreement(left, right, earlier).sum(axis=0)
+    left, right, earlier = map(metrics.detections, (rem, vem, before))
+    by_category = metrics.agreement(left, right, earlier).sum(axis=0)
     whole = by_category.sum()
-    shares = evaluation.value_shares(rem, rewards, lives)
-    score = next((percent(share) for name, share in shares.items() if name in evaluation.SCORE_NAMES), None)
+    shares = metrics.value_shares(rem, rewards, lives)
+    score = next((percent(share) for name, share in shares.items() if name in metrics.SCORE_NAMES), None)
     scores = [percent(whole.f1), percent(whole.exact_rate), score]
     return [game.name, str(mode), str(difficulty), int(whole.left), *scores, least(game, by_category)]
 
@@ -60,7 +61,7 @@ def to_host(objects: "Objects") -> "Objects":
     return jax.tree.map(np.asarray, objects)
 
 
-def least(game: "Game", counts: evaluation.Agreement) -> str:
+def least(game: "Game", counts: metrics.Agreement) -> str:
     """The three categories with the lowest F1 below 99 %, of those that occur often."""
     often = np.minimum(counts.left, counts.right) >= LEAST
     low = sorted((percent(f1), c.name) for c, f1, enough in zip(game.categories, counts.f1, often, strict=True) if enough and f1 < 0.99)
@@ -81,7 +82,7 @@ def main() -> None:
     progress = Console(stderr=True)
     for name in arguments.games or ocjax.games():
         game = ocjax.load(name)
-        for mode, difficulty in itertools.product(*excerpts.variants(game)):
+        for mode, difficulty in itertools.product(*fixtures.variants(game)):
             rows.append(measure(game, mode, difficulty, arguments.frame_skip, arguments.seed))
             progress.print(*map(tables.text, rows[-1]), highlight=False, soft_wrap=True)
         jax.clear_caches()

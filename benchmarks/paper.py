@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING
 from _page import HERE, PageTable, evaluated
 
 if TYPE_CHECKING:
-    from ocjax.evaluation import Agreement
-    from ocjax.report import Evaluation
+    from ocjax.evaluation.metrics import Agreement
+    from ocjax.evaluation.report import Evaluation
 
 BEGIN, END = "<!-- paper: python benchmarks/paper.py -->", "<!-- end of paper -->"
 TRAINED_BEGIN, TRAINED_END = "<!-- trained: python benchmarks/paper.py --trained -->", "<!-- end of trained -->"
@@ -80,8 +80,9 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=20261122, help="seed of the play")
     arguments = parser.parse_args()
 
+    from ocjax.play import policies
+
     import ocjax
-    from ocjax import policies
 
     if arguments.trained:
         games = arguments.games or sorted(path.stem for path in policies.SHIPPED.glob("*.npz"))

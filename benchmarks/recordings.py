@@ -20,12 +20,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from ocjax.files.pipeline import BLOCK_ROWS
 from rich.console import Console
 from rich.table import Table
 
 import ocjax
-from ocjax import ocatari_runner, recordings
-from ocjax.files.extraction import BLOCK_ROWS
+from ocjax import recordings
+from ocjax.evaluation import ocatari_peer
 
 DATA = Path(__file__).parent.parent / "tests" / "data"
 PEER_STATES = 2000
@@ -94,7 +95,7 @@ def peer_rate(game: str, python: Path) -> float:
     picks = np.arange(PEER_STATES) % len(recording)
     assert recording.screens is not None
     tape = recordings.Recording(recording.game, recording.rams[picks], recording.screens[picks])
-    return 1e6 / float(np.mean(ocatari_runner.run(tape, python)["rem"].us))
+    return 1e6 / float(np.mean(ocatari_peer.run(tape, python)["rem"].us))
 
 
 def measure(game: str, arguments: argparse.Namespace) -> Sequence[str]:

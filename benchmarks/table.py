@@ -20,8 +20,9 @@ from _page import HERE, PageTable, evaluated
 from extraction import SOURCES, bind, recorded, repeated, timed
 
 if TYPE_CHECKING:
+    from ocjax.evaluation.report import Evaluation
+
     from ocjax import Game
-    from ocjax.report import Evaluation
 
 BEGIN, END = "<!-- games: python benchmarks/table.py -->", "<!-- end of games -->"
 HEADER = ["game", "F1", "IoU", "exact", "score", "lives", "OCAtari's F1", "paper's F1", "drawn: F1", "sprites", "boxes", "REM us", "VEM us"]
@@ -31,18 +32,18 @@ DECIMALS = {"rem": 3, "vem": 1}
 
 def percent(share: float | np.ndarray | None) -> str:
     """A share in percent, "-" where there is none."""
-    from ocjax import tables
+    from ocjax.evaluation import tables
 
     return tables.text(None if share is None else 100 * float(share))
 
 
 def agreement_cells(e: "Evaluation") -> list[str]:
     """F1, IoU, exact, score, lives and OCAtari's F1."""
-    from ocjax import evaluation, report, tables
+    from ocjax.evaluation import metrics, report, tables
 
     counts = e.flicker_aware.sum()
     cells = [percent(counts.f1), percent(counts.mean_iou), percent(counts.exact_rate)]
-    cells += [tables.text(report.value_accuracy(e, names)) for names in (evaluation.SCORE_NAMES, evaluation.LIVES_NAMES)]
+    cells += [tables.text(report.value_accuracy(e, names)) for names in (metrics.SCORE_NAMES, metrics.LIVES_NAMES)]
     return [*cells, percent(None if e.ocatari_agreement is None else e.ocatari_agreement.sum().f1)]
 
 
@@ -54,7 +55,8 @@ def paper_cell(name: str) -> str:
 
 def truth_cells(name: str, folders: Iterable[str]) -> list[str]:
     """F1, sprites and boxes on recordings that say what the video chip drew."""
-    from ocjax import recordings, report
+    from ocjax import recordings
+    from ocjax.evaluation import report
 
     paths = [path for folder in folders if (path := Path(folder) / f"{name}.npz").exists()]
     if not paths:

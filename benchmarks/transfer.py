@@ -18,13 +18,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
+from ocjax.agents.moments import standardized
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
 import ocjax
 from ocjax.agents import networks, ppo
-from ocjax.agents.statistics import standardized
 
 FRAME_SKIP = 4  # of JAXAtari's AtariWrapper
 H = ppo.Hyperparameters()

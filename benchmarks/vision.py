@@ -222,8 +222,8 @@ class Kernels:
     def components(self) -> None:
         """Connected components: one colour of Space Invaders in a region, and the walls of Ms. Pac-Man on the whole screen."""
         import jax
+        from ocjax.console.boxes import WIDTH
 
-        from ocjax.boxes import WIDTH
         from ocjax.vision import bitmap
         from ocjax.vision.components import Search
 
@@ -266,7 +266,7 @@ class Kernels:
 
     def check_components(self, what: str, search: "Search", ours: Any, closed: np.ndarray) -> None:
         """End the run if another program finds other boxes in any of the distinct frames."""
-        from ocjax.boxes import WIDTH
+        from ocjax.console.boxes import WIDTH
 
         gap, (max_width, max_height) = search.gap, search.max_size or (WIDTH, 256)
         distinct = len(recorded(what.split(", ")[-1])["screens"])

@@ -13,8 +13,8 @@ depends on what else the program does in that turn. These columns are counted in
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.ops import lookup, pick
-from ocjax.rom import Rom
+from ocjax.console.ops import lookup, pick
+from ocjax.console.rom import Rom
 
 ROM = Rom("krull", "4baada22435320d185c95b7dd2bcdb24")
 TALLEST = 24  # rows of a figure; the bytes that are no figures may say more

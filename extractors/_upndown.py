@@ -17,9 +17,9 @@ import itertools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.ops import among, lookup
-from ocjax.ram import RamMap, byte
-from ocjax.rom import Rom
+from ocjax.console.ops import among, lookup
+from ocjax.console.ram import RamMap, byte
+from ocjax.console.rom import Rom
 
 ROM = Rom("up_n_down", "a499d720e7ee35c62424de882a3351b6")
 BANK = 0x1000  # of the tables

@@ -30,15 +30,15 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box, choose
-from ocjax.console import packed_position, position
-from ocjax.digits import Digits
+from ocjax.console.boxes import Box, box, choose
+from ocjax.console.fonts import Digits
+from ocjax.console.ops import among, pick
+from ocjax.console.ram import RamMap, bits, byte
+from ocjax.console.registers import packed_position, position
+from ocjax.console.rom import Rom
+from ocjax.extraction.game import Game
 from ocjax.extractors._alien import DISPLAY, colors_of_eggs
-from ocjax.game import Game
-from ocjax.ops import among, pick
-from ocjax.ram import RamMap, bits, byte
-from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, display
+from ocjax.vision.rules import Blobs, Bounds, Category, Cells, Gauge, display
 
 ROM = Rom("alien", "f1a0a23e6464d954e3a9579c4ccd01c8")
 FONT = ROM.font(0x1, rows=7, stride=8, dots=7)

@@ -34,13 +34,13 @@ import itertools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ops import div, mod, pick
-from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, Gauge, display
+from ocjax.console.boxes import Box, box
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import div, mod, pick
+from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.console.rom import Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, display
 
 ROM = Rom("amidar", "acb7750b4d0c4bd34969802a7deb2990")
 FONT = ROM.font(0xA13, rows=7, stride=8, dots=7)
@@ -278,9 +278,9 @@ walkers = functools.partial(Blobs, region=MAZE, min_size=(5, 5), max_size=(21, 2
 PLAYER = Blobs(YELLOW, MAZE, min_size=(6, 6), max_size=(14, 14))
 SHADOWS = Blobs(BLACK, MAZE, gap=(0, 1), min_size=(1, 1), max_size=(4, 7), ignore=_gaps())
 CHICKENS = Blobs(YELLOW, MAZE, min_size=(4, 6), max_size=(5, 14), split=(5, 7))
-score = functools.partial(Digits, FONT, range(57, 98, 8), required=True)
-SCORE = Bounds(YELLOW, (56, 175, 105, 183), value=score(176))
-SCORE_OF_SIX = Bounds(YELLOW, (56, 175, 105, 183), value=score(175))
+number = functools.partial(Digits, FONT, range(57, 98, 8), required=True)
+SCORE = Bounds(YELLOW, (56, 175, 105, 183), value=number(176))
+SCORE_OF_SIX = Bounds(YELLOW, (56, 175, 105, 183), value=number(175))
 LIVES = Bounds(YELLOW, (116, 174, 149, 183), value=Gauge(16, 1, 9))
 
 GAME = Game(

@@ -21,14 +21,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from ocjax.boxes import Box, box
-from ocjax.console import COARSE, packed_position
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ops import among, lookup, mod, pick
-from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, Runs, display
+from ocjax.console.boxes import Box, box
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import among, lookup, mod, pick
+from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.console.registers import COARSE, packed_position
+from ocjax.console.rom import Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Cells, Gauge, Runs, display
 
 ROM = Rom("assault", "de78b3a064d374390ac0710f95edde92")
 FONT = ROM.font(0xE00, rows=8)

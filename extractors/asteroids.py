@@ -34,15 +34,15 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import WIDTH, Box, box
-from ocjax.console import larger_part, wrap
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ops import among, div, mod, pick
-from ocjax.pictures import picture
-from ocjax.ram import RamMap, bcd, bits, byte, high, low, signed
-from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, display
+from ocjax.console.boxes import WIDTH, Box, box
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import among, div, mod, pick
+from ocjax.console.ram import RamMap, bcd, bits, byte, high, low, signed
+from ocjax.console.registers import larger_part, wrap
+from ocjax.console.rom import Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.pictures import picture
+from ocjax.vision.rules import Blobs, Bounds, Category, display
 
 ROM = Rom("asteroids", "ccbd36746ed4525821a8083b0d6d2c2c")
 FONT = ROM.font(0xD96, rows=5, dots=3, dot=(4, 2), pitch=16)  # all digits are equally wide

@@ -22,15 +22,15 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Area, Box, Number, box
-from ocjax.console import position
-from ocjax.digits import Digits
-from ocjax.game import Game
-from ocjax.ops import lookup, pick
-from ocjax.ram import RamMap, bcd, bits, byte, high, signed
-from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, display
-from ocjax.vision.palette import NTSC
+from ocjax.console.boxes import Area, Box, Number, box
+from ocjax.console.fonts import Digits
+from ocjax.console.ops import lookup, pick
+from ocjax.console.palette import NTSC
+from ocjax.console.ram import RamMap, bcd, bits, byte, high, signed
+from ocjax.console.registers import position
+from ocjax.console.rom import Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, display
 
 ROM = Rom("atlantis", "9ad36e699ef6f45d9eb6c4cf90475c9f")
 FONT = ROM.font(0xF00, rows=10, dots=7)

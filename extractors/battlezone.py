@@ -22,14 +22,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from ocjax.boxes import Box, box
-from ocjax.console import mirrored, wrap
-from ocjax.digits import Digits
-from ocjax.game import Game
-from ocjax.ops import lookup, pick
-from ocjax.ram import RamMap, bits, byte, high, low
-from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, Cells, display
+from ocjax.console.boxes import Box, box
+from ocjax.console.fonts import Digits
+from ocjax.console.ops import lookup, pick
+from ocjax.console.ram import RamMap, bits, byte, high, low
+from ocjax.console.registers import mirrored, wrap
+from ocjax.console.rom import Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Cells, display
 
 ROM = Rom("battle_zone", "41f252a66c6301f1e8ab3612c19bc5d4")
 FONT = ROM.font(0xD00, rows=8, dots=5)

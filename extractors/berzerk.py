@@ -28,13 +28,13 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box
-from ocjax.digits import Digits, Font, score_box
-from ocjax.game import Game
-from ocjax.ops import among, pick
-from ocjax.ram import RamMap, bcd, byte
-from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, Colors, display
+from ocjax.console.boxes import Box, box
+from ocjax.console.fonts import Digits, Font, score_box
+from ocjax.console.ops import among, pick
+from ocjax.console.ram import RamMap, bcd, byte
+from ocjax.console.rom import Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Colors, display
 
 ROM = Rom("berzerk", "136f75c4dd02c29283752b7e5799f978")
 ZERO, ONE, BLANK, MAN, COPYRIGHT = 0x16, 0x1D, 0x5C, 0x63, 0x6A  # low bytes of glyphs' addresses

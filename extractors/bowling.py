@@ -20,14 +20,14 @@ crashes at the end of a third of the games and leaves no game state in the RAM.
 
 import jax
 import jax.numpy as jnp
-from ocjax.boxes import Box, box
-from ocjax.console import signed_nibble
-from ocjax.digits import Digits, Font, score_box
-from ocjax.game import Game
-from ocjax.ops import among, pick
-from ocjax.ram import RamMap, bcd, bits, byte, high, low
-from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, Saver, display
+from ocjax.console.boxes import Box, box
+from ocjax.console.fonts import Digits, Font, score_box
+from ocjax.console.ops import among, pick
+from ocjax.console.ram import RamMap, bcd, bits, byte, high, low
+from ocjax.console.registers import signed_nibble
+from ocjax.console.rom import Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Saver, display
 
 ROM = Rom("bowling", "c9b7afad3bfd922e006a6bfc1d4f3fe7")
 

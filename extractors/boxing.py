@@ -15,12 +15,12 @@ knock-out (100 points, shown as KO, which VEM reads as 0). There is one mode.
 
 import jax
 import jax.numpy as jnp
-from ocjax.boxes import Box, box, choose
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ram import RamMap, bcd, byte, high
-from ocjax.rom import Rom
-from ocjax.rules import Bounds, Category, display
+from ocjax.console.boxes import Box, box, choose
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ram import RamMap, bcd, byte, high
+from ocjax.console.rom import Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Bounds, Category, display
 
 ROM = Rom("boxing", "c3ef5c4653212088eda54dc91d787870")
 FONT = ROM.font(0x400, rows=7, stride=1, step=17)  # all digits are equally wide

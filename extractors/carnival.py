@@ -23,14 +23,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from ocjax.boxes import WIDTH, Box, box
-from ocjax.console import copies, modulo_screen, spacing
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ops import div, lookup, pick
-from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, Category, Gauge, display
+from ocjax.console.boxes import WIDTH, Box, box
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import div, lookup, pick
+from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.console.registers import copies, modulo_screen, spacing
+from ocjax.console.rom import Pictures, Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, display
 
 ROM = Rom("carnival", "028024fb8e5e5f18ea586652f9799c96")
 FONT = ROM.font(0xD00, rows=7, stride=8)

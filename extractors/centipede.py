@@ -28,13 +28,13 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ops import pick
-from ocjax.ram import RamMap, bcd, bits, byte, signed
-from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, Cells, Shades, display
+from ocjax.console.boxes import Box, box
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import pick
+from ocjax.console.ram import RamMap, bcd, bits, byte, signed
+from ocjax.console.rom import Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Cells, Shades, display
 
 ROM = Rom("centipede", "91c2098e88a6b13f977af8c003e0bca5")
 FIGURE = tuple(ROM.rows(0xF69, 7).tolist())  # in front of the score of the easy game

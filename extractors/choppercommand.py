@@ -24,14 +24,14 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box
-from ocjax.console import position, signed_nibble
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ops import among
-from ocjax.ram import RamMap, bcd, bits, byte, high, low, signed
-from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, Category, Gauge, Saver, display
+from ocjax.console.boxes import Box, box
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import among
+from ocjax.console.ram import RamMap, bcd, bits, byte, high, low, signed
+from ocjax.console.registers import position, signed_nibble
+from ocjax.console.rom import Pictures, Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, Saver, display
 
 ROM = Rom("chopper_command", "c1cb228470a87beb5f36e90ac745da26")
 FONT = ROM.font(0xE00, rows=7, stride=8)

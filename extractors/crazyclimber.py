@@ -22,13 +22,13 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ops import lookup, pick, reached
-from ocjax.ram import RamMap, bits, byte, high, low
-from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, Category, display
+from ocjax.console.boxes import Box, box
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import lookup, pick, reached
+from ocjax.console.ram import RamMap, bits, byte, high, low
+from ocjax.console.rom import Pictures, Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, display
 
 ROM = Rom("crazy_climber", "55ef7b65066428367844342ed59f956c")
 FONT = ROM.font([0xF0B + i for i in range(10)], rows=7, step=11)

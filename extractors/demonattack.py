@@ -28,14 +28,14 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box
-from ocjax.console import packed_position
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ops import div, lookup, mod
-from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, Category, Gauge, display
+from ocjax.console.boxes import Box, box
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import div, lookup, mod
+from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.console.registers import packed_position
+from ocjax.console.rom import Pictures, Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, display
 
 ROM = Rom("demon_attack", "f0e0addc07971561ab80d9abe1b8d333")
 FONT = ROM.font(0xF00, rows=9, stride=10)

@@ -25,14 +25,14 @@ something covers, no fireballs without rivets, and not the colours of a game tha
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box
-from ocjax.console import position
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ops import among, lookup, pick, reached
-from ocjax.ram import RamMap, bcd, bits, byte, high
-from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, Shades, display
+from ocjax.console.boxes import Box, box
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import among, lookup, pick, reached
+from ocjax.console.ram import RamMap, bcd, bits, byte, high
+from ocjax.console.registers import position
+from ocjax.console.rom import Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Cells, Gauge, Shades, display
 
 ROM = Rom("donkey_kong", "36b20c427975760cb9cf4a47e41369e4")
 FONT = ROM.font(0xC00, rows=7, stride=8)

@@ -27,20 +27,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from ocjax.boxes import Box, Number, box
-from ocjax.console import (
-    NUSIZ_COPIES,
-    NUSIZ_SPACING,
-    NUSIZ_WIDTH,
-    mirrored,
-    position,
-)
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ops import div, lookup
-from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, display
+from ocjax.console.boxes import Box, Number, box
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import div, lookup
+from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.console.registers import NUSIZ_COPIES, NUSIZ_SPACING, NUSIZ_WIDTH, mirrored, position
+from ocjax.console.rom import Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, display
 
 ROM = Rom("fishing_derby", "b8865f05676e64f3bec72b9defdacfa7")
 FONT = ROM.font(0x700, rows=8)

@@ -21,13 +21,13 @@ still drawn there but already sent back to the start (difficulty A).
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box
-from ocjax.console import modulo_screen
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, display
+from ocjax.console.boxes import Box, box
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.console.registers import modulo_screen
+from ocjax.console.rom import Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, display
 
 ROM = Rom("freeway", "8e0ab801b1705a740b476b7f588c6d16")
 FONT = ROM.font(0x700, rows=8)

@@ -25,14 +25,14 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box
-from ocjax.console import EDGE_CUTS, signed_nibble
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ops import lookup, mod, pick, reached
-from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, ByColor, Category, display
+from ocjax.console.boxes import Box, box
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import lookup, mod, pick, reached
+from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.console.registers import EDGE_CUTS, signed_nibble
+from ocjax.console.rom import Pictures, Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, ByColor, Category, display
 
 ROM = Rom("frostbite", "4ca73eb959299471788f0b685c3ba0b5")
 FONT = ROM.font(0xF00, rows=8)

@@ -20,13 +20,13 @@ on the one frame after which a new round begins.
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ops import among, lookup
-from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.rom import Pictures, Rom
-from ocjax.rules import Bounds, Category, Cells, display
+from ocjax.console.boxes import Box, box
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import among, lookup
+from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.console.rom import Pictures, Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Bounds, Category, Cells, display
 
 ROM = Rom("gopher", "c16c79aad6272baffb8aae9a7fff0864")
 FONT = ROM.font(0xC01, rows=9, stride=10)

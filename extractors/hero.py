@@ -24,14 +24,14 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box, choose
-from ocjax.console import EDGE_CUTS
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ops import among, div, lookup, pick
-from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, Category, Gauge, Runs, display
+from ocjax.console.boxes import Box, box, choose
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import among, div, lookup, pick
+from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.console.registers import EDGE_CUTS
+from ocjax.console.rom import Pictures, Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, Runs, display
 
 ROM = Rom("hero", "fca4a5be1251927027f2c24774a02160")
 FONT, BANK = ROM.font(0xF00, rows=8), 0x1000  # offset of the second bank
@@ -283,7 +283,7 @@ STOCK = Bounds(GREY, (40, 166, 104, 178), value=Gauge(8, 3, 1), inverse=True)
 POINTS = Bounds((WHITE, YELLOW), (56, 179, 104, 187), value=Digits(FONT, range(56, 104, 8), 179))
 LEVEL = Bounds(YELLOW, (56, 179, 104, 187), value=Digits(FONT, (88, 96), 179))
 POWER = Bounds(YELLOW, (49, 145, 128, 150))  # what is left, before the red rest
-BAR = Bounds((YELLOW, RED), (49, 145, 128, 150), value=Gauge(1, full=78, of=POWER))
+POWER_BAR = Bounds((YELLOW, RED), (49, 145, 128, 150), value=Gauge(1, full=78, of=POWER))
 GAME = Game(
     name="Hero",
     rom=ROM.name,
@@ -302,7 +302,7 @@ GAME = Game(
         Category("Platform", Bounds(YELLOW, (8, 136, 160, 137), min_size=(8, 1)), doc="a raft"),
         Category("Wall", ROCKS, count=18, doc="rock"),
         Category("LavaWall", LAVA, count=6, doc="lava"),
-        display("PowerBar", BAR, doc="power left"),
+        display("PowerBar", POWER_BAR, doc="power left"),
         display("Life", LIVES, rgb=(45, 87, 176), doc="one more than the men"),
         display("BombStock", STOCK, rgb=(184, 50, 50), doc="dynamite left"),
         display("Score", POINTS, doc="points, or the level in their place"),

@@ -22,13 +22,13 @@ a player takes it, and in some in which it bounces or its carrier turns round.
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ops import div, mod
-from ocjax.ram import RamMap, bcd, bits, byte, signed
-from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, display
+from ocjax.console.boxes import Box, box
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import div, mod
+from ocjax.console.ram import RamMap, bcd, bits, byte, signed
+from ocjax.console.rom import Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, display
 
 ROM = Rom("ice_hockey", "a4c08c4994eb9d24fb78be1793e82e26")
 FONT = ROM.font(0xF5E, rows=7)

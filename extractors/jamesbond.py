@@ -23,14 +23,14 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box, choose
-from ocjax.console import EDGE_CUTS
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ops import among, pick
-from ocjax.ram import RamMap, bcd, byte, high, low
-from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, Category, Gauge, Shades, display
+from ocjax.console.boxes import Box, box, choose
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import among, pick
+from ocjax.console.ram import RamMap, bcd, byte, high, low
+from ocjax.console.registers import EDGE_CUTS
+from ocjax.console.rom import Pictures, Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, Shades, display
 
 ROM = Rom("jamesbond", "e51030251e440cffaab1ac63438b44ae")
 GRAPHICS = 0x1000  # offset of the pages that are at $F000 while the frame is drawn

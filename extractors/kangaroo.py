@@ -20,13 +20,13 @@ not see the wood in the frames in which it flashes black.
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ops import lookup
-from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, Gauge, Runs, display
+from ocjax.console.boxes import Box, box
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import lookup
+from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.console.rom import Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, Runs, display
 
 ROM = Rom("kangaroo", "4326edb70ff20d0ee5ba58fa5cb09d60")
 BANK = 0x1000  # offset of the second bank

@@ -25,15 +25,15 @@ from functools import partial
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box, choose
-from ocjax.console import NUSIZ_COPIES, NUSIZ_SPACING, signed_nibble, wrap
-from ocjax.digits import Digits, score_box
+from ocjax.console.boxes import Box, box, choose
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import among, mod, pick
+from ocjax.console.ram import RamMap, bcd, bits, byte, signed
+from ocjax.console.registers import NUSIZ_COPIES, NUSIZ_SPACING, signed_nibble, wrap
+from ocjax.console.rom import Pictures
+from ocjax.extraction.game import Game
 from ocjax.extractors._krull import FIGURES, ROM, SECOND, off_at, on_at, turns
-from ocjax.game import Game
-from ocjax.ops import among, mod, pick
-from ocjax.ram import RamMap, bcd, bits, byte, signed
-from ocjax.rom import Pictures
-from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, Runs, display
+from ocjax.vision.rules import Blobs, Bounds, Category, Cells, Gauge, Runs, display
 
 FONT = ROM.font(0xB07, rows=7)
 WEDDING, LAIR, WEB, DESERT = range(4)  # `scene`

@@ -21,14 +21,14 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax import console
-from ocjax.boxes import Box, box, choose
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ops import among, lookup, pick
-from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, Category, Gauge, Runs, display
+from ocjax.console import registers
+from ocjax.console.boxes import Box, box, choose
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import among, lookup, pick
+from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.console.rom import Pictures, Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, Runs, display
 
 ROM = Rom("montezuma_revenge", "3347a6dd59049b15a38394aa2dafa585")
 FONT, D000, FC00 = ROM.font(0xC08, rows=8, top_first=True), 0x1000, 0x1C00  # and offsets
@@ -202,8 +202,8 @@ def _parts(m: Ram, room: jax.Array, drawn: jax.Array, lit: jax.Array) -> dict[st
 
 def _things(m: Ram, room: jax.Array) -> Box:
     """The thing or monster of the room, in up to three copies."""
-    number, copy = console.copies(m.copies), np.arange(3)
-    x = console.wrap(m.thing_x - 1 + copy * console.spacing(m.copies))
+    number, copy = registers.copies(m.copies), np.arange(3)
+    x = registers.wrap(m.thing_x - 1 + copy * registers.spacing(m.copies))
     base = jnp.where(room == 0, 310, jnp.where(among(room, LOWER), 309, 308))
     base = jnp.where(room == 1, 353, jnp.where((room == 14) & (m.thing_y < 216), 312, base))
     top = base - m.thing_y + jnp.where(m.thing == FLAME, 5, 0)

@@ -22,14 +22,14 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box
-from ocjax.console import larger_part
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ops import among, div, lookup, mod, pick
-from ocjax.ram import RamMap, bcd, bits, byte, high
-from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, display
+from ocjax.console.boxes import Box, box
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import among, div, lookup, mod, pick
+from ocjax.console.ram import RamMap, bcd, bits, byte, high
+from ocjax.console.registers import larger_part
+from ocjax.console.rom import Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Cells, Gauge, display
 
 ROM = Rom("ms_pacman", "87e79cd41ce136fd4f72cc6e2c161bee")
 FONT = ROM.font(0x92B, rows=7, stride=8)

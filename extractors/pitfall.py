@@ -23,14 +23,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from ocjax import console
-from ocjax.boxes import Box, box
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ops import among, div, pick
-from ocjax.ram import RamMap, bcd, bits, byte, high
-from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, Category, Gauge, Saver, display
+from ocjax.console import registers
+from ocjax.console.boxes import Box, box
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import among, div, pick
+from ocjax.console.ram import RamMap, bcd, bits, byte, high
+from ocjax.console.rom import Pictures, Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, Saver, display
 
 ROM = Rom("pitfall", "3e90cf23106f2e08b2781e41299de556")
 FONT = ROM.font(0xF00, rows=8)
@@ -143,7 +143,7 @@ def _tally(m: Ram) -> Box:
 
 def _at(m: Ram, sprite: int) -> jax.Array:
     """The first column of Harry, the object on the ground, or what is below it."""
-    return console.position(m.coarse[sprite], m.fine[sprite]) - 1
+    return registers.position(m.coarse[sprite], m.fine[sprite]) - 1
 
 
 def _line(row: jax.Array) -> jax.Array:
@@ -172,8 +172,8 @@ def _harry(m: Ram) -> Box:
 def _things(m: Ram) -> Box:
     """The objects on the ground."""
     copy = np.arange(3)
-    x = console.wrap(_at(m, 1) + copy * console.spacing(m.copies))
-    there = copy < console.copies(m.copies)
+    x = registers.wrap(_at(m, 1) + copy * registers.spacing(m.copies))
+    there = copy < registers.copies(m.copies)
     return OBJECTS.box(m.picture, x, 118, valid=there).clip(*VIEW)
 
 

@@ -15,12 +15,12 @@ of the game, and the first two frames after a reset, which have the screen saver
 
 import jax
 import jax.numpy as jnp
-from ocjax.boxes import Box, box
-from ocjax.console import wrap
-from ocjax.digits import DIGITS_3X5, Digits, hex_font, score_box
-from ocjax.game import Game
-from ocjax.ram import RamMap, byte
-from ocjax.rules import Bounds, Category, display
+from ocjax.console.boxes import Box, box
+from ocjax.console.fonts import DIGITS_3X5, Digits, hex_font, score_box
+from ocjax.console.ram import RamMap, byte
+from ocjax.console.registers import wrap
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Bounds, Category, display
 
 COURT = (0, 34, 160, 194)
 WHITE, GREEN, ORANGE = (14, 210), (200, 138), (56, 250)  # in play, in the screen saver

@@ -23,14 +23,14 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Area, Box, box, choose
-from ocjax.console import copies, player_width, spacing
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ops import among, div, lookup, mod, pick
-from ocjax.ram import RamMap, bcd, bits, byte, signed
-from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, Category, display
+from ocjax.console.boxes import Area, Box, box, choose
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import among, div, lookup, mod, pick
+from ocjax.console.ram import RamMap, bcd, bits, byte, signed
+from ocjax.console.registers import copies, player_width, spacing
+from ocjax.console.rom import Pictures, Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, display
 
 ROM = Rom("private_eye", "ef3a4f64b6494ba770862768caf04b86")
 SECOND = 0x1000  # offset of the second bank

@@ -26,13 +26,13 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box, choose
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ops import among, lookup, pick, reached
-from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, ByColor, Category, Gauge, display
+from ocjax.console.boxes import Box, box, choose
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import among, lookup, pick, reached
+from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.console.rom import Pictures, Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, ByColor, Category, Gauge, display
 
 ROM = Rom("qbert", "484b0076816a104875e00467d431c2d2")
 FONT = ROM.font(0x004, rows=7, stride=8)

@@ -24,14 +24,14 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box
-from ocjax.console import position
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ops import among, pick
-from ocjax.ram import RamMap, bits, byte, high, low
-from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, Category, Gauge, Saver, display
+from ocjax.console.boxes import Box, box
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import among, pick
+from ocjax.console.ram import RamMap, bits, byte, high, low
+from ocjax.console.registers import position
+from ocjax.console.rom import Pictures, Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, Saver, display
 
 ROM = Rom("riverraid", "393948436d1f4cc3192410bb918f9724")
 FONT = ROM.font(0xB00, rows=8)

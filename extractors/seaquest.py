@@ -24,14 +24,14 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box
-from ocjax.console import EDGE_CUTS
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ops import pick
-from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, Category, Gauge, Saver, display
+from ocjax.console.boxes import Box, box
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import pick
+from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.console.registers import EDGE_CUTS
+from ocjax.console.rom import Pictures, Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, Saver, display
 
 ROM = Rom("seaquest", "240bfbac5163af4df5ae713985386f92")
 FONT = ROM.font(0xE00, rows=8)

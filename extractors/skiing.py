@@ -26,14 +26,14 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box
-from ocjax.console import wrap
-from ocjax.digits import Digits, Font, score_box
-from ocjax.game import Game
-from ocjax.ops import div, lookup, pick
-from ocjax.ram import RamMap, bcd, bits, byte, signed
-from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, display
+from ocjax.console.boxes import Box, box
+from ocjax.console.fonts import Digits, Font, score_box
+from ocjax.console.ops import div, lookup, pick
+from ocjax.console.ram import RamMap, bcd, bits, byte, signed
+from ocjax.console.registers import wrap
+from ocjax.console.rom import Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, display
 
 ROM = Rom("skiing", "b76fbadc8ffb1f83e2ca08b6fb4d6c9f")
 DIGIT_ROWS = ROM.bytes(0x700, 7 * 16).reshape(7, 16)[::-1, :10]  # of all digits, the top ones first

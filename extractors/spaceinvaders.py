@@ -27,13 +27,13 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box, choose
-from ocjax.console import packed_position
-from ocjax.digits import Digits
-from ocjax.game import Game
-from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, Saver, display
+from ocjax.console.boxes import Box, box, choose
+from ocjax.console.fonts import Digits
+from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.console.registers import packed_position
+from ocjax.console.rom import Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Saver, display
 
 ROM = Rom("space_invaders", "72ffbef6504b75e69ee1045af9075f66")
 FONT = ROM.font(0xF54, rows=5, dots=3, dot=(4, 2), pitch=16)  # all digits are equally wide

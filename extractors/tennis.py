@@ -21,13 +21,13 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box
-from ocjax.digits import Digits
-from ocjax.game import Game
-from ocjax.ops import among, lookup
-from ocjax.ram import RamMap, byte
-from ocjax.rom import Rom
-from ocjax.rules import Blobs, Bounds, Category, Saver, display
+from ocjax.console.boxes import Box, box
+from ocjax.console.fonts import Digits
+from ocjax.console.ops import among, lookup
+from ocjax.console.ram import RamMap, byte
+from ocjax.console.rom import Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Saver, display
 
 ROM = Rom("tennis", "42cdd6a9e42a3639e190722b8ea3fc51")
 FIELD = (8, 14, 160, 192)  # columns 0-7 are blanked by the beam
@@ -128,7 +128,7 @@ BALL = Blobs(WHITE, FIELD, min_size=(1, 1), max_size=(2, 2))
 
 TENS_X = (HALF_X, HALF_X + APART[0])  # free where the display shows numbers of games
 number = functools.partial(Digits, FONT, top=SCORE_TOP, weights=(GAME_POINTS,), free=TENS_X)
-SCORE = Bounds((PINK, BLUE), (40, 5, 56, 12), value=number(lefts=(48,)))
+PLAYER_SCORE = Bounds((PINK, BLUE), (40, 5, 56, 12), value=number(lefts=(48,)))
 ENEMY_SCORE = Bounds((BLUE, PINK), (56, 5, 120, 12), value=number(lefts=(112,)))
 
 
@@ -148,7 +148,7 @@ GAME = Game(
         sportsman("Enemy", player(BLUE, max_line=7), doc="the blue player"),
         Category("Ball", BALL, doc="the ball"),
         Category("BallShadow", Bounds(SHADE, FIELD), doc="its shadow"),
-        display("PlayerScore", SCORE, doc="of the pink player"),
+        display("PlayerScore", PLAYER_SCORE, doc="of the pink player"),
         display("EnemyScore", ENEMY_SCORE, doc="of the blue player"),
     ),
 )

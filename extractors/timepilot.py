@@ -29,14 +29,14 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box, choose
-from ocjax.console import wrap
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ops import lookup, pick
-from ocjax.ram import RamMap, bcd, bits, byte
-from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, Category, Gauge, Shades, display
+from ocjax.console.boxes import Box, box, choose
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import lookup, pick
+from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.console.registers import wrap
+from ocjax.console.rom import Pictures, Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, Shades, display
 
 ROM = Rom("time_pilot", "fc2104dd2dadf9a6176c1c1c8f87ced9")
 FONT = ROM.font(0xD00, rows=10)
@@ -289,8 +289,8 @@ BY_ERA = Shades(
     (*COLORS_BY_ERA, *(COLORS_BY_ERA[era] for era in (1, 2, 4))),
 )
 
-LEFT = Bounds((0, RED), (56, 180, 104, 188), value=Gauge(8, worth=PER_ICON))
-SCORE = Bounds((GOLD, TEXT), (56, 7, 104, 17), value=Digits(FONT, range(56, 104, 8), 7))
+LAST_ICONS = Bounds((0, RED), (56, 180, 104, 188), value=Gauge(8, worth=PER_ICON))
+POINTS = Bounds((GOLD, TEXT), (56, 7, 104, 17), value=Digits(FONT, range(56, 104, 8), 7))
 
 GAME = Game(
     name="TimePilot",
@@ -305,7 +305,7 @@ GAME = Game(
         *(plane(f"Enemy_{n}", r, doc="enemies") for n, r in zip(ERAS, PLANES, strict=True)),
         *(shot(f"Enemy_{n}_Shot", r) for n, r in zip(ERAS, SHOTS, strict=True)),
         display("Life", Bounds(VIOLET, (64, 18, 96, 28), value=Gauge(8, 0, 1)), doc="lives"),
-        display("Enemies_Left", LEFT, doc="before the mother ship comes, at most"),
-        display("Score", SCORE, doc="points"),
+        display("Enemies_Left", LAST_ICONS, doc="before the mother ship comes, at most"),
+        display("Score", POINTS, doc="points"),
     ),
 )

@@ -29,9 +29,13 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box
-from ocjax.console import mirrored
-from ocjax.digits import Digits, score_box
+from ocjax.console.boxes import Box, box
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import among
+from ocjax.console.ram import bcd, bits, byte
+from ocjax.console.registers import mirrored
+from ocjax.console.rom import Pictures
+from ocjax.extraction.game import Game
 from ocjax.extractors._upndown import (
     APART,
     BANK,
@@ -44,11 +48,7 @@ from ocjax.extractors._upndown import (
     column,
     drawn,
 )
-from ocjax.game import Game
-from ocjax.ops import among
-from ocjax.ram import bcd, bits, byte
-from ocjax.rom import Pictures
-from ocjax.rules import Blobs, Bounds, Category, display
+from ocjax.vision.rules import Blobs, Bounds, Category, display
 
 FONT = ROM.font(BANK + 0xF01, rows=7, stride=8)
 

@@ -26,13 +26,13 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box, choose
-from ocjax.digits import Digits
-from ocjax.game import Game
-from ocjax.ops import among, pick, reached
-from ocjax.ram import RamMap, bcd, byte
-from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, Category, Gauge, Runs, display
+from ocjax.console.boxes import Box, box, choose
+from ocjax.console.fonts import Digits
+from ocjax.console.ops import among, pick, reached
+from ocjax.console.ram import RamMap, bcd, byte
+from ocjax.console.rom import Pictures, Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, Runs, display
 
 ROM = Rom("venture", "3e899eba0ca8cd2972da1ae5479b4f0d")
 FONT = ROM.font(0xF00, rows=8)

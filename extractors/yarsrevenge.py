@@ -28,14 +28,14 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.boxes import Box, box
-from ocjax.console import signed_nibble
-from ocjax.digits import Digits, score_box
-from ocjax.game import Game
-from ocjax.ops import among, lookup, pick
-from ocjax.ram import RamMap, bcd, bits, byte, high, low
-from ocjax.rom import Pictures, Rom
-from ocjax.rules import Blobs, Bounds, Category, Cells, display
+from ocjax.console.boxes import Box, box
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import among, lookup, pick
+from ocjax.console.ram import RamMap, bcd, bits, byte, high, low
+from ocjax.console.registers import signed_nibble
+from ocjax.console.rom import Pictures, Rom
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Cells, display
 
 ROM = Rom("yars_revenge", "c5930d0e8cdae3e037349bfa08e871be")
 FONT = ROM.font(0xE00, rows=7, stride=8)

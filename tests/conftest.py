@@ -7,11 +7,12 @@ import pytest
 from hypothesis import Phase, settings
 
 import ocjax
-from ocjax import _xla, recordings
+from ocjax import recordings
+from ocjax._xla import kernels
 
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 jax.config.update("jax_numpy_rank_promotion", "raise")
-_xla.use_compilation_cache()
+kernels.use_compilation_cache()
 
 # Shrinking a failing batch of frames takes minutes and says nothing that the failure does not.
 settings.register_profile("ocjax", deadline=None, derandomize=True, phases=[Phase.explicit, Phase.generate])

@@ -2,14 +2,13 @@
 
 import jax.numpy as jnp
 import numpy as np
-
-from ocjax.boxes import box
-from ocjax.console import packed_position, wrap
-from ocjax.digits import DIGITS_3X5, Digits, hex_font, score_box
-from ocjax.game import Game
-from ocjax.ops import div, lookup, pick
-from ocjax.ram import RamMap, bcd, bits, byte, high, low, signed
-from ocjax.rules import Blobs, Bounds, Category, Cells, Gauge, Runs, Shades, display
+from ocjax.console.boxes import box
+from ocjax.console.fonts import DIGITS_3X5, Digits, hex_font, score_box
+from ocjax.console.ops import div, lookup, pick
+from ocjax.console.ram import RamMap, bcd, bits, byte, high, low, signed
+from ocjax.console.registers import packed_position, wrap
+from ocjax.extraction.game import Game
+from ocjax.vision.rules import Blobs, Bounds, Category, Cells, Gauge, Runs, Shades, display
 
 H, W = 210, 160
 GRID_X, GRID_Y = (20, 30, 40, 62), (150, 150, 150, 151)

@@ -8,9 +8,10 @@ import jax
 import numpy as np
 import pytest
 from conftest import excerpt
+from ocjax.extraction import registry
 
 import ocjax
-from ocjax import atariari, registry
+from ocjax import atariari
 
 PATTERN = np.arange(128, dtype=np.uint8)
 

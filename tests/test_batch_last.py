@@ -4,9 +4,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-
-from ocjax._batch_last import batch_last
-from ocjax._program import WORTH, flatten, worth_storing
+from ocjax._xla.batch_last import batch_last
+from ocjax._xla.dataflow import WORTH, flatten, worth_storing
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 

@@ -8,9 +8,9 @@ import pytest
 from conftest import excerpt
 
 import ocjax
-from ocjax import cluster, datasets, files
+from ocjax import datasets, files
 from ocjax.datasets import shards
-from ocjax.files import InputError, extraction
+from ocjax.files import InputError, cluster, pipeline
 
 ray = pytest.importorskip("ray")
 pytest.importorskip("pyarrow")
@@ -66,7 +66,7 @@ def test_relabel(nodes, tmp_path):
 
 def test_extraction_and_errors(nodes, tmp_path, monkeypatch):
     address, rams = nodes[0].address, excerpt("Pong")["rams"]
-    monkeypatch.setitem(extraction.BLOCK_ROWS, "rem", 16)
+    monkeypatch.setitem(pipeline.BLOCK_ROWS, "rem", 16)
     np.save(tmp_path / "Pong.npy", rams)
     files.extract(tmp_path / "Pong.npy", tmp_path / "local.npz")
     files.extract(tmp_path / "Pong.npy", tmp_path / "cluster.npz", ray=address)

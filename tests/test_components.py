@@ -10,9 +10,9 @@ import pytest
 from conftest import excerpt
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from ocjax.vision.pictures import PICTURE_WIDTH, picture
 from scipy import ndimage
 
-from ocjax.pictures import PICTURE_WIDTH, picture
 from ocjax.vision import bitmap
 from ocjax.vision import components as stages
 from ocjax.vision.bounds import tight_boxes

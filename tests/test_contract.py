@@ -4,7 +4,7 @@ import jax
 import numpy as np
 
 import ocjax
-from ocjax import _xla
+from ocjax._xla import kernels
 
 FIELDS = {"xywh": (np.int16, (4,)), "valid": (np.bool_, ()), "orientation": (np.int8, ()), "value": (np.int32, ()), "rgb": (np.uint8, (3,))}
 
@@ -19,7 +19,7 @@ def same(a, b):
 
 def unoptimized_jit(f):
     """`jax.jit` without optimization of the machine code, which takes a third of the time to compile and computes the same."""
-    return jax.jit(f, compiler_options=(_xla.compiler_options() or {}) | {"xla_backend_optimization_level": 0})
+    return jax.jit(f, compiler_options=(kernels.compiler_options() or {}) | {"xla_backend_optimization_level": 0})
 
 
 def check(game, objects, batch):

@@ -10,14 +10,14 @@ import sys
 
 import numpy as np
 import pytest
+from ocjax.cli.app import app
 from PIL import Image
 from typer.testing import CliRunner
 
 import ocjax
 from ocjax import datasets, files
-from ocjax.cli import app
 from ocjax.datasets import DatasetError, columns, exports, labels, shards, starts
-from ocjax.files import extraction
+from ocjax.files import pipeline
 
 pa = pytest.importorskip("pyarrow")
 parquet = pytest.importorskip("pyarrow.parquet")
@@ -253,7 +253,7 @@ def minari(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("block_rows", [7, 65536])
 def test_minari(folder, pong, minari, monkeypatch, block_rows):
-    monkeypatch.setitem(extraction.BLOCK_ROWS, "rem", block_rows)
+    monkeypatch.setitem(pipeline.BLOCK_ROWS, "rem", block_rows)
     datasets.export(folder, "minari:pong/oda-v0")
     rows = rows_of(folder)
     dataset = minari.load_dataset("pong/oda-v0")
@@ -295,7 +295,7 @@ else:
 
 @pytest.mark.parametrize("stage", ["extracting", "copying"])
 def test_minari_killed_and_resumed_equals_uninterrupted(folder, minari, monkeypatch, tmp_path, stage):
-    monkeypatch.setitem(extraction.BLOCK_ROWS, "rem", 4)
+    monkeypatch.setitem(pipeline.BLOCK_ROWS, "rem", 4)
     datasets.export(folder, "minari:pong/oda-v0")
     files.extract("minari:pong/oda-v0", "minari:pong/whole-v0")
     done = subprocess.run([sys.executable, "-c", KILLED, "minari:pong/parts-v0", stage])

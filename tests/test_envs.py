@@ -14,12 +14,13 @@ import ale_py
 import gymnasium
 import numpy as np
 import pytest
+from ocjax.emulators import ale, variations
+from ocjax.emulators.worker.emulator import TRANSITIONS, Event, Phase
+from ocjax.emulators.worker.interface import WorkerConfig
 
 import ocjax
-from ocjax import rom
-from ocjax.envs import PRESETS, AlePool, RomError, Settings, WorkerError, ale, variations
-from ocjax.envs._worker.emulator import TRANSITIONS, Event, Phase
-from ocjax.envs._worker.interface import WorkerConfig
+from ocjax.console import rom
+from ocjax.envs import PRESETS, AlePool, RomError, Settings, WorkerError
 
 gymnasium.register_envs(ale_py)
 

@@ -3,10 +3,10 @@ import dataclasses
 import numpy as np
 import pytest
 from conftest import excerpt
+from ocjax.evaluation.metrics import Agreement, Detections
 
 import ocjax
-from ocjax import evaluation, matching
-from ocjax.evaluation import Agreement, Detections
+from ocjax.evaluation import matching, metrics
 
 
 def detections(boxes, label=None, categories=("A",), score=None):
@@ -45,40 +45,40 @@ def some(rng, frames=40, boxes=10, categories=3):
 def test_match_is_greedy(seed, monkeypatch):
     rng = np.random.default_rng(seed)
     left, right = some(rng), some(rng, boxes=13)
-    assert np.array_equal(evaluation.match(left, right), greedy(left, right, 5.0))
+    assert np.array_equal(metrics.match(left, right), greedy(left, right, 5.0))
     monkeypatch.setattr(matching, "PAIRS_AT_ONCE", 100)  # frame by frame
-    assert np.array_equal(evaluation.match(left, right), greedy(left, right, 5.0))
+    assert np.array_equal(metrics.match(left, right), greedy(left, right, 5.0))
 
 
 def test_labels_are_matched_by_name():
     left = detections([[(0, 0, 2, 2), (9, 9, 2, 2)]], [[0, 1]], ("A", "B"))
     right = detections([[(9, 9, 2, 2), (0, 0, 2, 2)]], [[0, 1]], ("B", "C"))
-    assert evaluation.match(left, right).tolist() == [[-1, 0]]
+    assert metrics.match(left, right).tolist() == [[-1, 0]]
 
 
 def test_iou():
     a, b = np.array([0, 0, 4, 4]), np.array([[0, 0, 4, 4], [2, 0, 4, 4], [9, 9, 1, 1], [0, 0, 0, 0]])
-    assert evaluation.iou(a, b).tolist() == [1, 8 / 24, 0, 0]
-    assert evaluation.iou(b[3], b[3]) == 0
+    assert metrics.iou(a, b).tolist() == [1, 8 / 24, 0, 0]
+    assert metrics.iou(b[3], b[3]) == 0
 
 
 def test_agreement():
     rem = detections([[(10, 10, 4, 4), (50, 50, 4, 4)], [(10, 10, 4, 4), None]])
     vem = detections([[(10, 10, 4, 4), None], [(12, 10, 4, 4), (90, 90, 2, 2)]])
     before = detections([[None, (50, 51, 4, 4)], [None, None]])
-    counts = evaluation.agreement(rem, vem)
+    counts = metrics.agreement(rem, vem)
     assert counts.left.tolist() == [[2], [1]]
     plain = counts.sum()
     assert (plain.left, plain.right, plain.confirmed, plain.found, plain.exact) == (3, 3, 2, 2, 1)
     assert plain.precision == plain.recall == plain.f1 == pytest.approx(2 / 3)
     assert plain.mean_iou == pytest.approx((1 + 8 / 24) / 2)
-    aware = evaluation.agreement(rem, vem, before).sum()
+    aware = metrics.agreement(rem, vem, before).sum()
     assert aware.precision == 1
     assert aware.recall == pytest.approx(2 / 3)
 
 
 def test_nothing_to_match():
-    a = evaluation.agreement(detections([[None, None]]), detections([[]])).sum()
+    a = metrics.agreement(detections([[None, None]]), detections([[]])).sum()
     assert all(np.isnan(v) for v in (a.precision, a.recall, a.f1, a.mean_iou))
     nothing_right = Agreement(*(np.array(v) for v in (3, 3, 0, 0, 0, 0)))
     assert nothing_right.f1 == 0
@@ -89,51 +89,51 @@ def test_intervals_are_over_episodes():
     episode = np.repeat(np.arange(40), 25)
     right = (episode % 2 == 0).astype(float)[:, None]
     counts = Agreement(np.ones((1000, 1)), np.ones((1000, 1)), right, right, right, right)
-    low, high = (v[0] for v in evaluation.intervals(counts, episode, lambda a: a.f1))
+    low, high = (v[0] for v in metrics.intervals(counts, episode, lambda a: a.f1))
     assert low == pytest.approx(0.5 - 1.96 * 0.5 / 40**0.5, abs=0.03)
     assert high == pytest.approx(0.5 + 1.96 * 0.5 / 40**0.5, abs=0.03)
-    assert all(np.isnan(v).all() for v in evaluation.intervals(counts, np.zeros(1000, int), lambda a: a.f1))
+    assert all(np.isnan(v).all() for v in metrics.intervals(counts, np.zeros(1000, int), lambda a: a.f1))
 
 
 def test_average_precision():
     """Of three objects, 0.9 hits, 0.8 misses and 0.7 hits: precision is 1 up to recall 1/3, 2/3 up to recall 2/3, then 0."""
     truth = detections([[(0, 0, 4, 4), (20, 0, 4, 4), (40, 0, 4, 4)]])
     mine = detections([[(60, 0, 4, 4), (20, 0, 4, 4), (0, 0, 4, 4)]], score=np.array([[0.8, 0.7, 0.9]]))
-    (found,) = evaluation.average_precision(mine, truth, [0.5])
+    (found,) = metrics.average_precision(mine, truth, [0.5])
     assert found == pytest.approx((34 + 33 * 2 / 3) / 101)
     level = dataclasses.replace(mine, score=None)  # all boxes enter together: precision 2/3 up to recall 2/3
-    assert evaluation.average_precision(level, truth, [0.5]) == pytest.approx(67 * 2 / 3 / 101)
-    assert evaluation.average_precision(truth, truth).tolist() == [[1] * 10]
+    assert metrics.average_precision(level, truth, [0.5]) == pytest.approx(67 * 2 / 3 / 101)
+    assert metrics.average_precision(truth, truth).tolist() == [[1] * 10]
     nothing = detections([[None]], categories=("A", "B"))
-    assert evaluation.average_precision(nothing, dataclasses.replace(truth, categories=("A", "B")))[0].tolist() == [0] * 10
-    assert np.isnan(evaluation.average_precision(truth, nothing)).all()
+    assert metrics.average_precision(nothing, dataclasses.replace(truth, categories=("A", "B")))[0].tolist() == [0] * 10
+    assert np.isnan(metrics.average_precision(truth, nothing)).all()
 
 
 def test_average_precision_takes_each_object_once():
     truth = detections([[(0, 0, 10, 10), None]])
     mine = detections([[(0, 0, 10, 10), (0, 0, 10, 8)]], score=np.array([[0.5, 0.9]]))
-    half, most = evaluation.average_precision(mine, truth, [0.5, 0.9])[0]
+    half, most = metrics.average_precision(mine, truth, [0.5, 0.9])[0]
     assert half == pytest.approx(1)  # the second box is a false detection, after full recall
     assert most == pytest.approx(0.5)
 
 
 def test_records():
     game = ocjax.load("Pong")
-    d = evaluation.from_records([[("Ball", 1, 2, 3, 4)], [("Ghost", 5, 6, 7, 8), ("Player", 0, 0, 1, 1)]], game)
+    d = metrics.from_records([[("Ball", 1, 2, 3, 4)], [("Ghost", 5, 6, 7, 8), ("Player", 0, 0, 1, 1)]], game)
     assert d.categories == (*(c.name for c in game.categories), "Ghost")
     assert [[d.categories[k] for k in row if k >= 0] for row in d.label] == [["Ball"], ["Ghost", "Player"]]
     assert d.xywh[1, 0].tolist() == [5, 6, 7, 8]
-    assert evaluation.from_records([[("Ball", 1, 2, 3, 4, 0.25)]], game).score.tolist() == [[0.25]]
+    assert metrics.from_records([[("Ball", 1, 2, 3, 4, 0.25)]], game).score.tolist() == [[0.25]]
 
 
 def test_detections_of_objects():
     game, data = ocjax.load("Pong"), excerpt("Pong")
     objects = game.rem(data["rams"])
-    d = evaluation.detections(objects)
+    d = metrics.detections(objects)
     assert np.array_equal(d.label >= 0, np.asarray(objects.valid))
-    assert np.array_equal(evaluation.match(d, d), np.where(d.label >= 0, np.arange(d.label.shape[1]), -1))
+    assert np.array_equal(metrics.match(d, d), np.where(d.label >= 0, np.arange(d.label.shape[1]), -1))
     with pytest.raises(ValueError, match="have no reference to their game"):
-        evaluation.detections(objects.of(game, "Ball"))
+        metrics.detections(objects.of(game, "Ball"))
 
 
 def test_wrong_detections():
@@ -148,7 +148,7 @@ def test_wrong_detections():
         with pytest.raises(error, match=message):
             dataclasses.replace(good, **change)
     with pytest.raises(ValueError, match="same frames"):
-        evaluation.match(good, detections([[None], [None]]))
+        metrics.match(good, detections([[None], [None]]))
 
 
 def test_coverage():
@@ -157,7 +157,7 @@ def test_coverage():
     drawn = sprites.copy()
     drawn[0, 50, 50] = True
     boxes = detections([[(10, 10, 2, 4), (9, 10, 3, 4), (50, 50, 1, 1), (100, 100, 9, 9)]])
-    assert evaluation.coverage(boxes, sprites, drawn) == (0.5, 0.75)
+    assert metrics.coverage(boxes, sprites, drawn) == (0.5, 0.75)
 
 
 def test_identity_switches():
@@ -176,7 +176,7 @@ def test_identity_switches():
     rem = dataclasses.replace(vem, xywh=swapped)
     resets = np.zeros(6, bool)
     for objects, starts, want in ((vem, resets, (0, 10)), (rem, resets, (2, 10)), (rem, np.arange(6) == 3, (0, 8))):
-        moved, on = evaluation.identity_switches(objects, vem, starts)
+        moved, on = metrics.identity_switches(objects, vem, starts)
         index = [c.name for c in game.categories].index("Car")
         assert (moved[index], on[index], moved.sum()) == (*want, want[0])
 
@@ -184,6 +184,6 @@ def test_identity_switches():
 def test_value_shares():
     data = excerpt("SpaceInvaders")
     objects = ocjax.load("SpaceInvaders").rem(data["rams"])
-    assert evaluation.value_shares(objects, data["rewards"], data["lives"]) == {"P1Score": 1.0, "Lives": 1.0}
-    wrong = evaluation.value_shares(objects, data["rewards"] + (np.arange(len(data["rewards"])) % 2), data["lives"])
+    assert metrics.value_shares(objects, data["rewards"], data["lives"]) == {"P1Score": 1.0, "Lives": 1.0}
+    wrong = metrics.value_shares(objects, data["rewards"] + (np.arange(len(data["rewards"])) % 2), data["lives"])
     assert wrong["P1Score"] == pytest.approx(0.5, abs=0.05)

@@ -13,14 +13,14 @@ import jax
 import numpy as np
 import pytest
 from conftest import excerpt
+from ocjax.cli.app import app
 from PIL import Image
 from typer.testing import CliRunner
 
 import ocjax
 from ocjax import files
-from ocjax.cli import app
-from ocjax.files import InputError, extraction, open_input
-from ocjax.vision import palette
+from ocjax.console import palette
+from ocjax.files import InputError, open_input, pipeline
 
 FIELDS = ("xywh", "valid", "orientation", "value", "rgb")
 
@@ -43,7 +43,7 @@ def frames(pong):
 
 @pytest.fixture(autouse=True)
 def small_blocks(monkeypatch):
-    monkeypatch.setattr(extraction, "BLOCK_ROWS", {"rem": 16, "vem": 4})
+    monkeypatch.setattr(pipeline, "BLOCK_ROWS", {"rem": 16, "vem": 4})
 
 
 def write_hdf5(path, data):

@@ -16,7 +16,7 @@ from synthetic import drawn
 from test_contract import check, host, random_frames, same
 
 import ocjax
-from ocjax.vision import palette
+from ocjax.console import palette
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 
@@ -167,7 +167,7 @@ def test_three_frames_are_not_channels(sample):
 
 def test_chunks(monkeypatch):
     """A batch of several chunks and a remainder is its rows."""
-    from ocjax import rem, vem
+    from ocjax.extraction import rem, vem
 
     monkeypatch.setattr(rem, "CHUNK", 16)
     monkeypatch.setattr(vem, "CHUNK", 16)

@@ -7,17 +7,17 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from ocjax.console.boxes import box
+from ocjax.console.fonts import Digits, hex_font
+from ocjax.console.ram import RamMap, byte
+from ocjax.extraction.game import Game, GameError
+from ocjax.extraction.objects import UNKNOWN, UNKNOWN_VALUE
+from ocjax.transforms.game_objects import views
+from ocjax.vision.rules import Blobs, Bounds, ByColor, Category, Cells, Gauge, Runs, Saver, display
 
 import ocjax
-from ocjax import evaluation
-from ocjax.boxes import box
-from ocjax.digits import Digits, hex_font
-from ocjax.game import Game, GameError
-from ocjax.objects import UNKNOWN, UNKNOWN_VALUE
-from ocjax.ram import RamMap, byte
-from ocjax.rules import Blobs, Bounds, ByColor, Category, Cells, Gauge, Runs, Saver, display
-from ocjax.views import views
-from ocjax.vision import palette
+from ocjax.console import palette
+from ocjax.evaluation import metrics
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 
@@ -104,7 +104,7 @@ def test_aliases():
     assert o.of(game, "Old").xywh.tolist() == o.of(game, "H").xywh.tolist()
     assert o.to_list()[-1]["category"] == "H"
     assert "Old" not in game.without_hud().slices
-    found = evaluation.from_records([[("Old", 0, 0, 2, 2), ("X", 1, 1, 2, 2)]], game)
+    found = metrics.from_records([[("Old", 0, 0, 2, 2), ("X", 1, 1, 2, 2)]], game)
     assert found.categories == ("A", "B", "H", "X")
     assert found.label.tolist() == [[2, 3]]
 

@@ -3,9 +3,9 @@
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from ocjax.console.boxes import box
 
-from ocjax import console, ops
-from ocjax.boxes import box
+from ocjax.console import ops, registers
 
 
 def test_operations_on_integers():
@@ -19,12 +19,12 @@ def test_operations_on_integers():
     positive = x[x >= 0]
     assert np.array_equal(ops.mod(jnp.asarray(positive), 30), positive % 30)
     assert np.array_equal(ops.div(jnp.asarray(positive), 30), positive // 30)
-    assert np.array_equal(console.modulo_screen(jnp.asarray(positive)), positive % 160)
+    assert np.array_equal(registers.modulo_screen(jnp.asarray(positive)), positive % 160)
 
 
 @pytest.mark.parametrize(("x", "width", "left"), [(10, 8, 10), (156, 8, 156), (157, 8, -3), (-4, 8, -4), (-5, 8, 155), (158, 5, -2)])
 def test_the_larger_part_of_what_an_edge_cuts(x, width, left):
-    assert int(console.larger_part(jnp.int32(x), width)) == left
+    assert int(registers.larger_part(jnp.int32(x), width)) == left
 
 
 def test_some_of_the_slots_of_boxes():

@@ -8,10 +8,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from ocjax.console.rom import rom_path
 
 import ocjax
 from ocjax import jaxatari
-from ocjax.rom import rom_path
 
 KEY = jax.random.key(0)
 

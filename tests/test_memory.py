@@ -9,9 +9,10 @@ from pathlib import Path
 import jax
 import jax.numpy as jnp
 import pytest
+from ocjax.extraction import vem
 
 import ocjax
-from ocjax import _xla, vem
+from ocjax._xla import kernels
 
 GAMES = ("Pong", "SpaceInvaders")
 BATCHES = (2048, 2000)  # a whole number of chunks, and not
@@ -80,6 +81,6 @@ def test_process(name, batch):
     assert abs(copied - 4 * frames) < margin, "the measure itself"
     assert frames + grown <= 4 * frames
     if jax.default_backend() == "cpu":
-        size = _xla.shared_size(batch, vem.CHUNK)
+        size = kernels.shared_size(batch, vem.CHUNK)
         filled_up = size * frames // batch if size > batch else 0
         assert abs(grown - filled_up - sum(compiled(name, size)[1:])) < margin, "what the compiler says is what the process takes"

@@ -93,9 +93,9 @@ def run(path, *arguments):
     from ale_py.env import AtariEnv
     from matplotlib import pyplot
 
-    from ocjax import _xla
+    from ocjax._xla import kernels
 
-    _xla.use_compilation_cache()
+    kernels.use_compilation_cache()
     steps, step = 0, AtariEnv.step  # which HackAtari and wrappers call, too
 
     def counted(self, action):

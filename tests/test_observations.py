@@ -6,9 +6,9 @@ import pytest
 from conftest import excerpt
 from hypothesis import given
 from hypothesis import strategies as st
+from ocjax.transforms import masks
 
 import ocjax
-from ocjax import masks
 from ocjax.envs import Dqn, Masks, Vector
 from ocjax.envs.observations import FEATURES
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from conftest import excerpt
 from gymnasium.utils.env_checker import check_env
+from ocjax.emulators import variations
 
 import ocjax
 from ocjax import ocatari
-from ocjax.envs import variations
 from ocjax.ocatari import GameObject, NoObject, OCAtari, Orientation, ValueObject
 
 

@@ -2,10 +2,10 @@ import ale_py
 import jax
 import numpy as np
 import pytest
+from ocjax.console.rom import rom_path
 
 import ocjax
-from ocjax.rom import rom_path
-from ocjax.vision import palette
+from ocjax.console import palette
 
 
 @pytest.mark.parametrize("table", [palette.NTSC, palette.PAL], ids=["NTSC", "PAL"])

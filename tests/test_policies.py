@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import DATA, damaged_archive
+from ocjax.cli.app import app
+from ocjax.play import policies
+from ocjax.play.games import play
+from ocjax.play.policies import PolicyError, SavedPolicy
 from PIL import Image
 from typer.testing import CliRunner
 
 import ocjax
-from ocjax import policies
-from ocjax.agents.playing import play
-from ocjax.cli import app
 from ocjax.envs import Settings, Vector
-from ocjax.policies import PolicyError, SavedPolicy
 
 ACTIONS = 6  # of Pong
 
@@ -117,7 +117,7 @@ def test_damaged_policies_are_refused(policy, tmp_path):
 
 def test_every_instance_plays_equally_many_games(policy, tmp_path, monkeypatch):
     """Games are complete although training ends episodes with lives, and equal seeds play equal games."""
-    monkeypatch.setattr("ocjax.agents.playing.MOST_ENVS", 2)
+    monkeypatch.setattr("ocjax.play.games.MOST_ENVS", 2)
     path = tmp_path / "policy.npz"
     policy.write(path)
     played, again = (play(ocjax.load("Pong"), str(path), 3, seed=0) for _ in range(2))

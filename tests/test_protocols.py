@@ -3,11 +3,11 @@
 import ale_py
 import gymnasium
 import pytest
+from ocjax.emulators.settings import PRESETS
 
 import ocjax
 import ocjax.envs
 from ocjax.envs.protocols import preset_of
-from ocjax.envs.settings import PRESETS
 
 
 @pytest.mark.parametrize("name", ["Pong-v0", "Pong-v4", "PongNoFrameskip-v0", "PongNoFrameskip-v4", "ALE/Pong-v5"])

@@ -1,8 +1,7 @@
 import jax.numpy as jnp
 import numpy as np
 import pytest
-
-from ocjax.ram import Field, RamMap, bcd, bits, byte, high, low, signed
+from ocjax.console.ram import Field, RamMap, bcd, bits, byte, high, low, signed
 
 
 class Ram(RamMap):

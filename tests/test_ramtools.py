@@ -5,18 +5,20 @@ import re
 import numpy as np
 import pytest
 from conftest import DATA
+from ocjax.play import rollouts
+from ocjax.ramtools.watch import terminal, window
+from ocjax.ramtools.watch.session import GLOW, Session
 from PIL import Image
 from test_cli import run
 
 import ocjax
-from ocjax import recordings, rollout
-from ocjax.ramtools import causes, correlate, fits, ram_map, residual, terminal, twins, window
-from ocjax.ramtools.session import GLOW, Session
+from ocjax import recordings
+from ocjax.ramtools import causes, correlate, fits, ram_map, residual, twins
 
 
 @pytest.fixture(scope="module")
 def pong():
-    return rollout.rollout(ocjax.load("Pong"), 1600, seed=3)
+    return rollouts.rollout(ocjax.load("Pong"), 1600, seed=3)
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +55,7 @@ def test_correlate_finds_values_and_presence(pong_findings):
 
 
 def test_correlate_finds_freeway():
-    tape = rollout.rollout(ocjax.load("Freeway"), 1200, seed=3)
+    tape = rollouts.rollout(ocjax.load("Freeway"), 1200, seed=3)
     found = {(f.object, f.field): f for f in correlate.correlate(tape)}
     text, exact = formula(found["Chicken 0", "y"])
     assert text == "-byte(14) + 193"
@@ -66,7 +68,7 @@ def test_correlate_finds_freeway():
 def test_correlate_with_what_the_chip_drew():
     """Without vision rules, on a recording that says that the ball was drawn and nothing else."""
     game = ocjax.load("Pong")
-    tape = rollout.rollout(game, 800, seed=4)
+    tape = rollouts.rollout(game, 800, seed=4)
     ball = game.rem(tape.rams).of(game, "Ball")
     shown = np.zeros(tape.screens.shape, np.uint8)
     for i, ((x, y, w, h),) in enumerate(np.asarray(ball.xywh).astype(int)):

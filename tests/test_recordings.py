@@ -5,16 +5,17 @@ import zipfile
 import numpy as np
 import pytest
 from conftest import DATA, damaged_archive
+from ocjax.play import fixtures, rollouts
 from test_cli import run
 
 import ocjax
-from ocjax import excerpts, recordings, rollout
+from ocjax import recordings
 from ocjax.envs import Settings
 
 
 @pytest.fixture(scope="module")
 def tape():
-    return rollout.rollout(ocjax.load("Pong"), 64, seed=5, num_envs=4)
+    return rollouts.rollout(ocjax.load("Pong"), 64, seed=5, num_envs=4)
 
 
 def test_a_written_recording_reads_back(tape, tmp_path):
@@ -190,12 +191,12 @@ def test_facts_are_checked(tape, tmp_path):
 @pytest.fixture
 def short(monkeypatch):
     """Runs of five seconds instead of a minute."""
-    monkeypatch.setattr(excerpts, "FRAMES", 300)
+    monkeypatch.setattr(fixtures, "FRAMES", 300)
 
 
 def test_equal_arguments_record_equal_samples(short):
     def record(*seeds):
-        return excerpts.record(ocjax.load("Breakout"), 12, seeds=seeds, modes=(0, 4, 8), difficulties=(0, 1))
+        return fixtures.record(ocjax.load("Breakout"), 12, seeds=seeds, modes=(0, 4, 8), difficulties=(0, 1))
 
     tape, again, other = record(0, 1), record(0, 1), record(2, 3)
     assert len(tape) == 12
@@ -206,20 +207,20 @@ def test_equal_arguments_record_equal_samples(short):
 
 
 def test_boundaries_are_first_and_last_states_and_lost_lives():
-    tape = excerpts.record_boundaries(ocjax.load("MsPacman"), 9, seed=5)
+    tape = fixtures.record_boundaries(ocjax.load("MsPacman"), 9, seed=5)
     assert tape.resets.sum() == tape.ends.sum() == 3
     assert not (tape.resets & tape.ends).any()
     assert (tape.rewards[tape.resets] == 0).all()
     assert (tape.lives[tape.ends] == 0).all()
     between = ~tape.resets & ~tape.ends
     assert ((tape.lives[between] >= 1) & (tape.lives[between] < tape.lives[tape.resets].max())).all()
-    assert np.array_equal(excerpts.record_boundaries(ocjax.load("MsPacman"), 9, seed=5).rams, tape.rams)
+    assert np.array_equal(fixtures.record_boundaries(ocjax.load("MsPacman"), 9, seed=5).rams, tape.rams)
 
 
 def test_samples_are_successive_emulated_frames(short):
     """VEM finds the ball of Pong where REM has it on the frame, and a few pixels off on the frame before."""
     game = ocjax.load("Pong")
-    tape = excerpts.record(game, 24, modes=(0,))
+    tape = fixtures.record(game, 24, modes=(0,))
     sources = (game.rem, tape.rams), (game.vem, tape.screens), (game.vem, tape.previous)
     objects = [extract(x).of(game, "Ball") for extract, x in sources]
     balls = [np.asarray(o.xywh)[:, 0].astype(int) for o in objects]
@@ -234,23 +235,23 @@ def test_samples_are_successive_emulated_frames(short):
 def test_samples_are_spread():
     """Modes take turns, every mode has all seeds and both frame skips, and time grows from start to end."""
     settings = [(m, 0) for m in range(3)]
-    runs = excerpts._schedule(36, settings, (7, 8))
-    assert {(r.mode, r.seed, r.frame_skip) for r in runs} == {(m, s, k) for m in range(3) for s in (7, 8) for k in excerpts.FRAME_SKIPS}
+    runs = fixtures._schedule(36, settings, (7, 8))
+    assert {(r.mode, r.seed, r.frame_skip) for r in runs} == {(m, s, k) for m in range(3) for s in (7, 8) for k in fixtures.FRAME_SKIPS}
     samples = sorted((i, r.mode, step * r.frame_skip) for r in runs for step, numbers in r.samples.items() for i in numbers)
     assert [i for i, _, _ in samples] == list(range(36))
     assert [m for _, m, _ in samples] == [0, 1, 2] * 12
     frames = np.array([frame for _, _, frame in samples])
     assert frames[0] == 0
-    assert frames[-1] > 0.98 * excerpts.FRAMES
+    assert frames[-1] > 0.98 * fixtures.FRAMES
     assert np.diff(frames).min() > 0
 
 
 def test_every_mode_has_a_sample(tmp_path):
     game = ocjax.load("SpaceInvaders")
-    modes, difficulties = excerpts.variants(game)
+    modes, difficulties = fixtures.variants(game)
     assert len(modes) == 16
     assert difficulties == [0, 1]
-    runs = excerpts._schedule(max(4, len(modes)), [(m, 0) for m in modes], (0, 1))
+    runs = fixtures._schedule(max(4, len(modes)), [(m, 0) for m in modes], (0, 1))
     assert {r.mode for r in runs} == set(modes)
 
 

@@ -2,9 +2,9 @@ import subprocess
 import sys
 
 import pytest
+from ocjax.extraction import registry
 
 import ocjax
-from ocjax import registry
 
 
 def test_spellings():

@@ -4,11 +4,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from ocjax.console.ram import RAM_SIZE
+from ocjax.extraction import rem
 from synthetic import GAME
 from test_contract import host
 
-from ocjax import _xla, rem
-from ocjax.ram import RAM_SIZE
+from ocjax._xla import kernels
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 
@@ -33,7 +34,7 @@ def test_read_puts_the_batch_last():
     ranges = rem.stretches(GAME.ram.addresses())
     columns = np.asarray(rem.read(jnp.asarray(RAMS), ranges))
     addresses = [a for r in ranges for a in r]
-    assert columns.shape == (len(addresses), _xla.padded(LANES))
+    assert columns.shape == (len(addresses), kernels.padded(LANES))
     assert np.array_equal(columns[:, :LANES], RAMS[:, addresses].T)
 
 

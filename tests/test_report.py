@@ -8,15 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import excerpt
+from ocjax.play import policies, rollouts
 from test_cli import run
 
 import ocjax
-from ocjax import ocatari_runner, policies, recordings, report, report_formats, rollout, tables
+from ocjax import recordings
+from ocjax.evaluation import formats, ocatari_peer, report, tables
 
 
 @pytest.fixture(scope="module")
 def tape():
-    return rollout.rollout(ocjax.load("Pong"), 64, seed=5, num_envs=4)
+    return rollouts.rollout(ocjax.load("Pong"), 64, seed=5, num_envs=4)
 
 
 def test_play(tape):
@@ -26,10 +28,10 @@ def test_play(tape):
     assert np.unique(tape.episode).tolist() == [1, 2, 3, 4]
     assert not tape.rewards[tape.resets].any()
     assert (tape.rams[tape.resets] == tape.rams[0]).all(), "the state after a reset comes first"
-    again = rollout.rollout(tape.game, 64, seed=5, num_envs=4)
+    again = rollouts.rollout(tape.game, 64, seed=5, num_envs=4)
     assert np.array_equal(again.rams, tape.rams)
-    assert not np.array_equal(rollout.rollout(tape.game, 64, seed=6, num_envs=4).rams, tape.rams)
-    other = rollout.rollout(tape.game, 64, seed=5, num_envs=4, policy="random")
+    assert not np.array_equal(rollouts.rollout(tape.game, 64, seed=6, num_envs=4).rams, tape.rams)
+    other = rollouts.rollout(tape.game, 64, seed=5, num_envs=4, policy="random")
     assert not np.array_equal(other.rams, tape.rams)
 
 
@@ -41,7 +43,7 @@ def test_saved_policy(tape, tmp_path):
     np.savez(path, **net)
     act = policies.make_policy(str(path), tape.game, 6, 4, 0)
     assert act(tape.rams[:4], np.ones(4, bool)).tolist() == [3] * 4
-    assert len(rollout.rollout(tape.game, 8, num_envs=4, policy=str(path))) == 8
+    assert len(rollouts.rollout(tape.game, 8, num_envs=4, policy=str(path))) == 8
     for change, message in (
         ({"w0": np.zeros((n + 1, 8))}, rf"w0 \[{n}, n\]"),
         ({"b1": np.zeros(5)}, r"w1 \[8, n\] and b1 \[n\]"),
@@ -65,17 +67,17 @@ def test_errors_show_in_all_formats():
     assert 0.3 < e.flicker_aware.sum().f1 < 0.9
     assert e.values == {}
     assert e.switches is None
-    rows = list(csv.DictReader(io.StringIO(report_formats.to_csv([e]))))
+    rows = list(csv.DictReader(io.StringIO(formats.to_csv([e]))))
     assert [r["Category"] for r in rows] == [*e.game.slices, "all"]
     assert float(rows[-1]["F1"]) == pytest.approx(100 * e.flicker_aware.sum().f1)
-    page = report_formats.to_html([e])
+    page = formats.to_html([e])
     assert len(re.findall("<img ", page)) == len(e.worst_frames) > 0
     assert "false detections in yellow" in page
     assert len(page) < 1_000_000
-    latex = report_formats.to_latex([e])
+    latex = formats.to_latex([e])
     assert latex.count("\\cellcolor") == sum(v == v for row in report.by_category(e).rows for v in (row[2], row[3], row[4], row[6]))
     assert "| Ball |" in tables.to_markdown([report.by_category(e)])
-    assert (report_formats.shade(0), report_formats.shade(50), report_formats.shade(100)) == ("D73027", "FFFFBF", "1A9850")
+    assert (formats.shade(0), formats.shade(50), formats.shade(100)) == ("D73027", "FFFFBF", "1A9850")
 
 
 def test_first_and_last_states_and_lost_lives(tape):
@@ -90,10 +92,10 @@ def test_first_and_last_states_and_lost_lives(tape):
     assert {name: row[1] for name, row in rows.items()} == {"first states": 4, "last states": 2, "lost lives": 4}
     f1 = report.by_situation(e).header.index("F1")
     assert rows["first states"][f1] < 90 < rows["lost lives"][f1]
-    exported = list(csv.DictReader(io.StringIO(report_formats.to_csv([e]))))
+    exported = list(csv.DictReader(io.StringIO(formats.to_csv([e]))))
     assert [float(r["F1"]) for r in exported[-3:]] == pytest.approx([row[f1] for row in rows.values()])
     assert [r["Category"] for r in exported[-3:]] == list(rows)
-    assert "first states" in report_formats.to_html([e])
+    assert "first states" in formats.to_html([e])
     without = dataclasses.replace(tape, lives=None, ends=None, resets=None)
     assert len(report.tables_of(report.evaluate(without, "no episodes"))) == 1
 
@@ -141,15 +143,15 @@ def fake_ocatari(tmp_path):
 
 def test_ocatari_stands_beside(tape, fake_ocatari):
     python = fake_ocatari('{"objects": [frame[:1]] * n, "us": [9.0] * n}')
-    e = report.evaluate(tape, "", ocatari_runner.run(tape, python))
+    e = report.evaluate(tape, "", ocatari_peer.run(tape, python))
     counts = e.ocatari_agreement.sum()
     assert (counts.left, counts.right, counts.found) == (128, 64, 64)
-    rows = {row["Category"]: row for row in csv.DictReader(io.StringIO(report_formats.to_csv([e])))}
+    rows = {row["Category"]: row for row in csv.DictReader(io.StringIO(formats.to_csv([e])))}
     assert [float(rows[name]["OCAtari F1"]) for name in ("Ball", "all")] == pytest.approx([100, 200 / 3])
     assert report.overview([e]).rows[0][-2:] == [pytest.approx(200 / 3), 100]
     assert report.notes(e) == ["Pong: OCAtari's REM takes 7.0 us per frame", "Pong: OCAtari's VEM takes 9.0 us per frame"]
-    assert "{OCAtari}" in report_formats.to_latex([e])
-    assert "takes 9.0 us" in report_formats.to_html([e])
+    assert "{OCAtari}" in formats.to_latex([e])
+    assert "takes 9.0 us" in formats.to_html([e])
 
 
 def test_ocatari_program_imports_ocatari(tape, tmp_path, monkeypatch):
@@ -160,22 +162,22 @@ def test_ocatari_program_imports_ocatari(tape, tmp_path, monkeypatch):
         (path.parent / "__init__.py").touch()
         path.write_text("init_objects = lambda *args, **options: []\ndetect_objects_ram = detect_objects_vision = lambda *args: None\n")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    for method in ocatari_runner.run(tape, Path(sys.executable)).values():
+    for method in ocatari_peer.run(tape, Path(sys.executable)).values():
         assert method.error == ""
         assert len(method.us) == len(tape)
 
 
 def test_ocatari_that_fails(tape, fake_ocatari):
     python = fake_ocatari('{"error": "KeyError: 3"}')
-    e = report.evaluate(tape, "", ocatari_runner.run(tape, python))
+    e = report.evaluate(tape, "", ocatari_peer.run(tape, python))
     assert e.ocatari_agreement is None
     assert report.notes(e)[1] == "Pong: OCAtari's VEM does not run here (KeyError: 3)"
     assert "OCAtari F1" in report.by_category(e).header
     freeway = recordings.Recording(ocjax.load("Freeway"), tape.rams, tape.screens)
-    with pytest.raises(ocatari_runner.OcatariError, match="no module for Freeway"):
-        ocatari_runner.run(freeway, python)
+    with pytest.raises(ocatari_peer.OcatariError, match="no module for Freeway"):
+        ocatari_peer.run(freeway, python)
     with pytest.raises(ValueError, match="no frames"):
-        ocatari_runner.run(recordings.Recording(tape.game, tape.rams), python)
+        ocatari_peer.run(recordings.Recording(tape.game, tape.rams), python)
 
 
 def test_evaluate(tape, tmp_path):

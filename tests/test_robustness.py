@@ -18,10 +18,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from gymnasium.error import AlreadyPendingCallError, NoAsyncCallError
+from ocjax.emulators import ale, memory, process
+from ocjax.emulators.worker import snapshot
 
 import ocjax
-from ocjax.envs import AlePool, Settings, States, Vector, WorkerError, ale, make, memory, process
-from ocjax.envs._worker import snapshot
+from ocjax.envs import AlePool, Settings, States, Vector, WorkerError, make
 
 PONG = ocjax.load("Pong")
 OBS = {"ram": "ram", "vector": Vector(history=3)}  # one that shows the emulators, and one with a memory

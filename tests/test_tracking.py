@@ -10,13 +10,13 @@ import pytest
 from conftest import excerpt
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from ocjax.console.boxes import box
+from ocjax.console.ram import RamMap, byte
+from ocjax.extraction.game import Game
+from ocjax.extraction.objects import Objects
+from ocjax.vision.rules import Blobs, Bounds, Category, Cells
 
 import ocjax
-from ocjax.boxes import box
-from ocjax.game import Game
-from ocjax.objects import Objects
-from ocjax.ram import RamMap, byte
-from ocjax.rules import Blobs, Bounds, Category, Cells
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 

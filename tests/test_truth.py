@@ -7,10 +7,11 @@ import jax
 import numpy as np
 import pytest
 from conftest import DATA, excerpt
+from ocjax.extraction.objects import UNKNOWN_VALUE
+from ocjax.vision.rules import Bounds
 
-from ocjax import evaluation, recordings
-from ocjax.objects import UNKNOWN_VALUE
-from ocjax.rules import Bounds
+from ocjax import recordings
+from ocjax.evaluation import metrics
 
 ON_DRAWN = 0.99  # share of boxes that hold drawn pixels
 IN_COLOR = 0.97  # share of boxes that hold pixels of their objects' colours
@@ -126,13 +127,13 @@ def share_on_detections(rem, *vem):
         count = np.count_nonzero(boxes.label >= 0)
         if count:
             pixels = np.logical_or.reduce([covered(v, category, int(height)) for v in vem])
-            held, total = held + count * evaluation.coverage(boxes, pixels, pixels)[1], total + count
+            held, total = held + count * metrics.coverage(boxes, pixels, pixels)[1], total + count
     return held / total if total else 1.0
 
 
 def test_methods_agree(game, detected):
     rem, vem, before = detected
-    counts = evaluation.agreement(*map(evaluation.detections, (rem, vem, before)))
+    counts = metrics.agreement(*map(metrics.detections, (rem, vem, before)))
     whole, each = counts.sum(), counts.sum(axis=0)
     # What blinks is hidden for longer than the two frames that are compared.
     least = 0.98 if any(c.blinks for c in game.categories) else 0.99
@@ -146,11 +147,11 @@ def test_boxes_hold_drawn_pixels(game, truth, detected):
     What blinks for longer has a counterpart in VEM where it is drawn (`test_methods_agree`).
     """
     rem, vem, before = detected
-    boxes = evaluation.detections(steady(game, rem))
+    boxes = metrics.detections(steady(game, rem))
     if "drawn" in truth:
-        assert evaluation.coverage(boxes, truth["drawn"], truth["drawn"])[1] >= ON_DRAWN
+        assert metrics.coverage(boxes, truth["drawn"], truth["drawn"])[1] >= ON_DRAWN
     else:
-        assert share_on_detections(boxes, evaluation.detections(vem), evaluation.detections(before)) >= ON_DETECTED
+        assert share_on_detections(boxes, metrics.detections(vem), metrics.detections(before)) >= ON_DETECTED
 
 
 def test_colors_are_drawn(game, truth, detected):
@@ -168,14 +169,14 @@ def test_colors_are_drawn(game, truth, detected):
 def test_boxes_without_drawn_pixels_are_noticed(game, truth, detected):
     """The check that replaces drawn pixels passes on all recordings, and fails once boxes are moved off their objects."""
     rem, vem, before = detected
-    boxes, *detections = map(evaluation.detections, (steady(game, rem), vem, before))
+    boxes, *detections = map(metrics.detections, (steady(game, rem), vem, before))
     assert share_on_detections(boxes, *detections) >= ON_DETECTED
     moved = dataclasses.replace(boxes, xywh=(boxes.xywh + np.array([80, 60, 0, 0])) % np.array([160, 200, 999, 999]))
     assert share_on_detections(moved, *detections) < 0.9
 
 
 def test_score_and_lives_follow_the_emulator(truth, detected):
-    shares = evaluation.value_shares(detected[0], truth["rewards"], truth["lives"])
+    shares = metrics.value_shares(detected[0], truth["rewards"], truth["lives"])
     assert all(share == 1 for share in shares.values() if share == share), shares  # nan: never shown
 
 
@@ -212,7 +213,7 @@ def test_screen_savers(game):
     rem = dataclasses.replace(rem, valid=rem.valid & ~alike)
     assert (rem.valid.any() or vem.valid.any()) == (game.name != "Gopher")  # whose screen is black
     if rem.valid.any():
-        counts = evaluation.agreement(*map(evaluation.detections, (rem, vem, before)))
+        counts = metrics.agreement(*map(metrics.detections, (rem, vem, before)))
         assert counts.sum().f1 >= 0.95  # Seaquest's saver shows a line of the background like the submarine
     both = rem.valid & vem.valid
     has_place = np.array([c.has_places for c in game.categories])[game.slot_category]
@@ -231,7 +232,7 @@ def extracted(tape):
 
 def agreement_on(tape):
     """Counts of objects and matches by sample and category."""
-    return evaluation.agreement(*map(evaluation.detections, extracted(tape)))
+    return metrics.agreement(*map(metrics.detections, extracted(tape)))
 
 
 def test_rare_objects(game):

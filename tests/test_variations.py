@@ -5,9 +5,10 @@ import pickle
 
 import numpy as np
 import pytest
+from ocjax.emulators import variations
 
 import ocjax
-from ocjax.envs import make, variations
+from ocjax.envs import make
 
 STEPS = 150
 BLUE, WHITE, RED, DARK_RED = (45, 50, 184), (214, 214, 214), (167, 26, 26), (144, 28, 0)

@@ -14,9 +14,10 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
+from ocjax.emulators import ale, variations
 
 import ocjax
-from ocjax.envs import PRESETS, Dqn, Masks, Vector, WorkerError, ale, make, variations
+from ocjax.envs import PRESETS, Dqn, Masks, Vector, WorkerError, make
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 

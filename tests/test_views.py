@@ -7,10 +7,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from conftest import excerpt
+from ocjax.extraction.objects import UNKNOWN, Objects
+from ocjax.extraction.records import constant
 
 import ocjax
-from ocjax.objects import UNKNOWN, Objects
-from ocjax.records import constant
 
 GAME = ocjax.load("Pong")
 

@@ -3,10 +3,9 @@
 import jax
 import numpy as np
 import pytest
-
-from ocjax.pictures import picture
-from ocjax.rules import Blobs, Bounds, Category, Cells, Shades
-from ocjax.vision.detect import detect
+from ocjax.extraction.detection import detect
+from ocjax.vision.pictures import picture
+from ocjax.vision.rules import Blobs, Bounds, Category, Cells, Shades
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 

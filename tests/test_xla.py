@@ -9,9 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from ocjax import _xla
+from ocjax._xla import kernels
 
-LARGE = 2 * _xla.SMALL + 3
+LARGE = 2 * kernels.SMALL + 3
 
 
 @pytest.mark.parametrize(
@@ -29,40 +29,40 @@ def test_materialize(values):
     def f(x):
         return x, x[::-1]
 
-    got = jax.jit(lambda x: _xla.materialize(f, x))(values)
+    got = jax.jit(lambda x: kernels.materialize(f, x))(values)
     for a, b in zip(got, f(values), strict=True):
         np.testing.assert_array_equal(a, b)
 
 
 def test_materialize_stores():
     """The call survives the compiler: without it, the computation would be fused into its consumers again."""
-    f = jax.jit(lambda x: _xla.materialize(lambda y: y * 3, x) + 1)
+    f = jax.jit(lambda x: kernels.materialize(lambda y: y * 3, x) + 1)
     assert " call(" in f.lower(jnp.zeros(LARGE, jnp.int32)).compile().as_text()
 
 
 @pytest.mark.parametrize("lanes", [1, 31, 512, 513])
 def test_transpose_and_padding(lanes):
     rows = np.arange(6 * lanes, dtype=np.int32).reshape(6, lanes)
-    np.testing.assert_array_equal(jax.jit(_xla.transpose)(rows), rows.T)
-    assert lanes <= _xla.padded(lanes) <= lanes + 16
+    np.testing.assert_array_equal(jax.jit(kernels.transpose)(rows), rows.T)
+    assert lanes <= kernels.padded(lanes) <= lanes + 16
 
 
 @pytest.mark.parametrize("shape", [(1,), (15,), (16,), (17,), (700,), (3, 5), (50, 5)])
 def test_running_sum(shape):
     x = np.random.default_rng(0).integers(-9, 9, shape).astype(np.int32)
-    assert np.array_equal(_xla.running_sum(jnp.asarray(x)), np.cumsum(x, axis=0))
+    assert np.array_equal(kernels.running_sum(jnp.asarray(x)), np.cumsum(x, axis=0))
 
 
 @pytest.mark.parametrize("n", [1, 4, 5, 8, 11])
 def test_chunks(n):
     x = np.arange(3 * n, dtype=np.int32).reshape(n, 3)
-    got = jax.jit(lambda v: _xla.in_chunks(lambda c: {"sum": c.sum(axis=1), "twice": 2 * c}, v, 4))(x)
+    got = jax.jit(lambda v: kernels.in_chunks(lambda c: {"sum": c.sum(axis=1), "twice": 2 * c}, v, 4))(x)
     np.testing.assert_array_equal(got["sum"], x.sum(axis=1))
     np.testing.assert_array_equal(got["twice"], 2 * x)
 
 
 def test_any_batch():
-    f = _xla.any_batch(lambda x: {"sum": x.sum(axis=-1)}, 1, 4)
+    f = kernels.any_batch(lambda x: {"sum": x.sum(axis=-1)}, 1, 4)
     x = np.arange(24, dtype=np.int32).reshape(2, 3, 4)
     for got in (f(x), jax.vmap(f)(x), jax.jit(f)(x), jax.vmap(jax.vmap(f))(x)):
         np.testing.assert_array_equal(got["sum"], x.sum(axis=-1))
@@ -78,7 +78,7 @@ def test_batches_of_many_lengths_share_programs(device):
         compiled.append(x.shape)
         return {"sum": x.sum(axis=-1)}
 
-    f = _xla.any_batch(total, 1, 16)
+    f = kernels.any_batch(total, 1, 16)
     for n in (*range(1, 100), 300):
         x = np.arange(4 * n, dtype=np.int32).reshape(n, 4)
         np.testing.assert_array_equal(f(jnp.asarray(x) if device else x)["sum"], x.sum(axis=-1))
@@ -87,9 +87,9 @@ def test_batches_of_many_lengths_share_programs(device):
 
 def test_shared_sizes():
     for n in (*range(1, 3000), 12345):
-        size = _xla.shared_size(n, 64)
+        size = kernels.shared_size(n, 64)
         assert n <= size < max(2 * n, n + 64 + n / 8)
-        assert _xla.shared_size(size, 64) == size
+        assert kernels.shared_size(size, 64) == size
         assert size <= 64 or size % 64 == 0
 
 
@@ -106,6 +106,6 @@ def _without_cache(variables):
 
 def test_retained_memory_is_asked_for(monkeypatch):
     monkeypatch.setenv("MALLOC_TRIM_THRESHOLD_", "1000000")
-    _xla.retain_freed_memory.cache_clear()
-    assert _xla.retain_freed_memory() is False  # the user's own setting takes precedence
-    _xla.retain_freed_memory.cache_clear()
+    kernels.retain_freed_memory.cache_clear()
+    assert kernels.retain_freed_memory() is False  # the user's own setting takes precedence
+    kernels.retain_freed_memory.cache_clear()
