@@ -24,8 +24,8 @@ blank; on the next one, only that figure of the three on the top line shows whos
 
 Covered: eight levels at both difficulties (ended by editing what is painted), jumps, chickens,
 deaths, the game's end. The `value` of Life is what the emulator says, the low half of byte 86: 11
-for three lives in the first level at difficulty 0, 3 at difficulty 3. VEM reads 9 to 11, and no
-score of six digits; it detects figures of a kind that overlap slantwise as more than they are.
+for three lives in the first level at difficulty 0, 3 at difficulty 3. VEM reads 9 to 11; it detects
+figures of a kind that overlap slantwise as more than they are.
 """
 
 import functools
@@ -278,7 +278,9 @@ walkers = functools.partial(Blobs, region=MAZE, min_size=(5, 5), max_size=(21, 2
 PLAYER = Blobs(YELLOW, MAZE, min_size=(6, 6), max_size=(14, 14))
 SHADOWS = Blobs(BLACK, MAZE, gap=(0, 1), min_size=(1, 1), max_size=(4, 7), ignore=_gaps())
 CHICKENS = Blobs(YELLOW, MAZE, min_size=(4, 6), max_size=(5, 14), split=(5, 7))
-SCORE = Bounds(YELLOW, (56, 175, 105, 183), value=Digits(FONT, range(57, 98, 8), 176))
+number = functools.partial(Digits, FONT, range(57, 98, 8), required=True)
+SCORE = Bounds(YELLOW, (56, 175, 105, 183), value=number(176))
+SCORE_OF_SIX = Bounds(YELLOW, (56, 175, 105, 183), value=number(175))
 LIVES = Bounds(YELLOW, (116, 174, 149, 183), value=Gauge(16, 1, 9))
 
 GAME = Game(
@@ -293,7 +295,7 @@ GAME = Game(
         others("Pig", walkers(RED), doc="even levels"),
         others("Shadow", SHADOWS, doc="black on the maze"),
         others("Chicken", CHICKENS, doc="to be caught"),
-        display("Score", SCORE, doc="points"),
+        display("Score", SCORE, otherwise=SCORE_OF_SIX, doc="points"),
         display("Life", LIVES, doc="lives left"),
     ),
 )

@@ -36,7 +36,8 @@ from ocjax.vision.rules import Blobs, Bounds, Category, Cells, Gauge, Saver, dis
 
 ROM = Rom("bank_heist", "00ce0bdd43aed84a983bef38fe7f5ee3")
 DIGIT_AT = (0xF46, 0xF20, 0xF33, 0xF3A, 0xF59, 0xF2D, 0xF52, 0xF1A, 0xF4C, 0xF40)
-FONT = ROM.font(DIGIT_AT, rows=7)
+DOLLAR = tuple(ROM.rows(0xF26, 7).tolist())
+FONT = replace(ROM.font(DIGIT_AT, rows=7), signs=(DOLLAR,))
 
 BANK_PAGE, CAR_PAGE, POINTS_PAGE = 0xFD, 0xFE, 0xFF  # of pictures; banks' also has the wreck
 PICTURE = 12  # bytes

@@ -268,9 +268,11 @@ ENEMY = Blobs(ROBOTS, FIELD, min_size=(4, 4), max_size=(12, 24))
 SHOT = _shots(HUMAN, connectivity=4, min_size=(4, 2), split=(4, 2))
 MISSILE = _missiles()
 OTTO = Blobs(HUMAN, FIELD, min_size=(8, 10), max_size=(8, 16), area=(60, 90))
-NOTICE = Bounds(TEXT, LINE, min_size=(40, 7))
+NOTICE = Bounds(TEXT, LINE, min_size=(40, 7), max_size=(40, 7))
 POINTS = Bounds(TEXT, LINE, value=number(lefts=CELLS))
-BONUS = Bounds(TEXT, (55, 183, 71, 190), min_size=(13, 7), value=number(lefts=CELLS[:2]))
+BONUS = Bounds(
+    TEXT, (55, 183, 71, 190), min_size=(13, 7), value=number(lefts=CELLS[:2], free=CELLS[2:])
+)
 
 GAME = Game(
     name="Berzerk",

@@ -37,7 +37,8 @@ from ocjax.extraction.game import Game
 from ocjax.vision.rules import Blobs, Bounds, Category, Cells, Shades, display
 
 ROM = Rom("centipede", "91c2098e88a6b13f977af8c003e0bca5")
-FONT = ROM.font(0xF1C, rows=7)
+FIGURE = tuple(ROM.rows(0xF69, 7).tolist())  # in front of the score of the easy game
+FONT = replace(ROM.font(0xF1C, rows=7), signs=(FIGURE,))
 COLORS = tuple(int(c) & 0xFE for c in ROM.bytes(0xFC9, 8))
 """The colours of the first level. Each of the next levels begins one colour later."""
 OF_SHOOTER, OF_FLEA, OF_CENTIPEDE, OF_SPIDER, OF_GROUND, OF_SCORPION = 0, 1, 3, 5, 6, 7

@@ -14,7 +14,8 @@ valid, deaths, the end. Not in RAM: whether a beam that begins has just hit some
 it is taken for that), where it was when the button was released or the player turned, at times if
 he has just stepped, which moves it by a column. A beam of one column is not valid. VEM misses
 snakes in green rooms and the dark, enemies that touch rock of their colour, what is behind
-dynamite, PowerBar's value, and that of Score while Level is in its place.
+dynamite, the values of a PowerBar that is full (78 or more), and of Score while Level is in its
+place.
 """
 
 import functools
@@ -281,6 +282,8 @@ LIVES = Bounds(GREY, (40, 152, 104, 166), value=Gauge(8, 5, 2), inverse=True)
 STOCK = Bounds(GREY, (40, 166, 104, 178), value=Gauge(8, 3, 1), inverse=True)
 POINTS = Bounds((WHITE, YELLOW), (56, 179, 104, 187), value=Digits(FONT, range(56, 104, 8), 179))
 LEVEL = Bounds(YELLOW, (56, 179, 104, 187), value=Digits(FONT, (88, 96), 179))
+POWER = Bounds(YELLOW, (49, 145, 128, 150))  # what is left, before the red rest
+POWER_BAR = Bounds((YELLOW, RED), (49, 145, 128, 150), value=Gauge(1, full=78, of=POWER))
 GAME = Game(
     name="Hero",
     rom=ROM.name,
@@ -299,7 +302,7 @@ GAME = Game(
         Category("Platform", Bounds(YELLOW, (8, 136, 160, 137), min_size=(8, 1)), doc="a raft"),
         Category("Wall", ROCKS, count=18, doc="rock"),
         Category("LavaWall", LAVA, count=6, doc="lava"),
-        display("PowerBar", Bounds((YELLOW, RED), (49, 145, 128, 150)), doc="power left"),
+        display("PowerBar", POWER_BAR, doc="power left"),
         display("Life", LIVES, rgb=(45, 87, 176), doc="one more than the men"),
         display("BombStock", STOCK, rgb=(184, 50, 50), doc="dynamite left"),
         display("Score", POINTS, doc="points, or the level in their place"),

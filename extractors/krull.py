@@ -2,9 +2,10 @@
 
 Slots of Line: record * 3 + place; of Weapon: what is found in the desert, the player's own in the
 lair; of Star: where it flashes in the web while the player is at the window; of Life_HUD and
-Weapon_HUD: icons. In the desert the player has a box around both mares. Hour_Glass's value is its
-rows of sand. Lines carry the player ($FA77 and $FAC7 of the second half); each of two is drawn at
-three places in turn, and those of two frames are valid. The web and the ground are scenery.
+Weapon_HUD: icons. In the desert the player has a box around both mares. Hour_Glass's value is the
+rows of sand that are still above. Lines carry the player ($FA77 and $FAC7 of the second half); each
+of two is drawn at three places in turn, and those of two frames are valid. The web and the ground
+are scenery.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (scenes, records), and the ROM's code, which moves all
 before the drawing ($F300 of the first half), save what is found in the desert.
@@ -32,7 +33,7 @@ from ocjax.console.registers import NUSIZ_COPIES, NUSIZ_SPACING, signed_nibble, 
 from ocjax.console.rom import Pictures
 from ocjax.extraction.game import Game
 from ocjax.extractors._krull import FIGURES, ROM, SECOND, off_at, on_at, turns
-from ocjax.vision.rules import Blobs, Bounds, Category, Cells, Runs, display
+from ocjax.vision.rules import Blobs, Bounds, Category, Cells, Gauge, Runs, display
 
 FONT = ROM.font(0xB07, rows=7)
 WEDDING, LAIR, WEB, DESERT = range(4)  # `scene`
@@ -57,7 +58,7 @@ class Ram(RamMap):
     over = bits(0, first=7)  # the title is shown
     sun_y = byte(23)
     sun_x = byte(24)
-    glass = byte(26)  # a bit for each row of sand
+    sand = bits(26, first=4, count=4)  # a bit for each row that is still above
     score = bcd((28, 29, 30))
     lives = byte(31)  # in reserve
     weapons = byte(32)
@@ -112,7 +113,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Enemy_Weapon": box(m.shot_x + 7, top, 4, height - 1).clip(*FIELD).where(lair),
         "Wall": box(WALL_X, WALL_Y, 4, 4, lair & (m.cage[WALL_BYTE] >> WALL_BIT & 1 == 1)),
         "Sun": box(m.sun_x + 9 + inset, m.sun_y - 30, 7 - 2 * inset, 7).clip(0, 2, 160, 12),
-        "Hour_Glass": box(121, 3, 5, 8, value=jnp.sum(m.glass >> np.arange(8) & 1)),
+        "Hour_Glass": box(121, 3, 5, 8, value=jax.lax.population_count(m.sand)),
         "Score": score_box(FONT, m.score, right=right, top=176, digits=6, value=m.score),
         "Life_HUD": box(56 + 8 * i, 188, 6, 7, i < m.lives, value=m.lives + 1),
         "Weapon_HUD": box(79 + 8 * i, 188, 8, 7, i < m.weapons),
@@ -246,8 +247,11 @@ BESIDE = (*((x - 8, 95, 33) for x in range(8, 15)), (0, 97, 32), (7, 95, 33), (3
 LINES = Runs((*((6, 14),) * 9, (6, *COLORS, *HIT)), CROSSED, ((1, 1),) * 10, 3, BESIDE, packed=True)
 SCORE = Digits(FONT, range(55, 103, 8), 176, centered=True)
 CAGE = Cells(0x24, tuple(WALL_X.tolist()), tuple(WALL_Y.tolist()), 4, 4)
-GLASS = Cells((0, 0x48), (121,), (3,), 5, 8, whole=False, margin=(1, 0))
+SAND = Gauge(1, side="h", of=Bounds(0x48, (121, 3, 126, 7)))
+GLASS = Bounds((0, 0x48), (120, 3, 127, 11), min_size=(5, 1), max_size=(5, 8), value=SAND)
 LIVES = tuple((56 + 8 * i, 188, 62 + 8 * i, 195) for i in range(3))
+ICONS = Bounds(0xC8, (56, 188, 78, 195))
+RESERVE = Bounds(0xC8, LIVES, value=Gauge(8, 6, 2, of=ICONS))
 ARMS = tuple((79 + 8 * i, 188, 87 + 8 * i, 195) for i in range(3))
 
 LYSSA = figure(BRIDE, FIELD, min_size=(5, 8), max_size=(8, 17))
@@ -312,7 +316,7 @@ GAME = Game(
         ),
         display("Sun", Bounds(0x0E, (8, 2, 120, 12)), attributes=(), doc="the time of day"),
         display("Score", Bounds(0xEE, (55, 176, 103, 183), value=SCORE), doc="points"),
-        display("Life_HUD", Bounds(0xC8, LIVES), count=3, doc="in reserve; value: one more"),
+        display("Life_HUD", RESERVE, count=3, doc="in reserve; value: one more"),
         display("Weapon_HUD", Bounds(0xC8, ARMS), count=3, attributes=(), doc="weapons left"),
     ),
 )

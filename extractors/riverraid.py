@@ -4,7 +4,7 @@ The river comes down in six blocks of 32 rows. Each has a record with at most on
 with its tree on the bank, a fuel depot, a bridge, a tanker, a helicopter or a jet. The records move
 on by one when a new block comes, so a slot is a record's place in a ring of eight. The eight
 columns at the left edge are blanked. Explosions, banks, roads and the gauge's frame are scenery;
-Fuel is the needle of the gauge.
+Fuel is the needle of the gauge; its value is what that shows, to eight units of fuel.
 
 RAM: OCAtari, AtariARI and T. Jentzsch's disassembly (what the bytes are), ALE's source (score,
 lives), and the ROM's code: f027-f3ff draws, f85d-fa8c moves the river before that, f489-f75b moves
@@ -33,7 +33,7 @@ from ocjax.console.ram import RamMap, bits, byte, high, low
 from ocjax.console.registers import position
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Saver, display
+from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, Saver, display
 
 ROM = Rom("riverraid", "393948436d1f4cc3192410bb918f9724")
 FONT = ROM.font(0xB00, rows=8)
@@ -53,6 +53,8 @@ HORIZONTAL = 12  # of a joystick's bits: right and left, 1 where it is not press
 EAST, WEST = 4, 12
 WATER, PLAYER, NEEDLE, BLACK, WHITE, TREE, TRUNK, RED = 0x84, 28, 30, 0, 12, 218, 16, 72
 SCORE_LEFTS = range(56, 104, 8)
+NEEDLE_X = 68  # of the needle where there is no fuel
+FUEL_STEP = 8  # fuel for each column
 RING, RECORDS, ROWS = 8, 6, 24
 HIDDEN = -21  # `y` of the highest block while it is not drawn yet
 
@@ -150,7 +152,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "House": _colored(objects.where(kind == HOUSE), HOUSE),
         "Jet": _colored(objects.where(kind == JET), JET),
         "Tanker": _colored(objects.where(kind == TANKER), TANKER),
-        "Fuel": box(68 + (used >> 3), 179, 2, 10, value=m.fuel),
+        "Fuel": box(NEEDLE_X + (used >> 3), 179, 2, 10, value=FUEL_STEP * (used >> 3)),
         "PlayerScore": score_box(
             FONT, tens * 10 + (m.ones >> 3), right=104, top=165, digits=6, value=tens * 10
         ),
@@ -276,6 +278,8 @@ TREES = tree(min_size=(10, 4), max_size=(10, 10), also=TREES)
 HOUSES = blobs(HOUSE_COLORS, gap=(0, 2), min_size=(14, 3), max_size=(16, 19), also=TREES)
 BRIDGES = Bounds((32, 18, 20, 24), VIEW)
 POINTS = Bounds(PLAYER, (56, 165, 104, 173), value=Digits(FONT, SCORE_LEFTS, 165))
+NEEDLE_PLACE = Gauge(1, NEEDLE_X, side="x", worth=FUEL_STEP)
+FUEL = Bounds(NEEDLE, (66, 176, 104, 189), value=NEEDLE_PLACE)
 LIVES = Bounds(PLAYER, (56, 192, 64, 200), value=Digits(FONT, (56,), 192, base=1, required=True))
 
 
@@ -299,7 +303,7 @@ GAME = Game(
         Category("House", HOUSES, count=RING, color_row=HOUSE_ROW, doc="house and tree, by record"),
         facing("Jet", JETS_RULE, rgb=(117, 181, 239), doc="that crosses, by record"),
         facing("Tanker", TANKERS, rgb=(163, 57, 21), doc="by record"),
-        display("Fuel", Bounds(NEEDLE, (66, 176, 104, 189)), doc="needle of the gauge; 0-255"),
+        display("Fuel", FUEL, doc="needle of the gauge; 0-248 by eights"),
         display("PlayerScore", POINTS, doc="points"),
         display("Lives", LIVES, doc="one more than the digit that shows"),
     ),

@@ -12,7 +12,8 @@ pictures. HMOVE within lines moves seed between lanes. A lost life has the RAM o
 Covered: all eight scenes (beyond scene 0 by writing RAM), lost lives, the end of the game. Not
 exact: the columns of a bird that a truck pushes or that stops where it keeps still while the road
 moves; figures on the frame on which they stop, begin to run or land; a bonus's last frame; what an
-edge cuts; boxes that touch or overlap. To VEM, a burnt coyote without a bird is Player too.
+edge cuts; boxes that touch or overlap. To VEM, a burnt coyote without a bird is Player too. VEM
+reads no score with a 0, 3, 5, 6 or 8 before the last two digits: what shows of these is the same.
 Seed has the bird's colour on its line; beyond the first scene, REM takes that of his body instead.
 """
 
@@ -23,7 +24,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import score_box
+from ocjax.console.fonts import Digits, score_box
 from ocjax.console.ops import among, lookup, pick, reached
 from ocjax.console.ram import RamMap, bits, byte, high, low, signed
 from ocjax.console.registers import modulo_screen, wrap
@@ -33,6 +34,8 @@ from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, display
 
 ROM = Rom("road_runner", "ce5cc62608be2cd3ed8abd844efb8919")
 FONT = ROM.font(0x1F80, rows=2, stride=7)  # the rows that are on the screen
+BONUS_PICTURES = (0x1B00 + np.roll(ROM.bytes(0x1C02, 10), 1)).tolist()
+BONUS_FONT = ROM.font(BONUS_PICTURES, rows=5, dots=3, shift=1, pitch=4)
 VIEW = (8, 2, 152, 210)
 LINES = 86  # of the road, where the pictures are
 START_X, COYOTE_START_X, SEED_START_X = 0x64, 0x82, 16
@@ -119,7 +122,6 @@ def decode(m: Ram) -> dict[str, Box]:
     start = jnp.where(cannon, COYOTE_START_X, START_X)
     lost = jnp.where(even, m.drawn_x > GONE, (m.waits == 0) & (m.drawn_x != start))
     lost = lost & (m.x == START_X) & (m.coyote_x == COYOTE_START_X)
-    has_bonus, bonus_x = among(m.bonus_time, range(1, JUST_WON)), jnp.where(m.bonus == 2, 80, 79)
     icons = m.icons + jnp.where(lost, 1, 0)
     truck_x = m.truck_x - 1 - jnp.where(m.truck_x <= TRUCK_LIMIT, scrolled, 0)
     figures = _figures(m, jnp.stack([x, coyote_x]), lower - narrow)
@@ -138,9 +140,17 @@ def decode(m: Ram) -> dict[str, Box]:
         "Truck": box(truck_x, m.truck_y + 55, 16, 18, (m.truck > 0) & road).clip(*VIEW),
         "Score": score_box(FONT, jnp.maximum(score, 10), right=103, top=0, digits=6, value=score),
         "Lives": box(55, 16, 8 * icons - 2, 8, icons > 0, value=m.icons + 1),
-        "Bonus": box(bonus_x, 182, 90 - bonus_x, 5, has_bonus, value=100 * (m.bonus - 1)),
+        "Bonus": _bonus(m),
     }
     return {name: objects.where(m.sign < BLANK) for name, objects in boxes.items()}
+
+
+def _bonus(m: Ram) -> Box:
+    """The number below the road: 100 to 1000, and 100 also where the row of seed was broken."""
+    hundreds = jnp.clip(m.bonus - 1, 1, 10)
+    x = jnp.where(hundreds == 1, 80, jnp.where(hundreds == 10, 77, 79))
+    shown = among(m.bonus_time, range(1, JUST_WON))
+    return box(x, 182, 90 - x, 5, shown, value=100 * hundreds)
 
 
 def _player_x(m: Ram) -> tuple[jax.Array, jax.Array]:
@@ -286,6 +296,9 @@ TURRET = Blobs(SHINE, (8, 128, 152, 152), gap=(1, 1), min_size=(9, 8), max_size=
 TRUCK = Blobs((254, 54), ROAD_VIEW, gap=(1, 3), first=254, min_size=(4, 8), max_size=(16, 18))
 SIGN = Blobs((BLACK, 72, 136), (8, 73, 152, 88), gap=(1, 1), min_size=(1, 8), max_size=(16, 15))
 ICONS = Bounds((142, 62), (55, 16, 103, 24), value=Gauge(8, -2, 1))
+HUNDREDS = Digits(FONT, (55, 63, 71, 79), 0, (100_000, 10_000, 1000, 100))  # then two zeros
+POINTS = Bounds(YELLOW, (55, 0, 103, 2), value=HUNDREDS)
+SEED_POINTS = Bounds(BLACK, (70, 182, 95, 187), value=Digits(BONUS_FONT, (76, 79, 83, 87), 182))
 GAME = Game(
     name="RoadRunner",
     rom=ROM.name,
@@ -305,8 +318,8 @@ GAME = Game(
         Category("Cactus", Bounds(24, ((8, 46, 152, 55), (8, 55, 152, 64))), 2, doc="by height"),
         Category("Sign", SIGN, doc="beside the road"),
         Category("Truck", TRUCK, rgb=(198, 108, 58), doc="on the road"),
-        display("Score", Bounds(YELLOW, (55, 0, 103, 2)), doc="points"),
+        display("Score", POINTS, doc="points"),
         display("Lives", ICONS, aliases=("Bird",), doc="one more than the icons"),
-        display("Bonus", Bounds(BLACK, (70, 182, 95, 187)), needs=("Score",), doc="for a seed"),
+        display("Bonus", SEED_POINTS, needs=("Score",), doc="for a seed"),
     ),
 )

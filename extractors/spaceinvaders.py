@@ -5,9 +5,9 @@ column is empty, the game moves all columns one to the left. An alien that was h
 while its explosion is shown; invisible invaders are not valid while the game hides them. Bullet
 slots: upper and lower bomb (a new bomb starts above the old one), then the first and the second
 player's shot. Bombs are drawn on even frames, shots on odd ones. The `value` of a player is the
-number of lives, which Lives shows only before a life begins. While the saucer's row hides the
-scores, P1Score stays valid at its place: its value follows the rewards at every step (until the
-display wraps at 10000). The ground and its two coloured marks are scenery.
+number of lives, which only Lives shows, before a life begins; VEM reads it there alone. While the
+saucer's row hides the scores, P1Score stays valid at its place: its value follows the rewards at
+every step (until the display wraps at 10000). The ground and its two coloured marks are scenery.
 
 RAM: ALE's source, OCAtari 2.2, AtariARI, and the game's display program. It draws from positions in
 the chip's coding (bytes 3-7), which it does not change, while the positions (27-30) move on. The

@@ -12,7 +12,8 @@ moves before the frame is drawn, so that the RAM has what is on the screen.
 Covered: all modes and difficulties, both ends, the end of the game. The ball is valid while it is
 on the screen; the net hides it, as do the edges. VEM does not see the part of the ball or of its
 shadow that a player covers, and not the ball beside the white lines; it takes the short end of a
-side line at a player's head or racket for a part of him; it does not read the scores.
+side line at a player's head or racket for a part of him. It reads the scores where the display
+shows the games; where that shows the points of a game, the games that were won are not shown.
 """
 
 import functools
@@ -21,6 +22,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
+from ocjax.console.fonts import Digits
 from ocjax.console.ops import among, lookup
 from ocjax.console.ram import RamMap, byte
 from ocjax.console.rom import Rom
@@ -51,6 +53,10 @@ def _texts() -> list[int]:
 
 
 TEXTS = np.array(_texts())
+LETTER = 8  # the first text that is no number of games, which the ROM has from 0 to 7
+NUMBERS = ROM.bytes(0x73F, LETTER + 1)[[*range(LETTER), LETTER, LETTER]]
+FONT = ROM.font([0x700 + low for low in NUMBERS.tolist()], SCORE_ROWS)
+
 
 SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
 
@@ -120,6 +126,12 @@ sportsman = functools.partial(Category, attributes=("orientation",))
 BALL = Blobs(WHITE, FIELD, min_size=(1, 1), max_size=(2, 2))
 
 
+TENS_X = (HALF_X, HALF_X + APART[0])  # free where the display shows numbers of games
+number = functools.partial(Digits, FONT, top=SCORE_TOP, weights=(GAME_POINTS,), free=TENS_X)
+PLAYER_SCORE = Bounds((PINK, BLUE), (40, 5, 56, 12), value=number(lefts=(48,)))
+ENEMY_SCORE = Bounds((BLUE, PINK), (56, 5, 120, 12), value=number(lefts=(112,)))
+
+
 def _saver_key(m: Ram) -> jax.Array:
     return jnp.where(m.saver_mask == SAVER_MASK, m.saver_key, -1)
 
@@ -136,7 +148,7 @@ GAME = Game(
         sportsman("Enemy", player(BLUE, max_line=7), doc="the blue player"),
         Category("Ball", BALL, doc="the ball"),
         Category("BallShadow", Bounds(SHADE, FIELD), doc="its shadow"),
-        display("PlayerScore", Bounds(PINK, (40, 5, 56, 12)), doc="of the pink player"),
-        display("EnemyScore", Bounds((BLUE, PINK), (56, 5, 120, 12)), doc="of the blue player"),
+        display("PlayerScore", PLAYER_SCORE, doc="of the pink player"),
+        display("EnemyScore", ENEMY_SCORE, doc="of the blue player"),
     ),
 )

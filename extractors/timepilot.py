@@ -6,7 +6,8 @@ which comes when no enemies are left, is an enemy of its era. Slots of enemies: 
 records, and then the parts of the same four that a plane at the upper edge has at the lower edge.
 A plane that explodes stays an object until it is gone. Clouds, the purple bars beside the lives,
 and the texts before a flight are scenery, but Score has the box of the text in its place. The icons
-of Enemies_Left stand for four enemies each.
+of Enemies_Left stand for four enemies each, and so its value is a multiple of four: the most that
+can be left.
 
 RAM: ALE's source (score, lives), OCAtari 2.2, and the ROM's code. The sync at F051 is followed by
 the steps at F346 and the drawing at F8E6, after which only F0AB changes the states and the pictures
@@ -17,7 +18,8 @@ Covered: all eras and mother ships (written to RAM), all difficulties, the fligh
 lives, the end of the game. Not exact: clouds in the lower half hide shots and parts of planes,
 black lines what is at the left edge; a plane hides its new shot; none is drawn where `y` is a
 multiple of 16. VEM sees no shot at the jet's nose or within 2 columns of a plane, whose tips look
-like shots; it reads no score, and takes the era from a pixel of sky that clouds may hide.
+like shots; it reads no score where a text is in its place, and takes the era from a pixel of sky
+that clouds may hide.
 """
 
 import functools
@@ -28,7 +30,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box, choose
-from ocjax.console.fonts import score_box
+from ocjax.console.fonts import Digits, score_box
 from ocjax.console.ops import lookup, pick
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import wrap
@@ -260,13 +262,15 @@ def _left_boxes() -> np.ndarray:
 
 
 LEFT_BOXES = _left_boxes()
+PER_ICON = 4  # enemies
 
 
 def _left(m: Ram) -> Box:
     """The icons at the bottom, one for each four enemies."""
-    packed = lookup(LEFT_BOXES, 5 * (m.left + 3 >> 2) + m.era)
+    icons = m.left + PER_ICON - 1 >> 2
+    packed = lookup(LEFT_BOXES, 5 * icons + m.era)
     x, y, w, h = (packed >> shift & 0xFF for shift in (0, 8, 16, 24))
-    return box(x, 180 + y, w, h, (m.left > 0) & (m.idle < BLANKED), value=m.left)
+    return box(x, 180 + y, w, h, (m.left > 0) & (m.idle < BLANKED), value=PER_ICON * icons)
 
 
 plane = functools.partial(Category, attributes=("orientation",), count=8)
@@ -285,6 +289,9 @@ BY_ERA = Shades(
     (*COLORS_BY_ERA, *(COLORS_BY_ERA[era] for era in (1, 2, 4))),
 )
 
+LAST_ICONS = Bounds((0, RED), (56, 180, 104, 188), value=Gauge(8, worth=PER_ICON))
+POINTS = Bounds((GOLD, TEXT), (56, 7, 104, 17), value=Digits(FONT, range(56, 104, 8), 7))
+
 GAME = Game(
     name="TimePilot",
     rom=ROM.name,
@@ -298,7 +305,7 @@ GAME = Game(
         *(plane(f"Enemy_{n}", r, doc="enemies") for n, r in zip(ERAS, PLANES, strict=True)),
         *(shot(f"Enemy_{n}_Shot", r) for n, r in zip(ERAS, SHOTS, strict=True)),
         display("Life", Bounds(VIOLET, (64, 18, 96, 28), value=Gauge(8, 0, 1)), doc="lives"),
-        display("Enemies_Left", Bounds((0, RED), (56, 180, 104, 188)), doc="before the mother"),
-        display("Score", Bounds((GOLD, TEXT), (56, 7, 104, 17)), doc="points"),
+        display("Enemies_Left", LAST_ICONS, doc="before the mother ship comes, at most"),
+        display("Score", POINTS, doc="points"),
     ),
 )

@@ -1,6 +1,7 @@
 """What a game file may declare, and how it is told when it may not."""
 
 import dataclasses
+import functools
 
 import jax
 import jax.numpy as jnp
@@ -458,6 +459,61 @@ def test_digits_and_gauges_are_read():
     assert np.array_equal(game.vem(frames).value, want)
 
 
+def test_gauges_of_other_boxes_and_coarse_ones():
+    filled = Bounds(20, (0, 50, 60, 60))
+    game = dataclasses.replace(
+        GAME,
+        categories=(
+            Category("Bar", Bounds((14, 20), (0, 50, 60, 60), value=Gauge(2, 0, 5, of=filled)), attributes=("value",)),
+            Category(
+                "Icon", Bounds(30, ((0, 0, 8, 8), (8, 0, 16, 8)), value=Gauge(8, of=Bounds(30, (0, 0, 16, 8)))), 2, attributes=("value",)
+            ),
+            Category(
+                "Needle", Bounds(40, (0, 100, 160, 110), max_size=(2, 9), value=Gauge(1, 7, side="x", worth=8)), attributes=("value",)
+            ),
+        ),
+        decode=lambda m: {name: box(0, 0, 1, 1) for name in ("Bar", "Icon", "Needle")},
+    )
+    frames = np.zeros((3, 210, 160), np.uint8)
+    frames[:, 52:54, 10:50] = 14
+    frames[0, 52:54, 10:31], frames[1, 52:54, 10:12] = 20, 20
+    frames[:, :8, :8] = 30
+    frames[1, :8, 8:16] = 30
+    frames[:2, 101, 10:12], frames[2, 101, 10:13] = 40, 40  # the third one is too wide for a needle
+    seen = game.vem(frames)
+    assert seen.value.tolist() == [[15, 1, 0, 24], [6, 2, 2, 24], [5, 1, 0, 0]]
+    assert seen.valid.tolist() == [[True, True, False, True], [True] * 4, [True, True, False, False]]
+    assert seen.w[:, 0].tolist() == [40] * 3
+
+
+def test_numbers_beside_signs_and_other_texts():
+    """A sign before a number is an empty cell, a picture of several digits is not read, and cells that are free hold nothing."""
+    pictures = ("75557", "22222", "71747", "71317", "55711", "74717", "44757", "71111", "71111", "75711")
+    sign = (2, 5, 5, 5, 2)
+    font = dataclasses.replace(hex_font(pictures, 3, pitch=4), signs=(sign,))
+    number = functools.partial(Digits, font, (4, 8), 10)
+    game = dataclasses.replace(
+        GAME,
+        categories=(
+            Category("Plain", Bounds(14, (0, 10, 30, 15), value=number()), attributes=("value",)),
+            Category("Alone", Bounds(14, (0, 10, 30, 15), value=number(free=(12, 20), required=True)), attributes=("value",)),
+            Category("Shown", Bounds(14, (0, 10, 30, 15), value=number(free=(20,))), attributes=("value",)),
+        ),
+        decode=lambda m: {name: box(0, 0, 1, 1) for name in ("Plain", "Alone", "Shown")},
+    )
+    texts = {(4, 2), (8, 1)}, {(4, sign), (8, 3)}, {(4, 7), (8, 1)}, {(8, 4), (20, 1)}, {(8, 5), (12, 6)}
+    frames = np.zeros((len(texts), 210, 160), np.uint8)
+    for frame, text in zip(frames, texts, strict=True):
+        for left, shown in text:
+            for j, row in enumerate(shown if isinstance(shown, tuple) else font.glyphs[shown]):
+                frame[10 + j, left : left + 3] = [14 * (row >> 2 - i & 1) for i in range(3)]
+    seen, unknown = game.vem(frames), UNKNOWN_VALUE
+    assert seen.value[:, 0].tolist() == [21, 3, unknown, 4, 5]
+    assert seen.valid[:, 1].tolist() == [True, True, True, False, False]
+    assert seen.value[:3, 1].tolist() == [21, 3, unknown]
+    assert seen.value[:, 2].tolist() == [21, 3, unknown, unknown, 5]
+
+
 def test_values_by_color():
     pair = Category("P", Blobs((14, 20, 30)), count=3, attributes=("value",), value=ByColor(((14, 1), (20, 7))))
     like = Category("Q", Blobs((14, 20, 30), (0, 60, 160, 200)), count=3, attributes=("value",), value=ByColor(like=(0, 0, 20, 1)))
@@ -532,7 +588,11 @@ def test_the_row_off_which_a_color_is_read():
         (lambda: Saver(lambda m: m, (0, 0), 4, beside=(1, 0)), "only if mask drops a bit"),
         (lambda: Digits(hex_font(("75557",) * 10, 3, (4, 4)), (150,), 0), "on the screen"),
         (lambda: hex_font(("f5557",) * 10, 3), "must fit 3 dots"),
+        (lambda: Digits(hex_font(("75557",) * 10, 3), (0,), 0, free=(158,)), "on the screen"),
+        (lambda: Digits(hex_font((*("75557",) * 9, "00000"), 3), (0,), 0, free=(8,)), "picture is empty"),
         (lambda: Gauge(0), "unit"),
+        (lambda: Gauge(1, of=Bounds(14, ((0, 0, 9, 9), (9, 0, 20, 9)))), "single box"),
+        (lambda: Gauge(1, of=Bounds(14, (0, 0, 9, 9), value=Gauge(1))), "single box"),
         (lambda: Bounds(14, ((0, 0, 9, 9), (9, 0, 20, 9)), value=Digits(hex_font(("75557",) * 10, 3), (0,), 0)), "digits for 1 regions"),
     ],
 )

@@ -25,18 +25,20 @@ class Font:
         dots: width of a picture in dots.
         dot: (width, height) of a dot in pixels.
         pitch: pixels from the left edge of a digit to that of the next one.
+        signs: pictures that may stand before a number, such as a $. To VEM, they are empty cells.
     """
 
     glyphs: tuple[tuple[int, ...], ...]
     dots: int = 8
     dot: tuple[int, int] = (1, 1)
     pitch: int = 8
+    signs: tuple[tuple[int, ...], ...] = ()
 
     def __post_init__(self) -> None:
-        heights = {len(glyph) for glyph in self.glyphs}
+        heights = {len(glyph) for glyph in (*self.glyphs, *self.signs)}
         if len(self.glyphs) != BASE or len(heights) != 1:
             raise ValueError(f"a font needs ten pictures of equal height, got {len(self.glyphs)} with {sorted(heights)} rows")
-        if not 0 < self.width <= 32 or max(row for glyph in self.glyphs for row in glyph) >> self.dots:
+        if not 0 < self.width <= 32 or max(row for glyph in (*self.glyphs, *self.signs) for row in glyph) >> self.dots:
             raise ValueError(f"the pictures must fit {self.dots} dots and 32 pixels, got dots of {self.dot[0]} pixels")
 
     @property
@@ -78,7 +80,7 @@ class Digits:
     """How VEM reads a number: digits in fixed cells, each compared with the font's ten pictures.
 
     An empty cell counts as 0, because many games do not show leading zeros. Where a cell holds something that is not one of the pictures,
-    the value is unknown.
+    or a picture that several digits share, the value is unknown.
 
     Args:
         font: the pictures.
@@ -86,8 +88,9 @@ class Digits:
         top: first row of the cells.
         weights: what a 1 in each cell is worth; powers of ten by default.
         base: value of a display of zeros.
-        required: whether the object is valid only if the last cell matches a picture. Use this if the game shows other things in the
-            number's place.
+        required: whether the object is valid only if the last cell matches a picture, and the cells of `free` are empty. Use this if the
+            game shows other things in the number's place.
+        free: left columns of cells that hold nothing while the number is shown. The value is unknown where one of them does.
         centered: whether shorter numbers leave cells on the right empty, too.
     """
 
@@ -98,13 +101,21 @@ class Digits:
     base: int = 0
     required: bool = False
     centered: bool = False
+    free: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "lefts", tuple(self.lefts))
         if self.weights is not None and len(self.weights) != len(self.lefts):
             raise ValueError(f"each of the {len(self.lefts)} digits needs one weight, got {len(self.weights)} weights")
-        if min(self.lefts) < 0 or max(self.lefts) + self.font.width > WIDTH:
-            raise ValueError(f"every cell must lie on the screen of {WIDTH} columns, got left columns {self.lefts}")
+        if self.free and not all(any(glyph) for glyph in self.font.glyphs):
+            raise ValueError("cells that are free cannot be told from a digit whose picture is empty")
+        if min(self.cells) < 0 or max(self.cells) + self.font.width > WIDTH:
+            raise ValueError(f"every cell must lie on the screen of {WIDTH} columns, got left columns {self.cells}")
+
+    @property
+    def cells(self) -> tuple[int, ...]:
+        """Left columns of all cells: of the digits, and of those that are free."""
+        return (*self.lefts, *self.free)
 
     @property
     def worth(self) -> tuple[int, ...]:

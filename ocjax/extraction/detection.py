@@ -47,7 +47,9 @@ class _Frames:
         self._shade_bits = None if shades is None else kernels.materialize(functools.partial(_shade_bits, shades), frames)
         self.rules = {c.name: c.rule for c in categories}
         self.found: dict[str, Detected] = {}
-        self._bounds = Counter(colors for c in categories if isinstance(c.rule, Bounds) for _, colors in c.rule.slots)
+        self._bounds = Counter(
+            colors for c in categories if isinstance(c.rule, Bounds) for part in c.rule.parts for _, colors in part.slots
+        )
         self._planes = bm.planes(frames)
         self._masks: dict[tuple[int, ...], Bitmap] = {}
         self._counted: dict[tuple[int, tuple[int, ...]], Bitmap] = {}
@@ -156,7 +158,7 @@ def detect(categories: tuple[Category, ...], frames: jax.Array, shades: Shades |
     loose = {c.name: c.rule for c in categories if isinstance(c.rule, Blobs) and c.rule.tight}
     batch.found |= {name: _tight(batch, rule, batch.found[name], batch.found[name].valid) for name, rule in loose.items()}
     bounds = {c.name: c.rule for c in categories if isinstance(c.rule, Bounds)}
-    masks = [[batch.counted(rule, colors) for _, colors in rule.slots] for rule in bounds.values()]
+    masks = [[batch.counted(part, colors) for part in rule.parts for _, colors in part.slots] for rule in bounds.values()]
     batch.found |= dict(zip(bounds, detect_bounds(tuple(bounds.values()), masks), strict=True))
     rows = [c for c in categories if isinstance(c.rule, Bounds) and c.rule.each]
     batch.found |= {c.name: _cut(batch.found[c.name], c.rule.each, c.count) for c in rows if isinstance(c.rule, Bounds)}

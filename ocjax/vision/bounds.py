@@ -26,36 +26,48 @@ def detect_bounds(rules: Sequence[Bounds], masks: Sequence[Sequence[Bitmap]]) ->
 
     Args:
         rules: each with its regions.
-        masks: for each rule the pixels that count, one bitmap `[5, H, B]` per region.
+        masks: for each rule the pixels that count, one bitmap `[5, H, B]` per region, of all its `parts`.
     """
     if not rules:
         return []
-    slots = [(mask, region) for rule, own in zip(rules, masks, strict=True) for mask, (region, _) in zip(own, rule.slots, strict=True)]
-    x, y, w, h, head = tight_boxes(*zip(*slots, strict=True))
-    least = np.concatenate([np.broadcast_to(rule.min_size, (len(rule.slots), 2)) for rule in rules])
-    box = boxes(x, y, w, h, (w >= least[:, :1]) & (h >= least[:, 1:]))
-    ends = np.cumsum([0, *(len(rule.slots) for rule in rules)]).tolist()
-    found = [Detected(box[start:end], head=head[start:end]) for start, end in itertools.pairwise(ends)]
+    parts = [part for rule in rules for part in rule.parts]
+    slots = [region for part in parts for region, _ in part.slots]
+    x, y, w, h, head = tight_boxes([mask for own in masks for mask in own], slots)
+    box = boxes(x, y, w, h, _of_size(parts, w, h))
+    ends = np.cumsum([0, *(len(part.slots) for part in parts)]).tolist()
+    found = iter([Detected(box[start:end], head=head[start:end]) for start, end in itertools.pairwise(ends)])
     numbers = [
         (digits, mask) for rule, own in zip(rules, masks, strict=True) if rule.digits for digits, mask in zip(rule.digits, own, strict=True)
     ]
     readings = iter(read_numbers(*zip(*numbers, strict=True)) if numbers else ())
-    return [_with_value(rule, f, [next(readings) for _ in rule.digits]) for rule, f in zip(rules, found, strict=True)]
+    return [_with_value(rule, [next(found) for _ in rule.parts], [next(readings) for _ in rule.digits]) for rule in rules]
 
 
-def _with_value(rule: Bounds, found: Detected, readings: Sequence[Reading]) -> Detected:
-    """The objects of one rule, with the values that they show."""
+def _of_size(parts: Sequence[Bounds], w: jax.Array, h: jax.Array) -> jax.Array:
+    """Whether boxes are as large as their rules ask for, bool `[n, B]`."""
+    least = np.concatenate([np.broadcast_to(part.min_size, (len(part.slots), 2)) for part in parts])
+    fits = (w >= least[:, :1]) & (h >= least[:, 1:])
+    if all(part.max_size is None for part in parts):
+        return fits
+    most = np.concatenate([np.broadcast_to(part.max_size or (255, 255), (len(part.slots), 2)) for part in parts])
+    return fits & (w <= most[:, :1]) & (h <= most[:, 1:])
+
+
+def _with_value(rule: Bounds, found: Sequence[Detected], readings: Sequence[Reading]) -> Detected:
+    """The objects of one rule, the first of what is found for its parts, with the values that they show."""
+    objects = found[0]
     if isinstance(rule.value, Gauge):
-        length = getattr(found, rule.value.side)
-        value = rule.value.base + jnp.floor_divide(length - rule.value.start, rule.value.unit)
+        length = getattr(found[-1], rule.value.side)
+        steps = jnp.floor_divide(length - rule.value.start, rule.value.unit)
+        value = rule.value.base + rule.value.worth * steps
         if rule.value.full is not None:
             value = jnp.where(length >= rule.value.full, UNKNOWN_VALUE, value)
-        return found._replace(value=value)
+        return objects._replace(value=jnp.broadcast_to(value, objects.box.shape))
     if not rule.digits:
-        return found
+        return objects
     value, matched = (jnp.stack(v) for v in zip(*readings, strict=True))
     optional = np.array([[not digits.required] for digits in rule.digits])
-    return found.where(matched | optional)._replace(value=value)
+    return objects.where(matched | optional)._replace(value=value)
 
 
 def tight_boxes(masks: Sequence[Bitmap], regions: Sequence[Area]) -> tuple[jax.Array, ...]:

@@ -20,8 +20,8 @@ EMPTY, UNREADABLE = -1, -2  # in place of a digit: nothing is in the cell, somet
 class Reading(NamedTuple):
     """What a number's cells show."""
 
-    value: jax.Array  # int32 [B], `UNKNOWN_VALUE` where a cell holds something that is no digit
-    matched: jax.Array  # bool [B], whether the last cell matches one of the font's pictures
+    value: jax.Array  # int32 [B], `UNKNOWN_VALUE` where a cell holds something that is no digit, or one that should be free is not
+    matched: jax.Array  # bool [B], whether the last cell matches one of the font's pictures, and cells that should be free are
 
 
 def read_numbers(digits: Sequence[Digits], masks: Sequence[Bitmap]) -> list[Reading]:
@@ -42,18 +42,22 @@ def read_numbers(digits: Sequence[Digits], masks: Sequence[Bitmap]) -> list[Read
 
 def _read(digits: Sequence[Digits], mask: Bitmap) -> list[Reading]:
     """Numbers of one font and mask."""
-    ends = np.cumsum([len(own.lefts) for own in digits])
-    worth = np.zeros((len(digits), ends[-1]), np.int32)
-    for row, own, end in zip(worth, digits, ends, strict=True):
-        row[end - len(own.lefts) : end] = own.worth
+    starts = np.cumsum([0, *(len(own.cells) for own in digits)]).tolist()
+    worth = np.zeros((len(digits), starts[-1]), np.int32)
+    for row, own, start in zip(worth, digits, starts, strict=False):
+        row[start : start + len(own.lefts)] = own.worth
     shown = materialize(lambda m: _shown(digits, m), mask)
     number = jnp.sum(worth[:, :, None] * jnp.maximum(shown, 0)[None], axis=1, dtype=jnp.int32)  # [numbers, B]
-    matched = shown[ends - 1] >= 0
     readings = []
-    for i, (own, end) in enumerate(zip(digits, ends, strict=True)):
-        cells = shown[end - len(own.lefts) : end]
+    for i, (own, start) in enumerate(zip(digits, starts, strict=False)):
+        end = start + len(own.lefts)
+        cells = shown[start:end]
         value = own.base + (_centered(number[i], cells) if own.centered else number[i])
-        readings.append(Reading(jnp.where(jnp.any(cells == UNREADABLE, axis=0), UNKNOWN_VALUE, value), matched[i]))
+        unread, matched = jnp.any(cells == UNREADABLE, axis=0), cells[-1] >= 0
+        if own.free:
+            taken = jnp.any(shown[end : end + len(own.free)] != EMPTY, axis=0)
+            unread, matched = unread | taken, matched & ~taken
+        readings.append(Reading(jnp.where(unread, UNKNOWN_VALUE, value), matched))
     return readings
 
 
@@ -68,10 +72,12 @@ def _centered(number: jax.Array, shown: jax.Array) -> jax.Array:
 def _shown(digits: Sequence[Digits], mask: Bitmap) -> jax.Array:
     """The digit in each cell, or `EMPTY` or `UNREADABLE`, int32 `[cells, B]`."""
     pictures = _pictures(digits, mask)
-    glyphs = np.array(digits[0].font.glyphs)
-    known = [*range(BASE), EMPTY] if glyphs.any(axis=1).all() else [*range(BASE)]  # some fonts have an empty picture
-    glyphs = jnp.asarray(np.pad(glyphs, ((0, len(known) - BASE), (0, 0))), U)
-    same = jnp.all(pictures[None] == glyphs[:, :, None, None], axis=1)  # [known, cells, B]
+    font = digits[0].font
+    read = [d for d in range(BASE) if font.glyphs.count(font.glyphs[d]) == 1]  # what a picture of several digits shows stays unread
+    blank = (0,) * len(font.glyphs[0])
+    empty = font.signs if blank in font.glyphs else (*font.signs, blank)  # some fonts have an empty picture
+    known, shapes = [*read, *[EMPTY] * len(empty)], [*(font.glyphs[d] for d in read), *empty]
+    same = jnp.all(pictures[None] == jnp.asarray(shapes, U)[:, :, None, None], axis=1)  # [known, cells, B]
     return UNREADABLE + jnp.sum(jnp.where(same, np.array(known)[:, None, None] - UNREADABLE, 0), axis=0, dtype=jnp.int32)
 
 
@@ -82,8 +88,8 @@ def _pictures(digits: Sequence[Digits], mask: Bitmap) -> jax.Array:
     """
     font = digits[0].font
     dot_width, dot_height = font.dot
-    tops = np.concatenate([np.full(len(own.lefts), own.top) for own in digits])
-    lefts = np.concatenate([own.lefts for own in digits])
+    tops = np.concatenate([np.full(len(own.cells), own.top) for own in digits])
+    lefts = np.concatenate([own.cells for own in digits])
     cells = bm.gather_rows(mask, lefts, tops + np.arange(font.height)[:, None], 1)[:, 0]
     cells = lax.reduce(cells.reshape(font.height // dot_height, dot_height, *cells.shape[1:]), U(0), lax.bitwise_or, (1,))
     pictures = jnp.zeros_like(cells)

@@ -37,14 +37,19 @@ def _check_area(area: Area) -> None:
 
 @dataclass(frozen=True)
 class Gauge:
-    """How VEM reads a value from the length of a bar or a row of icons, or from a needle's place: `base + (length - start) // unit`.
+    """How VEM reads a value from the length of a bar or a row of icons, or from a needle's place.
+
+    It is `base + worth * ((length - start) // unit)`.
 
     Args:
-        unit: pixels that stand for 1; negative where the value falls as the length grows.
+        unit: pixels of a step; negative where the value falls as the length grows.
         start: length in pixels that stands for `base`.
         base: value at that length.
         side: which number of the box is the length: "x", "y", "w" or "h".
         full: length at which the display is full, if that hides larger values. The value is then unknown.
+        worth: what a step adds to the value.
+        of: a rule for a single box that is measured instead of the object's own, such as that of what fills a bar, or of a row of icons
+            each of which is an object. Where it finds nothing, the length is 0.
     """
 
     unit: int
@@ -52,12 +57,16 @@ class Gauge:
     base: int = 0
     side: str = "w"
     full: int | None = None
+    worth: int = 1
+    of: Bounds | None = None
 
     def __post_init__(self) -> None:
         if self.unit == 0:
             raise ValueError("a gauge's unit must be a number of pixels, got 0")
         if self.side not in ("x", "y", "w", "h"):
             raise ValueError(f"a gauge's side must be x, y, w or h, got {self.side!r}")
+        if self.of is not None and (len(self.of.slots) > 1 or self.of.value is not None):
+            raise ValueError("a gauge measures a single box, without a value of its own")
 
 
 @dataclass(frozen=True)
@@ -88,6 +97,7 @@ class Bounds:
         colors: for all regions, or a tuple with one entry per region.
         regions: one region, or several.
         min_size: minimum (width, height) of an object, or one for each region; smaller boxes are not valid.
+        max_size: maximum (width, height) of every object, if there is one; larger boxes are not valid.
         value: how the value is read: a `Gauge`, or `Digits` (one for each region where there are several). The value is 0 without it.
         inverse: the colours are the background's; pixels of all other colours count.
         ignore: areas of the screen whose pixels do not count.
@@ -99,6 +109,7 @@ class Bounds:
     colors: Colors | tuple[Colors, ...]
     regions: Area | tuple[Area, ...]
     min_size: tuple[int, int] | tuple[tuple[int, int], ...] = (1, 1)
+    max_size: tuple[int, int] | None = None
     value: Gauge | Digits | tuple[Digits, ...] | None = None
     inverse: bool = False
     ignore: tuple[Area, ...] = ()
@@ -121,6 +132,11 @@ class Bounds:
         return self.value if isinstance(self.value, tuple) else (self.value,) if isinstance(self.value, Digits) else ()
 
     @property
+    def parts(self) -> tuple[Bounds, ...]:
+        """This rule and the one that its gauge measures."""
+        return (self, self.value.of) if isinstance(self.value, Gauge) and self.value.of is not None else (self,)
+
+    @property
     def slots(self) -> tuple[tuple[Area, tuple[int, ...]], ...]:
         """Region and colours of each slot."""
         regions: Any = self.regions if isinstance(self.regions[0], tuple) else (self.regions,)
@@ -138,7 +154,7 @@ class Bounds:
     @property
     def bottom(self) -> int:
         """The row below everything that the rule looks at."""
-        return max(*(region[3] for region, _ in self.slots), *(d.bottom for d in self.digits), 0)
+        return max(*(region[3] for part in self.parts for region, _ in part.slots), *(d.bottom for d in self.digits), 0)
 
 
 @dataclass(frozen=True)
