@@ -6,8 +6,8 @@ python docs/picture.py
 from pathlib import Path
 
 import numpy as np
-from ocjax.envs.variations import Variation
-from ocjax.render import overlay, sheet
+from ocjax.emulators.variations import Variation
+from ocjax.transforms.drawing import overlay, sheet
 from PIL import Image, ImageDraw, ImageFont
 
 import ocjax

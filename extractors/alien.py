@@ -36,9 +36,9 @@ from ocjax.console.ops import among, pick
 from ocjax.console.ram import RamMap, bits, byte
 from ocjax.console.registers import packed_position, position
 from ocjax.console.rom import Rom
-from ocjax.extraction.game import Game
+from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors._alien import DISPLAY, STAGGER, colors_of_eggs
-from ocjax.vision.rules import Blobs, Bounds, Category, Cells, Gauge, display
+from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge
 
 ROM = Rom("alien", "f1a0a23e6464d954e3a9579c4ccd01c8")
 FONT = ROM.font(0x1, rows=7, stride=8, dots=7)

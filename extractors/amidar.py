@@ -39,8 +39,8 @@ from ocjax.console.fonts import Digits, score_box
 from ocjax.console.ops import div, mod, pick
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.rom import Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Gauge
 
 ROM = Rom("amidar", "acb7750b4d0c4bd34969802a7deb2990")
 FONT = ROM.font(0xA13, rows=7, stride=8, dots=7)

@@ -27,8 +27,8 @@ from ocjax.console.ops import among, lookup, mod, pick
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import COARSE, packed_position
 from ocjax.console.rom import Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Cells, Gauge, Runs, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge, Runs
 
 ROM = Rom("assault", "de78b3a064d374390ac0710f95edde92")
 FONT = ROM.font(0xE00, rows=8)

@@ -26,8 +26,8 @@ from ocjax.console.fonts import Digits, score_box
 from ocjax.console.ops import among, div
 from ocjax.console.ram import RamMap, bcd, byte
 from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Gauge
 
 ROM = Rom("asterix", "89a68746eff7f266bbf08de2483abe55")
 FONT = ROM.font(0xB01, rows=7, stride=8)

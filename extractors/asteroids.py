@@ -40,9 +40,9 @@ from ocjax.console.ops import among, div, mod, pick
 from ocjax.console.ram import RamMap, bcd, bits, byte, high, low, signed
 from ocjax.console.registers import larger_part, wrap
 from ocjax.console.rom import Rom
-from ocjax.extraction.game import Game
+from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.pictures import picture
-from ocjax.vision.rules import Blobs, Bounds, Category, display
+from ocjax.vision.rules import Blobs, Bounds
 
 ROM = Rom("asteroids", "ccbd36746ed4525821a8083b0d6d2c2c")
 FONT = ROM.font(0xD96, rows=5, dots=3, dot=(4, 2), pitch=16)  # all digits are equally wide

@@ -29,8 +29,8 @@ from ocjax.console.palette import NTSC
 from ocjax.console.ram import RamMap, bcd, bits, byte, high, signed
 from ocjax.console.registers import position
 from ocjax.console.rom import Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds
 
 ROM = Rom("atlantis", "9ad36e699ef6f45d9eb6c4cf90475c9f")
 FONT = ROM.font(0xF00, rows=10, dots=7)

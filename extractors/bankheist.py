@@ -31,8 +31,8 @@ from ocjax.console.ops import among, div, lookup, pick
 from ocjax.console.ram import RamMap, bcd, byte
 from ocjax.console.registers import packed_position
 from ocjax.console.rom import Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Cells, Gauge, Saver, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge, Saver
 
 ROM = Rom("bank_heist", "00ce0bdd43aed84a983bef38fe7f5ee3")
 DIGIT_AT = (0xF46, 0xF20, 0xF33, 0xF3A, 0xF59, 0xF2D, 0xF52, 0xF1A, 0xF4C, 0xF40)

@@ -28,8 +28,8 @@ from ocjax.console.ops import lookup, pick
 from ocjax.console.ram import RamMap, bits, byte, high, low
 from ocjax.console.registers import mirrored, wrap
 from ocjax.console.rom import Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Cells, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Cells
 
 ROM = Rom("battle_zone", "41f252a66c6301f1e8ab3612c19bc5d4")
 FONT = ROM.font(0xD00, rows=8, dots=5)

@@ -27,8 +27,8 @@ from ocjax.console.ops import among, lookup, pick, reached
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import packed_position, signed_nibble
 from ocjax.console.rom import Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Cells, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Cells
 
 ROM = Rom("beam_rider", "79ab4123a83dc11d468fb2108ea09e2e")
 FONT = ROM.font(0x3, rows=8)

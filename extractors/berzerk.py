@@ -33,8 +33,8 @@ from ocjax.console.fonts import Digits, Font, score_box
 from ocjax.console.ops import among, pick
 from ocjax.console.ram import RamMap, bcd, byte
 from ocjax.console.rom import Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Colors, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Colors
 
 ROM = Rom("berzerk", "136f75c4dd02c29283752b7e5799f978")
 ZERO, ONE, BLANK, MAN, COPYRIGHT = 0x16, 0x1D, 0x5C, 0x63, 0x6A  # low bytes of glyphs' addresses

@@ -26,8 +26,8 @@ from ocjax.console.ops import among, pick
 from ocjax.console.ram import RamMap, bcd, bits, byte, high, low
 from ocjax.console.registers import signed_nibble
 from ocjax.console.rom import Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Saver, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Saver
 
 ROM = Rom("bowling", "c9b7afad3bfd922e006a6bfc1d4f3fe7")
 

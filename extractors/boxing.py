@@ -19,8 +19,8 @@ from ocjax.console.boxes import Box, box, choose
 from ocjax.console.fonts import Digits, score_box
 from ocjax.console.ram import RamMap, bcd, byte, high
 from ocjax.console.rom import Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Bounds, Category, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Bounds
 
 ROM = Rom("boxing", "c3ef5c4653212088eda54dc91d787870")
 FONT = ROM.font(0x400, rows=7, stride=1, step=17)  # all digits are equally wide

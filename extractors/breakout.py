@@ -24,8 +24,8 @@ from ocjax.console.fonts import DIGITS_3X5, Digits, hex_font, score_box
 from ocjax.console.ops import pick, reached
 from ocjax.console.palette import NTSC
 from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Cells, Saver, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Cells, Saver
 
 FONT = hex_font(DIGITS_3X5, dots=3, dot=(4, 2), pitch=16)
 SCORE_DIGITS, LIVES_DIGIT, PLAYER_DIGIT = (36, 52, 68), 100, 132  # left columns

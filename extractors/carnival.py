@@ -29,8 +29,8 @@ from ocjax.console.ops import div, lookup, pick
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import copies, modulo_screen, spacing
 from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Gauge
 
 ROM = Rom("carnival", "028024fb8e5e5f18ea586652f9799c96")
 FONT = ROM.font(0xD00, rows=7, stride=8)

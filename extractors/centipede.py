@@ -33,8 +33,8 @@ from ocjax.console.fonts import Digits, score_box
 from ocjax.console.ops import pick
 from ocjax.console.ram import RamMap, bcd, bits, byte, signed
 from ocjax.console.rom import Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Cells, Shades, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Cells, Shades
 
 ROM = Rom("centipede", "91c2098e88a6b13f977af8c003e0bca5")
 FIGURE = tuple(ROM.rows(0xF69, 7).tolist())  # in front of the score of the easy game

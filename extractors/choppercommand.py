@@ -30,8 +30,8 @@ from ocjax.console.ops import among
 from ocjax.console.ram import RamMap, bcd, bits, byte, high, low, signed
 from ocjax.console.registers import position, signed_nibble
 from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, Saver, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Gauge, Saver
 
 ROM = Rom("chopper_command", "c1cb228470a87beb5f36e90ac745da26")
 FONT = ROM.font(0xE00, rows=7, stride=8)

@@ -28,8 +28,8 @@ from ocjax.console.fonts import Digits, score_box
 from ocjax.console.ops import lookup, reached
 from ocjax.console.ram import RamMap, bits, byte, high, low
 from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds
 
 ROM = Rom("crazy_climber", "55ef7b65066428367844342ed59f956c")
 FONT = ROM.font([0xF0B + i for i in range(10)], rows=7, step=11)

@@ -34,8 +34,8 @@ from ocjax.console.ops import div, lookup, mod
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import packed_position
 from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Gauge
 
 ROM = Rom("demon_attack", "f0e0addc07971561ab80d9abe1b8d333")
 FONT = ROM.font(0xF00, rows=9, stride=10)

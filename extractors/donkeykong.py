@@ -31,8 +31,8 @@ from ocjax.console.ops import among, lookup, pick, reached
 from ocjax.console.ram import RamMap, bcd, bits, byte, high
 from ocjax.console.registers import position
 from ocjax.console.rom import Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Cells, Gauge, Shades, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge, Shades
 
 ROM = Rom("donkey_kong", "36b20c427975760cb9cf4a47e41369e4")
 FONT = ROM.font(0xC00, rows=7, stride=8)

@@ -33,8 +33,8 @@ from ocjax.console.ops import div, lookup
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import NUSIZ_COPIES, NUSIZ_SPACING, NUSIZ_WIDTH, mirrored, position
 from ocjax.console.rom import Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds
 
 ROM = Rom("fishing_derby", "b8865f05676e64f3bec72b9defdacfa7")
 FONT = ROM.font(0x700, rows=8)

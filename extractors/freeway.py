@@ -26,8 +26,8 @@ from ocjax.console.fonts import Digits, score_box
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import modulo_screen
 from ocjax.console.rom import Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds
 
 ROM = Rom("freeway", "8e0ab801b1705a740b476b7f588c6d16")
 FONT = ROM.font(0x700, rows=8)

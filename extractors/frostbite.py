@@ -31,8 +31,8 @@ from ocjax.console.ops import lookup, mod, pick, reached
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import EDGE_CUTS, signed_nibble
 from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, ByColor, Category, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, ByColor
 
 ROM = Rom("frostbite", "4ca73eb959299471788f0b685c3ba0b5")
 FONT = ROM.font(0xF00, rows=8)

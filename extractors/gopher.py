@@ -25,8 +25,8 @@ from ocjax.console.fonts import Digits, score_box
 from ocjax.console.ops import among, lookup
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Bounds, Category, Cells, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Bounds, Cells
 
 ROM = Rom("gopher", "c16c79aad6272baffb8aae9a7fff0864")
 FONT = ROM.font(0xC01, rows=9, stride=10)

@@ -30,8 +30,8 @@ from ocjax.console.ops import among, div, lookup, pick
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import EDGE_CUTS
 from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, Runs, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Gauge, Runs
 
 ROM = Rom("hero", "fca4a5be1251927027f2c24774a02160")
 FONT, BANK = ROM.font(0xF00, rows=8), 0x1000  # offset of the second bank

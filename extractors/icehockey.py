@@ -27,8 +27,8 @@ from ocjax.console.fonts import Digits, score_box
 from ocjax.console.ops import div, mod
 from ocjax.console.ram import RamMap, bcd, bits, byte, signed
 from ocjax.console.rom import Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds
 
 ROM = Rom("ice_hockey", "a4c08c4994eb9d24fb78be1793e82e26")
 FONT = ROM.font(0xF5E, rows=7)

@@ -29,8 +29,8 @@ from ocjax.console.ops import among, pick
 from ocjax.console.ram import RamMap, bcd, byte, high, low
 from ocjax.console.registers import EDGE_CUTS
 from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, Shades, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Gauge, Shades
 
 ROM = Rom("jamesbond", "e51030251e440cffaab1ac63438b44ae")
 GRAPHICS = 0x1000  # offset of the pages that are at $F000 while the frame is drawn

@@ -25,8 +25,8 @@ from ocjax.console.fonts import Digits, score_box
 from ocjax.console.ops import lookup
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.rom import Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, Runs, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Gauge, Runs
 
 ROM = Rom("kangaroo", "4326edb70ff20d0ee5ba58fa5cb09d60")
 BANK = 0x1000  # offset of the second bank

@@ -31,9 +31,9 @@ from ocjax.console.ops import among, mod, pick
 from ocjax.console.ram import RamMap, bcd, bits, byte, signed
 from ocjax.console.registers import NUSIZ_COPIES, NUSIZ_SPACING, signed_nibble, wrap
 from ocjax.console.rom import Pictures
-from ocjax.extraction.game import Game
+from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors._krull import FIGURES, ROM, SECOND, off_at, on_at, turns
-from ocjax.vision.rules import Blobs, Bounds, Category, Cells, Gauge, Runs, display
+from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge, Runs
 
 FONT = ROM.font(0xB07, rows=7)
 WEDDING, LAIR, WEB, DESERT = range(4)  # `scene`

@@ -27,8 +27,8 @@ from ocjax.console.fonts import Digits, score_box
 from ocjax.console.ops import among, lookup, pick
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, Runs, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Gauge, Runs
 
 ROM = Rom("montezuma_revenge", "3347a6dd59049b15a38394aa2dafa585")
 FONT, D000, FC00 = ROM.font(0xC08, rows=8, top_first=True), 0x1000, 0x1C00  # and offsets

@@ -28,8 +28,8 @@ from ocjax.console.ops import among, div, lookup, mod, pick
 from ocjax.console.ram import RamMap, bcd, bits, byte, high
 from ocjax.console.registers import larger_part
 from ocjax.console.rom import Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Cells, Gauge, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge
 
 ROM = Rom("ms_pacman", "87e79cd41ce136fd4f72cc6e2c161bee")
 FONT = ROM.font(0x92B, rows=7, stride=8)

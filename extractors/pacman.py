@@ -28,8 +28,8 @@ from ocjax.console.fonts import Digits, score_box
 from ocjax.console.ops import mod, pick
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.rom import Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Cells, Gauge, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge
 
 ROM = Rom("pacman", "fc2233fc116faef0d3c31541717ca2db")
 FONT = ROM.font([0xE00 + int(low) for low in ROM.bytes(0xEF9, 10)], rows=7)

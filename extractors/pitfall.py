@@ -29,8 +29,8 @@ from ocjax.console.fonts import Digits, score_box
 from ocjax.console.ops import among, div, pick
 from ocjax.console.ram import RamMap, bcd, bits, byte, high
 from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, Saver, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Gauge, Saver
 
 ROM = Rom("pitfall", "3e90cf23106f2e08b2781e41299de556")
 FONT = ROM.font(0xF00, rows=8)

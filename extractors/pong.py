@@ -19,8 +19,8 @@ from ocjax.console.boxes import Box, box
 from ocjax.console.fonts import DIGITS_3X5, Digits, hex_font, score_box
 from ocjax.console.ram import RamMap, byte
 from ocjax.console.registers import wrap
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Bounds, Category, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Bounds
 
 COURT = (0, 34, 160, 194)
 WHITE, GREEN, ORANGE = (14, 210), (200, 138), (56, 250)  # in play, in the screen saver

@@ -29,8 +29,8 @@ from ocjax.console.ops import among, div, lookup, mod, pick
 from ocjax.console.ram import RamMap, bcd, bits, byte, signed
 from ocjax.console.registers import copies, player_width, spacing
 from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds
 
 ROM = Rom("private_eye", "ef3a4f64b6494ba770862768caf04b86")
 SECOND = 0x1000  # offset of the second bank

@@ -31,8 +31,8 @@ from ocjax.console.fonts import Digits, score_box
 from ocjax.console.ops import among, lookup, pick, reached
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, ByColor, Category, Gauge, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, ByColor, Gauge
 
 ROM = Rom("qbert", "484b0076816a104875e00467d431c2d2")
 FONT = ROM.font(0x004, rows=7, stride=8)

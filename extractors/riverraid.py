@@ -32,8 +32,8 @@ from ocjax.console.ops import among, pick
 from ocjax.console.ram import RamMap, bits, byte, high, low
 from ocjax.console.registers import position
 from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, Saver, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Gauge, Saver
 
 ROM = Rom("riverraid", "393948436d1f4cc3192410bb918f9724")
 FONT = ROM.font(0xB00, rows=8)

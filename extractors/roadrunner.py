@@ -29,8 +29,8 @@ from ocjax.console.ops import among, lookup, pick, reached
 from ocjax.console.ram import RamMap, bits, byte, high, low, signed
 from ocjax.console.registers import modulo_screen, wrap
 from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Gauge
 
 ROM = Rom("road_runner", "ce5cc62608be2cd3ed8abd844efb8919")
 FONT = ROM.font(0x1F80, rows=2, stride=7)  # the rows that are on the screen
@@ -296,8 +296,8 @@ TURRET = Blobs(SHINE, (8, 128, 152, 152), gap=(1, 1), min_size=(9, 8), max_size=
 TRUCK = Blobs((254, 54), ROAD_VIEW, gap=(1, 3), first=254, min_size=(4, 8), max_size=(16, 18))
 SIGN = Blobs((BLACK, 72, 136), (8, 73, 152, 88), gap=(1, 1), min_size=(1, 8), max_size=(16, 15))
 ICONS = Bounds((142, 62), (55, 16, 103, 24), value=Gauge(8, -2, 1))
-HUNDREDS = Digits(FONT, (55, 63, 71, 79), 0, (100_000, 10_000, 1000, 100))  # then two zeros
-POINTS = Bounds(YELLOW, (55, 0, 103, 2), value=HUNDREDS)
+SCORE_DIGITS = Digits(FONT, (55, 63, 71, 79), 0, (100_000, 10_000, 1000, 100))  # then two zeros
+POINTS = Bounds(YELLOW, (55, 0, 103, 2), value=SCORE_DIGITS)
 SEED_POINTS = Bounds(BLACK, (70, 182, 95, 187), value=Digits(BONUS_FONT, (76, 79, 83, 87), 182))
 GAME = Game(
     name="RoadRunner",

@@ -30,8 +30,8 @@ from ocjax.console.ops import pick
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import EDGE_CUTS
 from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, Saver, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Gauge, Saver
 
 ROM = Rom("seaquest", "240bfbac5163af4df5ae713985386f92")
 FONT = ROM.font(0xE00, rows=8)

@@ -32,8 +32,8 @@ from ocjax.console.ops import div, lookup, pick
 from ocjax.console.ram import RamMap, bcd, bits, byte, signed
 from ocjax.console.registers import wrap
 from ocjax.console.rom import Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds
 
 ROM = Rom("skiing", "b76fbadc8ffb1f83e2ca08b6fb4d6c9f")
 DIGIT_ROWS = ROM.bytes(0x700, 7 * 16).reshape(7, 16)[::-1, :10]  # of all digits, the top ones first

@@ -32,8 +32,8 @@ from ocjax.console.fonts import Digits
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import packed_position
 from ocjax.console.rom import Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Saver, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Saver
 
 ROM = Rom("space_invaders", "72ffbef6504b75e69ee1045af9075f66")
 FONT = ROM.font(0xF54, rows=5, dots=3, dot=(4, 2), pitch=16)  # all digits are equally wide

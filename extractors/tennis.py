@@ -26,8 +26,8 @@ from ocjax.console.fonts import Digits
 from ocjax.console.ops import among, lookup
 from ocjax.console.ram import RamMap, byte
 from ocjax.console.rom import Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Saver, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Saver
 
 ROM = Rom("tennis", "42cdd6a9e42a3639e190722b8ea3fc51")
 FIELD = (8, 14, 160, 192)  # columns 0-7 are blanked by the beam

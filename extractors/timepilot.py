@@ -35,8 +35,8 @@ from ocjax.console.ops import lookup, pick
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import wrap
 from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, Shades, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Gauge, Shades
 
 ROM = Rom("time_pilot", "fc2104dd2dadf9a6176c1c1c8f87ced9")
 FONT = ROM.font(0xD00, rows=10)

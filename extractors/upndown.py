@@ -35,7 +35,7 @@ from ocjax.console.ops import among
 from ocjax.console.ram import bcd, bits, byte
 from ocjax.console.registers import mirrored
 from ocjax.console.rom import Pictures
-from ocjax.extraction.game import Game
+from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors._upndown import (
     APART,
     BANK,
@@ -48,7 +48,7 @@ from ocjax.extractors._upndown import (
     column,
     drawn,
 )
-from ocjax.vision.rules import Blobs, Bounds, Category, display
+from ocjax.vision.rules import Blobs, Bounds
 
 FONT = ROM.font(BANK + 0xF01, rows=7, stride=8)
 

@@ -31,8 +31,8 @@ from ocjax.console.fonts import Digits
 from ocjax.console.ops import among, pick, reached
 from ocjax.console.ram import RamMap, bcd, byte
 from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Gauge, Runs, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Gauge, Runs
 
 ROM = Rom("venture", "3e899eba0ca8cd2972da1ae5479b4f0d")
 FONT = ROM.font(0xF00, rows=8)

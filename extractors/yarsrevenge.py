@@ -34,8 +34,8 @@ from ocjax.console.ops import among, lookup, pick
 from ocjax.console.ram import RamMap, bcd, bits, byte, high, low
 from ocjax.console.registers import signed_nibble
 from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Cells, display
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.rules import Blobs, Bounds, Cells
 
 ROM = Rom("yars_revenge", "c5930d0e8cdae3e037349bfa08e871be")
 FONT = ROM.font(0xE00, rows=7, stride=8)

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any
 from ocjax._xla.kernels import retain_freed_memory, use_compilation_cache
 from ocjax.console.boxes import Box
 from ocjax.extraction import registration
+from ocjax.extraction.categories import Category
 from ocjax.extraction.game import Game, GameError
 from ocjax.extraction.objects import Objects, velocity
 from ocjax.extraction.registry import UnknownGameError, games, load
 from ocjax.transforms.perturbation import perturb
 from ocjax.transforms.relations import Relations, relations
 from ocjax.transforms.tracking import merge_frames, track
-from ocjax.vision.rules import Category
 
 __version__ = "0.1.0"
 
@@ -44,7 +44,8 @@ __all__ = [
     "velocity",
 ]
 
-_MODULES = ("atariari", "jaxatari", "layouts", "ocatari", "sb3")  # imported on first use
+# imported on first use
+_MODULES = ("agents", "atariari", "datasets", "envs", "evaluation", "files", "jaxatari", "layouts", "ocatari", "recordings", "sb3")
 
 if TYPE_CHECKING:
     from ocjax import ocatari
@@ -54,7 +55,7 @@ registration.register()
 
 
 def __getattr__(name: str) -> Any:
-    """Import the environments, which need ale-py, and modules for other projects on first use."""
+    """Import on first use what needs more than the extraction does."""
     if name in _MODULES:
         return importlib.import_module(f"ocjax.{name}")
     if name == "make_vec":

@@ -24,6 +24,7 @@ import numpy as np
 
 from ocjax.console.ram import RAM_SIZE
 from ocjax.emulators.pool import check_rom
+from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects, whose
 from ocjax.extraction.records import constant
@@ -99,7 +100,7 @@ def _observation_type(name: str, fields: tuple[str, ...]) -> Any:
     return namedtuple(f"{name}Observation", fields)
 
 
-def fields(game: Game) -> Mapping[str, Field]:
+def fields(game: Declaration) -> Mapping[str, Field]:
     """The fields of a game's observation: those of `FIELDS`, or else a field for each category, by its name in lower case."""
     named = {constant(c.name): Field(c.name, None if c.count == 1 else c.count) for c in game.categories}
     return FIELDS.get(game.name, named)
@@ -123,7 +124,7 @@ def observation(objects: Objects) -> Any:
     return _observation_type(game.name, tuple(named))(*(_field(objects.of(game, f.category), f, game) for f in named.values()))
 
 
-def _field(part: Objects, field: Field, game: Game) -> Any:
+def _field(part: Objects, field: Field, game: Declaration) -> Any:
     if field.value:
         return part.value[..., 0]
     count = field.count or 1

@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ocjax.extraction.game import Game
+from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects, whose
 from ocjax.extraction.registry import as_game
 from ocjax.ocatari.slots import declared_slots
@@ -40,7 +40,7 @@ _NUDGE_ROWS: Mapping[str, Mapping[str, tuple[int, int]]] = {
 _NUDGE_OBJECTS, _NUDGE_KINDS = 11, 4
 
 
-def ocatari_slots(game: Game | str, hud: bool | None = None) -> dict[str, int]:
+def ocatari_slots(game: Declaration | str, hud: bool | None = None) -> dict[str, int]:
     """OCAtari 2.2.1's number of slots of each category, in its order.
 
     Args:
@@ -58,7 +58,7 @@ def ocatari_slots(game: Game | str, hud: bool | None = None) -> dict[str, int]:
     return slots
 
 
-def blendrl_slots(game: Game | str) -> dict[str, int]:
+def blendrl_slots(game: Declaration | str) -> dict[str, int]:
     """The number of rows of each category in `blendrl`, in their order; in BlendRL's code, `MAX_NB_OBJECTS` of the game.
 
     Args:

@@ -8,8 +8,9 @@ from ocjax.console.fonts import DIGITS_3X5, Digits, hex_font, score_box
 from ocjax.console.ops import div, lookup, pick
 from ocjax.console.ram import RamMap, bcd, bits, byte, high, low, signed
 from ocjax.console.registers import packed_position, wrap
+from ocjax.extraction.categories import Category, display
 from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Category, Cells, Gauge, Runs, Shades, display
+from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge, Runs, Shades
 
 H, W = 210, 160
 GRID_X, GRID_Y = (20, 30, 40, 62), (150, 150, 150, 151)

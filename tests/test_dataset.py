@@ -280,8 +280,8 @@ def test_minari(folder, pong, minari, monkeypatch, block_rows):
 KILLED = """
 import os, signal, sys
 from ocjax import files
-from ocjax.files import extraction, minari
-extraction.BLOCK_ROWS = {"rem": 4, "vem": 4}
+from ocjax.files import minari, pipeline
+pipeline.BLOCK_ROWS = {"rem": 4, "vem": 4}
 def kill(*args):
     os.kill(os.getpid(), signal.SIGKILL)
 if sys.argv[2] == "extracting":

@@ -372,8 +372,8 @@ def test_no_rows(tmp_path):
 INTERRUPTED = """
 import os, signal, sys
 from ocjax import files
-from ocjax.files import extraction
-extraction.BLOCK_ROWS = {"rem": 16, "vem": 4}
+from ocjax.files import pipeline
+pipeline.BLOCK_ROWS = {"rem": 16, "vem": 4}
 def report(done, total):
     if done >= 64:
         os.kill(os.getpid(), signal.SIGKILL)

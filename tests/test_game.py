@@ -14,11 +14,12 @@ from ocjax.console.boxes import box
 from ocjax.console.fonts import Digits, hex_font
 from ocjax.console.ram import RamMap, byte
 from ocjax.evaluation import metrics
+from ocjax.extraction.categories import Category, display
 from ocjax.extraction.game import Game, GameError
-from ocjax.extraction.objects import UNKNOWN, UNKNOWN_VALUE
+from ocjax.extraction.saver import key_of
 from ocjax.transforms.game_objects import views
-from ocjax.vision.rules import Blobs, Bounds, ByColor, Category, Cells, Gauge, Runs, Saver, display
-from ocjax.vision.saver import key_of
+from ocjax.vision.rules import Blobs, Bounds, ByColor, Cells, Gauge, Runs, Saver
+from ocjax.vision.unknown import UNKNOWN, UNKNOWN_VALUE
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 

@@ -57,3 +57,10 @@ def test_import_is_light():
     code = f"import sys, ocjax; ocjax.load('Pong'); print([m for m in {packages} if m in sys.modules])"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.strip() == "[]"
+
+
+def test_public_modules_are_attributes():
+    modules = ("atariari", "datasets", "envs", "evaluation", "files", "jaxatari", "layouts", "ocatari", "recordings")
+    code = f"import ocjax; print([getattr(ocjax, m).__name__ for m in {modules}])"
+    run = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == str([f"ocjax.{m}" for m in modules])

@@ -14,9 +14,10 @@ from hypothesis import strategies as st
 import ocjax
 from ocjax.console.boxes import box
 from ocjax.console.ram import RamMap, byte
+from ocjax.extraction.categories import Category
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
-from ocjax.vision.rules import Blobs, Bounds, Category, Cells
+from ocjax.vision.rules import Blobs, Bounds, Cells
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 

@@ -10,8 +10,8 @@ from conftest import DATA, excerpt
 
 from ocjax import recordings
 from ocjax.evaluation import metrics
-from ocjax.extraction.objects import UNKNOWN_VALUE
 from ocjax.vision.rules import Bounds
+from ocjax.vision.unknown import UNKNOWN_VALUE
 
 ON_DRAWN = 0.99  # share of boxes that hold drawn pixels
 IN_COLOR = 0.97  # share of boxes that hold pixels of their objects' colours

@@ -9,8 +9,9 @@ import pytest
 from conftest import excerpt
 
 import ocjax
-from ocjax.extraction.objects import UNKNOWN, Objects
+from ocjax.extraction.objects import Objects
 from ocjax.extraction.records import constant
+from ocjax.vision.unknown import UNKNOWN
 
 GAME = ocjax.load("Pong")
 

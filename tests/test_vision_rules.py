@@ -4,9 +4,10 @@ import jax
 import numpy as np
 import pytest
 
+from ocjax.extraction.categories import Category
 from ocjax.extraction.detection import detect
 from ocjax.vision.pictures import picture
-from ocjax.vision.rules import Blobs, Bounds, Category, Cells, Shades
+from ocjax.vision.rules import Blobs, Bounds, Cells, Shades
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 

@@ -15,9 +15,10 @@ from PIL import Image
 
 from ocjax.datasets.plans import DatasetError
 from ocjax.extraction.game import Game
-from ocjax.extraction.objects import UNKNOWN_VALUE, Objects
+from ocjax.extraction.objects import Objects
 from ocjax.files.blocks import Block, compact
 from ocjax.files.inputs import require
+from ocjax.vision.unknown import UNKNOWN_VALUE
 
 STATE = {
     "index": "int64",

@@ -17,11 +17,12 @@ import jax.numpy as jnp
 import numpy as np
 from gymnasium.vector.utils import create_empty_array
 
+from ocjax.extraction.categories import Category
 from ocjax.extraction.game import Game
-from ocjax.extraction.objects import UNKNOWN, UNKNOWN_VALUE, Objects
+from ocjax.extraction.objects import Objects
 from ocjax.transforms import masks
 from ocjax.transforms.tracking import track
-from ocjax.vision.rules import Category
+from ocjax.vision.unknown import UNKNOWN, UNKNOWN_VALUE
 
 FEATURES = ("x", "y", "w", "h", "dx", "dy", "nx", "ny", "mx", "my", "orientation", "value", "valid")
 NEAR, MIDDLE = 8.0, 32.0  # pixels

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from ocjax.extraction.categories import names_by_alias
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects, whose
-from ocjax.vision.rules import names_by_alias
 
 RADIUS = 5.0  # pixels between centres, as in the OCAtari paper
 PAIRS_AT_ONCE = 1 << 23  # bounds the memory of a comparison of all pairs

@@ -1,4 +1,4 @@
-"""Evaluate a game on a recording, and tables of the result. `ocjax.evaluation.metrics.formats` writes them to files."""
+"""Evaluate a game on a recording, and tables of the result. `ocjax.evaluation.formats` writes them to files."""
 
 import dataclasses
 import functools

@@ -17,16 +17,17 @@ from jax import lax
 from ocjax._xla import kernels
 from ocjax.console.boxes import WIDTH, Area
 from ocjax.console.ops import pick
-from ocjax.extraction.records import UNKNOWN_VALUE
+from ocjax.extraction.categories import Category
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.bounds import detect_bounds
 from ocjax.vision.cells import cell_pixels, detect_cells
 from ocjax.vision.components import components
 from ocjax.vision.detected import OWN_COLOR, Detected, boxes
-from ocjax.vision.rules import Blobs, Bounds, ByColor, Category, Cells, Runs, Shades
+from ocjax.vision.rules import Blobs, Bounds, ByColor, Cells, Runs, Shades
 from ocjax.vision.runs import detect_runs
 from ocjax.vision.search import Search
+from ocjax.vision.unknown import UNKNOWN_VALUE
 
 EVEN = 0xFE  # an odd palette index shows as the even one below it
 FEW = 2  # regions with the same colours up to which their mask is computed for each, in its rows only

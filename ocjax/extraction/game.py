@@ -1,11 +1,10 @@
-"""`Game`: the declaration of a game, validated on construction, and its two extraction methods."""
+"""`Game`: a declared game and its two extraction methods."""
 
 from __future__ import annotations
 
 import functools
-import inspect
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import jax
@@ -15,109 +14,19 @@ from jax.core import Tracer
 
 from ocjax._xla.fork import require_threads
 from ocjax.console import palette
-from ocjax.console.boxes import WIDTH, Box
-from ocjax.console.ram import RAM_SIZE, RamMap
+from ocjax.console.ram import RAM_SIZE
 from ocjax.extraction import rem, vem
 from ocjax.extraction.arrays import as_array
+from ocjax.extraction.categories import Category, display
+from ocjax.extraction.declaration import Declaration, GameError
 from ocjax.extraction.objects import Objects
-from ocjax.vision.rules import ATTRIBUTES, Blobs, Bounds, Category, Cells, Rule, Runs, Saver, Shades, names_by_alias
 
-Decode = Callable[[Any], Mapping[str, Box]]
-
-
-class GameError(ValueError):
-    """A game file contains an invalid declaration; the message names the game and the field."""
-
-
-class Slices(Mapping[str, slice]):
-    """The slots of each category by its name, in the order of the categories. Aliases are keys, too, but are not listed."""
-
-    def __init__(self, categories: tuple[Category, ...]) -> None:
-        ends = np.cumsum([c.count for c in categories]).tolist()
-        self._slots = {c.name: slice(e - c.count, e) for c, e in zip(categories, ends, strict=True)}
-        self._names = names_by_alias(categories)
-
-    def __getitem__(self, name: str) -> slice:
-        return self._slots[self._names.get(name, name)]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._slots)
-
-    def __len__(self) -> int:
-        return len(self._slots)
-
-    def __repr__(self) -> str:
-        return repr(self._slots)
+__all__ = ["Category", "Game", "GameError", "display"]
 
 
 @dataclass(frozen=True, eq=False)
-class Game:
-    """A game with its ROM, address map, decoder and categories. `ocjax.load` returns one.
-
-    Args:
-        name: as in Gymnasium's "ALE/<name>-v5".
-        rom: ALE's name of the ROM.
-        md5: MD5 checksum of the ROM that the decoder was written for.
-        ram: the address map.
-        decode: function that maps the RAM of one state, wrapped in the address map, to a `Box` for every category.
-        categories: the categories, display (`hud`) categories last.
-        screen: (height, width) in pixels.
-        shades: colours that change from level to level, if any.
-        saver: its screen saver, if it changes the colours.
-        pal: whether the ROM is made for PAL consoles, which have another palette.
-    """
-
-    name: str
-    rom: str
-    md5: str
-    ram: type[RamMap]
-    decode: Decode
-    categories: tuple[Category, ...]
-    screen: tuple[int, int] = (210, WIDTH)
-    shades: Shades | None = None
-    saver: Saver | None = None
-    pal: bool = False
-    hud: bool = field(default=True, kw_only=True)
-
-    def __post_init__(self) -> None:
-        if self.hud:
-            _validate(self)
-        else:
-            object.__setattr__(self, "categories", tuple(c for c in self.categories if not c.hud))
-
-    @functools.cached_property
-    def slices(self) -> Mapping[str, slice]:
-        """The slots of each category, by its name or an alias."""
-        return Slices(self.categories)
-
-    @functools.cached_property
-    def slot_category(self) -> np.ndarray:
-        """Index into `categories` of each slot, int `[N]`."""
-        return np.repeat(np.arange(len(self.categories)), [c.count for c in self.categories])
-
-    @functools.cached_property
-    def slot_hud(self) -> np.ndarray:
-        """Whether each slot belongs to the display, bool `[N]`."""
-        return np.repeat(np.array([c.hud for c in self.categories], dtype=bool), [c.count for c in self.categories])
-
-    @property
-    def palette(self) -> np.ndarray:
-        """RGB of each palette index on the game's screen, uint8 `[256, 3]`."""
-        return palette.PAL if self.pal else palette.NTSC
-
-    @functools.cached_property
-    def slot_rgb(self) -> np.ndarray:
-        """The default colour of each slot, uint8 `[N, 3]`."""
-        return np.concatenate([c.slot_rgb(self.palette) for c in self.categories])
-
-    @property
-    def num_slots(self) -> int:
-        """N, the number of slots."""
-        return sum(c.count for c in self.categories)
-
-    def without_hud(self) -> Game:
-        """The same game without its display categories; its slots are a prefix of this game's."""
-        return replace(self, hud=False)
+class Game(Declaration):
+    """A game whose objects can be extracted. `ocjax.load` returns one; `Declaration` explains its fields."""
 
     @functools.cached_property
     def _rem(self) -> Callable[[Any], Objects]:
@@ -157,7 +66,7 @@ class Game:
         Args:
             frames: uint8 `[..., H, 160]` of ALE palette indices (`ale.getScreen()`), or uint8 `[..., H, 160, 3]` of RGB. Frames must be the
                 emulator's own, neither max-pooled, resized nor lossily compressed: every colour must be in the palette, which
-                `ocjax.console.registers.palette.check_rgb` checks. A tensor of PyTorch serves as well.
+                `ocjax.console.palette.check_rgb` checks. A tensor of PyTorch serves as well.
 
         Raises:
             TypeError: `frames` is not uint8.
@@ -195,100 +104,3 @@ def _is_channel_first(frames: jax.Array | np.ndarray, screen: tuple[int, int], t
         return False
     last = np.moveaxis(np.asarray(frames[(-1,) * (frames.ndim - 3)]), 0, -1)
     return bool(last.any() and palette.is_color(last, table).all())
-
-
-# ------------------------------------------------------------------------------------------------------------ validation
-
-
-def _need(condition: bool, game: Game, where: str, text: str) -> None:
-    if not condition:
-        source = inspect.getsourcefile(game.decode) if callable(game.decode) else None
-        raise GameError(f"{game.name} ({source}): {where}: {text}")
-
-
-def _validate(game: Game) -> None:
-    _validate_fields(game)
-    for category in game.categories:
-        _validate_category(game, category)
-    _validate_decode(game)
-
-
-def _validate_fields(game: Game) -> None:
-    need = functools.partial(_need, game=game)
-    need(isinstance(game.name, str) and game.name.isidentifier(), where="name", text=f"must be an identifier, got {game.name!r}")
-    need(isinstance(game.rom, str) and game.rom.isidentifier(), where="rom", text=f"must be ALE's name of the ROM, got {game.rom!r}")
-    is_md5 = len(game.md5) == 32 and set(game.md5) <= set("0123456789abcdef")
-    need(is_md5, where="md5", text=f"must be 32 hex digits, got {game.md5!r}")
-    is_map = isinstance(game.ram, type) and issubclass(game.ram, RamMap)
-    need(is_map, where="ram", text=f"must be a subclass of RamMap, got {game.ram!r}")
-    is_screen = len(game.screen) == 2 and game.screen[1] == WIDTH and 0 < game.screen[0] < 256
-    need(is_screen, where="screen", text=f"must be (height, {WIDTH}) with a height below 256, got {game.screen}")
-    need(len(game.categories) > 0, where="categories", text="at least one is needed")
-    names, huds = [name for c in game.categories for name in (c.name, *c.aliases)], [c.hud for c in game.categories]
-    need(len(set(names)) == len(names), where="categories", text=f"names repeat: {names}")
-    order = f"display (hud) categories come last, got {[(c.name, c.hud) for c in game.categories]}"
-    need(huds == sorted(huds), where="categories", text=order)
-
-
-def _slots_of(rule: Rule) -> int | None:
-    """The number of slots that a rule implies, if any."""
-    if isinstance(rule, Bounds):
-        return None if rule.each else len(rule.slots)
-    if isinstance(rule, Runs):
-        return None if rule.packed else rule.slots
-    return len(rule.x) if isinstance(rule, Cells) else None
-
-
-def _validate_category(game: Game, c: Category) -> None:
-    need = functools.partial(_need, game=game, where=f"category {c.name}")
-    need(all(name.isidentifier() for name in (c.name, *c.aliases)), text=f"its names must be identifiers, got {(c.name, *c.aliases)}")
-    need(isinstance(c.count, int) and c.count > 0, text=f"count must be a positive int, got {c.count!r}")
-    need(set(c.attributes) <= set(ATTRIBUTES), text=f"attributes must be of {ATTRIBUTES}, got {c.attributes}")
-    need(isinstance(c.rule, Rule), text=f"rule must be one of Bounds, Blobs, Cells, Runs, got {c.rule!r}")
-    slots = _slots_of(c.rule)
-    need(slots in (None, c.count), text=f"its rule has {slots} slots, its count is {c.count}")
-    bottom = c.rule.bottom
-    need(bottom <= game.screen[0], text=f"its rule reaches down to row {bottom}, the screen has {game.screen[0]} rows")
-    need(not c.reads_value or "value" in c.attributes, text="a value is read of it, but it has no attribute 'value'")
-    firsts = isinstance(c.rule, Blobs) and c.rule.first_colors
-    need(not firsts or c.color_row == 0, text="its rule asks for the first pixel's colour, so color_row must be 0")
-    need(isinstance(c.needs, tuple), text=f"needs must be a tuple of names, got {c.needs!r}")
-    may_need = {o.name for o in game.categories if c.hud or not o.hud}  # a game without its display lacks the others
-    for name in c.needs:
-        need(name in may_need, text=f"needs: {name!r} is not a category" + ("" if c.hud else " outside the display"))
-    for name in (n for r in getattr(c.rule, "rules", (c.rule,)) for n in getattr(r, "exclude", ())):
-        other = next((o.rule for o in game.categories if o.name == name), None)
-        blobs, whole_cells = isinstance(other, Blobs), isinstance(other, Cells) and other.whole and not other.floats
-        allowed = {Blobs: whole_cells, Cells: blobs, Bounds: blobs or whole_cells}[type(c.rule)]
-        kinds = {Blobs: "whole Cells", Cells: "Blobs", Bounds: "Blobs or whole Cells"}[type(c.rule)]
-        need(allowed, text=f"exclude: {name!r} is not a category of {kinds}")
-    if isinstance(c.rule, Blobs) and c.rule.above is not None:
-        other = next((o.rule for o in game.categories if o.name == c.rule.above and o is not c), None)
-        need(isinstance(other, Blobs), text=f"above: {c.rule.above!r} is not another category of Blobs")
-    if c.otherwise is not None:
-        _validate_category(game, replace(c, rule=c.otherwise, otherwise=None))
-    try:
-        c.slot_rgb()
-    except ValueError as error:
-        need(False, text=f"rgb must be (r, g, b) or one per slot: {error}")
-
-
-def _validate_decode(game: Game) -> None:
-    try:
-        with jax.enable_x64(False), jax.numpy_dtype_promotion("strict"), jax.numpy_rank_promotion("raise"):
-            boxes = jax.eval_shape(lambda ram: dict(game.decode(game.ram(ram))), jax.ShapeDtypeStruct((RAM_SIZE,), jnp.uint8))
-    except Exception as error:
-        raise GameError(f"{game.name} ({inspect.getsourcefile(game.decode)}): decode: {type(error).__name__}: {error}") from error
-    names = [c.name for c in game.categories]
-    _need(set(boxes) == set(names), game, "decode", f"must give a box for each of {sorted(names)}, gives {sorted(boxes)}")
-    for c in game.categories:
-        is_box = isinstance(boxes[c.name], Box)
-        _need(is_box, game, f"decode, {c.name}", f"must be a box(...), got {type(boxes[c.name]).__name__}")
-        for f in fields(Box):
-            leaf = getattr(boxes[c.name], f.name)
-            if leaf is None:
-                continue
-            dtype = jnp.bool_ if f.name == "valid" else jnp.int32
-            where = f"decode, {c.name}.{f.name}"
-            _need(leaf.shape in ((), (c.count,)), game, where, f"must have shape () or {(c.count,)}, has {leaf.shape}")
-            _need(leaf.dtype == dtype, game, where, f"must be {jnp.dtype(dtype)}, is {leaf.dtype}")

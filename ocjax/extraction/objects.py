@@ -2,18 +2,15 @@
 
 import dataclasses
 import reprlib
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from ocjax.extraction import records
-from ocjax.extraction.records import UNKNOWN, UNKNOWN_VALUE
-
-if TYPE_CHECKING:
-    from ocjax.extraction.game import Game
-    from ocjax.vision.rules import Category
+from ocjax.extraction.categories import Category
+from ocjax.extraction.declaration import Declaration
 
 
 @jax.tree_util.register_dataclass
@@ -29,7 +26,7 @@ class Objects:
     orientation: jax.Array  # int8 [..., N]: compass point 0-15, clockwise from north; -1 (UNKNOWN) in VEM
     value: jax.Array  # int32 [..., N]: score, lives, time, ...; the least int32 (UNKNOWN_VALUE) where VEM cannot read it
     rgb: jax.Array  # uint8 [..., N, 3]
-    game: "Game | None" = dataclasses.field(default=None, repr=False, metadata={"static": True})  # whose objects they are
+    game: Declaration | None = dataclasses.field(default=None, repr=False, metadata={"static": True})  # whose objects they are
 
     @property
     def x(self) -> jax.Array:
@@ -57,11 +54,14 @@ class Objects:
         box = jnp.asarray(self.xywh).astype(jnp.float32)
         return box[..., :2] + box[..., 2:] * 0.5
 
+    def _host(self) -> records.Fields:
+        return records.Fields(*(np.asarray(getattr(self, name)) for name in records.Fields._fields))
+
     def __getitem__(self, index: Any) -> "Objects":
         """Index the batch dimensions."""
         return jax.tree.map(lambda a: a[index], self)
 
-    def of(self, game: "Game", category: "str | Category") -> "Objects":
+    def of(self, game: Declaration, category: str | Category) -> "Objects":
         """Select the slots of a category, given by its name or as an entry of `game.categories`.
 
         The result has no reference to the game, so functions that need all slots, such as `to_list`, refuse it.
@@ -88,20 +88,7 @@ class Objects:
             ValueError: the objects have no reference to their game, because they are only some of the slots that `game.rem` or `game.vem`
                 returned.
         """
-        game = whose(self)
-        host = jax.tree.map(np.asarray, self)
-        if host.valid.ndim > 1:
-            return [host[i].to_list() for i in range(len(host.valid))]
-        out = []
-        for slot in np.flatnonzero(host.valid):
-            category = game.categories[game.slot_category[slot]]
-            x, y, w, h = host.xywh[slot].tolist()
-            record = {"category": category.name, "slot": int(slot) - game.slices[category.name].start, "x": x, "y": y, "w": w, "h": h,
-                      "rgb": tuple(host.rgb[slot].tolist()), "hud": category.hud}  # fmt: skip
-            unknown = {"orientation": UNKNOWN, "value": UNKNOWN_VALUE}
-            record |= {k: v for k in category.attributes if (v := int(getattr(host, k)[slot])) != unknown[k]}
-            out.append(record)
-        return out
+        return records.per_state(list, self._host(), whose(self))
 
     def to_dict(self) -> Any:
         """Convert the valid objects to a dict of lists by category, of the records of `to_list` without their category.
@@ -114,7 +101,7 @@ class Objects:
         Raises:
             ValueError: as `to_list`.
         """
-        return records.per_state(records.by_category, self)
+        return records.per_state(records.by_category, self._host(), whose(self))
 
     def to_text(self) -> Any:
         """Describe the valid objects in plain text, for people and language models.
@@ -128,7 +115,7 @@ class Objects:
         Raises:
             ValueError: as `to_list`.
         """
-        return records.per_state(records.text, self)
+        return records.per_state(records.text, self._host(), whose(self))
 
     def to_logic(self) -> Any:
         """Convert the valid objects to ground atoms in the syntax of Prolog and Datalog, without the final period.
@@ -144,7 +131,7 @@ class Objects:
         Raises:
             ValueError: as `to_list`.
         """
-        return records.per_state(records.atoms, self)
+        return records.per_state(records.atoms, self._host(), whose(self))
 
     def to_frame(self) -> Any:
         """Convert the valid objects to a pandas data frame with one row per object, ordered by state and slot.
@@ -157,7 +144,7 @@ class Objects:
             ValueError: as `to_list`.
             ModuleNotFoundError: pandas is not installed.
         """
-        return records.frame(self, whose(self))
+        return records.frame(self._host(), whose(self))
 
     def to_arrow(self) -> Any:
         """Convert the valid objects to a `pyarrow.Table` with the columns of `to_frame`.
@@ -166,7 +153,7 @@ class Objects:
             ValueError: as `to_list`.
             ModuleNotFoundError: pyarrow is not installed.
         """
-        return records.arrow(self, whose(self))
+        return records.arrow(self._host(), whose(self))
 
 
 def check_objects(name: str, objects: Any) -> None:
@@ -181,7 +168,7 @@ def check_objects(name: str, objects: Any) -> None:
         raise TypeError(f"{name} must be ocjax.Objects, as game.rem and game.vem return them, got {got}")
 
 
-def whose(objects: Objects) -> "Game":
+def whose(objects: Objects) -> Declaration:
     """The game that objects belong to.
 
     Raises:

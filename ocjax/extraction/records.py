@@ -1,32 +1,50 @@
 """Readable and tabular forms of objects: lines of text, dicts, logic atoms, data frames and Arrow tables.
 
-These functions take the fields of `Objects` as numpy arrays and are called by its methods.
+They are made by the methods of `Objects`.
 """
 
 import importlib
 import re
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
-import jax
 import numpy as np
 
-if TYPE_CHECKING:
-    from ocjax.extraction.game import Game
-    from ocjax.extraction.objects import Objects
+from ocjax.extraction.declaration import Declaration
+from ocjax.vision.unknown import UNKNOWN, UNKNOWN_VALUE
 
-UNKNOWN = -1  # the orientation of an object that has one, which the method cannot tell
-UNKNOWN_VALUE = -(2**31)  # the same for values
 COMPASS = tuple("N NNE NE ENE E ESE SE SSE S SSW SW WSW W WNW NW NNW".split())  # the compass points 0-15
 
 
-def per_state(convert: Callable[[list[dict[str, Any]]], Any], objects: "Objects") -> Any:
+class Fields(NamedTuple):
+    """The fields of `Objects` as numpy arrays."""
+
+    xywh: np.ndarray
+    valid: np.ndarray
+    orientation: np.ndarray
+    value: np.ndarray
+    rgb: np.ndarray
+
+
+def of_state(fields: Fields, game: Declaration) -> list[dict[str, Any]]:
+    """The records of one state, in the order of the slots; `Objects.to_list` documents them."""
+    out = []
+    for slot in np.flatnonzero(fields.valid):
+        category = game.categories[game.slot_category[slot]]
+        x, y, w, h = fields.xywh[slot].tolist()
+        record = {"category": category.name, "slot": int(slot) - game.slices[category.name].start, "x": x, "y": y, "w": w, "h": h,
+                  "rgb": tuple(fields.rgb[slot].tolist()), "hud": category.hud}  # fmt: skip
+        unknown = {"orientation": UNKNOWN, "value": UNKNOWN_VALUE}
+        record |= {k: v for k in category.attributes if (v := int(getattr(fields, k)[slot])) != unknown[k]}
+        out.append(record)
+    return out
+
+
+def per_state(convert: Callable[[list[dict[str, Any]]], Any], fields: Fields, game: Declaration) -> Any:
     """Convert the records of each state; nested lists for a batch."""
-
-    def convert_all(states: list[Any], depth: int) -> Any:
-        return [convert_all(s, depth - 1) for s in states] if depth else convert(states)
-
-    return convert_all(objects.to_list(), objects.valid.ndim - 1)
+    if fields.valid.ndim == 1:
+        return convert(of_state(fields, game))
+    return [per_state(convert, Fields(*state), game) for state in zip(*fields, strict=True)]
 
 
 def by_category(records: list[dict[str, Any]]) -> dict[str, list[dict[str, Any]]]:
@@ -65,21 +83,20 @@ def atoms(records: list[dict[str, Any]]) -> list[str]:
     return out
 
 
-def columns(objects: "Objects", game: "Game") -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+def columns(fields: Fields, game: Declaration) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """The valid objects as columns of a table, in the order of the states and slots.
 
     Returns:
         The columns by name, `category` as an index into `game.categories`, and for each column with missing values where they are, bool.
     """
-    host = jax.tree.map(np.asarray, objects)
-    *batch, slot = np.nonzero(host.valid)
-    box, rgb = host.xywh[host.valid], host.rgb[host.valid]
+    *batch, slot = np.nonzero(fields.valid)
+    box, rgb = fields.xywh[fields.valid], fields.rgb[fields.valid]
     names = ["row"] if len(batch) == 1 else [f"row_{i}" for i in range(len(batch))]
     first = np.array([s.start for s in game.slices.values()])
     out = dict(zip(names, batch, strict=True))
     out |= {"category": game.slot_category[slot].astype(np.int16), "slot": (slot - first[game.slot_category[slot]]).astype(np.int16)}
     out |= {name: box[:, i] for i, name in enumerate("xywh")} | {name: rgb[:, i] for i, name in enumerate("rgb")}
-    out |= {"hud": game.slot_hud[slot], "value": host.value[host.valid], "orientation": host.orientation[host.valid]}
+    out |= {"hud": game.slot_hud[slot], "value": fields.value[fields.valid], "orientation": fields.orientation[fields.valid]}
     has = {a: np.array([a in c.attributes for c in game.categories])[game.slot_category[slot]] for a in ("value", "orientation")}
     unknown = {"value": UNKNOWN_VALUE, "orientation": UNKNOWN}
     return out, {name: ~has[name] | (out[name] == constant) for name, constant in unknown.items()}
@@ -93,27 +110,27 @@ def _optional(package: str, method: str) -> Any:
         raise ModuleNotFoundError(f"{method} needs {package}, pip install 'ocjax[data]': {error}") from error
 
 
-def frame(objects: "Objects", game: "Game") -> Any:
+def frame(fields: Fields, game: Declaration) -> Any:
     """A pandas data frame of the valid objects; `Objects.to_frame` documents it.
 
     Raises:
         ModuleNotFoundError: pandas is not installed.
     """
     pd = _optional("pandas", "to_frame")
-    table, missing = columns(objects, game)
+    table, missing = columns(fields, game)
     names = pd.CategoricalDtype([c.name for c in game.categories])
     out = {name: pd.arrays.IntegerArray(a, missing[name]) if name in missing else a for name, a in table.items()}
     return pd.DataFrame(out | {"category": pd.Categorical.from_codes(table["category"], dtype=names)}, copy=False)
 
 
-def arrow(objects: "Objects", game: "Game") -> Any:
+def arrow(fields: Fields, game: Declaration) -> Any:
     """A pyarrow table of the valid objects; `Objects.to_arrow` documents it.
 
     Raises:
         ModuleNotFoundError: pyarrow is not installed.
     """
     pa = _optional("pyarrow", "to_arrow")
-    table, missing = columns(objects, game)
+    table, missing = columns(fields, game)
     names = pa.array([c.name for c in game.categories])
     out = {name: pa.array(a, mask=missing.get(name)) for name, a in table.items()}
     return pa.table(out | {"category": pa.DictionaryArray.from_arrays(pa.array(table["category"]), names)})

@@ -7,7 +7,9 @@ import importlib
 import pkgutil
 import re
 from pathlib import Path
+from typing import overload
 
+from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.game import Game, GameError
 
 
@@ -79,9 +81,13 @@ def load(name: str, *, hud: bool = True) -> Game:
     return _load_module(key) if hud else _without_hud(key)
 
 
-def as_game(game: Game | str) -> Game:
+@overload
+def as_game(game: Game | str) -> Game: ...
+@overload
+def as_game(game: Declaration | str) -> Declaration: ...
+def as_game(game: Declaration | str) -> Declaration:
     """The game itself, or the one of that name; see `load`."""
-    return game if isinstance(game, Game) else load(game)
+    return game if isinstance(game, Declaration) else load(game)
 
 
 copyreg.pickle(Game, lambda game: (functools.partial(load, hud=game.hud), (game.name,)))  # a game pickles as its name

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -28,12 +28,10 @@ from ocjax.console import palette
 from ocjax.console.boxes import Box
 from ocjax.console.ops import lookup
 from ocjax.console.ram import RAM_SIZE
+from ocjax.extraction.categories import Category
+from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects
-from ocjax.vision.saver import saved
-
-if TYPE_CHECKING:
-    from ocjax.extraction.game import Game
-    from ocjax.vision.rules import Category
+from ocjax.extraction.saver import saved
 
 CHUNK = 4096  # states at a time
 SMALL = 32  # states below which intermediate results are not materialized
@@ -87,7 +85,7 @@ def read(rams: jax.Array, ranges: Sequence[range]) -> jax.Array:
     return kernels.materialize(jnp.transpose, selected, small=SMALL * selected.shape[1])
 
 
-def decode(game: Game, columns: jax.Array, addresses: Sequence[int]) -> tuple[dict[str, Slots], jax.Array | None]:
+def decode(game: Declaration, columns: jax.Array, addresses: Sequence[int]) -> tuple[dict[str, Slots], jax.Array | None]:
     """Every category's slots: uint8 `[addresses, B]` -> fields `[count, B]`, or `[B]` where slots share them; and the saver's key `[B]`."""
     height, width = game.screen
 
@@ -114,14 +112,14 @@ def slots(category: Category, b: Box, table: np.ndarray) -> Slots:
     return Slots(packed, value, orientation, rgb)
 
 
-def spans(game: Game, attribute: str) -> list[slice]:
+def spans(game: Declaration, attribute: str) -> list[slice]:
     """The slots of adjacent categories that have an attribute."""
     by_presence = itertools.groupby(game.categories, key=lambda c: attribute in c.attributes)
     groups = [[game.slices[c.name] for c in group] for present, group in by_presence if present]
     return [slice(own[0].start, own[-1].stop) for own in groups]
 
 
-def pack(game: Game, by_category: dict[str, Slots], saver: jax.Array | None, lanes: int) -> Rows:
+def pack(game: Declaration, by_category: dict[str, Slots], saver: jax.Array | None, lanes: int) -> Rows:
     """The slots of all categories in one array, and their attributes."""
 
     def joined(attribute: str, where: slice) -> jax.Array:
@@ -138,7 +136,7 @@ def pack(game: Game, by_category: dict[str, Slots], saver: jax.Array | None, lan
     return Rows(joined("boxes", slice(0, game.num_slots)), value, orientation, rgb, saver)
 
 
-def unpack(game: Game, rows: Rows, lanes: int) -> Objects:
+def unpack(game: Declaration, rows: Rows, lanes: int) -> Objects:
     """The first `lanes` columns of the rows as `Objects` of batch shape `[lanes]`."""
     n = game.num_slots
     slots = kernels.materialize(lambda b: kernels.transpose(b)[:lanes], rows.boxes, small=SMALL * n)
@@ -172,7 +170,7 @@ def _colors(packed: jax.Array, mask: jax.Array) -> jax.Array:
     return lax.bitcast_convert_type(packed & mask, jnp.uint8)[..., :3]
 
 
-def extractor(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
+def extractor(game: Declaration) -> Callable[[jax.Array | np.ndarray], Objects]:
     """The game's REM: uint8 `[..., 128]` -> `Objects`."""
     ranges = stretches(game.ram.addresses())
     addresses = [a for r in ranges for a in r]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 import jax
 import jax.numpy as jnp
@@ -13,19 +12,18 @@ from jax import lax
 
 from ocjax._xla import kernels
 from ocjax.console import palette
+from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.detection import detect
-from ocjax.extraction.objects import UNKNOWN, UNKNOWN_VALUE, Objects
+from ocjax.extraction.objects import Objects
+from ocjax.extraction.saver import key_of, restored, saved
 from ocjax.vision.detected import OWN_COLOR, Detected
-from ocjax.vision.saver import key_of, restored, saved
-
-if TYPE_CHECKING:
-    from ocjax.extraction.game import Game
+from ocjax.vision.unknown import UNKNOWN, UNKNOWN_VALUE
 
 CHUNK = 64  # frames at a time
 FEW_SLOTS = 128  # slots up to which fields are put in order by index
 
 
-def _by_slot(fields: Sequence[jax.Array | None], game: Game, lanes: int, default: int = 0) -> jax.Array:
+def _by_slot(fields: Sequence[jax.Array | None], game: Declaration, lanes: int, default: int = 0) -> jax.Array:
     """Fields of each category as one array `[N, B]`, int32 but for boxes; categories that have none take the default.
 
     The boxes of categories with the same kind of rule are slices of one array. Side by side, XLA joins such slices in one copy; any other
@@ -52,7 +50,7 @@ def _by_slot(fields: Sequence[jax.Array | None], game: Game, lanes: int, default
     return jnp.concatenate(pieces)[np.concatenate(rows)]
 
 
-def _needed(game: Game, found: Sequence[Detected]) -> np.ndarray | jax.Array:
+def _needed(game: Declaration, found: Sequence[Detected]) -> np.ndarray | jax.Array:
     """Whether each category counts: it needs no other one, or one that it needs was found; bool `[categories, B]`, or `[categories, 1]`."""
     needs = [c.needs for c in game.categories]
     others = sorted({names for names in needs if names})
@@ -64,7 +62,7 @@ def _needed(game: Game, found: Sequence[Detected]) -> np.ndarray | jax.Array:
     return jnp.stack([*shown, jnp.ones_like(shown[0])])[np.array(which)]
 
 
-def _extract(game: Game, frames: jax.Array) -> tuple[jax.Array, jax.Array]:
+def _extract(game: Declaration, frames: jax.Array) -> tuple[jax.Array, jax.Array]:
     """What is in the slots on uint8 `[B, H, 160]` in the colours of play, and how many objects of each category had no slot.
 
     Slots are one array, which the loop over chunks of a batch writes: int32 `[B, 2, N]` of boxes and values, or `[B, 3, N]` with colours in
@@ -85,7 +83,7 @@ def _extract(game: Game, frames: jax.Array) -> tuple[jax.Array, jax.Array]:
     return slots, jnp.where(needed, overflow, 0).T
 
 
-def _objects(game: Game, slots: jax.Array, frames: jax.Array) -> Objects:
+def _objects(game: Declaration, slots: jax.Array, frames: jax.Array) -> Objects:
     """Objects from the slots that `_extract` returns of some frames."""
     box = slots[:, 0]
     valid = box != 0
@@ -104,7 +102,7 @@ def _objects(game: Game, slots: jax.Array, frames: jax.Array) -> Objects:
     return Objects(xywh, valid, orientation, value, rgb, game)
 
 
-def extractor_with_overflow(game: Game) -> Callable[[jax.Array], tuple[Objects, jax.Array]]:
+def extractor_with_overflow(game: Declaration) -> Callable[[jax.Array], tuple[Objects, jax.Array]]:
     """The game's VEM of uint8 `[B, H, 160]`, with the number of objects that had no slot, int32 `[B, categories]`."""
 
     def extract(frames: jax.Array) -> tuple[Objects, jax.Array]:
@@ -114,7 +112,7 @@ def extractor_with_overflow(game: Game) -> Callable[[jax.Array], tuple[Objects, 
     return jax.jit(extract)
 
 
-def extractor(game: Game) -> Callable[[jax.Array | np.ndarray], Objects]:
+def extractor(game: Declaration) -> Callable[[jax.Array | np.ndarray], Objects]:
     """The game's VEM: uint8 `[..., H, 160]` or `[..., H, 160, 3]` -> `Objects`."""
 
     def by_frame(frames: jax.Array) -> Objects:

@@ -9,7 +9,7 @@ import json
 from collections.abc import Sequence
 from importlib import resources
 
-from ocjax.extraction.game import Game
+from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects
 from ocjax.transforms.game_objects import GameObject, NoObject, object_class, slots
 
@@ -19,7 +19,7 @@ def _tables() -> dict[str, dict[str, dict[str, int]]]:
     return json.loads(resources.files("ocjax").joinpath("ocatari_slots.json").read_text(encoding="utf-8"))
 
 
-def declared_slots(game: Game, hud: bool) -> dict[str, int] | None:
+def declared_slots(game: Declaration, hud: bool) -> dict[str, int] | None:
     """The number of slots of each category, in OCAtari's order; None if OCAtari declares none for the game.
 
     Args:
@@ -48,7 +48,7 @@ class SlotTable:
         meaning: what each slot contributes to `ns_state`.
     """
 
-    def __init__(self, game: Game, hud: bool) -> None:
+    def __init__(self, game: Declaration, hud: bool) -> None:
         self.game, self.hud = game, hud
         self.counts = declared_slots(game, hud) or {c.name: c.count for c in game.categories if hud or not c.hud}
         classes = [object_class(game, name) for name, count in self.counts.items() for _ in range(count)]

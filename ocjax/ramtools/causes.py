@@ -10,10 +10,10 @@ from rich.progress import track
 
 from ocjax.envs import AlePool, Settings, States
 from ocjax.evaluation.tables import Cell, Table
+from ocjax.extraction.categories import Category
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
 from ocjax.ramtools import fits
-from ocjax.vision.rules import Category
 
 FIELDS = ("x", "y", "w", "h", "value")
 FRAME_SKIP = 4  # emulated frames per agent step of the play that leads to the state

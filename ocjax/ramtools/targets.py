@@ -6,10 +6,11 @@ from collections import Counter
 import jax
 import numpy as np
 
+from ocjax.extraction.categories import Category
 from ocjax.extraction.detection import detect
 from ocjax.extraction.objects import Objects
 from ocjax.recordings import Recording
-from ocjax.vision.rules import Blobs, Category
+from ocjax.vision.rules import Blobs
 
 CHIP = {1: "Player0", 2: "Missile0", 4: "Player1", 8: "Missile1", 16: "Ball"}  # moving graphics objects, by their bit in `Recording.shown`
 CHIP_SLOTS = 8  # pieces of each

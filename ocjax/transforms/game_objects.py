@@ -9,8 +9,9 @@ from typing import Any, ClassVar
 import jax
 import numpy as np
 
-from ocjax.extraction.game import Game
-from ocjax.extraction.objects import UNKNOWN, UNKNOWN_VALUE, Objects, whose
+from ocjax.extraction.declaration import Declaration
+from ocjax.extraction.objects import Objects, whose
+from ocjax.vision.unknown import UNKNOWN, UNKNOWN_VALUE
 
 POSITION, ORIENTATION, WIDTH = "POSITION", "ORIENTATION", "WIDTH"
 _SAME = 0.8  # the IoU above which two objects are equivalent
@@ -245,14 +246,14 @@ def _restore(base: type[GameObject], category: str, ns_meaning: tuple[str, ...],
     return _subclass(base, category, ns_meaning)(**attributes)
 
 
-def object_class(game: Game, category: str) -> type[GameObject]:
+def object_class(game: Declaration, category: str) -> type[GameObject]:
     """The class of the objects of a category. The game need not have it."""
     valued = any(c.name == category and "value" in c.attributes for c in game.categories)
     return _subclass(ValueObject if valued else GameObject, category, NS_MEANING.get((game.name, category), (POSITION,)))
 
 
 @functools.cache
-def _slot_constants(game: Game) -> list[tuple[type[GameObject], int, bool, bool, bool, int]]:
+def _slot_constants(game: Declaration) -> list[tuple[type[GameObject], int, bool, bool, bool, int]]:
     """For each slot: class, number within its category, whether in the HUD, whether it has a value, an orientation, length of `nsrepr`."""
     out = []
     for c in game.categories:

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ocjax.extraction.game import Game
+from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects, whose
 
 Kind = Literal["object", "binary", "class", "planes"]
@@ -18,7 +18,7 @@ DIRECT = 8  # rows of a resizing pattern up to which sums of slices are faster t
 WORD = 32  # bits, one per column of the output
 
 
-def num_planes(game: Game, kind: Kind, pixels: bool = False) -> int:
+def num_planes(game: Declaration, kind: Kind, pixels: bool = False) -> int:
     """Number of planes of a game's masks: one, or one per category for "planes", plus one with `pixels`."""
     return (len(game.categories) if kind == "planes" else 1) + pixels
 
@@ -76,7 +76,7 @@ def masks(
     return jnp.stack(drawn, axis=1)
 
 
-def _shades(game: Game) -> list[int]:
+def _shades(game: Declaration) -> list[int]:
     """One shade of grey per category, evenly spaced up to white."""
     n = len(game.categories)
     return [255 * (i + 1) // n for i in range(n)]

@@ -5,7 +5,7 @@ import numbers
 import jax
 import jax.numpy as jnp
 
-from ocjax.extraction.game import Game
+from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects, whose
 
 INVENTED = (2, 16)  # smallest and largest width and height of an invented object, in pixels
@@ -71,7 +71,7 @@ def _perturb(key: jax.Array, objects: Objects, jitter: jax.Array, drop: jax.Arra
     )
 
 
-def _swapped(key: jax.Array, objects: Objects, game: Game, swap: jax.Array) -> Objects:
+def _swapped(key: jax.Array, objects: Objects, game: Declaration, swap: jax.Array) -> Objects:
     """Permute some of the slots of each category."""
     pick, order = jax.random.split(key)
     number = jax.random.uniform(order, objects.valid.shape)
@@ -92,7 +92,7 @@ def _swapped(key: jax.Array, objects: Objects, game: Game, swap: jax.Array) -> O
     return jax.tree.map(taken, objects)
 
 
-def _moved(key: jax.Array, objects: Objects, game: Game, jitter: jax.Array) -> jax.Array:
+def _moved(key: jax.Array, objects: Objects, game: Declaration, jitter: jax.Array) -> jax.Array:
     """Boxes that are moved by up to `jitter` pixels, int16 `[..., N, 4]`."""
     height, width = game.screen
     by = jax.random.randint(key, (*objects.valid.shape, 2), -jitter, jitter + jnp.int16(1), jnp.int16)
@@ -100,7 +100,7 @@ def _moved(key: jax.Array, objects: Objects, game: Game, jitter: jax.Array) -> j
     return jnp.concatenate([corner, objects.xywh[..., 2:]], axis=-1)
 
 
-def _invented(key: jax.Array, objects: Objects, game: Game, invent: jax.Array) -> tuple[jax.Array, jax.Array]:
+def _invented(key: jax.Array, objects: Objects, game: Declaration, invent: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Which empty slots receive an object, bool `[..., N]`, and a random box for each slot, int16 `[..., N, 4]`."""
     which, sizes, places = jax.random.split(key, 3)
     shape = objects.valid.shape

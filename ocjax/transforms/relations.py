@@ -6,7 +6,8 @@ import math
 import jax
 import jax.numpy as jnp
 
-from ocjax.extraction.objects import UNKNOWN, Objects, check_objects
+from ocjax.extraction.objects import Objects, check_objects
+from ocjax.vision.unknown import UNKNOWN
 
 _POINTS = 16  # of the compass
 

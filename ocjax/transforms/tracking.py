@@ -14,7 +14,7 @@ import numpy as np
 from jax import lax
 
 from ocjax.console.boxes import WIDTH
-from ocjax.extraction.game import Game
+from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects, whose
 
 MERGE_RADIUS = 5.0  # pixels, for frames that are one emulated frame apart
@@ -146,7 +146,7 @@ def _track_category(previous: Objects, current: Objects, first: jax.Array, limit
     return _pick(current, jnp.where(first[:, None], jnp.arange(n, dtype=jnp.int32)[None], slots))
 
 
-def _runs(game: Game) -> list[tuple[slice, bool]]:
+def _runs(game: Declaration) -> list[tuple[slice, bool]]:
     """Divide the slots into runs, each with whether its objects may change slots.
 
     A category of `Blobs` with several slots is a run of its own whose objects may. Categories whose slots are places, or that have one
@@ -179,7 +179,7 @@ def _joined(parts: list[Objects], batch: tuple[int, ...]) -> Objects:
 
 
 @functools.partial(jax.jit, static_argnums=0)
-def _merge(game: Game, limit: jax.Array, earlier: Objects, later: Objects) -> Objects:
+def _merge(game: Declaration, limit: jax.Array, earlier: Objects, later: Objects) -> Objects:
     def here(a: jax.Array, b: jax.Array, valid: jax.Array) -> jax.Array:
         return jnp.where(valid.reshape(*valid.shape, *[1] * (b.ndim - 2)), b, a)
 
@@ -192,7 +192,7 @@ def _merge(game: Game, limit: jax.Array, earlier: Objects, later: Objects) -> Ob
 
 
 @functools.partial(jax.jit, static_argnums=0)
-def _track(game: Game, limit: jax.Array, previous: Objects, current: Objects, is_first: jax.Array) -> Objects:
+def _track(game: Declaration, limit: jax.Array, previous: Objects, current: Objects, is_first: jax.Array) -> Objects:
     batch, parts = current.valid.shape[:-1], []
     previous, current, first = _flat(previous), _flat(current), is_first.reshape(-1)
     for s, movable in _runs(game):
@@ -208,7 +208,7 @@ def _limit(radius: float) -> jax.Array:
     return jnp.int32(min(4.0 * float(radius) ** 2, _LONGEST))
 
 
-def _check(**states: Objects) -> tuple[Game, tuple[int, ...]]:
+def _check(**states: Objects) -> tuple[Declaration, tuple[int, ...]]:
     """The game and batch shape of the states, after checking that all fields have that batch shape and the game's slots."""
     game, other = (whose(objects) for objects in states.values())
     if game is not other:

@@ -10,12 +10,12 @@ from jax import lax
 
 from ocjax._xla.kernels import materialize
 from ocjax.console.boxes import WIDTH, Area
-from ocjax.extraction.records import UNKNOWN_VALUE
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.detected import Detected, boxes
 from ocjax.vision.numbers import Reading, read_numbers
 from ocjax.vision.rules import Bounds, Gauge
+from ocjax.vision.unknown import UNKNOWN_VALUE
 
 STRIP = 8  # rows that are or-ed into one; at most 32, a bit each in `_marks`
 LOW = 40  # rows of a region up to which gathering several regions at once takes no more time than slicing them one by one

@@ -10,9 +10,9 @@ from jax import lax
 
 from ocjax._xla.kernels import materialize
 from ocjax.console.fonts import BASE, Digits, Font
-from ocjax.extraction.records import UNKNOWN_VALUE
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
+from ocjax.vision.unknown import UNKNOWN_VALUE
 
 EMPTY, UNREADABLE = -1, -2  # in place of a digit: nothing is in the cell, something that is no digit
 
