@@ -6,13 +6,13 @@ python docs/picture.py
 from pathlib import Path
 
 import numpy as np
-from ocjax.emulators.variations import Variation
-from ocjax.transforms.drawing import overlay, sheet
 from PIL import Image, ImageDraw, ImageFont
 
 import ocjax
 from ocjax import recordings
+from ocjax.emulators.variations import Variation
 from ocjax.envs import make, variations
+from ocjax.transforms.drawing import overlay, sheet
 
 ROOT = Path(__file__).parent.parent
 SAMPLES = {"SpaceInvaders": 12, "MsPacman": 3, "Freeway": 8, "Boxing": 6, "Skiing": 4, "Asterix": 7}
