@@ -9,7 +9,9 @@ in every state. Positions are ocjax's exact boxes, and orientations its compass 
 """
 
 import functools
+import json
 from collections.abc import Mapping
+from importlib import resources
 
 import jax
 import jax.numpy as jnp
@@ -18,7 +20,6 @@ import numpy as np
 from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects, whose
 from ocjax.extraction.registry import as_game
-from ocjax.ocatari.slots import declared_slots
 from ocjax.transforms.game_objects import NS_MEANING, ORIENTATION, POSITION, WIDTH
 
 _FIELDS = {POSITION: ("x", "y"), ORIENTATION: ("orientation",), WIDTH: ("w",)}  # of `ns_state`
@@ -38,6 +39,27 @@ _NUDGE_ROWS: Mapping[str, Mapping[str, tuple[int, int]]] = {
     "Freeway": {"Chicken": (0, 1), "Car": (1, 10)},
 }
 _NUDGE_OBJECTS, _NUDGE_KINDS = 11, 4
+
+
+@functools.cache
+def _tables() -> dict[str, dict[str, dict[str, int]]]:
+    """The categories of each game with their numbers of objects, in OCAtari's order; `benchmarks/ocatari_slots.py` reads them."""
+    return json.loads(resources.files("ocjax").joinpath("ocatari_slots.json").read_text(encoding="utf-8"))
+
+
+def declared_slots(game: Declaration, hud: bool) -> dict[str, int] | None:
+    """The number of slots of each category, in OCAtari's order; None if OCAtari declares none for the game.
+
+    Args:
+        game: the game, with or without its HUD.
+        hud: whether what OCAtari counts as display is included.
+    """
+    table = _tables().get(game.name.lower(), {"objects": {}, "hud": {}})
+    if not table["objects"].keys() & game.slices.keys():  # some of its tables are of another game
+        return None
+    # With the HUD, OCAtari lists the objects without it first, whatever the order of its table.
+    extra = {name: n for name, n in table["hud"].items() if name not in table["objects"]}
+    return table["objects"] | (extra if hud else {})
 
 
 def ocatari_slots(game: Declaration | str, hud: bool | None = None) -> dict[str, int]:

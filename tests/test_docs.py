@@ -2,6 +2,8 @@
 
 import ast
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -11,7 +13,8 @@ import ocjax
 
 ROOT = Path(__file__).parent.parent
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.DOTALL | re.MULTILINE)
-PAGES = [page for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))) if BLOCK.search(page.read_text())]
+README = ROOT / "README.md"
+PAGES = [page for page in sorted((ROOT / "docs").glob("*.md")) if BLOCK.search(page.read_text())]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -24,6 +27,14 @@ def test_code_of_pages(page):
             exec(ast.unparse(statement), names)
             for name in {"env", "envs"} & names.keys():
                 names.pop(name).close()
+
+
+def test_blocks_of_the_readme_run_as_they_stand(tmp_path):
+    """In order, in one process that knows nothing else."""
+    code = "\n".join(BLOCK.findall(README.read_text(encoding="utf-8")))
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "PlayerScore 0: 12 x 20 at (116, 1)" in done.stdout
 
 
 def test_readable_records_of_the_readme():

@@ -11,7 +11,7 @@ from conftest import excerpt
 
 import ocjax
 from ocjax import Objects, layouts
-from ocjax.ocatari import OCAtari, slots
+from ocjax.ocatari import OCAtari
 
 
 def made(game, **categories):
@@ -28,7 +28,7 @@ def made(game, **categories):
 
 def test_ocatari_slots_are_those_of_its_tables():
     for name in ("Pong", "Kangaroo", "Seaquest"):
-        game, table = ocjax.load(name), slots._tables()[name.lower()]
+        game, table = ocjax.load(name), layouts._tables()[name.lower()]
         assert layouts.ocatari_slots(name) == layouts.ocatari_slots(game) == table["objects"] | table["hud"]
         assert layouts.ocatari_slots(game.without_hud()) == layouts.ocatari_slots(game, hud=False) == table["objects"]
         assert table["objects"].keys() <= game.slices.keys()

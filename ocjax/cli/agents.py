@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from ocjax.cli import render
 from ocjax.cli.messages import errors_in_one_line
 from ocjax.evaluation import tables
 from ocjax.evaluation.tables import Table
@@ -17,7 +18,6 @@ from ocjax.files import writing
 from ocjax.play.games import Played
 from ocjax.play.games import play as play_games
 from ocjax.play.policies import TRAINED
-from ocjax.transforms import drawing
 
 console = Console()
 
@@ -58,7 +58,7 @@ def train(
     if inputs == "objects":
         with errors_in_one_line():
             played = play_games(spec, str(folder / "policy.npz"), EVALUATION_EPISODES, seed=seed, pictures=True)
-            drawing.save(played.pictures, folder / "agent.gif", frame_time=FRAME_TIME)
+            render.save(played.pictures, folder / "agent.gif", frame_time=FRAME_TIME)
         tables.show(_table(spec, played), console)
         writing.announce(console, "A game", folder / "agent.gif")
 
@@ -94,7 +94,7 @@ def play(
             writing.write_text(csv, _to_csv(played))
             writing.announce(console, "Written", csv)
         if gif is not None:
-            drawing.save(played.pictures, gif, frame_time=FRAME_TIME)
+            render.save(played.pictures, gif, frame_time=FRAME_TIME)
             writing.announce(console, "The first game", gif)
 
 

@@ -1,5 +1,6 @@
 """The `ocjax` command."""
 
+import importlib.metadata
 import itertools
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -10,10 +11,9 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-import ocjax
 from ocjax import recordings
 from ocjax._xla import kernels
-from ocjax.cli import agents, datasets
+from ocjax.cli import agents, datasets, render
 from ocjax.cli import demo as demonstration
 from ocjax.cli import extract as files
 from ocjax.cli.messages import Interruptible, errors_in_one_line
@@ -27,7 +27,6 @@ from ocjax.files import writing
 from ocjax.play import fixtures
 from ocjax.play.rollouts import rollout
 from ocjax.recordings import Recording
-from ocjax.transforms import drawing
 
 app = typer.Typer(cls=Interruptible, add_completion=False, no_args_is_help=True, pretty_exceptions_show_locals=False)
 app.add_typer(ram, name="ram")
@@ -43,7 +42,7 @@ SEED = 12345  # of `ocjax evaluate`
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        console.print(f"ocjax {ocjax.__version__}", highlight=False)
+        console.print(f"ocjax {importlib.metadata.version('ocjax')}", highlight=False)
         raise typer.Exit
 
 
@@ -113,7 +112,7 @@ def render_recording(
     scale: Annotated[int, typer.Option(min=1, max=8, help="Picture pixels per screen pixel.")] = 2,
 ) -> None:
     """Draw objects over the frames of a recording."""
-    if method not in drawing.METHODS:
+    if method not in render.METHODS:
         raise typer.BadParameter(f"method must be rem, vem or both, got {method!r}")
     with errors_in_one_line():
         writing.check_suffix(out, (".png", ".gif"))
@@ -125,12 +124,12 @@ def render_recording(
         raise typer.BadParameter(f"{recording} has {len(tape)} samples, so the first to draw cannot be {first}")
     samples = slice(first, min(len(tape), first + (count if out.suffix == ".gif" else 1)))
     with console.status("extracting"):
-        objects = drawing.extract(tape, drawing.METHODS[method], samples)
-    pictures = drawing.pictures(tape, objects, samples, scale)
+        objects = render.extract(tape, render.METHODS[method], samples)
+    pictures = render.pictures(tape, objects, samples, scale)
     total = samples.stop - samples.start
     images = list(track(pictures, description="drawing", total=total, console=console, transient=True))
     with errors_in_one_line():
-        drawing.save(images, out)
+        render.save(images, out)
     writing.announce(console, f"{len(images)} samples of {recording}", out)
 
 

@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import ocjax
 from ocjax.datasets import starts as game_starts
 from ocjax.datasets.starts import Start
 from ocjax.emulators.checks import integer
@@ -187,13 +186,13 @@ def _digest_of_policy(name: str, game: Game) -> str:
 
 def versions() -> dict[str, str]:
     """Versions of ocjax and of the libraries that determine the bytes of a dataset."""
-    return {"ocjax": ocjax.__version__} | {name: importlib.metadata.version(name) for name in LIBRARIES}
+    return {"ocjax": importlib.metadata.version("ocjax")} | {name: importlib.metadata.version(name) for name in LIBRARIES}
 
 
 @functools.cache
 def code() -> str:
     """A digest of the source of ocjax. Equal ones extract equal objects, also between two versions."""
-    root, digest = Path(ocjax.__file__).parent, hashlib.sha256()
+    root, digest = Path(__file__).parents[1], hashlib.sha256()
     files = {
         p.relative_to(root).as_posix(): p
         for p in (*root.rglob("*.py"), *(root / "extractors").glob("*.py"), *(root / "extractors" / "_data").glob("*.*"))

@@ -15,6 +15,7 @@ instead of row. The other formats count rows along the last dimension first.
 """
 
 import dataclasses
+import importlib.metadata
 import io
 import json
 import math
@@ -81,9 +82,7 @@ class Blocks:
     @property
     def facts(self) -> dict[str, str]:
         """What files say about themselves."""
-        import ocjax
-
-        return {"game": self.game.name, "md5": self.game.md5, "method": self.method, "ocjax": ocjax.__version__}
+        return {"game": self.game.name, "md5": self.game.md5, "method": self.method, "ocjax": importlib.metadata.version("ocjax")}
 
     @property
     def slot_names(self) -> list[str]:

@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+import importlib.metadata
 import itertools
 import json
 import math
@@ -246,7 +247,6 @@ def _wrong_colors(game: Game) -> Callable[[np.ndarray], jax.Array]:
 
 
 def _plan(rows: Input, source: str | Path, array: str | None, game: Game, method: str, *, hud: bool) -> Plan:
-    import ocjax
 
     path = Path(source)
     stat = path.stat() if path.is_file() else None
@@ -254,7 +254,7 @@ def _plan(rows: Input, source: str | Path, array: str | None, game: Game, method
     name = str(path.resolve()) if path.exists() else str(source)
     inner = max(1, math.prod(rows.batch[1:]))  # blocks are whole entries of the first dimension
     block_rows = max(1, BLOCK_ROWS[method] // inner) * inner
-    return Plan(name, array, rows.rows, stamp, game.name, game.md5, hud, method, block_rows, ocjax.__version__)
+    return Plan(name, array, rows.rows, stamp, game.name, game.md5, hud, method, block_rows, importlib.metadata.version("ocjax"))
 
 
 def _prepare(folder: Path, plan: Plan) -> None:

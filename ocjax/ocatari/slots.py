@@ -1,37 +1,11 @@
-"""Objects in the slots of OCAtari 2.2.1.
+"""Objects in the slots of OCAtari 2.2.1."""
 
-`ocatari_slots.json` holds the categories of each game and their numbers of objects, in OCAtari's order, with and without the HUD; they are
-read from OCAtari by `benchmarks/ocatari_slots.py`.
-"""
-
-import functools
-import json
 from collections.abc import Sequence
-from importlib import resources
 
 from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects
+from ocjax.layouts import declared_slots
 from ocjax.transforms.game_objects import GameObject, NoObject, object_class, slots
-
-
-@functools.cache
-def _tables() -> dict[str, dict[str, dict[str, int]]]:
-    return json.loads(resources.files("ocjax").joinpath("ocatari_slots.json").read_text(encoding="utf-8"))
-
-
-def declared_slots(game: Declaration, hud: bool) -> dict[str, int] | None:
-    """The number of slots of each category, in OCAtari's order; None if OCAtari declares none for the game.
-
-    Args:
-        game: the game, with or without its HUD.
-        hud: whether what OCAtari counts as display is included.
-    """
-    table = _tables().get(game.name.lower(), {"objects": {}, "hud": {}})
-    if not table["objects"].keys() & game.slices.keys():  # some of its tables are of another game
-        return None
-    # With the HUD, OCAtari lists the objects without it first, whatever the order of its table.
-    extra = {name: n for name, n in table["hud"].items() if name not in table["objects"]}
-    return table["objects"] | (extra if hud else {})
 
 
 class SlotTable:

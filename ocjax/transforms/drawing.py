@@ -1,34 +1,27 @@
 """Draw objects over frames."""
 
 import colorsys
-from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Sequence
 
-import jax
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from ocjax.extraction.game import Game
+from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects
-from ocjax.files import writing
-from ocjax.recordings import Recording
-
-METHODS = {"rem": ("REM",), "vem": ("VEM",), "both": ("REM", "VEM")}
 
 MARGIN = 4  # pixels between the pictures of a sheet
 BACKGROUND, TEXT = (40, 40, 40), (255, 255, 255)  # of a sheet
 TITLE_SIZE, TITLE_HEIGHT = 22, 34  # pixels
-FRAME_TIME = 120  # milliseconds per frame of an animation
 
 
-def category_colors(game: Game) -> dict[str, tuple[int, int, int]]:
+def category_colors(game: Declaration) -> dict[str, tuple[int, int, int]]:
     """A bright RGB colour for each category, with hues evenly spaced."""
     n = len(game.categories)
     hues = {c.name: colorsys.hsv_to_rgb(i / n, 0.75, 1.0) for i, c in enumerate(game.categories)}
     return {name: (round(255 * r), round(255 * g), round(255 * b)) for name, (r, g, b) in hues.items()}
 
 
-def overlay(game: Game, frame: np.ndarray, objects: Objects, *, scale: int = 3, labels: bool = True) -> Image.Image:
+def overlay(game: Declaration, frame: np.ndarray, objects: Objects, *, scale: int = 3, labels: bool = True) -> Image.Image:
     """Draw the boxes of the valid objects of one state over its frame.
 
     Args:
@@ -96,27 +89,3 @@ def sheet(rows: Sequence[Sequence[Image.Image]], titles: Sequence[str]) -> Image
         for j, image in enumerate(row):
             out.paste(image, (MARGIN + j * (width + MARGIN), TITLE_HEIGHT + i * (height + MARGIN)))
     return out
-
-
-def extract(recording: Recording, methods: Sequence[str], samples: slice) -> dict[str, Objects]:
-    """Objects of some samples of a recording with frames, for each of the methods "REM" and "VEM"."""
-    assert recording.screens is not None
-    sources = {"REM": (recording.game.rem, recording.rams), "VEM": (recording.game.vem, recording.screens)}
-    return {name: jax.tree.map(np.asarray, sources[name][0](sources[name][1][samples])) for name in methods}
-
-
-def pictures(recording: Recording, objects: Mapping[str, Objects], samples: slice, scale: int) -> Iterator[Image.Image]:
-    """Draw samples of a recording, the methods side by side."""
-    assert recording.screens is not None
-    for i, frame in enumerate(recording.screens[samples]):
-        titles = [f"{recording.game.name} {samples.start + i}: {method}" for method in objects]
-        yield sheet([[overlay(recording.game, frame, o[i], scale=scale) for o in objects.values()]], titles)
-
-
-def save(images: Sequence[Image.Image], path: Path, *, frame_time: int = FRAME_TIME) -> None:
-    """Write one picture, or several as an animated .gif with so many milliseconds per frame."""
-    if path.suffix == ".gif":
-        animation = {"save_all": True, "append_images": images[1:], "duration": frame_time, "loop": 0}
-        writing.write(path, lambda file: images[0].save(file, "GIF", **animation))
-    else:
-        writing.write_picture(path, images[0])
