@@ -207,7 +207,7 @@ def _start(m: Ram, row: jax.Array | np.ndarray) -> jax.Array:
     in_zone = jnp.maximum(jnp.minimum(row, _zone_end(m)) - ZONE_START, 0)
     head = (m.thrower != 15) & (m.row + 2 < ZONE_END) & (row > m.row + 2)
     bird = jnp.where((m.bird == 0) & (row > 1), BIRD_STEPS, 0)
-    return ROW_STEPS * row + in_zone + jnp.where(head, 1, 0) + bird
+    return in_zone + ROW_STEPS * row + jnp.where(head, 1, 0) + bird
 
 
 def _counters(m: Ram, row: jax.Array) -> jax.Array:
@@ -215,7 +215,8 @@ def _counters(m: Ram, row: jax.Array) -> jax.Array:
 
     The first lines of all rows come first, then the second lines, and so on.
     """
-    n = sum(jnp.where(row == 2 + i, m.shut[i], 0) for i in range(8))[:, None]
+    shut = (jnp.where(row == 2 + i, m.shut[i], 0) for i in range(8))
+    n = sum(shut, start=jnp.int32(0))[:, None]
     start, row, line = _start(m, row)[:, None], row[:, None], np.arange(1, 14)[None, :]
     zone = (row >= ZONE_START) & (row < _zone_end(m))
     waits = (line == 4) | (line > 11) | ((n > 0) & (line == 4 + n))
