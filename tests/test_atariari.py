@@ -7,11 +7,11 @@ import sys
 import jax
 import numpy as np
 import pytest
-from conftest import excerpt
 
 import ocjax
 from ocjax import atariari
 from ocjax.extraction import registry
+from tests.support.states import excerpt
 
 PATTERN = np.arange(128, dtype=np.uint8)
 

@@ -7,11 +7,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from conftest import excerpt
 
 import ocjax
 from ocjax import Objects, layouts
 from ocjax.ocatari import OCAtari
+from tests.support.states import excerpt
 
 
 def made(game, **categories):

@@ -15,6 +15,8 @@ from unittest.mock import MagicMock
 
 import pytest
 
+from tests.support.states import ROOT
+
 STEPS = 100  # after which a script has shown that it runs
 SECONDS = 120  # after which it is ended
 ROW = re.compile(r"^\| `(OC_Atari|HackAtari|NUDGE|blendrl)/?(\S*)` \| (.+?) \| (works|changed|refused) \| ?(.*?) ?\|$", re.MULTILINE)
@@ -25,7 +27,7 @@ ABSENT = re.compile(r"No module named '(?!ocatari|core|utils|vision)(\w+)")  # a
 SCREENLESS = {"MPLBACKEND": "Agg", "SDL_VIDEODRIVER": "dummy", "SDL_AUDIODRIVER": "dummy"}
 SCRIPTS = [
     pytest.param(project, Path(folder), script, result, notes, id=f"{project}/{folder}/{script}")
-    for project, folder, scripts, result, notes in ROW.findall((Path(__file__).parent.parent / "docs" / "scripts.md").read_text("utf-8"))
+    for project, folder, scripts, result, notes in ROW.findall((ROOT / "docs" / "scripts.md").read_text("utf-8"))
     for script in QUOTED.findall(scripts)
 ]
 

@@ -4,13 +4,13 @@ import zipfile
 
 import numpy as np
 import pytest
-from conftest import DATA, damaged_archive
-from test_cli import run
 
 import ocjax
 from ocjax import recordings
 from ocjax.envs import Settings
 from ocjax.play import fixtures, rollouts
+from tests.support.command import run
+from tests.support.states import DATA, damaged_archive
 
 
 @pytest.fixture(scope="module")

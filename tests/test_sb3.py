@@ -1,7 +1,6 @@
 """Environments for Stable-Baselines3; skipped unless the extra `sb3` is installed."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +14,7 @@ from stable_baselines3.common.vec_env import VecCheckNan, VecFrameStack, VecMoni
 
 import ocjax
 from ocjax import sb3
+from tests.support.states import ROOT
 
 SHORT = {"num_workers": 1, "repeat_action_probability": 0.0, "max_episode_frames": 120, "noop_max": 0}
 
@@ -150,7 +150,7 @@ def test_dict_and_image_observations():
 @pytest.mark.parametrize("page", ["README.md", "docs/neighbours.md"])
 def test_code_of_pages(page):
     """The code that needs Stable-Baselines3, with fewer steps."""
-    text = (Path(__file__).parent.parent / page).read_text()
+    text = (ROOT / page).read_text()
     (block,) = re.findall(r"^```py\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
     names = {"ocjax": ocjax}
     exec(block.replace('device="cpu"', 'device="cpu", n_steps=32').replace("1_000_000", "64").replace("16", "2"), names)

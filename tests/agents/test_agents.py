@@ -5,7 +5,6 @@ import dataclasses
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import jax
 import jax.numpy as jnp
@@ -27,6 +26,7 @@ from ocjax.agents.collector import Collector
 from ocjax.agents.ppo import Hyperparameters, Rollout
 from ocjax.agents.training import Config, Trainer, TrainingError
 from ocjax.envs import make_vec
+from tests.support.states import ROOT
 
 pytestmark = pytest.mark.filterwarnings("default")  # warnings of other projects
 TINY = Hyperparameters(num_envs=4, horizon=16, minibatch=32, epochs=2)
@@ -164,7 +164,7 @@ import os, sys
 from pathlib import Path
 from rich.console import Console
 from ocjax.agents import training
-from test_agents import TINY, UPDATE
+from tests.agents.test_agents import TINY, UPDATE
 training.CHECKPOINT_SECONDS = 0
 save = training.Trainer._save
 def save_then_die(self):
@@ -183,7 +183,7 @@ def test_a_killed_training_goes_on_to_the_same_numbers(tmp_path):
     whole.run(6 * UPDATE, QUIET)
     run = subprocess.run(
         [sys.executable, "-c", CHILD, str(tmp_path / "killed")],
-        env=os.environ | {"PYTHONPATH": str(Path(__file__).parent)},
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
         check=False,
         capture_output=True,
     )

@@ -7,7 +7,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from conftest import excerpt
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
@@ -19,6 +18,7 @@ from ocjax.vision.components import components
 from ocjax.vision.fill import fill, fill_large
 from ocjax.vision.pictures import PICTURE_WIDTH, picture
 from ocjax.vision.search import MAX_PARTS, Search
+from tests.support.states import excerpt
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 

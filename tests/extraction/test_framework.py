@@ -4,19 +4,18 @@ import functools
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from conftest import excerpt
-from synthetic import GAME as SYNTHETIC
-from synthetic import drawn
-from test_contract import check, host, random_frames, same
 
 import ocjax
 from ocjax.console import palette
+from tests.support.checks import check, host, random_frames, same
+from tests.support.states import ROOT, excerpt
+from tests.support.synthetic import GAME as SYNTHETIC
+from tests.support.synthetic import drawn
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 
@@ -213,7 +212,7 @@ import sys
 import jax, numpy as np
 from jax.sharding import AxisType, NamedSharding, PartitionSpec
 from ocjax.extraction import rem, vem
-from synthetic import GAME, drawn
+from tests.support.synthetic import GAME, drawn
 
 rem.CHUNK, vem.CHUNK = 8, 2  # a device has two chunks
 method = sys.argv[1]
@@ -259,7 +258,7 @@ for kind, types in (("Auto", {"axis_types": (AxisType.Auto,)}), ("default", {}))
 
 
 def in_a_process(code, *args, **variables):
-    variables = os.environ | {"PYTHONPATH": str(Path(__file__).parent), "JAX_DISABLE_MOST_OPTIMIZATIONS": "1"} | variables
+    variables = os.environ | {"PYTHONPATH": str(ROOT), "JAX_DISABLE_MOST_OPTIMIZATIONS": "1"} | variables
     run = subprocess.run([sys.executable, "-c", code, *args], env=variables, capture_output=True, text=True, check=False)
     assert run.returncode == 0, run.stderr[-2000:]
 
@@ -273,7 +272,7 @@ def test_sharding(name):
 MESHES = """
 import jax, numpy as np
 from jax.sharding import AxisType, NamedSharding, PartitionSpec
-from synthetic import GAME
+from tests.support.synthetic import GAME
 
 rams = np.random.default_rng(0).integers(0, 256, (8, 8, 128), dtype=np.uint8)
 want = jax.tree.leaves(GAME.rem(rams))
@@ -298,7 +297,7 @@ import sys
 import jax, numpy as np
 if sys.argv[1] == "before":
     jax.config.update("jax_enable_x64", True)
-from synthetic import GAME
+from tests.support.synthetic import GAME
 
 rams = np.random.default_rng(0).integers(0, 256, (4, 128), dtype=np.uint8)
 if sys.argv[1] == "after":

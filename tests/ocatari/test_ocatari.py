@@ -6,13 +6,13 @@ import pickle
 import gymnasium
 import numpy as np
 import pytest
-from conftest import excerpt
 from gymnasium.utils.env_checker import check_env
 
 import ocjax
 from ocjax import ocatari
 from ocjax.emulators import variations
 from ocjax.ocatari import GameObject, NoObject, OCAtari, Orientation, ValueObject
+from tests.support.states import excerpt
 
 
 @pytest.fixture

@@ -5,12 +5,12 @@ import shutil
 
 import numpy as np
 import pytest
-from conftest import excerpt
 
 import ocjax
 from ocjax import datasets, files
 from ocjax.datasets import shards
 from ocjax.files import InputError, cluster, pipeline
+from tests.support.states import excerpt
 
 ray = pytest.importorskip("ray")
 pytest.importorskip("pyarrow")

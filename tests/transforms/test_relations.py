@@ -6,12 +6,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from conftest import excerpt
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import ocjax
 from ocjax import Objects
+from tests.support.states import excerpt
 
 
 def made(boxes, valid):

@@ -4,9 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from conftest import DATA
 from PIL import Image
-from test_cli import run
 
 import ocjax
 from ocjax import recordings
@@ -14,6 +12,8 @@ from ocjax.play import rollouts
 from ocjax.ramtools import causes, correlate, fits, ram_map, residual, twins
 from ocjax.ramtools.watch import terminal, window
 from ocjax.ramtools.watch.session import GLOW, Session
+from tests.support.command import run
+from tests.support.states import DATA
 
 
 @pytest.fixture(scope="module")

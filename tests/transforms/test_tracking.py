@@ -7,7 +7,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from conftest import excerpt
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -18,6 +17,7 @@ from ocjax.extraction.categories import Category
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
 from ocjax.vision.rules import Blobs, Bounds, Cells
+from tests.support.states import excerpt
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 

@@ -5,10 +5,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from conftest import excerpt
 
 import ocjax
 from ocjax.envs import PerturbObjects
+from tests.support.states import excerpt
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import DATA, damaged_archive
 from PIL import Image
 from typer.testing import CliRunner
 
@@ -16,6 +15,7 @@ from ocjax.envs import Settings, Vector
 from ocjax.play import policies
 from ocjax.play.games import play
 from ocjax.play.policies import PolicyError, SavedPolicy
+from tests.support.states import DATA, damaged_archive
 
 ACTIONS = 6  # of Pong
 

@@ -13,6 +13,7 @@ import pytest
 import ocjax
 from ocjax._xla import kernels
 from ocjax.extraction import vem
+from tests.support.states import DATA
 
 GAMES = ("Pong", "SpaceInvaders")
 BATCHES = (2048, 2000)  # a whole number of chunks, and not
@@ -70,7 +71,7 @@ def test_compiled_program(name, batch):
 @pytest.mark.parametrize("batch", BATCHES)
 @pytest.mark.parametrize("name", GAMES)
 def test_process(name, batch):
-    data = Path(__file__).parent / "data" / f"{name}.npz"
+    data = DATA / f"{name}.npz"
     environment = os.environ | {"JAX_PLATFORMS": "cpu", "MALLOC_MMAP_THRESHOLD_": "4096", "MALLOC_TRIM_THRESHOLD_": "0"}
     run = subprocess.run(
         [sys.executable, "-c", SCRIPT, name, str(batch), data], capture_output=True, text=True, check=True, env=environment

@@ -12,7 +12,6 @@ import sys
 import jax
 import numpy as np
 import pytest
-from conftest import excerpt
 from PIL import Image
 from typer.testing import CliRunner
 
@@ -21,6 +20,7 @@ from ocjax import files
 from ocjax.cli.app import app
 from ocjax.console import palette
 from ocjax.files import InputError, open_input, pipeline
+from tests.support.states import excerpt
 
 FIELDS = ("xywh", "valid", "orientation", "value", "rgb")
 

@@ -6,21 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import DATA
 from PIL import Image
-from typer.testing import CliRunner
 
 import ocjax
 from ocjax.cli import app as cli
-from ocjax.cli.app import app
 from ocjax.evaluation import tables
 from ocjax.files import writing
-
-runner = CliRunner()
-
-
-def run(*args):
-    return runner.invoke(app, [str(a) for a in args], terminal_width=200)
+from tests.support.command import run
+from tests.support.states import DATA
 
 
 def test_games():

@@ -6,12 +6,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from conftest import excerpt
 
 import ocjax
 from ocjax.extraction.objects import Objects
 from ocjax.extraction.records import constant
 from ocjax.vision.unknown import UNKNOWN
+from tests.support.states import excerpt
 
 GAME = ocjax.load("Pong")
 

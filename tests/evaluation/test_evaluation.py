@@ -2,11 +2,11 @@ import dataclasses
 
 import numpy as np
 import pytest
-from conftest import excerpt
 
 import ocjax
 from ocjax.evaluation import matching, metrics
 from ocjax.evaluation.metrics import Agreement, Detections
+from tests.support.states import excerpt
 
 
 def detections(boxes, label=None, categories=("A",), score=None):

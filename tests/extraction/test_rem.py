@@ -4,12 +4,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from synthetic import GAME
-from test_contract import host
 
 from ocjax._xla import kernels
 from ocjax.console.ram import RAM_SIZE
 from ocjax.extraction import rem
+from tests.support.checks import host
+from tests.support.synthetic import GAME
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 

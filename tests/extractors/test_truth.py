@@ -6,12 +6,12 @@ import dataclasses
 import jax
 import numpy as np
 import pytest
-from conftest import DATA, excerpt
 
 from ocjax import recordings
 from ocjax.evaluation import metrics
 from ocjax.vision.rules import Bounds
 from ocjax.vision.unknown import UNKNOWN_VALUE
+from tests.support.states import DATA, excerpt
 
 ON_DRAWN = 0.99  # share of boxes that hold drawn pixels
 IN_COLOR = 0.97  # share of boxes that hold pixels of their objects' colours

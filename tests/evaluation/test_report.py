@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import excerpt
-from test_cli import run
 
 import ocjax
 from ocjax import recordings
 from ocjax.evaluation import formats, ocatari_peer, report, tables
 from ocjax.play import policies, rollouts
+from tests.support.command import run
+from tests.support.states import excerpt
 
 
 @pytest.fixture(scope="module")

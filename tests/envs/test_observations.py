@@ -3,7 +3,6 @@
 import jax
 import numpy as np
 import pytest
-from conftest import excerpt
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -11,6 +10,7 @@ import ocjax
 from ocjax.envs import Dqn, Masks, Vector
 from ocjax.envs.observations import FEATURES
 from ocjax.transforms import masks
+from tests.support.states import excerpt
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 

@@ -1,0 +1,1 @@
+"""What several tests use: recorded states, a synthetic game, checks, and the command."""
