@@ -255,7 +255,7 @@ def test_failing_worker_is_reported():
     pool.reset([0, 0])
     pool.send(np.zeros(2, int))
     with pytest.raises(
-        WorkerError, match=r"environments 0-1 failed:[\s\S]*the hook test_envs\.\S*broken failed in environment 0: IndexError"
+        WorkerError, match=r"environments 0-1 failed:[\s\S]*the hook tests\.envs\.test_envs\.\S*broken failed in environment 0: IndexError"
     ):
         pool.wait()
     assert pool.closed
