@@ -225,14 +225,15 @@ class Kernels:
 
         from ocjax.console.boxes import WIDTH
         from ocjax.vision import bitmap
-        from ocjax.vision.components import Search
+        from ocjax.vision.search import Search
+        from ocjax.vision.shapes import Shape
 
         alien = self.category("SpaceInvaders", "Alien")
         rule, (left, top, right, bottom) = alien.rule, alien.rule.region
         (words,) = bitmaps(self.frames["SpaceInvaders"], rule.palette)
         words = jax.jit(lambda m: bitmap.cut(m, rule.region))(words)
-        limits = {"up to 8 x 10": rule.max_size, "up to 31 x 31": (31, 31), "any size": None}
-        searches = {name: Search(alien.count, gap=rule.gap, min_size=rule.min_size, max_size=limit) for name, limit in limits.items()}
+        shapes = {"up to 8 x 10": rule.shapes, "up to 31 x 31": Shape(w=(1, 31), h=(1, 31)), "any size": Shape()}
+        searches = {name: Search(alien.count, (shape,), gap=rule.gap) for name, shape in shapes.items()}
         mask = np.isin(self.screens["SpaceInvaders"], rule.palette)
         mask = np.pad(mask[:, top:bottom, left:right], ((0, 0), (0, 0), (left, WIDTH - right)))
         self.component_rows("SpaceInvaders", words, mask, searches)
@@ -240,7 +241,7 @@ class Kernels:
         colors = self.category("MsPacman", "Pill").rule.palette
         (walls,) = bitmaps(self.frames["MsPacman"], colors)
         mask = np.isin(self.screens["MsPacman"], colors)
-        self.component_rows("MsPacman", walls, mask, {"up to 8 x 10": Search(200, max_size=(8, 10)), "any size": Search(200)})
+        self.component_rows("MsPacman", walls, mask, {"up to 8 x 10": Search(200, (Shape(w=(1, 8), h=(1, 10)),)), "any size": Search(200)})
 
     def component_rows(self, frames: str, words: "Bitmap", mask: np.ndarray, searches: "dict[str, Search]") -> None:
         """Time searches of one mask that close the same gaps.
@@ -268,7 +269,7 @@ class Kernels:
         """End the run if another program finds other boxes in any of the distinct frames."""
         from ocjax.console.boxes import WIDTH
 
-        gap, (max_width, max_height) = search.gap, search.max_size or (WIDTH, 256)
+        gap, (max_width, max_height) = search.gap, search.shapes[0].max_size or (WIDTH, 256)
         distinct = len(recorded(what.split(", ")[-1])["screens"])
         for name, f in self.others.items():
             for b in range(distinct if f else 0):

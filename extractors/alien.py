@@ -39,6 +39,7 @@ from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors._alien import DISPLAY, STAGGER, colors_of_eggs
 from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("alien", "f1a0a23e6464d954e3a9579c4ccd01c8")
 FONT = ROM.font(0x1, rows=7, stride=8, dots=7)
@@ -260,20 +261,17 @@ def _lives(m: Ram, lives: jax.Array) -> Box:
     return box(21, 187, 8 * lives - 11, 5, lives > 1, value=m.lives, color=m.colors[DISPLAY])
 
 
-PLAYER = Blobs(
-    (BLUE, ORANGE), MAZE, exclude=("Egg",), gap=(2, 2), min_size=(2, 7), max_size=(10, 15)
-)
+PLAYER = Blobs((BLUE, ORANGE), MAZE, Shape(w=(2, 10), h=(7, 15)), exclude=("Egg",), gap=(2, 2))
 ALIENS = Blobs(
     (CYAN, YELLOW, PINK, WEAK, WHITE),
     MAZE,
+    Shape(w=(4, 12), h=(7, 16)),
     exclude=("Egg",),
     gap=(1, 1),
-    min_size=(4, 7),
-    max_size=(12, 16),
 )
-PULSAR = Blobs(ORANGE, MAZE, exclude=("Egg",), gap=(2, 2), min_size=(5, 4), max_size=(7, 5))
-FLAME = Blobs(ORANGE, MAZE, exclude=("Egg",), gap=(2, 2), min_size=(8, 4), max_size=(8, 5))
-ROCKET = Blobs((YELLOW, CYAN), MAZE, exclude=("Egg",), gap=(2, 2), min_size=(8, 4), max_size=(8, 5))
+PULSAR = Blobs(ORANGE, MAZE, Shape(w=(5, 7), h=(4, 5)), exclude=("Egg",), gap=(2, 2))
+FLAME = Blobs(ORANGE, MAZE, Shape(w=8, h=(4, 5)), exclude=("Egg",), gap=(2, 2))
+ROCKET = Blobs((YELLOW, CYAN), MAZE, Shape(w=8, h=(4, 5)), exclude=("Egg",), gap=(2, 2))
 EGG_COLORS = (CYAN, YELLOW, PINK, ORANGE, BLUE, WEAK, WHITE)
 EGGS = Cells(EGG_COLORS, EGG_X, EGG_Y, 1, 2, margin=(0, 1))
 SCORE = Bounds((BLUE, WEAK), (22, 176, 70, 183), value=Digits(FONT, range(22, 63, 8), 176))

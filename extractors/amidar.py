@@ -41,6 +41,7 @@ from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.rules import Blobs, Bounds, Gauge
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("amidar", "acb7750b4d0c4bd34969802a7deb2990")
 FONT = ROM.font(0xA13, rows=7, stride=8, dots=7)
@@ -273,11 +274,11 @@ def _shadows(x: jax.Array, y: jax.Array, first: jax.Array) -> Box:
 
 
 others = functools.partial(Category, count=7, blinks=True)
-walkers = functools.partial(Blobs, region=MAZE, min_size=(5, 5), max_size=(21, 21), split=(7, 7))
+walkers = functools.partial(Blobs, region=MAZE, shapes=Shape(w=(5, 21), h=(5, 21), split=(7, 7)))
 
-PLAYER = Blobs(YELLOW, MAZE, min_size=(6, 6), max_size=(14, 14))
-SHADOWS = Blobs(BLACK, MAZE, gap=(0, 1), min_size=(1, 1), max_size=(4, 7), ignore=_gaps())
-CHICKENS = Blobs(YELLOW, MAZE, min_size=(4, 6), max_size=(5, 14), split=(5, 7))
+PLAYER = Blobs(YELLOW, MAZE, Shape(w=(6, 14), h=(6, 14)))
+SHADOWS = Blobs(BLACK, MAZE, Shape(w=(1, 4), h=(1, 7)), gap=(0, 1), ignore=_gaps())
+CHICKENS = Blobs(YELLOW, MAZE, Shape(w=(4, 5), h=(6, 14), split=(5, 7)))
 number = functools.partial(Digits, FONT, range(57, 98, 8), required=True)
 SCORE = Bounds(YELLOW, (56, 175, 105, 183), value=number(176))
 SCORE_OF_SIX = Bounds(YELLOW, (56, 175, 105, 183), value=number(175))

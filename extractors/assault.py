@@ -28,7 +28,8 @@ from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import COARSE, packed_position
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge, Runs
+from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge, Run, Runs
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("assault", "de78b3a064d374390ac0710f95edde92")
 FONT = ROM.font(0xE00, rows=8)
@@ -281,10 +282,12 @@ def _heat(m: Ram) -> jax.Array:
     return heat + jnp.where(changed, jnp.where(fired, -1, 1), 0)
 
 
-PLAYER = Blobs(CANNON, GROUND, min_size=(4, 7), max_size=(8, 8))
-BESIDE_SHOT = Runs((CANNON,), ((0, 185, 160, 186),), ((6, 6),), 1, ((1, 7, 1),))  # by its wheels
+PLAYER = Blobs(CANNON, GROUND, Shape(w=(4, 8), h=(7, 8)))
+# By its wheels, where a shot hides its top.
+WHEELS = Run(CANNON, 185, left=(0, 159), width=6, height=1, before=1, above=7, after=1)
+BESIDE_SHOT = Runs((WHEELS,), most=1)
 CARRIER = Bounds(SHIP, (0, 12, 160, 45))
-ENEMY = Blobs(ENEMIES, ROWS, gap=(4, 0), min_size=(4, 6), max_size=(16, 8))
+ENEMY = Blobs(ENEMIES, ROWS, Shape(w=(4, 16), h=(6, 8)), gap=(4, 0))
 SIDE = Bounds(CANNON, (0, 181, 160, 183), exclude=("Player",))
 POINTS = Bounds(SCORE, (50, 0, 110, 12), value=Digits(FONT, range(55, 103, 8), 2))
 LIVES = Cells(LIFE, (15, 31, 47), (192,) * 3, 8, 8, whole=False)

@@ -28,6 +28,7 @@ from ocjax.console.ram import RamMap, bcd, byte
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.rules import Blobs, Bounds, Gauge
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("asterix", "89a68746eff7f266bbf08de2483abe55")
 FONT = ROM.font(0xB01, rows=7, stride=8)
@@ -131,11 +132,11 @@ def _lives(m: Ram) -> Box:
 
 thing = functools.partial(Category, count=8)
 
-HERO = Blobs(YELLOW, STAGE_AREA, min_size=(5, 9), max_size=(16, ROWS))
+HERO = Blobs(YELLOW, STAGE_AREA, Shape(w=(5, 16), h=(9, ROWS)))
 LYRE = Bounds(PINK, tuple((0, y, 160, y + ROWS) for y in TOPS), min_size=(3, 9))
-blobs = functools.partial(Blobs, gap=(1, 1), max_size=(8, ROWS), ignore=FLOORS)
-FOOD = blobs(EDIBLE, STAGE_AREA, min_size=(4, 5))
-POINTS = blobs((REWARD, *BORDERS), STAGE_AREA, min_size=(4, 9))
+blobs = functools.partial(Blobs, gap=(1, 1), ignore=FLOORS)
+FOOD = blobs(EDIBLE, STAGE_AREA, shapes=Shape(w=(4, 8), h=(5, ROWS)))
+POINTS = blobs((REWARD, *BORDERS), STAGE_AREA, shapes=Shape(w=(4, 8), h=(9, ROWS)))
 SCORE = Bounds(YELLOW, (54, 184, 104, 191), value=Digits(FONT, DIGITS, SCORE_TOP))
 LIVES = Bounds(YELLOW, (60, 169, 100, 180), value=Gauge(ICON_PITCH, start=6, base=2))
 

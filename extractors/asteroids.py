@@ -29,7 +29,7 @@ their first pixel, else evenly; others are one. It sees what shows of an asteroi
 pieces, but no part at the edge of one column and two rows.
 """
 
-import functools
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
@@ -43,6 +43,7 @@ from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.pictures import picture
 from ocjax.vision.rules import Blobs, Bounds
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("asteroids", "ccbd36746ed4525821a8083b0d6d2c2c")
 FONT = ROM.font(0xD96, rows=5, dots=3, dot=(4, 2), pitch=16)  # all digits are equally wide
@@ -283,14 +284,24 @@ def _late(m: Ram) -> jax.Array:
 
 
 WHOLE_SHIP = Bounds(SHIP, FIELD, min_size=(3, 2), exclude=("PlayerMissile",))
-rocks = functools.partial(Blobs, COLORS, FIELD, split_by_color=True)
-THIN = rocks(min_size=(1, 4), max_size=(1, 28))  # the last column at an edge
-LARGER = rocks(min_size=(2, 1), max_size=(32, 56), split=(16, 28), also=THIN)
 ROCKS = tuple(picture(_ink(kind).repeat(2, axis=0)) for kind in range(4))
-ROCK_RULE = rocks(min_size=(2, 1), max_size=(16, 28), pictures=ROCKS, also=LARGER)
+ROCK_SHAPES = (
+    Shape(w=(2, 16), h=(1, 28)),
+    Shape(w=(2, 32), h=(1, 56), split=(16, 28)),  # two that touch
+    Shape(w=1, h=(4, 28)),  # the last column at an edge
+)
+
+
+def _by_color(rule: Blobs) -> Blobs:
+    """Objects of one colour each, also where they touch others."""
+    first, *others = (replace(rule, colors=color) for color in rule.palette)
+    return replace(first, also=tuple(others))
+
+
+ROCK_RULE = _by_color(Blobs(COLORS, FIELD, ROCK_SHAPES, pictures=ROCKS))
 # Of two shots of the ship, one has the saucer's colour and is told from the ship that it touches.
-SHOTS = Blobs((SHIP[0], *SAUCER), FIELD, gap=(3, 4), max_size=(1, 2), split_by_color=True)
-SAUCERS = Blobs(SAUCER, FIELD, min_size=(5, 6), max_size=(7, 10))
+SHOTS = _by_color(Blobs((SHIP[0], *SAUCER), FIELD, Shape(w=1, h=(1, 2)), gap=(3, 4)))
+SAUCERS = Blobs(SAUCER, FIELD, Shape(w=(5, 7), h=(6, 10)))
 SCORE = Bounds(TEXT, (4, 5, 80, 15), value=Digits(FONT, (4, 20, 36, 52, 68), 5))
 LIVES = Bounds(TEXT, (116, 5, 144, 15), value=Digits(FONT, (132,), 5))
 

@@ -31,6 +31,7 @@ from ocjax.console.registers import position
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.rules import Blobs, Bounds
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("atlantis", "9ad36e699ef6f45d9eb6c4cf90475c9f")
 FONT = ROM.font(0xF00, rows=10, dots=7)
@@ -292,12 +293,12 @@ def _colored(name: str, rule: Bounds | Blobs, *colors: int, **options: Any) -> C
 
 
 GORGON = Bounds(SHIP, LANES, exclude=("BanditBomber", "Projectile"))
-BOMBER = Blobs(SHIP, SKY, min_size=(9, 7), max_size=(9, 7), area=(18, 28))
+BOMBER = Blobs(SHIP, SKY, Shape(w=9, h=7, pixels=(18, 28)))
 CANNONS = Bounds(CANNON, ((0, 124, 8, 132), (152, 112, 160, 120)))
 COMMAND, DOME = Bounds(POST, (72, 112, 80, 120)), Bounds(PALACE, (38, 148, 54, 156))
 BRIDGE, SEA_BED = Bounds(BAZAAR, (96, 159, 112, 167)), Bounds(PLANE, (16, 170, 32, 178))
 POWER = Bounds(GENERATORS, ((82, 124, 90, 132), (60, 137, 68, 145), (142, 137, 148, 145)))
-SHOTS = Blobs(SHOT, SKY, gap=(3, 2), max_size=(1, 2))
+SHOTS = Blobs(SHOT, SKY, Shape(w=1, h=(1, 2)), gap=(3, 2))
 RAY = Bounds(GROUND, (8, 92, 160, 210), ignore=_ground())
 SCORE = Bounds(GOLD, (55, 188, 103, 198), value=Digits(FONT, range(56, 104, 8), 188))
 

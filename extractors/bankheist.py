@@ -32,7 +32,10 @@ from ocjax.console.ram import RamMap, bcd, byte
 from ocjax.console.registers import packed_position
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge, Saver
+from ocjax.vision.filters import ShortRuns
+from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge
+from ocjax.vision.shades import Saver
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("bank_heist", "00ce0bdd43aed84a983bef38fe7f5ee3")
 DIGIT_AT = (0xF46, 0xF20, 0xF33, 0xF3A, 0xF59, 0xF2D, 0xF52, 0xF1A, 0xF4C, 0xF40)
@@ -195,13 +198,21 @@ def _score(m: Ram) -> Box:
 
 
 three = functools.partial(Category, count=3)
-sprites = functools.partial(Blobs, max_size=(8, 7))
+sprites = functools.partial(Blobs, shapes=Shape(w=(1, 8), h=(1, 7)))
 
-POLICE = Blobs(BLUE, STREETS, min_size=(3, 3), max_size=(16, 14), split=(8, 7))  # two may touch
-DYNAMITE = Blobs(WALL, (0, 38, 160, 176), gap=(4, 0), min_size=(2, 2), max_size=(8, 3), max_run=3)
-COVERED = sprites(GREY, STREETS, gap=(2, 0), min_size=(7, 7), area=(10, 40))  # by the car
-LOOT = sprites(GREY, STREETS, gap=(1, 0), min_size=(7, 7), area=(38, 48), also=COVERED)
-BURST = sprites(GREY, STREETS, gap=(1, 0), min_size=(8, 7), area=(25, 36))
+POLICE = Blobs(BLUE, STREETS, Shape(w=(3, 16), h=(3, 14), split=(8, 7)))  # two may touch
+DYNAMITE = Blobs(
+    WALL, (0, 38, 160, 176), Shape(w=(2, 8), h=(2, 3)), gap=(4, 0), filters=(ShortRuns(3),)
+)
+COVERED = sprites(GREY, STREETS, gap=(2, 0), shapes=Shape(w=(7, 8), h=7, pixels=(10, 40)))
+LOOT = sprites(
+    GREY,
+    STREETS,
+    gap=(1, 0),
+    shapes=Shape(w=(7, 8), h=7, pixels=(38, 48)),
+    also=(COVERED,),  # by the car
+)
+BURST = sprites(GREY, STREETS, gap=(1, 0), shapes=Shape(w=8, h=7, pixels=(25, 36)))
 ICONS = Cells(CAR[0], tuple(ICON_X.tolist()), tuple(ICON_Y.tolist()), 8, 7, whole=False)
 TANK = Bounds(RED, (42, 12, 50, 37), value=Gauge(1, side="h"))
 SCORE = Bounds(BLACK, (50, 179, 112, 186), value=Digits(FONT, range(57, 105, 8), 179))
@@ -220,7 +231,11 @@ GAME = Game(
     saver=Saver(_saver_key, (12, 11), 128, mask=SAVER_MASK),
     categories=(
         Category("Player", sprites(CAR, STREETS), doc="the car, or its wreck"),
-        three("Bank", sprites(GREY, STREETS, area=(34, 34)), doc="to be robbed"),
+        three(
+            "Bank",
+            sprites(GREY, STREETS, shapes=Shape(w=(1, 8), h=(1, 7), pixels=34)),
+            doc="to be robbed",
+        ),
         three("Police", POLICE, doc="police cars"),
         Category("Dynamite", DYNAMITE, doc="dropped behind the car"),
         three("Points", LOOT, doc="for what was robbed or blown up"),

@@ -30,6 +30,7 @@ from ocjax.console.registers import mirrored, wrap
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.rules import Blobs, Bounds, Cells
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("battle_zone", "41f252a66c6301f1e8ab3612c19bc5d4")
 FONT = ROM.font(0xD00, rows=8, dots=5)
@@ -269,12 +270,12 @@ def _radar(m: Ram) -> Box:
 # The lines of a crash may have anybody's colours; the crosshair is not on that screen.
 on_plain = functools.partial(Category, needs=("Crosshair",))
 enemies = functools.partial(on_plain, count=2)
-enemy = functools.partial(Blobs, region=PLAIN, gap=(1, 1), min_size=(2, 2), max_size=(32, 18))
-flyer = functools.partial(enemy, gap=(2, 4), min_size=(1, 2))
+enemy = functools.partial(Blobs, region=PLAIN, gap=(1, 1), shapes=Shape(w=(2, 32), h=(2, 18)))
+flyer = functools.partial(enemy, gap=(2, 4), shapes=Shape(w=(1, 32), h=(2, 18)))
 RED, FLYER_RGB = (2, 64, 66, 70, 72, 74), (74, 74, 74)
 BLUE_RGB = (24, 80, 128)
-CROSSHAIR = Blobs((0, 46), (70, 74, 88, 90), min_size=(1, 6), max_size=(1, 6))
-CONTENT = Blobs(WHITE, (75, 4, 95, 36), gap=(0, 1), max_size=(12, 18))
+CROSSHAIR = Blobs((0, 46), (70, 74, 88, 90), Shape(w=1, h=6))
+CONTENT = Blobs(WHITE, (75, 4, 95, 36), Shape(w=(1, 12), h=(1, 18)), gap=(0, 1))
 PLAYER = Bounds((194, 2, 4), (19, 140, 141, 177), min_size=(122, 37))
 SCORE = Bounds(TEXT, (66, 180, 112, 188), value=Digits(FONT, range(66, 114, 8), 180))
 LIVES = Cells(TEXT, tuple(range(65, 105, 8)), (190,) * 5, 6, 5, whole=False)
@@ -295,7 +296,12 @@ GAME = Game(
         ),
         enemies("Boss", flyer((44, 0, 2), first=44), doc="with its shadow"),
         enemies("Explosion", enemy((24, 82, 68), gap=(5, 4)), rgb=(184, 50, 50), doc="of an enemy"),
-        on_plain("Shot", Blobs(WHITE, PLAIN, max_size=(8, 4)), count=2, doc="player's, enemy's"),
+        on_plain(
+            "Shot",
+            Blobs(WHITE, PLAIN, Shape(w=(1, 8), h=(1, 4))),
+            count=2,
+            doc="player's, enemy's",
+        ),
         on_plain("Radar", Bounds(GREEN, (74, 3, 96, 36), min_size=(22, 33)), doc="its rim"),
         on_plain("Radar_Content", CONTENT, count=3, doc="hand and blips"),
         display("Score", SCORE, doc="points"),

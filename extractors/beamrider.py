@@ -28,7 +28,9 @@ from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import packed_position, signed_nibble
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.filters import ShortRuns
 from ocjax.vision.rules import Blobs, Bounds, Cells
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("beam_rider", "79ab4123a83dc11d468fb2108ea09e2e")
 FONT = ROM.font(0x3, rows=8)
@@ -68,16 +70,24 @@ PICTURES = ROM.pictures((PAGES << 8 | LOW_BYTES - 2 - 7).tolist(), 8)
 YELLOW, LASER_COLOR, FIELD = 26, 54, (0, 44, 160, 164)
 WRECK, DISK_COLORS = 70, (8, 14)  # an exploding ship; far and near saucers
 NEAR = 0x5E  # depth
-SHOTS = Blobs((104, 86), FIELD, min_size=(2, 2), max_size=(4, 6), area=(8, 12))
+SHOTS = Blobs((104, 86), FIELD, Shape(w=(2, 4), h=(2, 6), pixels=(8, 12)))
 ENEMIES = {  # states, rule, doc
-    "Rejuvenator": (REJUVENATOR, Blobs(24, FIELD, min_size=(3, 2), max_size=(5, 7)), "a life"),
-    "Debris": (DEBRIS, Blobs(52, FIELD, gap=(1, 1), max_size=(7, 7)), "of a rejuvenator shot"),
-    "Rock": (ROCK, Blobs(20, FIELD, max_size=(8, 6)), "brown"),
-    "Chriper": (CHIRPER, Blobs(26, FIELD, min_size=(8, 7), max_size=(8, 7)), "yellow, crosses"),
-    "Blocker": (BLOCKER, Blobs(216, FIELD, gap=(1, 1), max_size=(8, 7)), "green"),
-    "Bouncecraft": (CRAFT, Blobs(218, FIELD, max_size=(8, 7)), "green, withstands the laser"),
-    "Charger": (CHARGER, Blobs(202, FIELD, max_size=(8, 7)), "fast"),
-    "Jumper": (JUMPER, Blobs(40, FIELD, max_size=(7, 6)), "orange"),
+    "Rejuvenator": (REJUVENATOR, Blobs(24, FIELD, Shape(w=(3, 5), h=(2, 7))), "a life"),
+    "Debris": (
+        DEBRIS,
+        Blobs(52, FIELD, Shape(w=(1, 7), h=(1, 7)), gap=(1, 1)),
+        "of a rejuvenator shot",
+    ),
+    "Rock": (ROCK, Blobs(20, FIELD, Shape(w=(1, 8), h=(1, 6))), "brown"),
+    "Chriper": (CHIRPER, Blobs(26, FIELD, Shape(w=8, h=7)), "yellow, crosses"),
+    "Blocker": (BLOCKER, Blobs(216, FIELD, Shape(w=(1, 8), h=(1, 7)), gap=(1, 1)), "green"),
+    "Bouncecraft": (
+        CRAFT,
+        Blobs(218, FIELD, Shape(w=(1, 8), h=(1, 7))),
+        "green, withstands the laser",
+    ),
+    "Charger": (CHARGER, Blobs(202, FIELD, Shape(w=(1, 8), h=(1, 7))), "fast"),
+    "Jumper": (JUMPER, Blobs(40, FIELD, Shape(w=(1, 7), h=(1, 6))), "orange"),
     "Enemy_Projectile": (ENEMY_SHOT, SHOTS, "shots at the ship"),
 }
 
@@ -273,15 +283,18 @@ def _saucers(m: Ram, drawn: Box, x: jax.Array, y: jax.Array) -> Box:
 
 score = functools.partial(score_box, FONT, right=108, top=10, digits=6, leading_zeros=True)
 amount = functools.partial(score_box, NARROW_FONT, right=31, top=32, digits=2)
-SHIP_COLORS = (*range(64, 112, 2), 86, YELLOW)
-SHIP = Blobs(SHIP_COLORS, (0, 164, 160, 180), gap=(4, 2), min_size=(9, 9), max_size=(15, 16))
-DOTS = Blobs(DISK_COLORS, (0, 43, 160, 164), max_size=(3, 1), split=(1, 1))  # disks at the horizon
-DISKS = Blobs(DISK_COLORS, (0, 43, 160, 164), min_size=(1, 2), max_size=(8, 6), also=DOTS)
-EXPLOSIONS = Blobs((26, 24, 22, 14), FIELD, min_size=(7, 7), max_size=(8, 8), area=(17, 25))
-ENDS = Blobs((38, 86), FIELD, gap=(2, 1), min_size=(7, 5), max_size=(8, 5))
-PASSING = Blobs((140, 66, 68, 218, 58), (0, 37, 160, 44), min_size=(8, 4), max_size=(16, 7))
+SHIP_COLORS = (*range(64, 112, 2), YELLOW)
+SHIP = Blobs(SHIP_COLORS, (0, 164, 160, 180), Shape(w=(9, 15), h=(9, 16)), gap=(4, 2))
+SAUCER_SHAPES = (
+    Shape(w=(1, 8), h=(2, 6)),
+    Shape(w=(1, 3), h=1, split=(1, 1)),  # dots at the horizon
+)
+SAUCERS_SHOWN = Blobs(DISK_COLORS, (0, 43, 160, 164), SAUCER_SHAPES)
+EXPLOSIONS = Blobs((26, 24, 22, 14), FIELD, Shape(w=(7, 8), h=(7, 8), pixels=(17, 25)))
+ENDS = Blobs((38, 86), FIELD, Shape(w=(7, 8), h=5), gap=(2, 1))
+PASSING = Blobs((140, 66, 68, 218, 58), (0, 37, 160, 44), Shape(w=(8, 16), h=(4, 7)))
 SPARE_TORPEDOES = Cells(98, (128, 136, 144), (32,) * 3, 4, 8)
-SPARE_SHIPS = Blobs(YELLOW, (0, 182, 160, 194), max_size=(5, 7))
+SPARE_SHIPS = Blobs(YELLOW, (0, 182, 160, 194), Shape(w=(1, 5), h=(1, 7)))
 AMOUNT = Bounds(212, (15, 30, 40, 43), value=Digits(NARROW_FONT, (6, 19, 25), 32))
 SCORE = Bounds(42, (56, 8, 110, 19), value=Digits(FONT, range(60, 101, 8), 10))
 SECTOR = Bounds(42, (56, 20, 110, 30), value=Digits(FONT, (92, 100), 21))
@@ -294,12 +307,20 @@ GAME = Game(
     decode=decode,
     categories=(
         Category("Player", SHIP, color_row=-1, doc="the ship"),
-        Category("Saucer", DISKS, count=3, doc="white; dots at the horizon"),
+        Category("Saucer", SAUCERS_SHOWN, count=3, doc="white; dots at the horizon"),
         *(Category(name, e[1], count=4, doc=e[2]) for name, e in ENEMIES.items()),
         Category("Explosion", EXPLOSIONS, count=7, doc="what was hit"),
         Category("Sparks", ENDS, count=7, doc="the end of an explosion"),
-        Category("Player_Projectile", Blobs(LASER_COLOR, FIELD, max_size=(8, 5)), doc="the laser"),
-        Category("Torpedos", Blobs(104, FIELD, max_run=1, max_size=(5, 5)), doc="flying"),
+        Category(
+            "Player_Projectile",
+            Blobs(LASER_COLOR, FIELD, Shape(w=(1, 8), h=(1, 5))),
+            doc="the laser",
+        ),
+        Category(
+            "Torpedos",
+            Blobs(104, FIELD, Shape(w=(1, 5), h=(1, 5)), filters=(ShortRuns(1),)),
+            doc="flying",
+        ),
         Category("Sentinel", PASSING, doc="passes above when no enemies are left"),
         display("Torpedos_Available", SPARE_TORPEDOES, count=3, attributes=(), doc="left"),
         display("Enemy_Amount", AMOUNT, doc="enemies left in this sector"),

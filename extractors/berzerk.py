@@ -23,7 +23,6 @@ to a shot of which a wall leaves less than six rows (1 of 13,000 frames).
 """
 
 import functools
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -34,7 +33,9 @@ from ocjax.console.ops import among, pick
 from ocjax.console.ram import RamMap, bcd, byte
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.filters import ShortRuns
 from ocjax.vision.rules import Blobs, Bounds, Colors
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("berzerk", "136f75c4dd02c29283752b7e5799f978")
 ZERO, ONE, BLANK, MAN, COPYRIGHT = 0x16, 0x1D, 0x5C, 0x63, 0x6A  # low bytes of glyphs' addresses
@@ -239,35 +240,35 @@ def _men() -> Digits:
     return Digits(font, CELLS, LINE_TOP, weights=(1,) * 6, base=1, required=True)
 
 
-def _shots(colors: Colors, **options: Any) -> Blobs:
-    """How VEM finds a shot that flies upright, or across even if it touches whoever fires it.
+def _across(colors: Colors, shape: Shape, connectivity: int = 8) -> Blobs:
+    """How VEM finds a shot that flies across, even if it touches whoever fires it.
 
     But for an arm held out, nobody has a part of two rows as wide as what is left of a shot.
     """
-    shape = functools.partial(Blobs, colors, FIELD)
-    across = shape(max_run=2, max_size=(6, 3), **options)
-    return shape(min_size=(1, 6), max_size=(1, 6), also=across)
+    return Blobs(colors, FIELD, shape, connectivity, filters=(ShortRuns(2),))
 
 
-def _missiles() -> Blobs:
-    """As `_shots`, and one that flies upright across a robot, told from its legs and arms.
-
-    Those have four or six rows; a shot makes them longer, or a robot's other parts cut it to five.
-    """
-    line = functools.partial(Blobs, ROBOTS, FIELD, max_across=1)
-    part = line(min_size=(1, 5), max_size=(1, 5), also=_shots(ROBOTS, min_size=(3, 2)))
-    return line(min_size=(1, 7), max_size=(1, 10), also=part)
-
+UPRIGHT = Shape(w=1, h=6)  # a shot that flies up or down
+# One that flies upright across a robot, told from its legs and arms. Those have four or six rows; a
+# shot makes them longer, or a robot's other parts cut it to five.
+ACROSS_ROBOT = Shape(w=1, h=(7, 10)), Shape(w=1, h=5)
 
 number = functools.partial(Digits, FONT, top=LINE_TOP, required=True)
 
 # The human is never drawn together with Otto, who has his colour and fewer rows.
 PLAYER = Bounds(HUMAN, FIELD, min_size=(3, 17), exclude=("PlayerMissile",))
-ENEMY = Blobs(ROBOTS, FIELD, min_size=(4, 4), max_size=(12, 24))
+ENEMY = Blobs(ROBOTS, FIELD, Shape(w=(4, 12), h=(4, 24)))
 # Of an arm and the shot beside it, the left part counts: most of these shots are at the left wall.
-SHOT = _shots(HUMAN, connectivity=4, min_size=(4, 2), split=(4, 2))
-MISSILE = _missiles()
-OTTO = Blobs(HUMAN, FIELD, min_size=(8, 10), max_size=(8, 16), area=(60, 90))
+LEFT_PART = _across(HUMAN, Shape(w=(4, 6), h=(2, 3), split=(4, 2)), connectivity=4)
+SHOT = Blobs(HUMAN, FIELD, UPRIGHT, also=(LEFT_PART,))
+MISSILE = Blobs(
+    ROBOTS,
+    FIELD,
+    ACROSS_ROBOT,
+    filters=(ShortRuns(1, across=True),),
+    also=(Blobs(ROBOTS, FIELD, UPRIGHT), _across(ROBOTS, Shape(w=(3, 6), h=(2, 3)))),
+)
+OTTO = Blobs(HUMAN, FIELD, Shape(w=8, h=(10, 16), pixels=(60, 90)))
 NOTICE = Bounds(TEXT, LINE, min_size=(40, 7), max_size=(40, 7))
 POINTS = Bounds(TEXT, LINE, value=number(lefts=CELLS))
 BONUS = Bounds(

@@ -27,7 +27,9 @@ from ocjax.console.ram import RamMap, bcd, bits, byte, high, low
 from ocjax.console.registers import signed_nibble
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Saver
+from ocjax.vision.rules import Blobs, Bounds
+from ocjax.vision.shades import Saver
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("bowling", "c9b7afad3bfd922e006a6bfc1d4f3fe7")
 
@@ -171,7 +173,7 @@ def _player_number(m: Ram) -> Box:
 LAST_MARK = (16, 72, 28, 76)  # of the score sheet
 BOWLER = Bounds((BROWN, BLUE), (8, 72, 48, 172), inverse=True, ignore=(LAST_MARK,))
 BALL = Bounds(BLUE, ALLEY, min_size=(4, 4), ignore=(UPPER_LINE,), exclude=("Pin",))
-PINS = Blobs(BLUE, (100, 104, 160, 172), max_size=(2, 4))
+PINS = Blobs(BLUE, (100, 104, 160, 172), Shape(w=(1, 2), h=(1, 4)))
 SCORE = Bounds(
     BROWN, (16, 19, 60, 34), inverse=True, value=Digits(SCORE_FONT, SCORE_DIGITS, SCORE_TOP)
 )

@@ -25,7 +25,9 @@ from ocjax.console.ops import pick, reached
 from ocjax.console.palette import NTSC
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Cells, Saver
+from ocjax.vision.rules import Blobs, Bounds, Cells
+from ocjax.vision.shades import Saver
+from ocjax.vision.shapes import Shape
 
 FONT = hex_font(DIGITS_3X5, dots=3, dot=(4, 2), pitch=16)
 SCORE_DIGITS, LIVES_DIGIT, PLAYER_DIGIT = (36, 52, 68), 100, 132  # left columns
@@ -115,7 +117,7 @@ def _number(*lefts: int) -> Bounds:
 
 
 # A paddle that touches the bottom of the right wall, which has its colour, ends after 16 columns.
-PADDLE = Blobs(RED, (8, 189, 160, 193), min_size=(8, 4), max_size=(26, 4), split=(16, 4))
+PADDLE = Blobs(RED, (8, 189, 160, 193), Shape(w=(8, 26), h=4, split=(16, 4)))
 BALL = Bounds((GREY, *ROWS), FIELD, exclude=("Block", "Player"))
 BLOCKS = Cells(ROWS, tuple(BLOCK_X.tolist()), tuple(BLOCK_Y.tolist()), 8, 6)
 BLOCK_RGB = tuple(np.repeat(NTSC[list(ROWS)], 18, axis=0))

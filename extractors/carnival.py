@@ -31,6 +31,7 @@ from ocjax.console.registers import copies, modulo_screen, spacing
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.rules import Blobs, Bounds, Gauge
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("carnival", "028024fb8e5e5f18ea586652f9799c96")
 FONT = ROM.font(0xD00, rows=7, stride=8)
@@ -207,8 +208,8 @@ targets = functools.partial(Category, count=18)
 target = functools.partial(Blobs, region=ROWS, gap=(1, 5))
 
 MISSILE = Bounds(SHOT, (7, 14, 160, 185), ignore=((72, 29, 96, 37),))
-RABBITS = target(GREY, min_size=(1, 10), max_size=(8, 15))
-CLIPS = target(GREY, min_size=(1, 9), max_size=(8, 9))
+RABBITS = target(GREY, shapes=Shape(w=(1, 8), h=(10, 15)))
+CLIPS = target(GREY, shapes=Shape(w=(1, 8), h=9))
 FLYING = Bounds((YELLOW, WHITE), ((8, 105, 160, 180), (0, 203, 160, 210)))
 POINTS = Bounds(WHITE, (64, 2, 104, 9), value=Digits(FONT, range(64, 104, 8), 2))
 PLUS_MINUS, AMOUNT = Bounds(SIGN, (12, 29, 18, 38)), Bounds(SIGN, (20, 29, 44, 38))
@@ -225,9 +226,9 @@ GAME = Game(
         Category("Player", Bounds(GREEN, (8, 186, 160, 199)), doc="the gun"),
         Category("PlayerMissile", MISSILE, doc="the shot"),
         Category("Wheel", Bounds(WHEEL, (66, 14, 104, 29)), doc="pipes, until all are hit"),
-        targets("Duck", target(YELLOW, max_size=(8, 15)), doc="in a row"),
+        targets("Duck", target(YELLOW, shapes=Shape(w=(1, 8), h=(1, 15))), doc="in a row"),
         targets("Rabbit", RABBITS, doc="in a row"),
-        targets("Owl", target(RED, max_size=(8, 15)), doc="in a row"),
+        targets("Owl", target(RED, shapes=Shape(w=(1, 8), h=(1, 15))), doc="in a row"),
         targets("ExtraBullets", CLIPS, doc="a box with an 8 in a row"),
         Category("FlyingDuck", FLYING, count=2, doc="coming down; eating bullets"),
         display("PlayerScore", POINTS, doc="points without the last digit"),

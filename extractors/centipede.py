@@ -34,7 +34,10 @@ from ocjax.console.ops import pick
 from ocjax.console.ram import RamMap, bcd, bits, byte, signed
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Cells, Shades
+from ocjax.vision.rules import Blobs, Bounds, Cells
+from ocjax.vision.shades import Shades
+from ocjax.vision.shapes import Shape
+from ocjax.vision.steps import SideBySide
 
 ROM = Rom("centipede", "91c2098e88a6b13f977af8c003e0bca5")
 FIGURE = tuple(ROM.rows(0xF69, 7).tolist())  # in front of the score of the easy game
@@ -262,20 +265,20 @@ def _score(m: Ram) -> Box:
 
 LIFE_X = LEFT + 8 * np.arange(7)
 LIFE_REGIONS = tuple((int(x), SCORE_Y, int(x) + 4, SCORE_Y + 7) for x in LIFE_X)
-shooter = functools.partial(Blobs, MUSHROOM, (16, 139, 144, 181), max_size=(4, 9))
-TOUCHING = shooter(gap=(0, 3), exclude=("Mushroom",), min_size=(4, 4))
-SHOOTER = shooter(connectivity=4, min_size=(4, 9), area=(36, 36), also=TOUCHING)
+shooter = functools.partial(Blobs, MUSHROOM, (16, 139, 144, 181))
+TOUCHING = shooter(gap=(0, 3), exclude=("Mushroom",), shapes=Shape(w=4, h=(4, 9)))
+SHOOTER = shooter(connectivity=4, shapes=Shape(w=4, h=9, pixels=36), also=(TOUCHING,))
 PAINT, SHOT_AREA = (MUSHROOM, *SHINING), (16, 6, 144, 181)
-SHOT = Blobs(PAINT, SHOT_AREA, exclude=("Mushroom",), min_size=(1, 4), max_size=(1, 9))
+SHOT = Blobs(PAINT, SHOT_AREA, Shape(w=1, h=(4, 9)), exclude=("Mushroom",))
 ZONE_REGIONS = tuple((16, y, 144, y + 6) for y in range(TOP, TOP + ZONE * ZONES, ZONE))
-CHAINS = Bounds(CENTIPEDE, ZONE_REGIONS, min_size=(3, 4), each=4)
+CHAINS = Bounds(CENTIPEDE, ZONE_REGIONS, min_size=(3, 4), then=(SideBySide(4),))
 CELLS_X, CELLS_Y = tuple(MUSHROOM_X.tolist()), tuple(MUSHROOM_Y.tolist())
 MUSHROOMS = Cells(PAINT, CELLS_X, CELLS_Y, 4, 3, exclude=("Player",))
 SPARE = Bounds(BLACK, LIFE_REGIONS, inverse=True)
 LINE = Bounds(BLACK, (16, 183, 144, 185), inverse=True)
 POINTS = Bounds(BLACK, (100, 187, 148, 194), inverse=True, value=Digits(FONT, SCORE_LEFTS, SCORE_Y))
 SPIDER_SEEN = Bounds(SPIDER, FIELD, min_size=(8, 5))
-FLEA_SEEN = Blobs(FLEA, FIELD, min_size=(4, 5), max_size=(5, 6))
+FLEA_SEEN = Blobs(FLEA, FIELD, Shape(w=(4, 5), h=(5, 6)))
 SCORPION_SEEN = Bounds(SCORPION, FIELD, min_size=(8, 6))
 
 GAME = Game(

@@ -31,7 +31,9 @@ from ocjax.console.ram import RamMap, bcd, bits, byte, high, low, signed
 from ocjax.console.registers import position, signed_nibble
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Gauge, Saver
+from ocjax.vision.rules import Blobs, Bounds, Gauge
+from ocjax.vision.shades import Saver
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("chopper_command", "c1cb228470a87beb5f36e90ac745da26")
 FONT = ROM.font(0xE00, rows=7, stride=8)
@@ -273,15 +275,13 @@ def _radar(m: Ram) -> tuple[Box, Box]:
 
 
 enemies = functools.partial(Category, count=3, attributes=("orientation",))
-CHOPPER = Blobs(GOLD, FIELD, min_size=(3, 6), max_size=(16, 10))
-vehicles = functools.partial(Blobs, gap=(1, 2), max_size=(8, 10))
-HALVES = Blobs(GOLD, FIELD, min_size=(2, 1), max_size=(2, 1))
-BOMBS = Blobs(GOLD, FIELD, min_size=(2, 2), max_size=(2, 2), area=(4, 4), also=HALVES)
+CHOPPER = Blobs(GOLD, FIELD, Shape(w=(3, 16), h=(6, 10)))
+vehicles = functools.partial(Blobs, gap=(1, 2), shapes=Shape(w=(1, 8), h=(1, 10)))
+BOMBS = Blobs(GOLD, FIELD, (Shape(w=2, h=2, pixels=4), Shape(w=2, h=1)))  # whole, or halves
 LIFE = Bounds(GOLD, (30, 24, 110, 33), value=Gauge(8, 8, 2))
-LINE = Blobs(LASER, FIELD, gap=(16, 0), min_size=(4, 1), max_size=(152, 1))
-row = functools.partial(Blobs, YELLOW, max_size=(2, 2))
-LANES = row((56, 181, 104, 183), also=row((56, 183, 104, 185)))
-LANES = row((56, 179, 104, 181), also=LANES)
+LINE = Blobs(LASER, FIELD, Shape(w=(4, 152), h=1), gap=(16, 0))
+row = functools.partial(Blobs, YELLOW, shapes=Shape(w=(1, 2), h=(1, 2)))
+LANES = row((56, 179, 104, 181), also=(row((56, 181, 104, 183)), row((56, 183, 104, 185))))
 SCORE = Bounds(GOLD, (33, 16, 81, 23), value=Digits(FONT, tuple(range(33, 81, 8)), 16))
 
 

@@ -30,6 +30,7 @@ from ocjax.console.ram import RamMap, bits, byte, high, low
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.rules import Blobs, Bounds
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("crazy_climber", "55ef7b65066428367844342ed59f956c")
 FONT = ROM.font([0xF0B + i for i in range(10)], rows=7, step=11)
@@ -296,7 +297,7 @@ def _lives(m: Ram) -> Box:
 
 
 CLIMBER = Bounds((GREEN, LEGS, GREEN_2), (40, 43, 130, 200))
-WINDOWS = Blobs(0, BUILDING, gap=(3, 0), max_size=(8, 8), min_size=(3, 1))
+WINDOWS = Blobs(0, BUILDING, Shape(w=(3, 8), h=(1, 8)), gap=(3, 0))
 BIRD = Bounds(WHITE, (0, 43, 160, 80))
 HELICOPTER = Bounds((BODY, ROTOR), (0, 43, 160, 160))
 THINGS = Bounds((YELLOW, BLUE, PURPLE, *range(48, 64, 2)), (0, 43, 160, 199))

@@ -23,8 +23,6 @@ no demons while the sky flashes in one of their colours, or where halves cover e
 which pieces of bent rays are whose.
 """
 
-import functools
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -36,6 +34,7 @@ from ocjax.console.registers import packed_position
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.rules import Blobs, Bounds, Gauge
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("demon_attack", "f0e0addc07971561ab80d9abe1b8d333")
 FONT = ROM.font(0xF00, rows=9, stride=10)
@@ -290,19 +289,20 @@ def _lives(m: Ram) -> Box:
 FIELD = (0, 17, 160, GROUND)
 HIGH = (0, 17, 160, 145)  # above the ship's explosion
 # Sizes and numbers of pixels tell the demons from particles.
-demons = functools.partial(Blobs, DEMON_COLORS, gap=(1, 1))
-EYES = demons(HIGH, min_size=(2, 2), max_size=(2, 2))
-EYES = demons(HIGH, min_size=(6, 3), max_size=(6, 3), area=(24, 24), also=EYES)
-EYES = demons(FIELD, min_size=(8, 5), max_size=(8, 5), area=(36, 50), also=EYES)
-PAIRS = demons(FIELD, min_size=(9, 4), max_size=(11, 6), area=(38, 72), split=(7, 6), also=EYES)
-HALVES = demons(FIELD, min_size=(5, 4), max_size=(7, 6), area=(30, 40), also=PAIRS)
-DENSE = demons(FIELD, min_size=(16, 6), max_size=(16, 7), area=(88, 112), also=HALVES)
-DEMONS = demons(FIELD, min_size=(12, 5), max_size=(16, 7), area=(53, 81), also=DENSE)
+DEMON_SHAPES = (
+    Shape(w=(12, 16), h=(5, 7), pixels=(53, 81)),
+    Shape(w=16, h=(6, 7), pixels=(88, 112)),  # dense
+    Shape(w=(5, 7), h=(4, 6), pixels=(30, 40)),  # halves
+    Shape(w=(9, 11), h=(4, 6), pixels=(38, 72), split=(7, 6)),  # pairs of halves
+    Shape(w=8, h=5, pixels=(36, 50)),  # eyes
+)
+SMALL_EYES = Blobs(DEMON_COLORS, HIGH, (Shape(w=6, h=3, pixels=24), Shape(w=2, h=2)), gap=(1, 1))
+DEMONS = Blobs(DEMON_COLORS, FIELD, DEMON_SHAPES, gap=(1, 1), also=(SMALL_EYES,))
 
 # The shot that waits in the ship ends three rows above the lower end of this region.
-LAUNCHED = Blobs(SHOT, (0, 171, 160, 174), max_size=(1, 3))
-SHOTS = Blobs(SHOT, (0, 17, 160, 178), gap=(0, 3), min_size=(1, 4), max_size=(1, 12), also=LAUNCHED)
-MISSILES = Blobs(MISSILE, FIELD, max_size=(1, 40), split=(1, 8))
+LAUNCHED = Blobs(SHOT, (0, 171, 160, 174), Shape(w=1, h=(1, 3)))
+SHOTS = Blobs(SHOT, (0, 17, 160, 178), Shape(w=1, h=(4, 12)), gap=(0, 3), also=(LAUNCHED,))
+MISSILES = Blobs(MISSILE, FIELD, Shape(w=1, h=(1, 40), split=(1, 8)))
 SCORE = Bounds(YELLOW, (55, 7, 103, 16), value=Digits(FONT, SCORE_LEFTS, 7, required=True))
 LIVES = Bounds(GROUND_COLORS, (16, 188, 66, 193), inverse=True, value=Gauge(8, 3, 2))
 

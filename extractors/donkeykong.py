@@ -32,7 +32,9 @@ from ocjax.console.ram import RamMap, bcd, bits, byte, high
 from ocjax.console.registers import position
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge, Shades
+from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge
+from ocjax.vision.shades import Shades
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("donkey_kong", "36b20c427975760cb9cf4a47e41369e4")
 FONT = ROM.font(0xC00, rows=7, stride=8)
@@ -266,9 +268,9 @@ def _timer(m: Ram) -> Box:
 
 
 BOTH = (GIRDERS, BLUE)
-SMALL = Blobs(OBSTACLE, BOARD, min_size=(6, 5), max_size=(8, 8))
+SMALL = Blobs(OBSTACLE, BOARD, Shape(w=(6, 8), h=(5, 8)))
 HUNG = (20, 66, 140, 82)
-HAMMER = Blobs((OBSTACLE, *BOTH), HUNG, min_size=(4, 6), max_size=(6, 7), area=(14, 24))
+HAMMER = Blobs((OBSTACLE, *BOTH), HUNG, Shape(w=(4, 6), h=(6, 7), pixels=(14, 24)))
 MARIO = Bounds((RED, WHITE, BOOTS), BOARD)
 RIVETS = Cells(BLUE, tuple(RIVET_X.tolist()), tuple(RIVET_Y.tolist()), 4, 1)
 POINTS_SEEN = Bounds(BLUE, (55, 7, 103, 14), value=Digits(FONT, SCORE_LEFTS, TOP))

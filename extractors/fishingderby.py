@@ -34,7 +34,9 @@ from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import NUSIZ_COPIES, NUSIZ_SPACING, NUSIZ_WIDTH, mirrored, position
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.filters import NoLines
 from ocjax.vision.rules import Blobs, Bounds
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("fishing_derby", "b8865f05676e64f3bec72b9defdacfa7")
 FONT = ROM.font(0x700, rows=8)
@@ -253,10 +255,12 @@ def _number(player: int) -> Bounds:
 
 
 facing = functools.partial(Category, attributes=("orientation",))
-SEA = Blobs(YELLOW, (12, 80, 148, 190), gap=(4, 1), min_size=(3, 4), max_size=(9, 10), max_line=6)
+SEA = Blobs(
+    YELLOW, (12, 80, 148, 190), Shape(w=(3, 9), h=(4, 10)), gap=(4, 1), filters=(NoLines(6),)
+)
 SHALLOWS = (20, 80, 140, 93)
 SHARKS = Blobs(
-    BLACK, SHALLOWS, gap=(4, 2), min_size=(4, 5), max_size=(40, 13), max_line=2, ignore=BARS
+    BLACK, SHALLOWS, Shape(w=(4, 40), h=(5, 13)), gap=(4, 2), filters=(NoLines(2),), ignore=BARS
 )
 LEFT_LINE = Bounds((GREEN, YELLOW), LINES, ignore=(*PIERS, *BARS), exclude=("Fish",))
 RIGHT_LINE = Bounds(BLACK, LINES, ignore=(*PIERS, *BARS), exclude=("Shark",))

@@ -28,6 +28,7 @@ from ocjax.console.registers import modulo_screen
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.rules import Blobs, Bounds
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("freeway", "8e0ab801b1705a740b476b7f588c6d16")
 FONT = ROM.font(0x700, rows=8)
@@ -132,7 +133,7 @@ GAME = Game(
         ),
         Category(
             "Car",
-            Blobs((BLACK, *CARS), ROAD, max_size=(16, 10)),
+            Blobs((BLACK, *CARS), ROAD, Shape(w=(1, 16), h=(1, 10))),
             count=30,
             color_row=1,  # under the black one
             doc="cars and trucks, up to three a lane",

@@ -33,6 +33,7 @@ from ocjax.console.registers import EDGE_CUTS, signed_nibble
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.rules import Blobs, Bounds, ByColor
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("frostbite", "4ca73eb959299471788f0b685c3ba0b5")
 FONT = ROM.font(0xF00, rows=8)
@@ -219,9 +220,9 @@ def _temperature(m: Ram) -> Box:
 
 facing = functools.partial(Category, attributes=("orientation",))
 animals = functools.partial(facing, count=12)
-animal = functools.partial(Blobs, region=WATER, gap=(2, 3), max_size=(8, 8))
+animal = functools.partial(Blobs, region=WATER, gap=(2, 3), shapes=Shape(w=(1, 8), h=(1, 8)))
 
-FLOES = Blobs((WHITE, ICE), WATER, min_size=(3, 2), max_size=(26, 7))
+FLOES = Blobs((WHITE, ICE), WATER, Shape(w=(3, 26), h=(2, 7)))
 BAILEY = Bounds((HAIR, FACE, BOOTS, STONE, *FROST), LAND_AND_WATER, ignore=(IGLOO,))
 BEAR = Bounds((DARK, WHITE), SHORE, min_size=(3, 3))
 POINTS = Bounds(BIRD, (22, 10, 70, 18), value=Digits(FONT, range(22, 70, 8), 10))

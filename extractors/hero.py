@@ -31,7 +31,9 @@ from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import EDGE_CUTS
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Gauge, Runs
+from ocjax.vision.filters import NoPairs
+from ocjax.vision.rules import Blobs, Bounds, Gauge, Run, Runs
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("hero", "fca4a5be1251927027f2c24774a02160")
 FONT, BANK = ROM.font(0xF00, rows=8), 0x1000  # offset of the second bank
@@ -259,25 +261,33 @@ def _laser(m: Ram, rocks: Box) -> Box:
 HIGH_ROCK, MIDDLE_ROCK = (0x22, 0x92, 0xC2, 2), (0x24, 0x94, 0xC4, 2, 4)
 LOW_ROCK, GREY, YELLOW, WHITE = (0x26, 0x96, 0xC6, 2, 6), 4, 0x1C, 0x0C
 RED = 0x42
-# Where walls begin, down to which row: the destructible one of the first room, those of the parts.
-REGIONS = (60, 20, 65, 98), (8, 20, 9, 59), (8, 20, 160, 59), (8, 61, 60, 98)
-REGIONS += (60, 61, 68, 98), (68, 61, 160, 98), (8, 100, 160, 139)
-WIDTHS = (4, 8), (8, 8), (9, 152), (4, 152), (9, 152), (4, 152), (8, 152)
-ROCKS = Runs((*[HIGH_ROCK] * 3, *[MIDDLE_ROCK] * 3, LOW_ROCK), REGIONS, WIDTHS, MOST)
-LAVA = Runs(((0x42, 0x44),), ((8, 61, 160, 98),), ((4, 152),), MOST)
+# The destructible wall of the first room, and the rocks of the three parts.
+ROCKS = Runs(
+    (
+        Run(HIGH_ROCK, 20, left=(60, 64), width=(4, 8), height=78),
+        Run(HIGH_ROCK, 20, left=8, width=8, height=39),
+        Run(HIGH_ROCK, 20, left=(8, 159), width=(9, 152), height=39),
+        Run(MIDDLE_ROCK, 61, left=(8, 59), width=(4, 152), height=37),
+        Run(MIDDLE_ROCK, 61, left=(60, 67), width=(9, 152), height=37),
+        Run(MIDDLE_ROCK, 61, left=(68, 159), width=(4, 152), height=37),
+        Run(LOW_ROCK, 100, left=(8, 159), width=(8, 152), height=39),
+    ),
+    MOST,
+)
+LAVA = Runs((Run((0x42, 0x44), 61, left=(8, 159), width=(4, 152), height=37),), MOST)
 figures = functools.partial(Blobs, gap=(1, 1))
 player = functools.partial(Blobs, (0x98, WHITE, YELLOW), gap=(2, 5))  # but his face
-FEET = player((8, 20, 160, 31), max_size=(3, 10))
-PLAYER = player(VISIBLE, min_size=(4, 2), max_size=(12, 26), also=FEET)
+FEET = player((8, 20, 160, 31), shapes=Shape(w=(1, 3), h=(1, 10)))
+PLAYER = player(VISIBLE, shapes=Shape(w=(4, 12), h=(2, 26)), also=(FEET,))
 MINERS_AT = ((24, 85, 34, 98), (127, 85, 138, 98))
 below = functools.partial(figures, region=(8, 61, 160, 139), ignore=MINERS_AT)
-MONSTER = below((*range(0x24, 0x2E, 2), 4, 6, 8, 0xAA), min_size=(4, 3), max_size=(8, 13))
-SNAKE = below((0xC4, 0xC6, 0xC8, 0xCA), min_size=(1, 2), max_size=(8, 8))
-LANTERN = figures((0x1E, 4, 6), (8, 20, 160, 59), min_size=(4, 5), max_size=(7, 9))
-STICK = figures((0x44, YELLOW), VISIBLE, min_size=(3, 10), max_size=(3, 12))
-BLAST = Blobs(0x1E, VISIBLE, gap=(3, 3), min_size=(5, 10), max_size=(8, 13))
-MINER = figures((8, 0xC8, 0x4A, 0x1E), (8, 85, 160, 98), min_size=(6, 10), max_size=(7, 13))
-BEAM = Blobs(0x46, VISIBLE, min_size=(2, 1), max_size=(12, 1), pairs=1)  # but dots of the face
+MONSTER = below((*range(0x24, 0x2E, 2), 4, 6, 8, 0xAA), shapes=Shape(w=(4, 8), h=(3, 13)))
+SNAKE = below((0xC4, 0xC6, 0xC8, 0xCA), shapes=Shape(w=(1, 8), h=(2, 8)))
+LANTERN = figures((0x1E, 4, 6), (8, 20, 160, 59), shapes=Shape(w=(4, 7), h=(5, 9)))
+STICK = figures((0x44, YELLOW), VISIBLE, shapes=Shape(w=3, h=(10, 12)))
+BLAST = Blobs(0x1E, VISIBLE, Shape(w=(5, 8), h=(10, 13)), gap=(3, 3))
+MINER = figures((8, 0xC8, 0x4A, 0x1E), (8, 85, 160, 98), shapes=Shape(w=(6, 7), h=(10, 13)))
+BEAM = Blobs(0x46, VISIBLE, Shape(w=(2, 12), h=1), filters=(NoPairs(1),))  # but dots of the face
 LIVES = Bounds(GREY, (40, 152, 104, 166), value=Gauge(8, 5, 2), inverse=True)
 STOCK = Bounds(GREY, (40, 166, 104, 178), value=Gauge(8, 3, 1), inverse=True)
 POINTS = Bounds((WHITE, YELLOW), (56, 179, 104, 187), value=Digits(FONT, range(56, 104, 8), 179))

@@ -29,6 +29,8 @@ from ocjax.console.ram import RamMap, bcd, bits, byte, signed
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.rules import Blobs, Bounds
+from ocjax.vision.shapes import Shape
+from ocjax.vision.steps import Raised
 
 ROM = Rom("ice_hockey", "a4c08c4994eb9d24fb78be1793e82e26")
 FONT = ROM.font(0xF5E, rows=7)
@@ -221,14 +223,25 @@ GAME = Game(
     categories=(
         Category(
             "Player",
-            Blobs((BLUE, RED), RINK, gap=(0, 1), min_size=(5, 8), headroom=HEAD_ROWS),
+            Blobs(
+                (BLUE, RED),
+                RINK,
+                Shape(w=(5, None), h=(8, None)),
+                gap=(0, 1),
+                then=(Raised(HEAD_ROWS),),
+            ),
             count=2,
             rgb=BLUE_RGB,
             doc="blue's upper player, its lower one",
         ),
         Category(
             "Enemy",
-            Blobs((YELLOW, CREAM, GREEN, HEAD), RINK, gap=(1, 2), min_size=(5, 12)),
+            Blobs(
+                (YELLOW, CREAM, GREEN, HEAD),
+                RINK,
+                Shape(w=(5, None), h=(12, None)),
+                gap=(1, 2),
+            ),
             count=2,
             rgb=YELLOW_RGB,
             doc="yellow's upper player, its lower one",

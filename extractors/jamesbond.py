@@ -30,7 +30,9 @@ from ocjax.console.ram import RamMap, bcd, byte, high, low
 from ocjax.console.registers import EDGE_CUTS
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Gauge, Shades
+from ocjax.vision.rules import Blobs, Bounds, Gauge
+from ocjax.vision.shades import Shades
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("jamesbond", "e51030251e440cffaab1ac63438b44ae")
 GRAPHICS = 0x1000  # offset of the pages that are at $F000 while the frame is drawn
@@ -253,20 +255,24 @@ def _lab(m: Ram) -> Box:
 
 TAKEN = bytes.fromhex("0002040608 0a101214 182434 828488 9498 c0c2c4 f0f4f6fe")  # by others
 PLAYER = tuple(c for c in range(0, 256, 2) if c not in TAKEN)  # a lost vehicle flashes in all
-VEHICLE = Blobs(PLAYER, FIELD, min_size=(4, 4), max_size=(8, 4), area=(9, 17))
-UPWARD = Blobs(PLAYER, FIELD, min_size=(1, 3), max_size=(1, 6))
-charge = functools.partial(Blobs, (0, 0xC4), max_size=(1, 7))
-CHARGE = charge(BOMBED, min_size=(1, 4), also=charge((8, 121, 160, 168), min_size=(1, 2)))
+VEHICLE = Blobs(PLAYER, FIELD, Shape(w=(4, 8), h=4, pixels=(9, 17)))
+UPWARD = Blobs(PLAYER, FIELD, Shape(w=1, h=(3, 6)))
+charge = functools.partial(Blobs, (0, 0xC4))
+LOW_CHARGE = charge((8, 121, 160, 168), shapes=Shape(w=1, h=(2, 7)))
+CHARGE = charge(BOMBED, shapes=Shape(w=1, h=(4, 7)), also=(LOW_CHARGE,))
 DIM = Bounds((8, 0x94), (8, 75, 160, 91), (1, 3), exclude=("Hornet",))  # beside one
 NIGHT = Shades((130, 121), (0x84, 0xC4, 0x92), ((0xC4,), (1,), (1,)))  # the sea has its colour
-blob = functools.partial(Blobs, gap=(1, 1), max_size=(8, 16))
-HOLE = blob((0xF0, 0x34), (8, 122, 160, 170), gap=(2, 6), min_size=(4, 8), max_size=(20, 48))
-FLYER = blob((0x08, 0x94, 0x34), (8, 75, 160, 89), gap=(3, 4), first=0x08, min_size=(1, 5))
-rocket = functools.partial(blob, (0x0A, 6, 0x98, 0x9C, 0x18, 0x44), FIELD, first=0x0A)
-ROCKETS = rocket(min_size=(7, 9), also=rocket(min_size=(2, 4), max_size=(8, 8)))
-SPARKS = Blobs((0x44, 0x6A), (8, 115, 160, 121), gap=(5, 2), min_size=(5, 3), max_size=(8, 6))
-BURST = Blobs((0xC2, 0x18), SEA, gap=(7, 4), min_size=(10, 5), max_size=(32, 16))
-MISSILES = blob((6, 0x34, 0x1A), FIELD, min_size=(3, 5), first=6)
+blob = functools.partial(Blobs, gap=(1, 1))
+HOLE = blob((0xF0, 0x34), (8, 122, 160, 170), gap=(2, 6), shapes=Shape(w=(4, 20), h=(8, 48)))
+FLYER = blob(
+    (0x08, 0x94, 0x34), (8, 75, 160, 89), gap=(3, 4), first=0x08, shapes=Shape(w=(1, 8), h=(5, 16))
+)
+ROCKET_COLORS = (0x0A, 6, 0x98, 0x9C, 0x18, 0x44)
+ROCKET_SHAPES = Shape(w=(7, 8), h=(9, 16)), Shape(w=(2, 8), h=(4, 8))  # in the air, in the sea
+ROCKETS = blob(ROCKET_COLORS, FIELD, shapes=ROCKET_SHAPES, first=0x0A)
+SPARKS = Blobs((0x44, 0x6A), (8, 115, 160, 121), Shape(w=(5, 8), h=(3, 6)), gap=(5, 2))
+BURST = Blobs((0xC2, 0x18), SEA, Shape(w=(10, 32), h=(5, 16)), gap=(7, 4))
+MISSILES = blob((6, 0x34, 0x1A), FIELD, shapes=Shape(w=(3, 8), h=(5, 16)), first=6)
 HELI = Bounds((0x0E, 0x46, 0x42, 0x14), SKY)
 ICONS = Bounds((0x26, 0x14, 0x0A), (9, 184, 49, 189), value=Gauge(16, -8, 1, full=40))
 POINTS = Bounds(0x18, (54, 15, 102, 22), value=Digits(FONT, range(54, 102, 8), 15))
@@ -298,7 +304,7 @@ GAME = Game(
         Category("Eruption", BURST, doc="of a bomb in the sea"),
         Category("Capsule", Bounds((0xCA, 0xC8, 0xC6), SEA, (1, 8)), doc="a goal: to be touched"),
         Category("Explosion", SPARKS, count=2, doc="above the sea; slots as Bomb's"),
-        Category("Bomb", blob(0x44, AIR, min_size=(2, 5), max_size=(4, 5)), count=2, doc="falls"),
+        Category("Bomb", blob(0x44, AIR, shapes=Shape(w=(2, 4), h=5)), count=2, doc="falls"),
         Category("Rocket", ROCKETS, count=2, doc="rises: in the air, in the sea"),
         Category("Missile", MISSILES, count=4, doc="rises: lane * 2 + copy"),
         display("Score", POINTS, doc="points"),

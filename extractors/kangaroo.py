@@ -26,7 +26,9 @@ from ocjax.console.ops import lookup
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Gauge, Runs
+from ocjax.vision.rules import Blobs, Bounds, Gauge, Run, Runs
+from ocjax.vision.shapes import Shape
+from ocjax.vision.steps import Packed
 
 ROM = Rom("kangaroo", "4326edb70ff20d0ee5ba58fa5cb09d60")
 BANK = 0x1000  # offset of the second bank
@@ -255,16 +257,20 @@ def _time(m: Ram) -> Box:
 WOODEN = tuple(c for c in range(1, 128) if c & 0xF4 == c != SKY)
 RUNG_COLORS = tuple((*WOODEN, FUR) if level == 0 else WOODEN for level in LADDER_LEVEL)
 WOODEN_ROWS = tuple((16, y, 144, y + 4) for y in range(4, 180, ROW))  # never hold the coconut
-CROUCHING = Blobs(FUR, (0, 28, 160, 180), gap=(1, 1), min_size=(4, 5), max_size=(12, 16))
-BODY = Blobs(FUR, (0, 4, 160, 180), gap=(1, 1), min_size=(4, 17), max_size=(12, 24), also=CROUCHING)
-CHILD = Blobs(FUR, (16, 4, 144, 28), gap=(1, 1), min_size=(5, 12), max_size=(8, 16))
-APES = Blobs(MONKEY, (16, 4, 160, 180), gap=(1, 2), min_size=(4, 8), max_size=(8, 16))
-NUTS = Blobs(MONKEY, (16, 4, 160, 180), min_size=(2, 2), max_size=(2, 3))
+CROUCHING = Blobs(FUR, (0, 28, 160, 180), Shape(w=(4, 12), h=(5, 16)), gap=(1, 1))
+BODY = Blobs(FUR, (0, 4, 160, 180), Shape(w=(4, 12), h=(17, 24)), gap=(1, 1), also=(CROUCHING,))
+CHILD = Blobs(FUR, (16, 4, 144, 28), Shape(w=(5, 8), h=(12, 16)), gap=(1, 1))
+APES = Blobs(MONKEY, (16, 4, 160, 180), Shape(w=(4, 8), h=(8, 16)), gap=(1, 2))
+NUTS = Blobs(MONKEY, (16, 4, 160, 180), Shape(w=2, h=(2, 3)))
 BALL = Bounds(WOOD, FIELD, ignore=WOODEN_ROWS)
-FRUITS = Blobs((STRAWBERRY, PINEAPPLE), FIELD, gap=(1, 1), min_size=(3, 5), max_size=(8, 12))
-FLOORS_AT = tuple((16, y, 144, y + 4) for y in range(28, 176, ROW))
-SIZES = ((12, 128),) * len(FLOORS_AT)
-FLOORS = Runs((WOODEN,) * len(SIZES), FLOORS_AT, SIZES, 2, gap=7, columns=(16, 144), packed=True)
+FRUITS = Blobs((STRAWBERRY, PINEAPPLE), FIELD, Shape(w=(3, 8), h=(5, 12)), gap=(1, 1))
+FLOORS = Runs(
+    tuple(Run(WOODEN, y, left=(16, 143), width=(12, 128), height=4) for y in range(28, 176, ROW)),
+    most=2,
+    gap=7,
+    columns=(16, 144),
+    then=(Packed(),),
+)
 PLACES = tuple((x, y, x + w, y + h) for x, y, w, h in LADDERS.tolist())
 # Less than the ladders, which figures cover, and more than what is there in other levels.
 HEIGHTS = tuple((RUNG, max(4, h - 4)) for h in LADDERS[:, 3].tolist())

@@ -33,7 +33,10 @@ from ocjax.console.registers import NUSIZ_COPIES, NUSIZ_SPACING, signed_nibble, 
 from ocjax.console.rom import Pictures
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors._krull import FIGURES, ROM, SECOND, off_at, on_at, turns
-from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge, Runs
+from ocjax.vision.filters import Lines
+from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge, Run, Runs
+from ocjax.vision.shapes import Shape
+from ocjax.vision.steps import Packed, Tight
 
 FONT = ROM.font(0xB07, rows=7)
 WEDDING, LAIR, WEB, DESERT = range(4)  # `scene`
@@ -229,22 +232,37 @@ STONES = tuple(sorted({*range(0, 256, 2)} - OTHERS))
 CASTLES = Bounds(((0xD8,), STONES), ((32, 16, 128, 44), (48, 97, 112, 145)), min_size=(64, 3))
 ITEM, ITEMS = (0xC8, 0xCE), (8, 157, 160, 164)  # the second colour while it can be taken
 figure = partial(Blobs, gap=(1, 1))
-PLAYER = figure((*COLORS, 0xEE), FIELD, min_size=(4, 7), max_size=(16, 16))
-SLAYERS = figure(SLAYER, FIELD, min_size=(3, 4), max_size=(8, 17))
-SPIDER = figure(0x0E, FIELD, min_size=(7, 7), max_size=(8, 12))
+PLAYER = figure((*COLORS, 0xEE), FIELD, shapes=Shape(w=(4, 16), h=(7, 16)))
+SLAYERS = figure(SLAYER, FIELD, shapes=Shape(w=(3, 8), h=(4, 17)))
+SPIDER = figure(0x0E, FIELD, shapes=Shape(w=(7, 8), h=(7, 12)))
 STARS = Cells(0x0E, (20, 137) * 4, tuple(STAR_Y.tolist()), 3, 4, whole=False, margin=(1, 2))
-ride = partial(Blobs, min_size=(4, 5), max_size=(16, 9), split=(8, 9), tight=True, area=(20, 80))
+ride = partial(
+    Blobs, shapes=Shape(w=(4, 16), h=(5, 9), pixels=(20, 80), split=(8, 9)), then=(Tight(),)
+)
 THROWN = Bounds(tuple(range(0x50, 0x60, 2)), (8, 60, 160, 173), min_size=(4, 1))
 WEAPONS = Bounds((ITEM, (0xEE,)), (ITEMS, (8, 56, 160, 173)), min_size=(2, 2), exclude=("Life",))
 IN_FLAMES = Bounds((ITEM, (0x42,)), (ITEMS, (8, 95, 160, 173)), min_size=(2, 2), exclude=("Life",))
 HIT = range(0x6E, 0xEE, 16)  # the player's other colours when he flashes
 ANY = tuple(c for c in range(0, 256, 2) if c != 0xA0)
-SHOT = Blobs(ANY, (8, 44, 160, 172), min_size=(1, 5), max_size=(8, 8), area=(5, 9), min_line=5)
+SHOT = Blobs(
+    ANY,
+    (8, 44, 160, 172),
+    Shape(w=(1, 8), h=(5, 8), pixels=(5, 9)),
+    filters=(Lines(5, rows=(44, 172)),),
+)
 # The row in which left and right lines are apart. The first one shows two rows further down.
-FIRST = (*((x, 111, x + 1, 172) for x in range(8, 15)), (8, 113, 9, 172))
-CROSSED = (*FIRST, (15, 111, 79, 172), (80, 111, 160, 172))
-BESIDE = (*((x - 8, 95, 33) for x in range(8, 15)), (0, 97, 32), (7, 95, 33), (33, 95, 7))
-LINES = Runs((*((6, 14),) * 9, (6, *COLORS, *HIT)), CROSSED, ((1, 1),) * 10, 3, BESIDE, packed=True)
+CROSSED = 111
+line = partial(Run, (6, 14), width=1)
+LINES = Runs(
+    (
+        *(line(CROSSED, left=x, height=61, before=x - 8, above=95, after=33) for x in range(8, 15)),
+        line(CROSSED + 2, left=8, height=59, above=97, after=32),
+        line(CROSSED, left=(15, 78), height=61, before=7, above=95, after=33),
+        Run((6, *COLORS, *HIT), CROSSED, (80, 159), 1, height=61, before=33, above=95, after=7),
+    ),
+    most=3,
+    then=(Packed(),),
+)
 SCORE = Digits(FONT, range(55, 103, 8), 176, centered=True)
 CAGE = Cells(0x24, tuple(WALL_X.tolist()), tuple(WALL_Y.tolist()), 4, 4)
 SAND = Gauge(1, side="h", of=Bounds(0x48, (121, 3, 126, 7)))
@@ -254,7 +272,7 @@ ICONS = Bounds(0xC8, (56, 188, 78, 195))
 RESERVE = Bounds(0xC8, LIVES, value=Gauge(8, 6, 2, of=ICONS))
 ARMS = tuple((79 + 8 * i, 188, 87 + 8 * i, 195) for i in range(3))
 
-LYSSA = figure(BRIDE, FIELD, min_size=(5, 8), max_size=(8, 17))
+LYSSA = figure(BRIDE, FIELD, shapes=Shape(w=(5, 8), h=(8, 17)))
 GREY = 142, 142, 142
 GAME = Game(
     name="Krull",
@@ -303,7 +321,7 @@ GAME = Game(
             otherwise=IN_FLAMES,
             doc="in the desert; the player's in the lair",
         ),
-        Category("Life", Blobs(ITEM, ITEMS, min_size=(5, 7), max_size=(6, 7)), doc="likewise"),
+        Category("Life", Blobs(ITEM, ITEMS, Shape(w=(5, 6), h=7)), doc="likewise"),
         Category("Window", Bounds(6, (76, 23, 84, 49), min_size=(8, 26)), doc="of the web"),
         Category("Castle", CASTLES, count=2, doc="the wall at the wedding, the Black Fortress"),
         Category("Wall", CAGE, count=64, doc="pieces of the cage, row by row"),

@@ -28,7 +28,8 @@ from ocjax.console.ops import among, lookup, pick
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Gauge, Runs
+from ocjax.vision.rules import Blobs, Bounds, Gauge, Run, Runs
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("montezuma_revenge", "3347a6dd59049b15a38394aa2dafa585")
 FONT, D000, FC00 = ROM.font(0xC08, rows=8, top_first=True), 0x1000, 0x1C00  # and offsets
@@ -83,10 +84,9 @@ def _declare(text: str, most: int) -> tuple[Runs, np.ndarray]:
             places[int(room)].append(x | y << 8 | w << 16 | h << 24)
         for paint, *run in zip(*(rest[i::4] for i in range(4, 8)), strict=True):
             at, wide, row = map(int, run)
-            region, margins = (at, row, at + 1, y + h), (at - x, row - y, x + w - at - wide)
-            found[row, paint, at, wide] = PAINT[paint], region, (wide, wide), margins
-    colors, regions, widths, margins = zip(*(found[key] for key in sorted(found)), strict=True)
-    runs = Runs(colors, regions, widths, most, margins)
+            margins = {"before": at - x, "above": row - y, "after": x + w - at - wide}
+            found[row, paint, at, wide] = Run(PAINT[paint], row, at, wide, y + h - row, **margins)
+    runs = Runs(tuple(found[key] for key in sorted(found)), most)
     used = max(map(len, places))
     return runs, np.array([boxes + [0] * (used - len(boxes)) for boxes in places])
 
@@ -265,7 +265,7 @@ def _explorer(m: Ram, room: jax.Array) -> Box:
 
 
 EXPLORER = Bounds((*MAN, GREY), (0, 53, 160, 197), exclude=("Amulet",))
-thing = functools.partial(Blobs, region=(0, 53, 160, 181), min_size=(5, 7), max_size=(8, 15))
+thing = functools.partial(Blobs, region=(0, 53, 160, 181), shapes=Shape(w=(5, 8), h=(7, 15)))
 carried = functools.partial(Blobs, GOLD, (56, 28, 104, 43))
 RAYS = Bounds(FORCE, tuple((x, 54, x + 4, 94) for x in BEAM_X.tolist()), min_size=(4, 5))
 item = functools.partial(display, attributes=(), doc="carried")
@@ -291,10 +291,10 @@ GAME = Game(
         Category("Beam", RAYS, count=10, doc="beams, by columns"),
         Category("Rope", Bounds((GOLD, 0x0E), ROPES, min_size=(1, 15)), count=4, doc="by room"),
         *(Category(n, r, r.slots, rgb=PART_RGB[n], doc=n) for n, (r, _) in PARTS.items()),
-        item("Torch_HUD", carried(max_size=(6, 13))),
-        item("Sword_HUD", carried(min_size=(6, 14), area=(30, 44), max_size=(6, 15)), count=2),
-        item("Key_HUD", carried(min_size=(7, 15), max_size=(7, 15)), count=4),
-        item("Amulet_HUD", carried(min_size=(6, 14), area=(45, 60), max_size=(6, 15))),
+        item("Torch_HUD", carried(shapes=Shape(w=(1, 6), h=(1, 13)))),
+        item("Sword_HUD", carried(shapes=Shape(w=6, h=(14, 15), pixels=(30, 44))), count=2),
+        item("Key_HUD", carried(shapes=Shape(w=7, h=15)), count=4),
+        item("Amulet_HUD", carried(shapes=Shape(w=6, h=(14, 15), pixels=(45, 60)))),
         display("Life", LIVES, doc="one more than the icons"),
         display("Score", POINTS, doc="points"),
     ),

@@ -30,6 +30,7 @@ from ocjax.console.registers import larger_part
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("ms_pacman", "87e79cd41ce136fd4f72cc6e2c161bee")
 FONT = ROM.font(0x92B, rows=7, stride=8)
@@ -271,11 +272,11 @@ def _fruit_before(m: Ram) -> tuple[jax.Array, jax.Array]:
     return m.fruit_x - jnp.where(moved, dx, 0), m.fruit_y - jnp.where(bounced, dy, 0)
 
 
-sprites = functools.partial(Blobs, min_size=(4, 5), max_size=(8, 10))
+sprites = functools.partial(Blobs, shapes=Shape(w=(4, 8), h=(5, 10)))
 GHOST_RULE = sprites((*GHOSTS, SCARED, ENDING), FIELD, gap=(2, 0))
 POWER_RULE = Cells(MAZES, POWER_X, POWER_Y, 4, 7, margin=(2, 0))
 PILL_RULE = Cells(MAZES, PILL_X, PILL_Y, 4, 2, whole=False, margin=(2, 1))
-fruit_in = functools.partial(Blobs, (68, 54, 22, 214, 40), min_size=(5, 8), max_size=(8, 10))
+fruit_in = functools.partial(Blobs, (68, 54, 22, 214, 40), shapes=Shape(w=(5, 8), h=(8, 10)))
 ICONS = sprites(GHOSTS[0], ICON_FIELD)
 POINTS = Bounds(SCORE, (48, 186, 104, 195), value=Digits(FONT, range(55, 103, 8), 187))
 LIVES = Bounds(LIFE, (0, 172, 100, 184), value=Gauge(16, 7, 2))

@@ -30,6 +30,7 @@ from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("pacman", "fc2233fc116faef0d3c31541717ca2db")
 FONT = ROM.font([0xE00 + int(low) for low in ROM.bytes(0xEF9, 10)], rows=7)
@@ -159,7 +160,7 @@ def _ghosts(m: Ram, color: jax.Array) -> Box:
 
 PLAYER_RULE = Bounds(YELLOW, FIELD, ignore=((78, 118, 82, 123),))
 GHOST_COLORS = (GHOST, SCARED, CALMING)
-GHOST_RULE = Blobs(GHOST_COLORS, FIELD, gap=(2, 0), min_size=(8, 5), max_size=(8, 16))
+GHOST_RULE = Blobs(GHOST_COLORS, FIELD, Shape(w=8, h=(5, 16)), gap=(2, 0))
 POWER_RULE = Cells(GHOST_COLORS, POWER_X, POWER_Y, 4, 10, margin=(1, 1))
 PILL_RULE = Cells(WAFER, WAFER_X, WAFER_Y, 4, 2, whole=False)
 VITAMIN_RULE = Bounds(WAFER, (76, 115, 84, 126), min_size=(8, 11))

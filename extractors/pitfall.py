@@ -30,7 +30,10 @@ from ocjax.console.ops import among, div, pick
 from ocjax.console.ram import RamMap, bcd, bits, byte, high
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Gauge, Saver
+from ocjax.vision.filters import ShortRuns
+from ocjax.vision.rules import Blobs, Bounds, Gauge
+from ocjax.vision.shades import Saver
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("pitfall", "3e90cf23106f2e08b2781e41299de556")
 FONT = ROM.font(0xF00, rows=8)
@@ -209,23 +212,23 @@ def _timer(m: Ram) -> Box:
 HAIR, FACE, SHIRT, LEGS, BLACK, BROWN, WHITE, SHINE = 0x12, 0x4A, 0xC8, 0xD2, 0, 0x10, 0x0C, 0x0E
 GRAY, SILVERY, GOLDEN, RED, GREEN, EARTH, BLUE = 4, 6, 0x1E, 0x42, 0xD0, 0x14, 0xA4
 HARRY = Bounds((HAIR, FACE, SHIRT, LEGS), (8, 66, 160, 181), exclude=("Logs", "MoneyBag"))
-ground = functools.partial(Blobs, region=(8, 117, 160, 134), min_size=(5, 8), max_size=(8, 15))
+ground = functools.partial(Blobs, region=(8, 117, 160, 134), shapes=Shape(w=(5, 8), h=(8, 15)))
 still = functools.partial(Bounds, regions=(113, 117, 142, 134), min_size=(5, 10))
-LOG = ground(HAIR, gap=(1, 1), min_size=(1, 6), max_size=(8, 14))
+LOG = ground(HAIR, gap=(1, 1), shapes=Shape(w=(1, 8), h=(6, 14)))
 FIRE = Bounds((BROWN, 0x3E, 0x2E), (8, 117, 160, 134), min_size=(5, 8))
 BAG = ground((HAIR, GRAY), gap=(2, 1), first=GRAY)
 JAWS = Bounds(GREEN, tuple((x, 117, x + 8, 134) for x in (60, 76, 92)))
 GOLDS = Bounds((SHINE, GOLDEN), (113, 117, 142, 134), min_size=(7, 10))
-RING = ground((SHINE, GOLDEN), gap=(1, 1), min_size=(4, 8), max_size=(6, 15))
+RING = ground((SHINE, GOLDEN), gap=(1, 1), shapes=Shape(w=(4, 6), h=(8, 15)))
 BRICKS = Bounds((SILVERY, RED), (8, 148, 160, 180), min_size=(4, 8))
 STAIR = Bounds(EARTH, (78, 136, 82, 178), min_size=(4, 20))
 STAIR_PIT = Bounds(BLACK, (76, 122, 84, 128))
 PITS = Bounds(BLACK, ((48, 122, 60, 128), (100, 122, 112, 128)))
-SLIME = Blobs(BLACK, (48, 118, 112, 132), gap=(8, 0), min_size=(30, 3), max_size=(64, 10))
-rope = functools.partial(Blobs, BROWN, (44, 65, 116, 117), max_run=44, gap=(4, 25))
-BESIDE = rope(gap=(0, 0), min_size=(3, 16), max_size=(8, 40), area=(16, 44))  # a trunk: its lines
-ROPE = rope(min_size=(1, 41), max_size=(10, 42), also=BESIDE)
-ROPE = rope(min_size=(6, 20), max_size=(33, 41), also=ROPE)
+SLIME = Blobs(BLACK, (48, 118, 112, 132), Shape(w=(30, 64), h=(3, 10)), gap=(8, 0))
+rope = functools.partial(Blobs, BROWN, (44, 65, 116, 117), filters=(ShortRuns(44),), gap=(4, 25))
+BESIDE = rope(gap=(0, 0), shapes=Shape(w=(3, 8), h=(16, 40), pixels=(16, 44)))  # a trunk: its lines
+ROPE_SHAPES = Shape(w=(6, 33), h=(20, 41)), Shape(w=(1, 10), h=(41, 42))  # slanting, hanging down
+ROPE = rope(shapes=ROPE_SHAPES, also=(BESIDE,))
 CLOCK = Digits(FONT, (29, 37, 53, 61), 22, weights=(600, 60, 10, 1))
 POINTS = Digits(FONT, range(21, 69, 8), 9, base=-START)
 hole = functools.partial(Category, rgb=(0, 0, 0), blinks=True)  # background, so never drawn

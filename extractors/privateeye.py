@@ -31,6 +31,8 @@ from ocjax.console.registers import copies, player_width, spacing
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.rules import Blobs, Bounds
+from ocjax.vision.shapes import Shape
+from ocjax.vision.steps import EndsAbove
 
 ROM = Rom("private_eye", "ef3a4f64b6494ba770862768caf04b86")
 SECOND = 0x1000  # offset of the second bank
@@ -224,37 +226,40 @@ BRICKS_AT = {  # columns of the bricks of walls, by row
     119: (24, 60, 96, 132),
 }
 WALL = tuple((x, y, x + 4, y + 4) for y, columns in BRICKS_AT.items() for x in columns)
-figure = functools.partial(Blobs, (0, 0x46, 0x4A, 0x16, 0x1A, 0x1E, 0x82), gap=(0, 1), above="Car")
-DETECTIVES = figure((8, 50, 160, 165), min_size=(7, 7), max_size=(22, 40), first=(0, 0x1E, 0x82))
-CARS = Blobs(0, (8, 110, 160, 183), gap=(1, 1), min_size=(8, 8), max_size=(28, 17))
+figure = functools.partial(
+    Blobs, (0, 0x46, 0x4A, 0x16, 0x1A, 0x1E, 0x82), gap=(0, 1), then=(EndsAbove("Car"),)
+)
+DETECTIVES = figure((8, 50, 160, 165), shapes=Shape(w=(7, 22), h=(7, 40)), first=(0, 0x1E, 0x82))
+CARS = Blobs(0, (8, 110, 160, 183), Shape(w=(8, 28), h=(8, 17)), gap=(1, 1))
 ALLEY, WOODS = (0x06, 0x0A, 0x86), (0x14,)
 PASSAGES = Bounds((ALLEY, WOODS), ((64, 140, 96, 172), (64, 167, 96, 172)), (30, 5))
-BARRIERS = Blobs((0x1E, 0), LOW, min_size=(5, 17), max_size=(8, 18))
-GROUND = functools.partial(Blobs, 0, (8, 172, 160, 181))
-MUDS = GROUND(min_size=(8, 4), max_size=(8, 4), area=(22, 22))
-PLANTS = Blobs((0x1A, 0x32, 0xD6), HOUSE, gap=(1, 1), min_size=(5, 2), max_size=(6, 16))
-BRICKS = Blobs(0x44, (14, 50, 160, 183), min_size=(4, 4), max_size=(4, 4), ignore=WALL)
-PIECE = functools.partial(GROUND, gap=(3, 0))
-LAST = PIECE(min_size=(6, 3), max_size=(6, 3), area=(23, 23))
-PIECE = functools.partial(PIECE, min_size=(8, 4), max_size=(8, 4))
-PIECES = PIECE(area=(36, 36), also=PIECE(area=(33, 33), also=LAST))
-DOVES = Blobs(0x0E, (8, 56, 160, 150), min_size=(8, 5), max_size=(8, 6))
+ON_GROUND = (8, 172, 160, 181)
+BARRIERS = Blobs((0x1E, 0), LOW, Shape(w=(5, 8), h=(17, 18)))
+MUDS = Blobs(0, ON_GROUND, Shape(w=8, h=4, pixels=22))
+PLANTS = Blobs((0x1A, 0x32, 0xD6), HOUSE, Shape(w=(5, 6), h=(2, 16)), gap=(1, 1))
+BRICKS = Blobs(0x44, (14, 50, 160, 183), Shape(w=4, h=4), ignore=WALL)
+PIECE_SHAPES = (
+    Shape(w=8, h=4, pixels=36),
+    Shape(w=8, h=4, pixels=33),
+    Shape(w=6, h=3, pixels=23),
+)
+PIECES = Blobs(0, ON_GROUND, PIECE_SHAPES, gap=(3, 0))
+DOVES = Blobs(0x0E, (8, 56, 160, 150), Shape(w=8, h=(5, 6)))
 LIZARDS = Bounds(0x1A, (8, 173, 160, 183), min_size=(7, 4))
 
 
 def _who(colors: tuple[int, ...], regions: tuple[Area, Area], most: int) -> Blobs:
     """Who looks out: in the first region with four rows or more, in the second the hat's tip."""
-    tip = functools.partial(Blobs, colors[0], regions[1], gap=(1, 0))
-    tips = tip(min_size=(4, 2), max_size=(4, 3), also=tip(min_size=(3, 1), max_size=(3, 1)))
-    who = functools.partial(Blobs, colors, regions[0], min_size=(8, 4), max_size=(8, most))
-    return who(first=colors[0], ignore=JAIL, also=tips)
+    tip = Blobs(colors[0], regions[1], (Shape(w=4, h=(2, 3)), Shape(w=3, h=1)), gap=(1, 0))
+    whole = Shape(w=8, h=(4, most))
+    return Blobs(colors, regions[0], whole, first=colors[0], ignore=JAIL, also=(tip,))
 
 
 JAIL = tuple((x, 50, x + 8, 70) for x in (44, 76, 108))
 GUYS = _who((0x1E, 0, 0x0E, 0x80), ((8, 50, 160, 160), (8, 50, 160, 68)), 14)
 HEADS = _who((0x82, 0), ((8, 158, 160, 167), (8, 158, 160, 167)), 6)
-CLUES = Blobs((0x0E, 0x82, 0), UPPER, gap=(0, 2), min_size=(3, 6), max_size=(8, 14), first=0x0E)
-KNIVES = Blobs(0, (8, 155, 160, 183), min_size=(8, 4), max_size=(8, 4), area=(16, 16))
+CLUES = Blobs((0x0E, 0x82, 0), UPPER, Shape(w=(3, 8), h=(6, 14)), gap=(0, 2), first=0x0E)
+KNIVES = Blobs(0, (8, 155, 160, 183), Shape(w=8, h=4, pixels=16))
 RULES = BARRIERS, MUDS, PLANTS, BRICKS, PIECES, DOVES, LIZARDS, GUYS, HEADS, CLUES, KNIVES
 sign = functools.partial(Bounds, regions=(64, 29, 96, 50), min_size=(30, 20))
 POINTS = Bounds(0x0E, (58, 8, 106, 16), value=Digits(FONT, range(58, 106, 8), 8, base=-STARTS))
@@ -271,7 +276,7 @@ def _carried(name: str) -> Blobs | Bounds:
     shades = tuple(sorted({int(c) & 0xFE for c in ROM.bytes(at, len(rows))[::-1][rows > 0]}))
     size = int(EXTENTS[2][MOST_CUT * kind]), int(EXTENTS[3][MOST_CUT * kind])
     if any(name in larger for larger in LARGER.values()):
-        return Blobs(shades, CARRIED, gap=(2, 2), min_size=size, max_size=size)
+        return Blobs(shades, CARRIED, Shape(w=size[0], h=size[1]), gap=(2, 2))
     return Bounds(shades, (NOWHERE, CARRIED), size, exclude=LARGER.get(name, ()))
 
 

@@ -33,6 +33,7 @@ from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.rules import Blobs, Bounds, ByColor, Gauge
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("qbert", "484b0076816a104875e00467d431c2d2")
 FONT = ROM.font(0x004, rows=7, stride=8)
@@ -253,11 +254,11 @@ def _disks(m: Ram) -> Box:
 CELLS = tuple((33 + 8 * i, 6, 41 + 8 * i, 13) for i in range(5))
 PLAYER = Bounds(ORANGE, FIELD, ignore=DISKS)
 monster = functools.partial(Blobs, region=FIELD)
-SNAKE = monster(PURPLE, min_size=(6, 12), max_size=(8, 22))
-PURPLES = monster(PURPLE, min_size=(4, 5), max_size=(7, 9))
-GREENS = monster(GREEN, min_size=(4, 5), max_size=(7, 9))
-REDS = monster(RED, min_size=(4, 5), max_size=(7, 9))
-SAMS = monster(GREEN, min_size=(6, 12), max_size=(8, 18))
+SNAKE = monster(PURPLE, shapes=Shape(w=(6, 8), h=(12, 22)))
+PURPLES = monster(PURPLE, shapes=Shape(w=(4, 7), h=(5, 9)))
+GREENS = monster(GREEN, shapes=Shape(w=(4, 7), h=(5, 9)))
+REDS = monster(RED, shapes=Shape(w=(4, 7), h=(5, 9)))
+SAMS = monster(GREEN, shapes=Shape(w=(6, 8), h=(12, 18)))
 SPOKEN = Bounds(CURSING, FIELD, min_size=(6, 12), ignore=DISKS)
 POINTS = Bounds(CUBE_COLORS, (33, 6, 73, 13), value=Digits(FONT, range(33, 73, 8), 6))
 ABOVE_FIGURES = (33, 6, 73, 10)  # rows of the score, in the colour that cubes have to get

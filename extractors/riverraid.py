@@ -33,7 +33,9 @@ from ocjax.console.ram import RamMap, bits, byte, high, low
 from ocjax.console.registers import position
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Gauge, Saver
+from ocjax.vision.rules import Blobs, Bounds, Gauge
+from ocjax.vision.shades import Saver
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("riverraid", "393948436d1f4cc3192410bb918f9724")
 FONT = ROM.font(0xB00, rows=8)
@@ -261,21 +263,22 @@ def _fuel_before(m: Ram) -> jax.Array:
 facing = functools.partial(Category, count=RING, attributes=("orientation",))
 blobs = functools.partial(Blobs, region=VIEW)
 
-PLAYER_RULE = Blobs(PLAYER, (8, 145, 160, 160), min_size=(5, 13), max_size=(7, 14))
-MISSILE = Blobs(PLAYER, MISSILE_VIEW, min_size=(1, 2), max_size=(6, 8))
-DEPOTS = blobs((RED, WHITE), min_size=(5, 1), max_size=(7, 24))
-HELICOPTERS = blobs((176, 128, 42), min_size=(3, 1), max_size=(8, 10))
-JETS_RULE = blobs((140, 156, 172), max_size=(8, 6))
-hull = functools.partial(Blobs, (50, 168, BLACK), VIEW)
-HULLS = hull(min_size=(10, 1), max_size=(10, 1))
-HULLS = hull(min_size=(12, 2), max_size=(12, 2), also=HULLS)
-HULLS = hull(min_size=(14, 3), max_size=(14, 3), area=(33, 99), also=HULLS)
-TANKERS = hull(min_size=(16, 4), max_size=(16, 8), also=HULLS)
+PLAYER_RULE = Blobs(PLAYER, (8, 145, 160, 160), Shape(w=(5, 7), h=(13, 14)))
+MISSILE = Blobs(PLAYER, MISSILE_VIEW, Shape(w=(1, 6), h=(2, 8)))
+DEPOTS = blobs((RED, WHITE), shapes=Shape(w=(5, 7), h=(1, 24)))
+HELICOPTERS = blobs((176, 128, 42), shapes=Shape(w=(3, 8), h=(1, 10)))
+JETS_RULE = blobs((140, 156, 172), shapes=Shape(w=(1, 8), h=(1, 6)))
+TANKER_SHAPES = (  # whole, and what the edge leaves of them
+    Shape(w=16, h=(4, 8)),
+    Shape(w=14, h=3, pixels=(33, 99)),
+    Shape(w=12, h=2),
+    Shape(w=10, h=1),
+)
+TANKERS = Blobs((50, 168, BLACK), VIEW, TANKER_SHAPES)
 HOUSE_COLORS = (WHITE, BLACK, TREE, TRUNK)
-tree = functools.partial(Blobs, HOUSE_COLORS, (8, 2, 160, 15), gap=(0, 2))
-TREES = tree(min_size=(6, 3), max_size=(6, 3))
-TREES = tree(min_size=(10, 4), max_size=(10, 10), also=TREES)
-HOUSES = blobs(HOUSE_COLORS, gap=(0, 2), min_size=(14, 3), max_size=(16, 19), also=TREES)
+TREE_SHAPES = Shape(w=10, h=(4, 10)), Shape(w=6, h=3)
+TREES = Blobs(HOUSE_COLORS, (8, 2, 160, 15), TREE_SHAPES, gap=(0, 2))
+HOUSES = Blobs(HOUSE_COLORS, VIEW, Shape(w=(14, 16), h=(3, 19)), gap=(0, 2), also=(TREES,))
 BRIDGES = Bounds((32, 18, 20, 24), VIEW)
 POINTS = Bounds(PLAYER, (56, 165, 104, 173), value=Digits(FONT, SCORE_LEFTS, 165))
 NEEDLE_PLACE = Gauge(1, NEEDLE_X, side="x", worth=FUEL_STEP)

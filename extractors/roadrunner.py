@@ -31,6 +31,7 @@ from ocjax.console.registers import modulo_screen, wrap
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.rules import Blobs, Bounds, Gauge
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("road_runner", "ce5cc62608be2cd3ed8abd844efb8919")
 FONT = ROM.font(0x1F80, rows=2, stride=7)  # the rows that are on the screen
@@ -276,25 +277,29 @@ def _beside(m: Ram, scrolled: jax.Array, road: jax.Array, lost: jax.Array) -> di
 
 ROAD_VIEW = (8, 90, 152, 182)
 PLAYER = Bounds(PLAYER_COLORS, ROAD_VIEW, min_size=(6, 16), exclude=(*KINDS, "Turret"))
-BURNT = Blobs(GREY, ROAD_VIEW, gap=(1, 2), min_size=(6, 16), max_size=(14, 37))
+BURNT = Blobs(GREY, ROAD_VIEW, Shape(w=(6, 14), h=(16, 37)), gap=(1, 2))
 BROWN = functools.partial(Blobs, COYOTE_COLORS, region=ROAD_VIEW, gap=(2, 2))
-RIDING = BROWN(min_size=(10, 20), max_size=(16, 26))
-FLAT = BROWN(min_size=(5, 6), max_size=(9, 12), area=(1, 70), also=RIDING)
-CUT = BROWN(min_size=(8, 1), max_size=(8, 5))
-COYOTE = BROWN(min_size=(5, 13), max_size=(9, 36), also=FLAT)
-FALLING = BROWN(min_size=(4, 6), max_size=(8, 12), area=(71, 240), also=CUT)
-CRACK = functools.partial(BROWN, region=(8, 124, 152, 156))
-CUT_CRACK = CRACK(min_size=(1, 32), max_size=(6, 32))  # by the edge
-CRACKS = CRACK(min_size=(9, 32), max_size=(13, 32), also=CUT_CRACK)
-LANES = functools.partial(Blobs, (*PLAYER_COLORS, *GREY), (8, 106, 152, 174), gap=(1, 1))
-CUT_SEED = LANES(min_size=(1, 3), max_size=(1, 3), area=(8, 8))  # by the edge
-CUT_SEED = LANES(min_size=(2, 3), max_size=(2, 3), area=(12, 12), also=CUT_SEED)
-HIGH_SEED = LANES(min_size=(5, 4), max_size=(5, 4), area=(24, 24), also=CUT_SEED)
-SEEDS = LANES(min_size=(4, 3), max_size=(5, 3), area=(14, 18), also=HIGH_SEED)
+COYOTE_SHAPES = (
+    Shape(w=(5, 9), h=(13, 36)),
+    Shape(w=(5, 9), h=(6, 12), pixels=(1, 70)),  # flat
+    Shape(w=(10, 16), h=(20, 26)),  # riding
+)
+COYOTE = BROWN(shapes=COYOTE_SHAPES)
+FALLING = BROWN(shapes=(Shape(w=(4, 8), h=(6, 12), pixels=(71, 240)), Shape(w=8, h=(1, 5))))
+CRACK_SHAPES = Shape(w=(9, 13), h=32), Shape(w=(1, 6), h=32)  # whole, cut by the edge
+CRACKS = BROWN(region=(8, 124, 152, 156), shapes=CRACK_SHAPES)
+SEED_SHAPES = (
+    Shape(w=(4, 5), h=3, pixels=(14, 18)),
+    Shape(w=5, h=4, pixels=24),
+    Shape(w=2, h=3, pixels=12),  # cut by the edge
+    Shape(w=1, h=3, pixels=8),
+)
+on_lanes = functools.partial(Blobs, (*PLAYER_COLORS, *GREY), (8, 106, 152, 174), gap=(1, 1))
+SEEDS = on_lanes(shapes=SEED_SHAPES)
 SHINE = (134, 136, 138, *GREY)
-TURRET = Blobs(SHINE, (8, 128, 152, 152), gap=(1, 1), min_size=(9, 8), max_size=(12, 8))
-TRUCK = Blobs((254, 54), ROAD_VIEW, gap=(1, 3), first=254, min_size=(4, 8), max_size=(16, 18))
-SIGN = Blobs((BLACK, 72, 136), (8, 73, 152, 88), gap=(1, 1), min_size=(1, 8), max_size=(16, 15))
+TURRET = Blobs(SHINE, (8, 128, 152, 152), Shape(w=(9, 12), h=8), gap=(1, 1))
+TRUCK = Blobs((254, 54), ROAD_VIEW, Shape(w=(4, 16), h=(8, 18)), gap=(1, 3), first=254)
+SIGN = Blobs((BLACK, 72, 136), (8, 73, 152, 88), Shape(w=(1, 16), h=(8, 15)), gap=(1, 1))
 ICONS = Bounds((142, 62), (55, 16, 103, 24), value=Gauge(8, -2, 1))
 SCORE_DIGITS = Digits(FONT, (55, 63, 71, 79), 0, (100_000, 10_000, 1000, 100))  # then two zeros
 POINTS = Bounds(YELLOW, (55, 0, 103, 2), value=SCORE_DIGITS)
@@ -309,12 +314,12 @@ GAME = Game(
         Category("Player", PLAYER, otherwise=BURNT, doc="the bird"),
         Category("Enemy", COYOTE, color_row=2, otherwise=BURNT, doc="the coyote"),
         Category("Seed", SEEDS, count=4, color_row=-1, doc="lane"),
-        Category("AcmeMine", LANES(min_size=(4, 3), max_size=(4, 4), area=(19, 99)), 4, doc="lane"),
-        Category("SteelShot", LANES(min_size=(6, 3), max_size=(10, 3)), count=4, doc="lane"),
+        Category("AcmeMine", on_lanes(shapes=Shape(w=4, h=(3, 4), pixels=(19, 99))), 4, doc="lane"),
+        Category("SteelShot", on_lanes(shapes=Shape(w=(6, 10), h=3)), count=4, doc="lane"),
         Category("RoadCrack", CRACKS, count=2, doc="in the cliff"),
         Category("Rock", FALLING, count=2, doc="upper, lower"),
         Category("Turret", TURRET, doc="below a bridge"),
-        Category("TurretBall", BROWN(min_size=(4, 4), max_size=(4, 4)), 2, doc="of the turret"),
+        Category("TurretBall", BROWN(shapes=Shape(w=4, h=4)), 2, doc="of the turret"),
         Category("Cactus", Bounds(24, ((8, 46, 152, 55), (8, 55, 152, 64))), 2, doc="by height"),
         Category("Sign", SIGN, doc="beside the road"),
         Category("Truck", TRUCK, rgb=(198, 108, 58), doc="on the road"),

@@ -31,7 +31,10 @@ from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import EDGE_CUTS
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Gauge, Saver
+from ocjax.vision.filters import ShortRuns
+from ocjax.vision.rules import Blobs, Bounds, Gauge
+from ocjax.vision.shades import Saver
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("seaquest", "240bfbac5163af4df5ae713985386f92")
 FONT = ROM.font(0xE00, rows=8)
@@ -206,11 +209,11 @@ PLAYER = Bounds(
     exclude=("PlayerMissile",),
     min_size=(3, 3),
 )
-TORPEDO = Blobs(GOLD, SEA, max_run=1, min_size=(3, 1), max_size=(8, 1))
-SHARKS = Blobs(tuple(sorted(set(SHARK_COLORS))), SEA, gap=(0, 1), max_size=(8, 7))
-ENEMY_SUBS = Blobs(GRAY, SEA, max_size=(8, 11))
+TORPEDO = Blobs(GOLD, SEA, Shape(w=(3, 8), h=1), filters=(ShortRuns(1),))
+SHARKS = Blobs(tuple(sorted(set(SHARK_COLORS))), SEA, Shape(w=(1, 8), h=(1, 7)), gap=(0, 1))
+ENEMY_SUBS = Blobs(GRAY, SEA, Shape(w=(1, 8), h=(1, 11)))
 DIVERS = Bounds(SEA_BLUE, LANES, exclude=("EnemyMissile",))
-TORPEDOES = Blobs(SEA_BLUE, SEA, gap=(2, 2), min_size=(4, 4), max_size=(6, 4))
+TORPEDOES = Blobs(SEA_BLUE, SEA, Shape(w=(4, 6), h=4), gap=(2, 2))
 BOARD = Bounds(NAVY, tuple((int(x), 178, int(x) + 8, 187) for x in ICONS_X))
 USED = Bounds(RED, (48, 170, 112, 175), value=Gauge(1, 0, 1, full=64))
 OXYGEN = Bounds((WHITE, FLASH), BAR, value=Gauge(1, full=63))

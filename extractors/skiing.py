@@ -34,6 +34,7 @@ from ocjax.console.registers import wrap
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.rules import Blobs, Bounds
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("skiing", "b76fbadc8ffb1f83e2ca08b6fb4d6c9f")
 DIGIT_ROWS = ROM.bytes(0x700, 7 * 16).reshape(7, 16)[::-1, :10]  # of all digits, the top ones first
@@ -216,9 +217,9 @@ def _object_x(x: jax.Array, last_row: jax.Array) -> jax.Array:
     return jnp.where(x >= FIELD[2], x - 160, x)
 
 
-FLAG = Blobs((BLUE, RED), FIELD, gap=(4, 8), max_size=(5, 14))
-BUMP = Blobs(GRAYS, FIELD, gap=(8, 4), max_size=(16, 6))
-TREES = Blobs(GREENS, FIELD, gap=(8, 4), max_size=(16, 30))
+FLAG = Blobs((BLUE, RED), FIELD, Shape(w=(1, 5), h=(1, 14)), gap=(4, 8))
+BUMP = Blobs(GRAYS, FIELD, Shape(w=(1, 16), h=(1, 6)), gap=(8, 4))
+TREES = Blobs(GREENS, FIELD, Shape(w=(1, 16), h=(1, 30)), gap=(8, 4))
 UNITS = (6000, 1000, 100, 10, 1)  # hundredths of a 1 in each of the clock's digits
 read_clock = functools.partial(Digits, FONT, (59, 68, 75, 84, 91), 16)
 gates_number = functools.partial(Bounds, BLACK, (20, 4, 140, 14))

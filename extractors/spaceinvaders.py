@@ -33,7 +33,9 @@ from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import packed_position
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Saver
+from ocjax.vision.rules import Blobs, Bounds
+from ocjax.vision.shades import Saver
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("space_invaders", "72ffbef6504b75e69ee1045af9075f66")
 FONT = ROM.font(0xF54, rows=5, dots=3, dot=(4, 2), pitch=16)  # all digits are equally wide
@@ -250,9 +252,9 @@ def _line(m: Ram, k: jax.Array, x: jax.Array, saucer: jax.Array, *, ending: bool
 
 player = functools.partial(Category, attributes=("value",))
 
-CANNON_2 = Blobs(BROWN, CANNONS, gap=(0, 1), max_size=(8, 10))
-INVADERS = Blobs(YELLOW, FIELD, gap=(0, 1), max_size=(8, 10))
-BULLETS = Blobs(GRAY, (0, 8, 160, 195), gap=(0, 4), max_size=(1, 14))
+CANNON_2 = Blobs(BROWN, CANNONS, Shape(w=(1, 8), h=(1, 10)), gap=(0, 1))
+INVADERS = Blobs(YELLOW, FIELD, Shape(w=(1, 8), h=(1, 10)), gap=(0, 1))
+BULLETS = Blobs(GRAY, (0, 8, 160, 195), Shape(w=1, h=(1, 14)), gap=(0, 4))
 LIVES = Bounds(BROWN, (84, 185, 96, 195), min_size=(12, 10), value=Digits(FONT, (84,), 185))
 SCORE_1 = Bounds(GREEN, SCORES, value=Digits(FONT, (4, 20, 36, 52), 10))
 SCORE_2 = Bounds(BROWN, SCORES, value=Digits(FONT, (84, 100, 116, 132), 10))

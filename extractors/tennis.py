@@ -27,7 +27,10 @@ from ocjax.console.ops import among, lookup
 from ocjax.console.ram import RamMap, byte
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Saver
+from ocjax.vision.filters import NoLines
+from ocjax.vision.rules import Blobs, Bounds
+from ocjax.vision.shades import Saver
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("tennis", "42cdd6a9e42a3639e190722b8ea3fc51")
 FIELD = (8, 14, 160, 192)  # columns 0-7 are blanked by the beam
@@ -121,9 +124,9 @@ def _scores(m: Ram) -> Box:
     return box(x, SCORE_TOP, w, SCORE_ROWS, w > 0, value=GAME_POINTS * m.games + m.points)
 
 
-player = functools.partial(Blobs, region=FIELD, min_size=(8, 16), max_size=(18, 36))
+player = functools.partial(Blobs, region=FIELD, shapes=Shape(w=(8, 18), h=(16, 36)))
 sportsman = functools.partial(Category, attributes=("orientation",))
-BALL = Blobs(WHITE, FIELD, min_size=(1, 1), max_size=(2, 2))
+BALL = Blobs(WHITE, FIELD, Shape(w=(1, 2), h=(1, 2)))
 
 
 TENS_X = (HALF_X, HALF_X + APART[0])  # free where the display shows numbers of games
@@ -144,8 +147,8 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (70, 198), 76, mask=SAVER_MASK),
     categories=(
-        sportsman("Player", player(PINK, max_line=7), doc="the pink player"),
-        sportsman("Enemy", player(BLUE, max_line=7), doc="the blue player"),
+        sportsman("Player", player(PINK, filters=(NoLines(7),)), doc="the pink player"),
+        sportsman("Enemy", player(BLUE, filters=(NoLines(7),)), doc="the blue player"),
         Category("Ball", BALL, doc="the ball"),
         Category("BallShadow", Bounds(SHADE, FIELD), doc="its shadow"),
         display("PlayerScore", PLAYER_SCORE, doc="of the pink player"),

@@ -36,7 +36,9 @@ from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import wrap
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Gauge, Shades
+from ocjax.vision.rules import Blobs, Bounds, Gauge
+from ocjax.vision.shades import Shades
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("time_pilot", "fc2104dd2dadf9a6176c1c1c8f87ced9")
 FONT = ROM.font(0xD00, rows=10)
@@ -275,9 +277,9 @@ def _left(m: Ram) -> Box:
 
 plane = functools.partial(Category, attributes=("orientation",), count=8)
 shot = functools.partial(Category, count=2, blinks=True, doc="their shots")
-PLANES = [Blobs(c, SKY, gap=(3, 2), min_size=(3, 2), max_size=(8, 15)) for c in UNUSED]
-SHOTS = [Blobs(c, SKY, gap=(2, 0), min_size=(1, 2), max_size=(1, 2)) for c in UNUSED]
-JET_SHOT = Blobs(JET[0], SKY, min_size=(1, 2), max_size=(1, 2), ignore=(NOSE,))
+PLANES = [Blobs(c, SKY, Shape(w=(3, 8), h=(2, 15)), gap=(3, 2)) for c in UNUSED]
+SHOTS = [Blobs(c, SKY, Shape(w=1, h=2), gap=(2, 0)) for c in UNUSED]
+JET_SHOT = Blobs(JET[0], SKY, Shape(w=1, h=2), ignore=(NOSE,))
 WHOLE_JET = Bounds((JET[0], WARP_WHITE), NOSE, (3, 3))
 COLORS_BY_ERA = tuple(
     (JET[era], *(ENEMY[k] if era == k else (1, *UNUSED[1:])[k] for k in range(5)))

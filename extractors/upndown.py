@@ -49,6 +49,7 @@ from ocjax.extractors._upndown import (
     drawn,
 )
 from ocjax.vision.rules import Blobs, Bounds
+from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(BANK + 0xF01, rows=7, stride=8)
 
@@ -253,30 +254,30 @@ def _objects(m: Ram, kind: jax.Array, x: jax.Array, y: jax.Array, fine: jax.Arra
 
 
 blobs = functools.partial(Blobs, region=VIEW)
-own = functools.partial(blobs, (BLACK, GREY))
-PLAYER_AREAS = (  # width, heights and pixels of parts of the car that no other car has
-    (14, 5, 5, 52, 60),
-    (14, 6, 6, 58, 64),
-    (16, 5, 7, 70, 112),
-    (16, 8, 9, 100, 126),
-    (16, 9, 9, 91, 93),
-    (16, 10, 10, 104, 109),
-    (16, 10, 11, 130, 150),
-    (16, 12, 12, 132, 160),
-    (16, 13, 13, 150, 180),
-    (16, 14, 16, 165, 256),
+PLAYER_SHAPES = (  # of parts of the car that no other car has
+    Shape(w=16, h=(14, 16), pixels=(165, 256)),
+    Shape(w=16, h=13, pixels=(150, 180)),
+    Shape(w=16, h=12, pixels=(132, 160)),
+    Shape(w=16, h=(10, 11), pixels=(130, 150)),
+    Shape(w=16, h=10, pixels=(104, 109)),
+    Shape(w=16, h=9, pixels=(91, 93)),
+    Shape(w=16, h=(8, 9), pixels=(100, 126)),
+    Shape(w=16, h=(5, 7), pixels=(70, 112)),
+    Shape(w=14, h=6, pixels=(58, 64)),
+    Shape(w=14, h=5, pixels=(52, 60)),
+    Shape(w=14, h=4, pixels=(38, 40)),
 )
-PLAYER_RULE = own(min_size=(14, 4), max_size=(14, 4), area=(38, 40))
-for w, low, high, least, most in PLAYER_AREAS:
-    PLAYER_RULE = own(min_size=(w, low), max_size=(w, high), area=(least, most), also=PLAYER_RULE)
-car = functools.partial(blobs, (BLACK, *CAR_COLORS))
-CARS = car(min_size=(10, 4), max_size=(16, 6), area=(36, 96))
-CARS = car(min_size=(10, 7), max_size=(16, 9), area=(70, 256), also=CARS)
-CARS = car(min_size=(12, 10), max_size=(16, 13), area=(106, 256), also=CARS)
-CARS = car(min_size=(14, 14), max_size=(16, 16), area=(140, 256), also=CARS)
+PLAYER_RULE = blobs((BLACK, GREY), shapes=PLAYER_SHAPES)
+CAR_SHAPES = (  # the higher, the more pixels
+    Shape(w=(14, 16), h=(14, 16), pixels=(140, 256)),
+    Shape(w=(12, 16), h=(10, 13), pixels=(106, 256)),
+    Shape(w=(10, 16), h=(7, 9), pixels=(70, 256)),
+    Shape(w=(10, 16), h=(4, 6), pixels=(36, 96)),
+)
+CARS = blobs((BLACK, *CAR_COLORS), shapes=CAR_SHAPES)
 small = functools.partial(blobs, (BLACK, *FLAG_COLORS))
-FLAGS = small(min_size=(4, 7), max_size=(7, 16), area=(14, 52))
-COLLECTABLES = small(min_size=(6, 14), max_size=(8, 16), area=(53, 90))
+FLAGS = small(shapes=Shape(w=(4, 7), h=(7, 16), pixels=(14, 52)))
+COLLECTABLES = small(shapes=Shape(w=(6, 8), h=(14, 16), pixels=(53, 90)))
 HUD = Bounds(tuple((c,) for c in HUD_COLORS), tuple((x, 15, x + 5, 26) for x in HUD_LEFTS))
 POINTS = Bounds(84, (15, 6, 63, 13), value=Digits(FONT, range(15, 63, 8), 6, required=True))
 ICONS = Bounds(54, tuple((x, 196, x + 4, 204) for x in range(16, 48, 8)))

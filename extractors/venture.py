@@ -32,7 +32,9 @@ from ocjax.console.ops import among, pick, reached
 from ocjax.console.ram import RamMap, bcd, byte
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Gauge, Runs
+from ocjax.vision.filters import ShortRuns
+from ocjax.vision.rules import Blobs, Bounds, Gauge, Run, Runs
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("venture", "3e899eba0ca8cd2972da1ae5479b4f0d")
 FONT = ROM.font(0xF00, rows=8)
@@ -209,32 +211,38 @@ def _moves(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 WALL_COLORS, PINK_FACE, GREEN, BLUE, GREY = (0x54, 0x94), 0x42, 0xD4, 0x74, 4
 ORANGE, GOLD, RED, PINKS, EMERALD = 0x34, 0x14, 0x44, (0x52, 0x54), 0xC4
-DEAD_DOTS = (78, 82)  # pixels of a dead monster
+BIG = Shape(w=(5, 8), h=(10, 16))
+DEAD_SHAPE = replace(BIG, pixels=(78, 82))
 field = functools.partial(Blobs, region=(0, 24, 160, 186))
-big = functools.partial(field, min_size=(5, 10), max_size=(8, 16))
-SPOT = field(WALL_COLORS, max_run=3, min_size=(1, 2), max_size=(1, 2))
-LARGE = field((GREEN, ORANGE), min_size=(8, 16), max_size=(8, 16), area=(44, 52))
-ROAMERS = field((GREEN, ORANGE), min_size=(4, 6), max_size=(5, 8), also=LARGE)
-SNAKES = field(GREEN, min_size=(7, 10), max_size=(8, 14), also=big(GREEN, area=DEAD_DOTS))
-YELLOW = big(GOLD, area=(40, 49), also=big(GOLD, area=(70, 76)))
-GREYS = big(GREY, area=(20, 49), also=big(GREY, area=(70, 76)))
-UPRIGHT = field(ORANGE, min_size=(4, 20), max_size=(4, 26))
-MOVING = field(ORANGE, min_size=(16, 6), max_size=(20, 8), also=UPRIGHT)
+SPOT = field(WALL_COLORS, filters=(ShortRuns(3),), shapes=Shape(w=1, h=2))
+# A Hallmonster in a hall, and one in a room.
+ROAMER_SHAPES = Shape(w=(4, 5), h=(6, 8)), Shape(w=8, h=16, pixels=(44, 52))
+ROAMERS = field((GREEN, ORANGE), shapes=ROAMER_SHAPES)
+SNAKES = field(GREEN, shapes=(Shape(w=(7, 8), h=(10, 14)), DEAD_SHAPE))
+YELLOW = field(GOLD, shapes=(replace(BIG, pixels=(40, 49)), replace(BIG, pixels=(70, 76))))
+GREYS = field(GREY, shapes=(replace(BIG, pixels=(20, 49)), replace(BIG, pixels=(70, 76))))
+MOVING = field(ORANGE, shapes=(Shape(w=(16, 20), h=(6, 8)), Shape(w=4, h=(20, 26))))
+room = functools.partial(Run, WALL_COLORS)
 MAPPED = Runs(
-    (WALL_COLORS,) * 8,
-    ((88, 32, 89, 88), (84, 32, 85, 80), (20, 36, 21, 84), (32, 84, 33, 88), (84, 108, 85, 112),
-     (16, 160, 17, 164), (92, 164, 93, 168), (68, 168, 69, 172)),
-    ((52, 52), (60, 60), (32, 32), (16, 16), (20, 20), (48, 48), (52, 52), (24, 24)),
-    3,
-    ((0, 0, 0),) * 3 + ((16, 52, 16), (28, 44, 4), (0, 64, 0), (0, 64, 0), (52, 48, 52)),
-)  # fmt: skip
+    (
+        room(32, left=88, width=52, height=56),
+        room(32, left=84, width=60, height=48),
+        room(36, left=20, width=32, height=48),
+        room(84, left=32, width=16, height=4, before=16, above=52, after=16),
+        room(108, left=84, width=20, height=4, before=28, above=44, after=4),
+        room(160, left=16, width=48, height=4, above=64),
+        room(164, left=92, width=52, height=4, above=64),
+        room(168, left=68, width=24, height=4, before=52, above=48, after=52),
+    ),
+    most=3,
+)
 ICONS = Bounds(WALL_COLORS, (104, 9, 152, 17), value=Gauge(8, -4, 1))
 SCORE = Digits(FONT, range(0, 48, 8), 9)
 
 
-def _monster(name: str, color: int, area: tuple[int, int], doc: str) -> Category:
-    alive, dead = functools.partial(big, color, area=area), big(color, area=DEAD_DOTS)
-    return Category(name, alive(also=dead), count=3, doc=doc)
+def _monster(name: str, color: int, pixels: tuple[int, int], doc: str) -> Category:
+    shapes = replace(BIG, pixels=pixels), DEAD_SHAPE
+    return Category(name, field(color, shapes=shapes), count=3, doc=doc)
 
 
 GAME = Game(
@@ -245,27 +253,38 @@ GAME = Game(
     decode=decode,
     categories=(
         Category("Player", SPOT, needs=("Room",), doc="the hunter in a hall"),
-        Category("Winky", big(PINK_FACE), doc="the hunter in a room"),
+        Category("Winky", field(PINK_FACE, shapes=BIG), doc="the hunter in a room"),
         Category("Shot", SPOT, needs=("Chamber",), doc="his arrow"),
         Category("Hallmonsters", ROAMERS, count=6, doc="in a hall, or one in a room"),
         _monster("Skeleton", GREY, (50, 62), "of room 0"),
         _monster("Goblin", BLUE, (50, 66), "of room 1"),
         Category("Serpant", SNAKES, count=3, doc="of room 2"),
-        Category("TwoHeaded", big(RED), count=3, doc="of room 4"),
-        Category("Troll", big(GREY, area=(64, 69)), count=3, doc="of room 5"),
+        Category("TwoHeaded", field(RED, shapes=BIG), count=3, doc="of room 4"),
+        Category(
+            "Troll",
+            field(GREY, shapes=replace(BIG, pixels=(64, 69))),
+            count=3,
+            doc="of room 5",
+        ),
         _monster("Dragon", GOLD, (50, 62), "of room 6"),
         Category(
-            "Spider", field(ORANGE, min_size=(7, 12), max_size=(8, 14)), count=3, doc="of room 7"
+            "Spider", field(ORANGE, shapes=Shape(w=(7, 8), h=(12, 14))), count=3, doc="of room 7"
         ),
-        Category("Purple_Collectable", big(BLUE, area=(67, 70)), doc="of room 0"),
+        Category(
+            "Purple_Collectable",
+            field(BLUE, shapes=replace(BIG, pixels=(67, 70))),
+            doc="of room 0",
+        ),
         Category("Yellow_Collectable", YELLOW, doc="of rooms 1 and 5"),
         Category(
             "Pink_Collectable",
-            field(PINKS, min_size=(7, 9), max_size=(8, 14)),
+            field(PINKS, shapes=Shape(w=(7, 8), h=(9, 14))),
             doc="of rooms 2 and 6",
         ),
         Category("Grey_Collectable", GREYS, doc="of rooms 3 and 4"),
-        Category("Green_Collectable", field(EMERALD, max_size=(8, 8)), doc="of room 7"),
+        Category(
+            "Green_Collectable", field(EMERALD, shapes=Shape(w=(1, 8), h=(1, 8))), doc="of room 7"
+        ),
         Category("Wall", MOVING, count=4, needs=("Chamber",), doc="of room 3"),
         Category("Chamber", Bounds(WALL_COLORS, (8, 24, 152, 28)), doc="upper wall of a room"),
         Category("Room", MAPPED, count=MAPPED.slots, doc="on the map"),

@@ -31,7 +31,8 @@ from ocjax.console.ops import among, pick
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Bounds, Saver, Shades
+from ocjax.vision.rules import Bounds
+from ocjax.vision.shades import Saver, Shades
 
 ROM = Rom("video_pinball", "107cc025334211e6d29da0b6be46aec7")
 GLYPHS = "75557", "62227", "71747", "71317", "55711", "74717", "74757", "71222", "75757", "75717"

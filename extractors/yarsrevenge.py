@@ -36,6 +36,7 @@ from ocjax.console.registers import signed_nibble
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.rules import Blobs, Bounds, Cells
+from ocjax.vision.shapes import Shape
 
 ROM = Rom("yars_revenge", "c5930d0e8cdae3e037349bfa08e871be")
 FONT = ROM.font(0xE00, rows=7, stride=8)
@@ -284,17 +285,19 @@ facing = functools.partial(Category, attributes=("orientation",))
 between = functools.partial(display, blinks=True)  # shown between two rounds
 
 # The Qotile is 18 rows high and has the Yar's colour now and then.
-PLAYER = Blobs(YAR, gap=(2, 3), min_size=(4, 8), max_size=(10, 17))
-PLAYER = Blobs(YAR, gap=(2, 3), min_size=(2, 6), max_size=(2, 6), also=PLAYER)  # as it dissolves
-SHOT = Blobs(YAR, gap=(2, 3), max_size=(1, 2))
-ENEMY = Blobs(LIGHTS, (150, 0, 158, 195), min_size=(8, 17), max_size=(8, 18))
-SWIRL = Blobs(SWIRLS, gap=(1, 1), min_size=(6, 10), max_size=(8, 16))
+PLAYER_SHAPES = Shape(w=2, h=6), Shape(w=(4, 10), h=(8, 17))  # the former as it dissolves
+PLAYER = Blobs(YAR, gap=(2, 3), shapes=PLAYER_SHAPES)
+SHOT = Blobs(YAR, gap=(2, 3), shapes=Shape(w=1, h=(1, 2)))
+ENEMY = Blobs(LIGHTS, (150, 0, 158, 195), Shape(w=8, h=(17, 18)))
+SWIRL = Blobs(SWIRLS, gap=(1, 1), shapes=Shape(w=(6, 8), h=(10, 16)))
 IN_ZONE = Blobs(
-    tuple(c for c in LIGHTS if c & 8 and c not in (YAR, CANNON_COLOR)), ZONE, max_size=(4, 3)
+    tuple(c for c in LIGHTS if c & 8 and c not in (YAR, CANNON_COLOR)),
+    ZONE,
+    Shape(w=(1, 4), h=(1, 3)),
 )
 OTHERS = tuple(c for c in LIGHTS if c != YAR)
-MISSILE = Blobs(OTHERS, min_size=(3, 1), max_size=(4, 3), ignore=(ZONE,), also=IN_ZONE)
-cannon = functools.partial(Blobs, gap=(0, 4), min_size=(3, 4), max_size=(8, 8), ignore=(ZONE,))
+MISSILE = Blobs(OTHERS, shapes=Shape(w=(3, 4), h=(1, 3)), ignore=(ZONE,), also=(IN_ZONE,))
+cannon = functools.partial(Blobs, gap=(0, 4), shapes=Shape(w=(3, 8), h=(4, 8)), ignore=(ZONE,))
 CANNON = cannon((*DIM, CANNON_COLOR), (0, 0, 128, 195))
 cells = functools.partial(Cells, whole=False, exclude=("Enemy", "Enemy_Missile"), floats=True)
 BLOCKS = cells(SHIELDS, CELLS_X, CELLS_Y, 4, 8)

@@ -14,6 +14,17 @@ Number = jax.Array | np.ndarray | int | bool
 Area = tuple[int, int, int, int]  # left, top, right, bottom in pixels; right and bottom are exclusive
 
 
+def check_area(area: Area) -> None:
+    """Check that an area lies on the screen, whose height is not known here.
+
+    Raises:
+        ValueError: it does not, or holds no pixel.
+    """
+    left, top, right, bottom = area
+    if not (0 <= left < right <= WIDTH and 0 <= top < bottom):
+        raise ValueError(f"a region is (left, top, right, bottom) with 0 <= left < right <= {WIDTH} and 0 <= top < bottom, got {area}")
+
+
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Box:

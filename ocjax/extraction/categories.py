@@ -61,7 +61,7 @@ class Category:
     @property
     def has_places(self) -> bool:
         """Whether each slot stands for a place on the screen, so that VEM's objects never change their slots."""
-        return self.on_grid or (isinstance(self.rule, Bounds) and not self.rule.each)
+        return self.on_grid or (isinstance(self.rule, Bounds) and self.rule.slot_count is not None)
 
     @property
     def on_grid(self) -> bool:
@@ -82,7 +82,7 @@ class Category:
         """The colour of each slot, uint8 `[count, 3]`; the rule's first colour where it is read from the frame."""
         if self.rgb is not None:
             colors = np.asarray(self.rgb)
-        elif isinstance(self.rule, Bounds) and not self.rule.each:
+        elif isinstance(self.rule, Bounds) and self.rule.slot_count is not None:
             colors = table[np.array([c[0] for _, c in self.rule.slots])]
         else:
             colors = table[self.rule.palette[0]]

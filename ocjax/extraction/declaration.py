@@ -16,7 +16,8 @@ from ocjax.console import palette
 from ocjax.console.boxes import WIDTH, Box
 from ocjax.console.ram import RAM_SIZE, RamMap
 from ocjax.extraction.categories import ATTRIBUTES, Category, names_by_alias
-from ocjax.vision.rules import Blobs, Bounds, Cells, Rule, Runs, Saver, Shades
+from ocjax.vision.rules import Blobs, Rule
+from ocjax.vision.shades import Saver, Shades
 
 Decode = Callable[[Any], Mapping[str, Box]]
 
@@ -149,23 +150,13 @@ def _validate_fields(game: Declaration) -> None:
     need(huds == sorted(huds), where="categories", text=order)
 
 
-def _slots_of(rule: Rule) -> int | None:
-    """The number of slots that a rule implies, if any."""
-    if isinstance(rule, Bounds):
-        return None if rule.each else len(rule.slots)
-    if isinstance(rule, Runs):
-        return None if rule.packed else rule.slots
-    return len(rule.x) if isinstance(rule, Cells) else None
-
-
 def _validate_category(game: Declaration, c: Category) -> None:
     need = functools.partial(_need, game=game, where=f"category {c.name}")
     need(all(name.isidentifier() for name in (c.name, *c.aliases)), text=f"its names must be identifiers, got {(c.name, *c.aliases)}")
     need(isinstance(c.count, int) and c.count > 0, text=f"count must be a positive int, got {c.count!r}")
     need(set(c.attributes) <= set(ATTRIBUTES), text=f"attributes must be of {ATTRIBUTES}, got {c.attributes}")
     need(isinstance(c.rule, Rule), text=f"rule must be one of Bounds, Blobs, Cells, Runs, got {c.rule!r}")
-    slots = _slots_of(c.rule)
-    need(slots in (None, c.count), text=f"its rule has {slots} slots, its count is {c.count}")
+    need(c.rule.slot_count in (None, c.count), text=f"its rule has {c.rule.slot_count} slots, its count is {c.count}")
     bottom = c.rule.bottom
     need(bottom <= game.screen[0], text=f"its rule reaches down to row {bottom}, the screen has {game.screen[0]} rows")
     need(not c.reads_value or "value" in c.attributes, text="a value is read of it, but it has no attribute 'value'")
@@ -175,15 +166,10 @@ def _validate_category(game: Declaration, c: Category) -> None:
     may_need = {o.name for o in game.categories if c.hud or not o.hud}  # a game without its display lacks the others
     for name in c.needs:
         need(name in may_need, text=f"needs: {name!r} is not a category" + ("" if c.hud else " outside the display"))
-    for name in (n for r in getattr(c.rule, "rules", (c.rule,)) for n in getattr(r, "exclude", ())):
-        other = next((o.rule for o in game.categories if o.name == name), None)
-        blobs, whole_cells = isinstance(other, Blobs), isinstance(other, Cells) and other.whole and not other.floats
-        allowed = {Blobs: whole_cells, Cells: blobs, Bounds: blobs or whole_cells}[type(c.rule)]
-        kinds = {Blobs: "whole Cells", Cells: "Blobs", Bounds: "Blobs or whole Cells"}[type(c.rule)]
-        need(allowed, text=f"exclude: {name!r} is not a category of {kinds}")
-    if isinstance(c.rule, Blobs) and c.rule.above is not None:
-        other = next((o.rule for o in game.categories if o.name == c.rule.above and o is not c), None)
-        need(isinstance(other, Blobs), text=f"above: {c.rule.above!r} is not another category of Blobs")
+    try:
+        c.rule.check({other.name: other.rule for other in game.categories})
+    except ValueError as error:
+        need(False, text=str(error))
     if c.otherwise is not None:
         _validate_category(game, replace(c, rule=c.otherwise, otherwise=None))
     try:

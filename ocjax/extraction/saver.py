@@ -13,9 +13,9 @@ from jax import lax
 from ocjax.console import palette
 from ocjax.console.ops import among
 from ocjax.extraction.categories import Category
-from ocjax.vision.rules import Saver
+from ocjax.vision.colors import EVEN
+from ocjax.vision.shades import Saver
 
-EVEN = 0xFE  # an odd palette index shows as the even one below it
 PLAY = -1  # in place of a key: the colours are those of play
 
 

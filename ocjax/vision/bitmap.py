@@ -185,7 +185,7 @@ def gather_rows(bitmap: Bitmap, left: np.ndarray, rows: np.ndarray, n_words: int
     return (pieces[:, :-1] << shift) | ((pieces[:, 1:] >> 1) >> (31 - shift))
 
 
-def _over(bitmap: Bitmap, size: int, move: Callable[[Bitmap, int], Bitmap], combine: Callable[[Bitmap, Bitmap], Bitmap]) -> Bitmap:
+def over(bitmap: Bitmap, size: int, move: Callable[[Bitmap, int], Bitmap], combine: Callable[[Bitmap, Bitmap], Bitmap]) -> Bitmap:
     """Every pixel combined with the `size - 1` next to it on one side."""
     n = 1
     while n < size:
@@ -196,18 +196,18 @@ def _over(bitmap: Bitmap, size: int, move: Callable[[Bitmap, int], Bitmap], comb
 
 def all_within(bitmap: Bitmap, width: int, height: int) -> Bitmap:
     """The pixels that are the top left corner of a filled rectangle of this size."""
-    return _over(_over(bitmap, width, shift_left, jnp.bitwise_and), height, shift_up, jnp.bitwise_and)
+    return over(over(bitmap, width, shift_left, jnp.bitwise_and), height, shift_up, jnp.bitwise_and)
 
 
 def any_within(bitmap: Bitmap, width: int, height: int) -> Bitmap:
     """A rectangle of this size to the right of and below every pixel."""
-    return _over(_over(bitmap, width, shift_right, jnp.bitwise_or), height, shift_down, jnp.bitwise_or)
+    return over(over(bitmap, width, shift_right, jnp.bitwise_or), height, shift_down, jnp.bitwise_or)
 
 
 def bridged(bitmap: Bitmap, gap: int) -> Bitmap:
     """The pixels, and those of gaps of at most so many blank pixels between them in a row."""
-    wide = _over(_pad(bitmap, (0, 1)), gap + 1, shift_right, jnp.bitwise_or)
-    return bitmap | _over(wide, gap + 1, shift_left, jnp.bitwise_and)[:-1]
+    wide = over(_pad(bitmap, (0, 1)), gap + 1, shift_right, jnp.bitwise_or)
+    return bitmap | over(wide, gap + 1, shift_left, jnp.bitwise_and)[:-1]
 
 
 def stretched(masks: Bitmap, gap: tuple[int, int]) -> Bitmap:
@@ -228,65 +228,6 @@ def stretched(masks: Bitmap, gap: tuple[int, int]) -> Bitmap:
         step = min(n, dy - n + 1)
         masks, n = masks[:, step:] | masks[:, :-step], 2 * n
     return masks
-
-
-def short_runs(bitmap: Bitmap, most: int, *, across: bool = False) -> Bitmap:
-    """The pixels of vertical (or horizontal, `across`) runs of at most `most` pixels."""
-    there, back = (shift_left, shift_right) if across else (shift_up, shift_down)
-    long = _over(_over(bitmap, most + 1, there, jnp.bitwise_and), most + 1, back, jnp.bitwise_or)
-    return bitmap & ~long
-
-
-def without_lines(bitmap: Bitmap, most: int) -> Bitmap:
-    """The pixels that are not in lines one pixel wide, upright or slanting, of more than `most` rows."""
-    thin = bitmap & ~(shift_left(bitmap, 1) | shift_right(bitmap, 1))
-    long = lax.fori_loop(0, most, lambda _, above: thin & spread(shift_up(above, 1)), thin)
-    return bitmap & ~lax.fori_loop(0, most, lambda _, line: line | (thin & spread(shift_down(line, 1))), long)
-
-
-def in_lines(bitmap: Bitmap, planes: jax.Array, bits: Sequence[int], span: tuple[int, int], least: int) -> Bitmap:
-    """The pixels that are in lines of one colour, upright or slanting by a column a row, over at least `least` rows.
-
-    Each step is computed once and stored: 5 us a frame for 128 rows and 7 bits, and 30 in one kernel, which repeats all steps for each row.
-
-    Args:
-        bitmap: the pixels that count, `[words, H, B]`.
-        planes: the bits of all colours, `[7, words, H, B]`.
-        bits: those of the planes that tell the lines' colours apart.
-        span: the first row that is looked at, and the one after the last; the others are cleared.
-        least: number of rows.
-    """
-    (top, bottom), slopes = span, (0, 1, -1)  # columns to the right a row
-    height, room = bottom - top, ((0, 0), (least - 1, least - 1), (0, 0))
-
-    def aside(rows: Bitmap, columns: int) -> Bitmap:
-        return shift_left(rows, columns) if columns >= 0 else shift_right(rows, -columns)
-
-    def as_below(bitmap: Bitmap, planes: jax.Array) -> list[Bitmap]:
-        mask, *own = (b[:, top:bottom] for b in (bitmap, *(planes[i] for i in bits)))
-        none = jnp.zeros_like(mask[:, 1:])
-        differs = [functools.reduce(jnp.bitwise_or, (b[:, :-1] ^ aside(b[:, 1:], s) for b in own), none) for s in slopes]
-        return [mask[:, :-1] & aside(mask[:, 1:], s) & ~d for s, d in zip(slopes, differs, strict=True)]
-
-    def heads(*same: Bitmap) -> list[Bitmap]:
-        rows = height - least + 1
-        steps = [[aside(b[:, i : i + rows], i * s) for i in range(least - 1)] for s, b in zip(slopes, same, strict=True)]
-        return [jnp.pad(functools.reduce(jnp.bitwise_and, of_slope), room) for of_slope in steps]
-
-    def whole(*first: Bitmap) -> Bitmap:
-        pixels = (aside(b[:, least - 1 - i :][:, :height], -i * s) for s, b in zip(slopes, first, strict=True) for i in range(least))
-        return functools.reduce(jnp.bitwise_or, pixels)
-
-    lines = materialize(whole, *materialize(heads, *materialize(as_below, bitmap, planes)))
-    return jnp.pad(lines, ((0, 0), (top, bitmap.shape[1] - bottom), (0, 0)))
-
-
-def without_pairs(bitmap: Bitmap, gap: int) -> Bitmap:
-    """The pixels but those of pairs in a row with so many blank pixels between them, and no third pixel as far from one of them."""
-    between = _over(shift_left(bitmap, 1), gap, shift_left, jnp.bitwise_or)
-    left = bitmap & ~between & shift_left(bitmap, gap + 1)
-    left = left & ~shift_right(left, gap + 1) & ~shift_left(left, gap + 1)
-    return bitmap & ~(left | shift_right(left, gap + 1))
 
 
 def spread(bitmap: Bitmap, where: jax.Array | np.ndarray = ALL) -> Bitmap:

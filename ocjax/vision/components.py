@@ -39,85 +39,15 @@ from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.detected import Detected, words
 from ocjax.vision.fill import extent, fill, fill_large
+from ocjax.vision.layout import BLOCK, Entries, Layout
 from ocjax.vision.pictures import largest
-from ocjax.vision.search import MAX_AREA, MAX_PARTS, NOTHING, UNLIMITED, Search
+from ocjax.vision.search import MAX_PARTS, UNLIMITED, Search
 from ocjax.vision.splitting import Edges, in_two, part
-
-BLOCK = 8  # rows that candidates are counted in
-MIN_CANDIDATES, CANDIDATES_PER_FRAME = 32, 8  # candidates of a round: at least, and for each frame
-ANY_SIZE = UNLIMITED, UNLIMITED
-LIMITS: dict[str, Callable[[Search], int]] = {  # of each alternative of a search, by their names in the tables
-    "min_w": lambda s: s.min_size[0],
-    "min_h": lambda s: s.min_size[1],
-    "max_w": lambda s: (s.max_size or ANY_SIZE)[0],
-    "max_h": lambda s: (s.max_size or ANY_SIZE)[1],
-    "part_w": lambda s: (s.split or ANY_SIZE)[0],
-    "part_h": lambda s: (s.split or ANY_SIZE)[1],
-    "min_area": lambda s: (s.area or (0, MAX_AREA))[0],
-    "max_area": lambda s: (s.area or (0, MAX_AREA))[1],
-}
-
 
 # ------------------------------------------------------------------------------------------------------------ the board
 
 
-class _Layout:
-    """Where masks lie on the board, and the sizes and tables that follow from what is searched for; all static."""
-
-    def __init__(self, masks: Sequence[Bitmap], searches: Sequence[Search]) -> None:
-        ends = np.cumsum([0, *(s.count for s in searches)])
-        self.slots = list(itertools.pairwise(ends.tolist()))  # of each mask, in the caller's order
-        self.order = sorted(range(len(searches)), key=lambda i: searches[i].gap)  # masks of equal gaps are bridged together
-        self.first_slot = ends[self.order]  # of each mask in this order, which all that follows has
-        masks, self.searches = [masks[i] for i in self.order], [searches[i] for i in self.order]
-        searches = self.searches
-        self.lanes = masks[0].shape[2]
-        self.reach_x = max(s.window[0] + s.gap[0] for s in searches)
-        self.reach_y = max(s.window[1] + s.gap[1] for s in searches)
-        self.n_words = masks[0].shape[0] + any(s.gap[0] for s in searches)
-        heights = [-(-(m.shape[1] + s.gap[1] + 1) // BLOCK) * BLOCK for m, s in zip(masks, searches, strict=True)]
-        self.begins = np.cumsum([0, *heights])  # first row of each mask's part; an empty row separates parts
-        self.n_rows = int(self.begins[-1]) + self.reach_y + 1
-        self.window_words = -(-(2 * self.reach_x + 1) // 32)
-        self.n_candidates = max(MIN_CANDIDATES, CANDIDATES_PER_FRAME * self.lanes)
-
-        self.corners = [bm.ALL if s.connectivity == 8 else ~bm.ALL for s in searches]  # whether corners connect: all bits set, or none
-        self.alternatives = list(itertools.zip_longest(*(s.alternatives for s in searches), fillvalue=NOTHING))
-        self.pictures = tuple(dict.fromkeys(s.pictures for s in searches if s.pictures))
-        self.tables = self._tables(masks)
-
-    def _tables(self, masks: Sequence[Bitmap]) -> dict[str, np.ndarray]:
-        """What the stages look up for each mask, int32 `[masks]` each."""
-        tables = {
-            "corners": np.array(self.corners).view(np.int32),
-            "unlimited": [s.unlimited for s in self.searches],
-            "gap_x": [s.gap[0] for s in self.searches],
-            "gap_y": [s.gap[1] for s in self.searches],
-            "up": [begin + 1 - s.top for begin, s in zip(self.begins[:-1].tolist(), self.searches, strict=True)],  # board to screen
-            "count": [s.count for s in self.searches],
-            "first_slot": self.first_slot,
-        }
-        if self.pictures:
-            tables["pictures"] = [self.pictures.index(s.pictures) if s.pictures else -1 for s in self.searches]
-            tables["left"], tables["right"] = zip(*(s.columns for s in self.searches), strict=True)
-            tables["bottom"] = [begin + 1 + mask.shape[1] for begin, mask in zip(self.begins[:-1].tolist(), masks, strict=True)]
-        for i, of_masks in enumerate(self.alternatives):
-            tables |= {f"{name} {i}": [of(search) for search in of_masks] for name, of in LIMITS.items()}
-        return {name: np.asarray(table, np.int32) for name, table in tables.items()}
-
-    def look_up(self, mask: jax.Array) -> dict[str, jax.Array]:
-        """The entries of each candidate's mask in all tables, int32 `[n]` each, in one gather."""
-        differ = {name: table for name, table in self.tables.items() if (table != table[0]).any()}
-        rows = dict(zip(differ, jnp.asarray(np.stack(list(differ.values())))[:, mask], strict=True)) if differ else {}
-        return {name: rows[name] if name in rows else jnp.full_like(mask, table[0]) for name, table in self.tables.items()}
-
-    def corners_by_row(self) -> np.ndarray:
-        """Whether corners connect in each row of the board: words with all bits set, or none, uint32 `[1, rows, 1]`."""
-        heights = np.diff([*self.begins[:-1], self.n_rows])
-        return np.repeat(np.array(self.corners), heights)[None, :, None]
-
-
-def _board(layout: _Layout, masks: Sequence[Bitmap]) -> Bitmap:
+def _board(layout: Layout, masks: Sequence[Bitmap]) -> Bitmap:
     """All masks, one below the other, with an empty row above each, and the parts of each component connected."""
     board = jnp.zeros((layout.n_words, layout.n_rows, layout.lanes), U)
     for mask, begin in zip(masks, layout.begins.tolist(), strict=False):
@@ -162,7 +92,7 @@ class _Candidates(NamedTuple):
 class _Index:
     """Candidates in order: counts by row, by block of rows, and by segment (one mask of one frame)."""
 
-    def __init__(self, layout: _Layout, board: Bitmap) -> None:
+    def __init__(self, layout: Layout, board: Bitmap) -> None:
         self.layout = layout
         searched = int(layout.begins[-1]) + 1
         starts = materialize(lambda b: _starts(b[:, :searched], layout.corners_by_row()[:, 1:searched]), board)
@@ -235,7 +165,7 @@ def _nth_bit(word: jax.Array, n: jax.Array) -> jax.Array:
 # ------------------------------------------------------------------------------------------------------------ filling
 
 
-def _windows(layout: _Layout, board: Bitmap, offset: jax.Array, column: jax.Array) -> jax.Array:
+def _windows(layout: Layout, board: Bitmap, offset: jax.Array, column: jax.Array) -> jax.Array:
     """The board from the row above each candidate down, `reach_x` columns to both sides: uint32 `[rows, words, candidates]`."""
     left = column - layout.reach_x
     word, shift = (left >> 5)[None] + jnp.arange(layout.window_words + 1)[:, None], (left & 31).astype(U)
@@ -245,7 +175,7 @@ def _windows(layout: _Layout, board: Bitmap, offset: jax.Array, column: jax.Arra
     return (cut[:, :-1] << shift[None, None]) | ((cut[:, 1:] >> 1) >> (31 - shift)[None, None])
 
 
-def _offsets(layout: _Layout, found: _Candidates) -> jax.Array:
+def _offsets(layout: Layout, found: _Candidates) -> jax.Array:
     """Where on the flat board the words of each window's first row are, int32 `[words, candidates]`."""
     word = ((found.column - layout.reach_x) >> 5)[None] + jnp.arange(layout.window_words + 1)[:, None]
     row = jnp.clip(word, 0, layout.n_words - 1) * layout.n_rows + (found.row - 1)[None]
@@ -263,7 +193,7 @@ class _Measured(NamedTuple):
     area: jax.Array  # int32: pixels
 
 
-def _measure(layout: _Layout, board: Bitmap, found: _Candidates, offset: jax.Array, corners: jax.Array) -> tuple[_Measured, jax.Array]:
+def _measure(layout: Layout, board: Bitmap, found: _Candidates, offset: jax.Array, corners: jax.Array) -> tuple[_Measured, jax.Array]:
     """Fill each candidate's component in its window, which is returned, too, uint32 `[words, rows, n]`.
 
     `corners` are words with all bits set where corners connect, or none.
@@ -283,7 +213,7 @@ def _measure(layout: _Layout, board: Bitmap, found: _Candidates, offset: jax.Arr
     return _Measured(~above & (head == reach), inside, left, right, bottom + 1, area), by_word
 
 
-def _measure_large(layout: _Layout, board: Bitmap, found: _Candidates, measured: _Measured, wanted: jax.Array) -> _Measured:
+def _measure_large(layout: Layout, board: Bitmap, found: _Candidates, measured: _Measured, wanted: jax.Array) -> _Measured:
     """Fill the wanted candidates' components on the whole board, one candidate of each frame at a time."""
     large = wanted & ~measured.inside
     lane, rows = found.segment % layout.lanes, jnp.arange(layout.n_rows)[None, :, None]
@@ -326,24 +256,24 @@ class _Accepted(NamedTuple):
     parts: jax.Array  # objects in all; 0: the component is none
 
 
-def _accept(layout: _Layout, found: _Candidates, measured: _Measured, entries: dict[str, jax.Array], exists: jax.Array) -> _Accepted:
+def _accept(layout: Layout, found: _Candidates, measured: _Measured, entries: Entries, exists: jax.Array) -> _Accepted:
     """Apply the limits of each candidate's search, whose entries in the tables are given."""
-    w, h = measured.right - measured.left + 1 - entries["gap_x"], measured.height - entries["gap_y"]
+    w, h = measured.right - measured.left + 1 - entries.gap_x, measured.height - entries.gap_y
     part_w = part_h = jnp.full_like(w, UNLIMITED)
     good = jnp.zeros_like(exists)
-    for i in reversed(range(len(layout.alternatives))):
-        met = (w >= entries[f"min_w {i}"]) & (h >= entries[f"min_h {i}"]) & (w <= entries[f"max_w {i}"]) & (h <= entries[f"max_h {i}"])
-        if any(s.area for s in layout.alternatives[i]):
-            met = met & (measured.area >= entries[f"min_area {i}"]) & (measured.area <= entries[f"max_area {i}"])
-        part_w, part_h = jnp.where(met, entries[f"part_w {i}"], part_w), jnp.where(met, entries[f"part_h {i}"], part_h)
+    for shape, reads_pixels in reversed(list(zip(entries.limits, layout.reads_pixels, strict=True))):
+        met = (w >= shape.min_w) & (h >= shape.min_h) & (w <= shape.max_w) & (h <= shape.max_h)
+        if reads_pixels:
+            met = met & (measured.area >= shape.min_pixels) & (measured.area <= shape.max_pixels)
+        part_w, part_h = jnp.where(met, shape.part_w, part_w), jnp.where(met, shape.part_h, part_h)
         good = good | met
     good = good & exists & measured.own & measured.inside
     across = jnp.clip(-(-w // part_w), 1, MAX_PARTS)
     down = jnp.clip(-(-h // part_h), 1, MAX_PARTS // across)
-    return _Accepted(measured.left, found.row - entries["up"], w, h, part_w, part_h, across, jnp.where(good, across * down, 0))
+    return _Accepted(measured.left, found.row - entries.up, w, h, part_w, part_h, across, jnp.where(good, across * down, 0))
 
 
-def _parts(layout: _Layout, a: _Accepted) -> jax.Array:
+def _parts(layout: Layout, a: _Accepted) -> jax.Array:
     """The boxes of each component's objects, evenly spaced from edge to edge: words `[parts, n]`."""
     splits = any(s.splits for s in layout.searches)
     part = jnp.arange(MAX_PARTS if splits else 1, dtype=jnp.int32)[:, None]
@@ -356,16 +286,16 @@ def _parts(layout: _Layout, a: _Accepted) -> jax.Array:
 
 
 def _parted(
-    layout: _Layout, found: _Candidates, accepted: _Accepted, parts: jax.Array, filled: jax.Array, entries: dict[str, jax.Array]
+    layout: Layout, found: _Candidates, accepted: _Accepted, parts: jax.Array, filled: jax.Array, entries: Entries
 ) -> tuple[_Accepted, jax.Array]:
     """The same, with two boxes for each component that is larger than its search's pictures and in which one of them fits."""
     begin = found.column - layout.reach_x
-    edges = Edges(entries["left"] - found.column, entries["right"] - found.column, entries["bottom"] - found.row)
+    edges = Edges(entries.left - found.column, entries.right - found.column, entries.bottom - found.row)
     n_parts = accepted.parts
     for i, pictures in enumerate(layout.pictures):
         both = part(filled, layout.reach_x, edges, pictures)
         width, height = largest(pictures)
-        eligible = ((accepted.w > width) | (accepted.h > height)) & (n_parts > 0) & (entries["pictures"] == i)
+        eligible = ((accepted.w > width) | (accepted.h > height)) & (n_parts > 0) & (entries.pictures == i)
         n_parts, parts = materialize(in_two, n_parts, parts, eligible, begin, accepted.y, *both, small=0)
     return accepted._replace(parts=n_parts), parts
 
@@ -379,12 +309,12 @@ class _Progress(NamedTuple):
 
 
 def _write(
-    layout: _Layout,
+    layout: Layout,
     index: _Index,
     found: _Candidates,
     accepted: _Accepted,
     parts: jax.Array,
-    entries: dict[str, jax.Array],
+    entries: Entries,
     so_far: _Progress,
 ) -> _Progress:
     """Put accepted objects into their slots, in the candidates' order."""
@@ -393,8 +323,8 @@ def _write(
     before_segment = _at(before, begins)
     rank = before[:-1] + _at(so_far.totals - before_segment[:-1], found.segment)
     part = jnp.arange(len(parts), dtype=jnp.int32)[:, None]
-    has_slot = (part < accepted.parts[None]) & (rank[None] + part < entries["count"][None])
-    slot = ((entries["first_slot"] + rank)[None] + part) * layout.lanes + (found.segment % layout.lanes)[None]
+    has_slot = (part < accepted.parts[None]) & (rank[None] + part < entries.count[None])
+    slot = ((entries.first_slot + rank)[None] + part) * layout.lanes + (found.segment % layout.lanes)[None]
     slot = jnp.where(has_slot, slot, len(so_far.slots))
     fields = [parts] if so_far.slots.shape[1] == 1 else [parts, jnp.broadcast_to(found.column, parts.shape).astype(U)]
     slots = so_far.slots.at[slot.ravel()].set(jnp.stack(fields, axis=-1).reshape(-1, len(fields)), mode="drop")
@@ -412,7 +342,7 @@ def components(masks: Sequence[Bitmap], searches: Sequence[Search], *, heads: bo
     Returns:
         The boxes in each mask, in raster order of the components' first pixels.
     """
-    layout = _Layout(masks, searches)
+    layout = Layout(masks, searches)
     board = _board(layout, [masks[i] for i in layout.order])
     index = _Index(layout, board)
 
@@ -425,9 +355,9 @@ def components(masks: Sequence[Bitmap], searches: Sequence[Search], *, heads: bo
         found, offset = materialize(locate, k, small=0)
         exists = k < index.total
         entries = layout.look_up(found.segment // layout.lanes)
-        measured, filled = _measure(layout, board, found, offset, entries["corners"].astype(U))
+        measured, filled = _measure(layout, board, found, offset, entries.corners.astype(U))
         if any(s.unlimited for s in searches):
-            measured = _measure_large(layout, board, found, measured, exists & measured.own & (entries["unlimited"] > 0))
+            measured = _measure_large(layout, board, found, measured, exists & measured.own & (entries.unlimited > 0))
         accepted = _accept(layout, found, measured, entries, exists)
         parts = _parts(layout, accepted)
         if layout.pictures:

@@ -27,8 +27,8 @@ def largest(pictures: Sequence[Picture]) -> tuple[int, int]:
     return PICTURE_WIDTH, max(map(len, pictures))
 
 
-def check_pictures(pictures: Sequence[Picture], max_size: tuple[int, int] | None, gap: tuple[int, int]) -> None:
-    """Check the pictures of a rule with this `max_size` and `gap`.
+def check_pictures(pictures: Sequence[Picture], sizes: Sequence[tuple[int, int] | None], gap: tuple[int, int]) -> None:
+    """Check the pictures of a rule whose shapes have these largest sizes, and its `gap`.
 
     Raises:
         ValueError: a picture has rows that are no 16 bits, or none at its top or bottom; or the rule cannot have pictures.
@@ -36,5 +36,5 @@ def check_pictures(pictures: Sequence[Picture], max_size: tuple[int, int] | None
     for rows in pictures:
         if not rows or not (rows[0] and rows[-1]) or not all(0 <= row < 1 << PICTURE_WIDTH for row in rows):
             raise ValueError(f"pictures must be rows of {PICTURE_WIDTH} bits, with pixels in the first and the last one, got {rows}")
-    if pictures and (gap != (0, 0) or max_size is None or any(np.less(max_size, largest(pictures)))):
-        raise ValueError(f"pictures need no gap, and a max_size of at least {largest(pictures)}, got {gap} and {max_size}")
+    if pictures and (gap != (0, 0) or not any(size is not None and np.all(np.less_equal(largest(pictures), size)) for size in sizes)):
+        raise ValueError(f"pictures need no gap, and a shape that is limited to {largest(pictures)} or more, got {gap} and {list(sizes)}")

@@ -15,7 +15,8 @@ from ocjax.console.boxes import WIDTH
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.detected import Detected, words
-from ocjax.vision.rules import Runs
+from ocjax.vision.rules import Run, Runs
+from ocjax.vision.shapes import span
 
 
 def detect_runs(rules: Sequence[Runs], masks: Sequence[Sequence[Bitmap]]) -> list[Detected]:
@@ -77,14 +78,16 @@ def _regions(rules: Sequence[Runs]) -> list[_Region]:
     of_rows = []
     for rule in rules:
         own: dict[tuple[int, tuple[int, ...]], list[_Region]] = {key: [] for key in rule.rows}
-        margins = rule.margins or ((0, 0, 0),) * len(rule.regions)
-        for (left, top, right, low), colors, (least, most), (before, above, after) in zip(
-            rule.regions, rule.colors, rule.widths, margins, strict=True
-        ):
-            own[top, colors].append(_Region(*np.array([left, right, least, most, before, after, top - above, low])))
+        for run in rule.runs:
+            own[run.row, run.palette].append(_region(run))
         of_rows += own.values()
     by_rank = itertools.zip_longest(*of_rows, fillvalue=NO_REGION)
     return [_Region(*np.array(regions, np.int32).T[..., None, None]) for regions in by_rank]
+
+
+def _region(run: Run) -> _Region:
+    (left, last), (least, most) = span(run.left), span(run.width)
+    return _Region(*np.array([left, last + 1, least, most, run.before, run.after, run.row - run.above, run.bottom]))
 
 
 def _boxes(regions: Sequence[_Region], x: jax.Array, end: jax.Array) -> jax.Array:

@@ -18,7 +18,11 @@ from ocjax.extraction.categories import Category, display
 from ocjax.extraction.game import Game, GameError
 from ocjax.extraction.saver import key_of
 from ocjax.transforms.game_objects import views
-from ocjax.vision.rules import Blobs, Bounds, ByColor, Cells, Gauge, Runs, Saver
+from ocjax.vision.filters import Lines, NoLines, NoPairs, ShortRuns
+from ocjax.vision.rules import Blobs, Bounds, ByColor, Cells, Gauge, Run, Runs
+from ocjax.vision.shades import Saver
+from ocjax.vision.shapes import Shape
+from ocjax.vision.steps import Packed, Raised, SideBySide, Tight
 from ocjax.vision.unknown import UNKNOWN, UNKNOWN_VALUE
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
@@ -128,7 +132,10 @@ def test_aliases():
         ({"categories": (Category("A", Blobs(14), attributes=("speed",)), *CATEGORIES[1:])}, "attributes"),
         ({"categories": (Category("A", Bounds(14, ((0, 0, 9, 9), (9, 0, 20, 9)))), *CATEGORIES[1:])}, "its rule has 2 slots"),
         ({"categories": (Category("A", Blobs(14, (0, 0, 9, 250))), *CATEGORIES[1:])}, "reaches down to row 250"),
-        ({"categories": (Category("A", Runs(((14,),), ((0, 9, 9, 250),), ((1, 9),), 1)), *CATEGORIES[1:])}, "reaches down to row 250"),
+        (
+            {"categories": (Category("A", Runs((Run(14, 9, left=(0, 8), width=(1, 9), height=241),), 1)), *CATEGORIES[1:])},
+            "reaches down to row 250",
+        ),
         ({"screen": (256, 160)}, "height below 256"),
         ({"categories": (Category("A", Blobs(14), rgb=(1, 2)), *CATEGORIES[1:])}, "rgb must be"),
         ({"categories": (Category("A", Blobs(14), needs=("H",)), *CATEGORIES[1:])}, "needs: 'H' is not a category outside the display"),
@@ -158,24 +165,36 @@ def test_wrong_games(change, message):
         (lambda: Blobs(14, connectivity=6), "connectivity"),
         (lambda: Blobs(14, connectivity=4, gap=(1, 0)), "gap needs"),
         (lambda: Blobs(14, gap=(40, 0)), "gap must"),
-        (lambda: Blobs(14, area=(3, 5)), "area needs"),
-        (lambda: Blobs(14, max_run=-1), "max_run and max_line must"),
-        (lambda: Blobs(14, max_line=-1), "max_run and max_line must"),
-        (lambda: Blobs(14, min_line=32), "min_line must"),
-        (lambda: Blobs(14, min_line=1), "min_line must"),
-        (lambda: Blobs(14, max_across=31), "max_across and pairs up to 30"),
-        (lambda: Blobs(14, pairs=31), "max_across and pairs up to 30"),
+        (lambda: Blobs(14, shapes=()), "at least one shape"),
+        (lambda: Shape(w=4), "w and h need a limit both"),
+        (lambda: Shape(w=(5, 4), h=4), "w must be a number of pixels or"),
+        (lambda: Shape(w=4, h=-1), "h must be a number of pixels or"),
+        (lambda: Shape(pixels=(3, 5)), "pixels must have a limit, and so must w and h"),
+        (lambda: Shape(w=4, h=4, pixels=(3, None)), "pixels must have a limit"),
+        (lambda: Shape(w=4, h=4, split=(4, 0)), "split must be"),
+        (lambda: ShortRuns(0), "of at least 1 pixel"),
+        (lambda: ShortRuns(31, across=True), "at most 30 across"),
+        (lambda: NoLines(0), "of at least 1 row"),
+        (lambda: Lines(32, (0, 9)), "2 to 31 rows"),
+        (lambda: Lines(1, (0, 9)), "2 to 31 rows"),
+        (lambda: Lines(5, (9, 9)), "rows must be"),
+        (lambda: NoPairs(31), "1 to 30 pixels apart"),
+        (lambda: Raised(0), "rows must be"),
+        (lambda: SideBySide(0), "width must be"),
+        (lambda: Bounds(20, (0, 0, 9, 9), value=Gauge(1), then=(SideBySide(4),)), "objects leave their slots"),
         (lambda: Blobs((14, 16), first=18), "first must"),
-        (lambda: Blobs(14, also=Blobs(16)), "also must"),
+        (lambda: Blobs(14, also=(Blobs(16, then=(Tight(),)),)), "no also and no steps of its own"),
+        (lambda: Blobs(14, also=(Blobs(16, also=(Blobs(18),)),)), "no also and no steps of its own"),
         (lambda: Bounds(((14,), (15,)), (0, 0, 9, 9)), "colors for 2 regions"),
         (lambda: Cells(14, (1, 2), (1,), 2, 2), "one entry per slot"),
-        (lambda: Runs(((14,),), ((0, 0, 9, 9),), (), 2), "as many colors and widths"),
-        (lambda: Runs(((14,),), ((0, 0, 9, 9),), ((1, 9),), 0), "most must"),
-        (lambda: Runs(((14,),), ((0, 0, 9, 9),), ((1, 9),), 1, ((0, 0, 0),) * 2), "as many margins"),
-        (lambda: Runs(((14,),), ((0, 5, 9, 9),), ((1, 9),), 1, ((0, 6, 0),)), "boxes on the screen"),
-        (lambda: Runs(((14,),), ((0, 5, 9, 9),), ((3, 9),), 1, ((-2, 0, -1),)), "boxes on the screen"),
-        (lambda: Runs(((14,),), ((0, 0, 9, 9),), ((1, 9),), 1, gap=32), "gap must"),
-        (lambda: Runs(((14,),), ((0, 0, 9, 9),), ((1, 9),), 1, columns=(9, 161)), "a region is"),
+        (lambda: Runs((), 2), "at least one run"),
+        (lambda: Runs((Run(14, 0, 0, 1, 9),), 0), "most must"),
+        (lambda: Run(14, 0, (9, 8), 1, 9), "left must be"),
+        (lambda: Run(14, 0, 0, (9, 8), 9), "width must be"),
+        (lambda: Run(14, 5, 0, (1, 9), 4, above=6), "boxes on the screen"),
+        (lambda: Run(14, 5, 0, (3, 9), 4, before=-2, after=-1), "boxes on the screen"),
+        (lambda: Runs((Run(14, 0, 0, 1, 9),), 1, gap=32), "gap must"),
+        (lambda: Runs((Run(14, 0, 0, 1, 9),), 1, columns=(9, 161)), "a region is"),
         (lambda: Bounds(14, ((0, 0, 9, 9),) * 3, ((1, 1),) * 2), "min_size for 2 regions"),
         (lambda: Cells(14, (159,), (1,), 2, 2), "on the screen"),
     ],
@@ -242,7 +261,7 @@ def test_centered_digits():
 
 
 def test_thin_objects_in_front_of_walls():
-    categories = (Category("A", Blobs(14, max_run=2, min_size=(2, 1)), count=3), *CATEGORIES[1:])
+    categories = (Category("A", Blobs(14, None, Shape(w=(2, None)), filters=(ShortRuns(2),)), count=3), *CATEGORIES[1:])
     game = dataclasses.replace(GAME, categories=categories, decode=three)
     frame = np.zeros((210, 160), np.uint8)
     frame[20:28, 40:60] = 14  # a wall
@@ -254,7 +273,7 @@ def test_thin_objects_in_front_of_walls():
 
 
 def test_upright_objects_in_front_of_figures():
-    categories = (Category("A", Blobs(14, max_across=1, min_size=(1, 3)), count=3), *CATEGORIES[1:])
+    categories = (Category("A", Blobs(14, None, Shape(h=(3, None)), filters=(ShortRuns(1, across=True),)), count=3), *CATEGORIES[1:])
     game = dataclasses.replace(GAME, categories=categories, decode=three)
     frame = np.zeros((210, 160), np.uint8)
     frame[20:28, 29:36] = 14  # a figure
@@ -266,8 +285,8 @@ def test_upright_objects_in_front_of_figures():
 
 
 def test_objects_of_two_shapes():
-    across = Blobs((14, 16), max_run=2, min_size=(4, 2), max_size=(6, 2))
-    upright = Blobs((14, 16), min_size=(1, 6), max_size=(1, 6), also=across)
+    across = Blobs((14, 16), None, Shape(w=(4, 6), h=2), filters=(ShortRuns(2),))
+    upright = Blobs((14, 16), None, Shape(w=1, h=6), also=(across,))
     game = dataclasses.replace(GAME, categories=(Category("A", upright, count=3), *CATEGORIES[1:]), decode=three)
     frame = np.zeros((210, 160), np.uint8)
     frame[20:40, 40:48] = 14  # a figure
@@ -279,7 +298,7 @@ def test_objects_of_two_shapes():
 
 
 def test_a_beam_beside_two_dots():
-    categories = (Category("A", Blobs(14, min_size=(2, 1), pairs=1), count=3), *CATEGORIES[1:])
+    categories = (Category("A", Blobs(14, None, Shape(w=(2, None)), filters=(NoPairs(1),)), count=3), *CATEGORIES[1:])
     game = dataclasses.replace(GAME, categories=categories, decode=three)
     frame = np.zeros((210, 160), np.uint8)
     frame[20, 30:38] = frame[20, 28] = frame[20, 26] = 14  # the dots are as far from the beam as from each other
@@ -289,7 +308,8 @@ def test_a_beam_beside_two_dots():
 
 
 def test_a_thin_shot_before_a_figure():
-    categories = (Category("A", Blobs((14, 16, 18), (0, 20, 160, 60), max_size=(8, 8), min_line=5), count=3), *CATEGORIES[1:])
+    rule = Blobs((14, 16, 18), (0, 20, 160, 60), Shape(w=(1, 8), h=(1, 8)), filters=(Lines(5, rows=(20, 60)),))
+    categories = (Category("A", rule, count=3), *CATEGORIES[1:])
     game = dataclasses.replace(GAME, categories=categories, decode=three)
     frame = np.zeros((210, 160), np.uint8)
     frame[30:34, 40:48], frame[34:38, 40:48] = 16, 18  # a figure
@@ -300,7 +320,7 @@ def test_a_thin_shot_before_a_figure():
 
 
 def test_figures_of_unequal_height_that_touch():
-    rule = Blobs(14, (0, 20, 160, 60), max_size=(16, 9), split=(8, 9), tight=True)
+    rule = Blobs(14, (0, 20, 160, 60), Shape(w=(1, 16), h=(1, 9), split=(8, 9)), then=(Tight(),))
     game = dataclasses.replace(GAME, categories=(Category("A", rule, count=3), *CATEGORIES[1:]), decode=three)
     frame = np.zeros((210, 160), np.uint8)
     frame[30:38, 26:34], frame[29:37, 34:41] = 14, 14
@@ -312,7 +332,7 @@ def test_figures_of_unequal_height_that_touch():
 
 def test_parts_without_pixels_are_dropped():
     """An L in quarters: none at the top right."""
-    rule = Blobs(14, (0, 20, 160, 60), max_size=(8, 8), split=(4, 4), tight=True)
+    rule = Blobs(14, (0, 20, 160, 60), Shape(w=(1, 8), h=(1, 8), split=(4, 4)), then=(Tight(),))
     game = dataclasses.replace(GAME, categories=(Category("A", rule, count=3), *CATEGORIES[1:]), decode=three)
     frame = np.zeros((210, 160), np.uint8)
     frame[30:38, 26:30], frame[34:38, 30:34] = 14, 14
@@ -322,8 +342,14 @@ def test_parts_without_pixels_are_dropped():
 
 
 def test_walls_of_known_height():
-    regions = ((0, 20, 160, 60), (100, 20, 104, 80), (0, 60, 160, 80))
-    walls = Runs(((14, 16), (14, 16), (18,)), regions, ((8, 160), (4, 4), (1, 160)), most=3)
+    walls = Runs(
+        (
+            Run((14, 16), 20, left=(0, 159), width=(8, 160), height=40),
+            Run((14, 16), 20, left=(100, 103), width=4, height=60),
+            Run(18, 60, left=(0, 159), width=(1, 160), height=20),
+        ),
+        most=3,
+    )
     categories = (Category("A", walls, count=6), *CATEGORIES[1:])
     game = dataclasses.replace(GAME, categories=categories, decode=lambda m: decode(m) | {"A": box(jnp.arange(6), 10, 4, 4)})
     frame = np.zeros((210, 160), np.uint8)
@@ -338,7 +364,8 @@ def test_walls_of_known_height():
 
 
 def test_floors_behind_figures_and_between_walls():
-    floors = Runs(((14,),) * 2, ((0, 20, 160, 24), (0, 30, 160, 34)), ((12, 160),) * 2, most=3, gap=3, columns=(8, 152), packed=True)
+    runs = tuple(Run(14, row, left=(0, 159), width=(12, 160), height=4) for row in (20, 30))
+    floors = Runs(runs, most=3, gap=3, columns=(8, 152), then=(Packed(),))
     game = dataclasses.replace(
         GAME, categories=(Category("A", floors, count=3), *CATEGORIES[1:]), decode=lambda m: decode(m) | {"A": box(jnp.arange(3), 10, 4, 4)}
     )
@@ -366,7 +393,11 @@ def test_each_region_has_its_least_size():
 
 
 def test_objects_of_known_shape_by_their_tips():
-    angles = Runs(((14,),) * 2, ((0, 50, 80, 60), (80, 50, 160, 60)), ((1, 1),) * 2, most=2, margins=((0, 20, 10), (10, 20, 0)))
+    runs = (
+        Run(14, 50, left=(0, 79), width=1, height=10, above=20, after=10),
+        Run(14, 50, left=(80, 159), width=1, height=10, before=10, above=20),
+    )
+    angles = Runs(runs, most=2)
     categories = (Category("A", angles, count=2), *CATEGORIES[1:])
     game = dataclasses.replace(GAME, categories=categories, decode=lambda m: decode(m) | {"A": box(jnp.arange(2), 10, 4, 4)})
     frame = np.zeros((210, 160), np.uint8)
@@ -406,7 +437,7 @@ def test_objects_that_share_colours():
 
 
 def test_objects_of_different_colours_stay_apart():
-    categories = (Category("A", Blobs((14, 16), split_by_color=True), count=3), *CATEGORIES[1:])
+    categories = (Category("A", Blobs(14, also=(Blobs(16),)), count=3), *CATEGORIES[1:])
     game = dataclasses.replace(GAME, categories=categories, decode=three)
     frame = np.zeros((210, 160), np.uint8)
     frame[20:24, 40:50], frame[24:28, 44:54] = 16, 14

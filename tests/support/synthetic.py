@@ -10,12 +10,18 @@ from ocjax.console.ram import RamMap, bcd, bits, byte, high, low, signed
 from ocjax.console.registers import packed_position, wrap
 from ocjax.extraction.categories import Category, display
 from ocjax.extraction.game import Game
-from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge, Runs, Shades
+from ocjax.vision.filters import NoLines, ShortRuns
+from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge, Run, Runs
+from ocjax.vision.shades import Shades
+from ocjax.vision.shapes import Shape
+from ocjax.vision.steps import SideBySide
 
 H, W = 210, 160
 GRID_X, GRID_Y = (20, 30, 40, 62), (150, 150, 150, 151)
 FONT = hex_font(DIGITS_3X5, dots=3, dot=(4, 2), pitch=16)
 TABLE = np.arange(100, 0, -3)
+PAIRS = Shape(w=(1, 28), h=(1, 28), pixels=(3, 500), split=(7, 7))
+FLOORS = Runs((Run(24, 141, left=(0, 159), width=(4, 30), height=3), Run((24, 26), 145, left=(9, 98), width=(2, W), height=2)), most=1)
 
 
 class Ram(RamMap):
@@ -59,12 +65,16 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
+        Category("Walker", Blobs((20, 22), (0, 30, W, 140), Shape(w=(2, 20), h=(2, 20)), gap=(2, 1)), count=6, doc="dynamic colours"),
         Category(
-            "Walker", Blobs((20, 22), (0, 30, W, 140), gap=(2, 1), min_size=(2, 2), max_size=(20, 20)), count=6, doc="dynamic colours"
+            "Turner", Blobs(40, connectivity=4, filters=(NoLines(12),)), count=2, attributes=("orientation",), doc="any size, 4-connected"
         ),
-        Category("Turner", Blobs(40, connectivity=4, max_line=12), count=2, attributes=("orientation",), doc="any size, 4-connected"),
-        Category("Pair", Blobs((60, 62), split=(7, 7), max_size=(28, 28), split_by_color=True, area=(3, 500)), count=2, doc="touching"),
-        Category("Thin", Blobs((80, 82), (0, 30, W, 200), max_run=3, first=80, exclude=("Pebble",), ignore=((0, 30, 9, 60),)), doc="low"),
+        Category("Pair", Blobs(60, None, PAIRS, also=(Blobs(62, None, PAIRS),)), count=2, doc="touching"),
+        Category(
+            "Thin",
+            Blobs((80, 82), (0, 30, W, 200), filters=(ShortRuns(3),), first=80, exclude=("Pebble",), ignore=((0, 30, 9, 60),)),
+            doc="low",
+        ),
         Category("Background", Bounds(0, (5, 60, 40, 90), inverse=True, exclude=("Walker", "Pebble"), min_size=(2, 1)), doc="not black"),
         Category("Pebble", Cells(100, GRID_X, GRID_Y, 4, 4, margin=(1, 1)), count=4, doc="whole cells"),
         Category(
@@ -74,8 +84,8 @@ GAME = Game(
             blinks=True,
             doc="parts of cells",
         ),
-        Category("Floor", Runs(((24,), (24, 26)), ((0, 141, W, 144), (9, 145, 99, 147)), ((4, 30), (2, W)), most=1), count=2, doc="runs"),
-        Category("Link", Bounds((28,), ((0, 199, 80, 205), (80, 199, W, 205)), each=4), count=3, doc="side by side"),
+        Category("Floor", FLOORS, count=2, doc="runs"),
+        Category("Link", Bounds((28,), ((0, 199, 80, 205), (80, 199, W, 205)), then=(SideBySide(4),)), count=3, doc="side by side"),
         display(
             "Score",
             Bounds(120, (24, 4, 80, 14), value=Digits(FONT, (20, 36, 52, 68), 4, required=True)),

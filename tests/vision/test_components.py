@@ -16,8 +16,10 @@ from ocjax.vision import components as stages
 from ocjax.vision.bounds import tight_boxes
 from ocjax.vision.components import components
 from ocjax.vision.fill import fill, fill_large
+from ocjax.vision.filters import Lines, NoLines
 from ocjax.vision.pictures import PICTURE_WIDTH, picture
 from ocjax.vision.search import MAX_PARTS, Search
+from ocjax.vision.shapes import Shape, limits
 from tests.support.states import excerpt
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
@@ -37,7 +39,7 @@ def reference(mask, search):
     for label, (rows, columns) in enumerate(ndimage.find_objects(labels), start=1):
         first = int(np.flatnonzero(labels[rows.start] == label)[0])
         w, h = columns.stop - columns.start - dx, rows.stop - rows.start - dy
-        size = next((s.split or (256, 256) for s in search.alternatives if meets(s, w, h, (labels == label).sum())), None)
+        size = next((s.split or (256, 256) for s in search.shapes if meets(s, w, h, (labels == label).sum())), None)
         if size is not None:
             boxes = parts(columns.start, rows.start, w, h, size)
             if w > PICTURE_WIDTH or h > max(map(len, search.pictures), default=256):
@@ -46,10 +48,10 @@ def reference(mask, search):
     return [(*box, first) for y, first, boxes in sorted(out) for box in boxes]
 
 
-def meets(search, w, h, pixels):
-    limit = search.max_size or (W, 256)
-    least, most = search.area or (1, W * 256)
-    return search.min_size[0] <= w <= limit[0] and search.min_size[1] <= h <= limit[1] and least <= pixels <= most
+def meets(shape, w, h, pixels):
+    limit = shape.max_size or (W, 256)
+    least, most = (1, W * 256) if shape.pixels is None else limits(shape.pixels)
+    return shape.min_size[0] <= w <= limit[0] and shape.min_size[1] <= h <= limit[1] and least <= pixels <= most
 
 
 def parts(x, y, w, h, size):
@@ -161,17 +163,17 @@ PICTURES = (  # a disc, a wedge and a spot
 )
 SEARCHES = {
     "any size": Search(12),
-    "small": Search(700, max_size=(8, 10)),
-    "wide": Search(40, max_size=(40, 12), min_size=(2, 2)),
-    "joined": Search(30, gap=(3, 1), max_size=(20, 10)),
-    "split": Search(40, max_size=(30, 20), split=(8, 7)),
+    "small": Search(700, (Shape(w=(1, 8), h=(1, 10)),)),
+    "wide": Search(40, (Shape(w=(2, 40), h=(2, 12)),)),
+    "joined": Search(30, (Shape(w=(1, 20), h=(1, 10)),), gap=(3, 1)),
+    "split": Search(40, (Shape(w=(1, 30), h=(1, 20), split=(8, 7)),)),
     "joined, any size": Search(30, gap=(2, 5)),
-    "4-connected": Search(700, connectivity=4, max_size=(8, 10)),
+    "4-connected": Search(700, (Shape(w=(1, 8), h=(1, 10)),), connectivity=4),
     "4-connected, any size": Search(12, connectivity=4),
-    "two sizes": Search(700, max_size=(8, 2), area=(3, 9), also=(Search(0, min_size=(1, 3), max_size=(5, 10), split=(3, 4)),)),
-    "two sizes, one of them any": Search(30, max_size=(4, 4), also=(Search(0, min_size=(9, 1)),)),
-    "pictures": Search(60, max_size=(30, 20), split=(16, 9), pictures=PICTURES),
-    "so many pixels": Search(60, gap=(1, 0), max_size=(20, 10), area=(5, 40)),
+    "two sizes": Search(700, (Shape(w=(1, 8), h=(1, 2), pixels=(3, 9)), Shape(w=(1, 5), h=(3, 10), split=(3, 4)))),
+    "two sizes, one of them any": Search(30, (Shape(w=(1, 4), h=(1, 4)), Shape(w=(9, None)))),
+    "pictures": Search(60, (Shape(w=(1, 30), h=(1, 20), split=(16, 9)),), pictures=PICTURES),
+    "so many pixels": Search(60, (Shape(w=(1, 20), h=(1, 10), pixels=(5, 40)),), gap=(1, 0)),
 }
 
 
@@ -270,7 +272,7 @@ def test_lines_are_left_out(most):
     packed = packed_bits(fish | slanting | short)
     kept = fish | (slanting if most >= 20 else False) | (short if most >= 4 else False)
     expected = packed_bits(kept)
-    assert np.array_equal(bitmap.without_lines(packed, most), expected)
+    assert np.array_equal(NoLines(most)(packed, packed), expected)
 
 
 @pytest.mark.parametrize("least", [2, 5, 6, 31])
@@ -289,9 +291,9 @@ def test_only_lines_of_one_colour_are_left(least):
                 expected[y + np.arange(least), columns] = True
     planes = bitmap.planes(jnp.asarray(frame)[None])
     colored = bitmap.color_mask(planes, range(2, 14, 2))
-    found = bitmap.in_lines(colored, planes, range(7), (0, height), least)
+    found = Lines(least, (0, height))(colored, planes)
     assert np.array_equal(found, packed_bits(expected))
-    inner = bitmap.in_lines(colored, planes, [0, 1, 2], (1, 60), least)
+    inner = Lines(least, (1, 60))(colored, planes[:3])
     assert np.array_equal(inner[:, 1:60], found[:, 1:60])  # no line ends outside of these rows, and these bits tell the colours apart
     assert not inner[:, :1].any()
     assert not inner[:, 60:].any()

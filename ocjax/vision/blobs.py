@@ -1,0 +1,57 @@
+"""`Blobs` rules: the connected components of all categories, in one search."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping, Sequence
+
+import jax.numpy as jnp
+from jax import lax
+
+from ocjax.console.boxes import WIDTH, Area
+from ocjax.vision import bitmap as bm
+from ocjax.vision.components import components
+from ocjax.vision.detected import Detected
+from ocjax.vision.rules import Blobs
+from ocjax.vision.scene import Scene
+from ocjax.vision.search import Search
+
+
+def detect_blobs(scene: Scene, rules: Mapping[str, tuple[Blobs, int]], *, heads: bool) -> dict[str, Detected]:
+    """The objects of some categories.
+
+    Args:
+        scene: the frames.
+        rules: each category's rule and number of slots.
+        heads: whether the column of each object's first pixel is needed, too.
+    """
+    if not rules:
+        return {}
+    searched = [(name, rule, count) for name, (first, count) in rules.items() for rule in first.rules]
+    masks = [bm.cut(scene.counted(rule, rule.own_palette), scene.region(rule)) for _, rule, _ in searched]
+    searches = [_search(rule, count, scene.region(rule)) for _, rule, count in searched]
+    lists: dict[str, list[Detected]] = {name: [] for name in rules}
+    for (name, _, _), found in zip(searched, components(masks, searches, heads=heads), strict=True):
+        lists[name].append(found)
+    return {name: _merge(lists[name], count) for name, (_, count) in rules.items()}
+
+
+def _search(rule: Blobs, count: int, region: Area) -> Search:
+    left, top, right, _ = region
+    return Search(count, rule.all_shapes, rule.connectivity, rule.gap, rule.pictures, top, (left, right))
+
+
+def _merge(lists: Sequence[Detected], count: int) -> Detected:
+    """The first `count` boxes of several searches, in raster order of their corners."""
+    if len(lists) == 1:
+        return lists[0]
+    box = jnp.concatenate([found.box for found in lists])
+    both, index = Detected(box), jnp.arange(len(box), dtype=jnp.int32)[:, None]
+    order = jnp.where(both.valid, both.y * WIDTH + both.x, 2**16 - 1) * 2**15 + index  # one number each: sorting two arrays takes longer
+    index = lax.sort(order, dimension=0)[:count] % 2**15
+    heads = [found.head for found in lists if found.head is not None]
+    head = jnp.take_along_axis(jnp.concatenate(heads), index, axis=0) if len(heads) == len(lists) else None
+    merged = Detected(jnp.take_along_axis(box, index, axis=0), head=head)
+    more = functools.reduce(jnp.add, (found.overflow for found in lists if found.overflow is not None))
+    without_slot = jnp.sum(both.valid, axis=0, dtype=jnp.int32) - jnp.sum(merged.valid, axis=0, dtype=jnp.int32)
+    return merged._replace(overflow=more + without_slot)

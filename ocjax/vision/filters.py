@@ -1,0 +1,137 @@
+"""Filters of vision rules: which of the pixels that have a rule's colours count.
+
+A filter is a function of a bitmap `[words, rows, B]` (`ocjax.vision.bitmap`) and of the bits of all colours, `[7, words, rows, B]`, that
+returns the pixels of the bitmap that count. A game may define its own. The filters here are frozen dataclasses, so that rules can be
+compared and printed.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+from jax import lax
+
+from ocjax._xla.kernels import materialize
+from ocjax.vision import bitmap as bm
+from ocjax.vision.bitmap import Bitmap
+
+Filter = Callable[[Bitmap, jax.Array], Bitmap]
+SLOPES = 0, 1, -1  # of lines: columns to the right a row
+
+
+@dataclass(frozen=True)
+class ShortRuns:
+    """The pixels of vertical runs of at most `most` pixels: low objects in the colour of walls.
+
+    Args:
+        most: pixels.
+        across: whether horizontal runs count instead: upright objects in the colour of figures.
+    """
+
+    most: int
+    across: bool = False
+
+    def __post_init__(self) -> None:
+        if self.most < 1 or (self.across and self.most > 30):
+            raise ValueError(f"runs must be of at least 1 pixel, and of at most 30 across, got {self.most}")
+
+    def __call__(self, mask: Bitmap, _: jax.Array) -> Bitmap:
+        """The pixels that count."""
+        there, back = (bm.shift_left, bm.shift_right) if self.across else (bm.shift_up, bm.shift_down)
+        long = bm.over(bm.over(mask, self.most + 1, there, jnp.bitwise_and), self.most + 1, back, jnp.bitwise_or)
+        return mask & ~long
+
+
+@dataclass(frozen=True)
+class NoLines:
+    """The pixels that are not in lines one pixel wide, upright or slanting, of more than `most` rows: what hangs on lines of its colour."""
+
+    most: int
+
+    def __post_init__(self) -> None:
+        if self.most < 1:
+            raise ValueError(f"lines must be of at least 1 row, got {self.most}")
+
+    def __call__(self, mask: Bitmap, _: jax.Array) -> Bitmap:
+        """The pixels that count."""
+        thin = mask & ~(bm.shift_left(mask, 1) | bm.shift_right(mask, 1))
+        long = lax.fori_loop(0, self.most, lambda _, above: thin & bm.spread(bm.shift_up(above, 1)), thin)
+        return mask & ~lax.fori_loop(0, self.most, lambda _, line: line | (thin & bm.spread(bm.shift_down(line, 1))), long)
+
+
+@dataclass(frozen=True)
+class NoPairs:
+    """The pixels but those of pairs in a row with `gap` blank pixels between them, and no third pixel as far from one of them.
+
+    This finds a beam that touches one of two dots in a face.
+    """
+
+    gap: int
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.gap <= 30:
+            raise ValueError(f"pairs must be 1 to 30 pixels apart, got {self.gap}")
+
+    def __call__(self, mask: Bitmap, _: jax.Array) -> Bitmap:
+        """The pixels that count."""
+        between = bm.over(bm.shift_left(mask, 1), self.gap, bm.shift_left, jnp.bitwise_or)
+        left = mask & ~between & bm.shift_left(mask, self.gap + 1)
+        left = left & ~bm.shift_right(left, self.gap + 1) & ~bm.shift_left(left, self.gap + 1)
+        return mask & ~(left | bm.shift_right(left, self.gap + 1))
+
+
+@dataclass(frozen=True)
+class Lines:
+    """The pixels in lines of one colour, upright or slanting by a column a row: thin shots before figures whose rows differ in colour.
+
+    Each step is computed once and stored: 5 us a frame for 128 rows and 7 bits, and 30 in one kernel, which repeats all steps for each row.
+
+    Args:
+        least: rows of a line at least.
+        rows: the first row that is looked at, and the one after the last; pixels of other rows do not count.
+    """
+
+    least: int
+    rows: tuple[int, int]
+
+    def __post_init__(self) -> None:
+        if not 2 <= self.least <= 31:
+            raise ValueError(f"lines must be of 2 to 31 rows at least, got {self.least}")
+        if not 0 <= self.rows[0] < self.rows[1]:
+            raise ValueError(f"rows must be (first, end), got {self.rows}")
+
+    def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
+        """The pixels that count."""
+        top, bottom = self.rows
+        lines = materialize(self._whole, *materialize(self._heads, *materialize(self._as_below, mask, planes)))
+        return jnp.pad(lines, ((0, 0), (top, mask.shape[1] - bottom), (0, 0)))
+
+    def _as_below(self, mask: Bitmap, planes: jax.Array) -> list[Bitmap]:
+        """For each slope the pixels that continue in the next row, in the same colour."""
+        top, bottom = self.rows
+        mask, *own = (b[:, top:bottom] for b in (mask, *planes))
+        none = jnp.zeros_like(mask[:, 1:])
+        differs = [functools.reduce(jnp.bitwise_or, (b[:, :-1] ^ _aside(b[:, 1:], s) for b in own), none) for s in SLOPES]
+        return [mask[:, :-1] & _aside(mask[:, 1:], s) & ~d for s, d in zip(SLOPES, differs, strict=True)]
+
+    def _heads(self, *same: Bitmap) -> list[Bitmap]:
+        """For each slope the pixels from which a line of `least` rows leads down."""
+        rows = self.rows[1] - self.rows[0] - self.least + 1
+        room = (0, 0), (self.least - 1, self.least - 1), (0, 0)
+        steps = [[_aside(b[:, i : i + rows], i * s) for i in range(self.least - 1)] for s, b in zip(SLOPES, same, strict=True)]
+        return [jnp.pad(functools.reduce(jnp.bitwise_and, of_slope), room) for of_slope in steps]
+
+    def _whole(self, *heads: Bitmap) -> Bitmap:
+        """The pixels of all lines, from their first ones."""
+        height, least = self.rows[1] - self.rows[0], self.least
+        pixels = (_aside(b[:, least - 1 - i :][:, :height], -i * s) for s, b in zip(SLOPES, heads, strict=True) for i in range(least))
+        return functools.reduce(jnp.bitwise_or, pixels)
+
+
+def _aside(rows: Bitmap, columns: int) -> Bitmap:
+    """Pixels moved to the left by some columns, or to the right by minus as many."""
+    return bm.shift_left(rows, columns) if columns >= 0 else bm.shift_right(rows, -columns)

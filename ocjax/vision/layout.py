@@ -1,0 +1,117 @@
+"""Where the masks of a game lie on the board that is searched, and what is looked up for each of them; all static."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ocjax.vision.bitmap import Bitmap
+from ocjax.vision.search import UNLIMITED, Search
+from ocjax.vision.shapes import Shape, limits
+
+BLOCK = 8  # rows that candidates are counted in
+MIN_CANDIDATES, CANDIDATES_PER_FRAME = 32, 8  # candidates of a round: at least, and for each frame
+ANY_SIZE = UNLIMITED, UNLIMITED
+ANY_PIXELS = 0, 2**30
+WITHOUT_CORNERS, WITH_CORNERS = 0, -1  # words with no bits set, or all
+
+
+class Limits(NamedTuple):
+    """The limits of a shape: integers, or arrays of them."""
+
+    min_w: Any
+    min_h: Any
+    max_w: Any
+    max_h: Any
+    min_pixels: Any
+    max_pixels: Any
+    part_w: Any  # size of one object of a component that is split
+    part_h: Any
+
+
+class Entries(NamedTuple):
+    """What the stages look up for a mask: integers, or arrays of them."""
+
+    corners: Any  # a word with all bits set where corners connect, or none
+    unlimited: Any  # whether components of any size may be objects
+    gap_x: Any
+    gap_y: Any
+    up: Any  # rows from the board to the screen
+    count: Any  # slots
+    first_slot: Any
+    limits: tuple[Limits, ...]  # of each shape, the first one first
+    pictures: Any  # index into the layout's pictures, or -1; None, as those below: no mask has pictures
+    left: Any  # edges of the region on the board
+    right: Any
+    bottom: Any
+
+
+NO_SHAPE = Limits(UNLIMITED, UNLIMITED, 0, 0, 0, 0, UNLIMITED, UNLIMITED)  # no component has it
+
+
+class Layout:
+    """Where masks lie on the board, and the sizes and tables that follow from what is searched for."""
+
+    def __init__(self, masks: Sequence[Bitmap], searches: Sequence[Search]) -> None:
+        ends = np.cumsum([0, *(s.count for s in searches)])
+        self.slots = list(itertools.pairwise(ends.tolist()))  # of each mask, in the caller's order
+        self.order = sorted(range(len(searches)), key=lambda i: searches[i].gap)  # masks of equal gaps are bridged together
+        first_slots = ends[self.order].tolist()
+        masks, self.searches = [masks[i] for i in self.order], [searches[i] for i in self.order]  # all that follows has this order
+        searches = self.searches
+        self.lanes = masks[0].shape[2]
+        self.reach_x = max(s.window[0] + s.gap[0] for s in searches)
+        self.reach_y = max(s.window[1] + s.gap[1] for s in searches)
+        self.n_words = masks[0].shape[0] + any(s.gap[0] for s in searches)
+        heights = [-(-(m.shape[1] + s.gap[1] + 1) // BLOCK) * BLOCK for m, s in zip(masks, searches, strict=True)]
+        self.begins = np.cumsum([0, *heights])  # first row of each mask's part; an empty row separates parts
+        self.n_rows = int(self.begins[-1]) + self.reach_y + 1
+        self.window_words = -(-(2 * self.reach_x + 1) // 32)
+        self.n_candidates = max(MIN_CANDIDATES, CANDIDATES_PER_FRAME * self.lanes)
+        self.pictures = tuple(dict.fromkeys(s.pictures for s in searches if s.pictures))
+        self.n_shapes = max(len(s.shapes) for s in searches)
+        self.reads_pixels = [any(len(s.shapes) > i and s.shapes[i].pixels is not None for s in searches) for i in range(self.n_shapes)]
+        of_masks = zip(searches, masks, self.begins.tolist(), first_slots, strict=False)
+        self.tables: Entries = jax.tree.map(lambda *v: np.array(v, np.int32), *(self._entries(*of_mask) for of_mask in of_masks))
+
+    def _entries(self, search: Search, mask: Bitmap, begin: int, first_slot: int) -> Entries:
+        """The entries of one mask, integers."""
+        shapes = [_limits(shape) for shape in search.shapes]
+        left, right = search.columns
+        return Entries(
+            corners=WITH_CORNERS if search.connectivity == 8 else WITHOUT_CORNERS,
+            unlimited=search.unlimited,
+            gap_x=search.gap[0],
+            gap_y=search.gap[1],
+            up=begin + 1 - search.top,
+            count=search.count,
+            first_slot=first_slot,
+            limits=(*shapes, *[NO_SHAPE] * (self.n_shapes - len(shapes))),
+            pictures=(self.pictures.index(search.pictures) if search.pictures else -1) if self.pictures else None,
+            left=left if self.pictures else None,
+            right=right if self.pictures else None,
+            bottom=begin + 1 + mask.shape[1] if self.pictures else None,
+        )
+
+    def look_up(self, mask: jax.Array) -> Entries:
+        """The entries of each candidate's mask, int32 `[n]` each, in one gather."""
+        tables, structure = jax.tree.flatten(self.tables)
+        differ = [i for i, table in enumerate(tables) if (table != table[0]).any()]
+        rows = dict(zip(differ, jnp.asarray(np.stack([tables[i] for i in differ]))[:, mask], strict=True)) if differ else {}
+        return structure.unflatten([rows[i] if i in rows else jnp.full_like(mask, table[0]) for i, table in enumerate(tables)])
+
+    def corners_by_row(self) -> np.ndarray:
+        """Whether corners connect in each row of the board: words with all bits set, or none, uint32 `[1, rows, 1]`."""
+        heights = np.diff([*self.begins[:-1], self.n_rows])
+        return np.repeat(self.tables.corners.view(np.uint32), heights)[None, :, None]
+
+
+def _limits(shape: Shape) -> Limits:
+    """The limits of a shape as integers."""
+    pixels = ANY_PIXELS if shape.pixels is None else limits(shape.pixels)
+    return Limits(*shape.min_size, *(shape.max_size or ANY_SIZE), *pixels, *(shape.split or ANY_SIZE))

@@ -1,0 +1,138 @@
+"""`Scene`: a batch of frames, the masks of colours computed from it so far, and the objects found so far.
+
+Masks are bitmaps (`ocjax.vision.bitmap`): uint32 `[5, H, B]`, the batch last.
+"""
+
+import functools
+from collections import Counter
+from collections.abc import Mapping
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ocjax._xla import kernels
+from ocjax.console.boxes import WIDTH, Area
+from ocjax.console.ops import pick
+from ocjax.vision import bitmap as bm
+from ocjax.vision.bitmap import Bitmap, U
+from ocjax.vision.cells import cell_pixels
+from ocjax.vision.colors import EVEN
+from ocjax.vision.detected import Detected
+from ocjax.vision.rules import Blobs, Bounds, Cells, Rule
+from ocjax.vision.shades import Shades
+from ocjax.vision.steps import Context, Step
+
+FEW = 2  # regions with the same colours up to which their mask is computed for each, in its rows only
+
+
+class Scene:
+    """A batch of frames and what its categories' rules have found so far.
+
+    Args:
+        rules: of each category, by its name.
+        frames: uint8 `[B, H, 160]` of palette indices.
+        shades: which of the rules' colours change from level to level.
+
+    Attributes:
+        found: the objects of each category, as far as they have been searched for.
+    """
+
+    def __init__(self, rules: Mapping[str, Rule], frames: jax.Array, shades: Shades | None) -> None:
+        self.rules = rules
+        self.frames = frames
+        self.shades = shades
+        self.found: dict[str, Detected] = {}
+        self._shade_bits = None if shades is None else kernels.materialize(functools.partial(_shade_bits, shades), frames)
+        self._bounds = Counter(
+            colors for rule in rules.values() if isinstance(rule, Bounds) for part in rule.parts for _, colors in part.slots
+        )
+        self._planes = bm.planes(frames)
+        self._masks: dict[tuple[int, ...], Bitmap] = {}
+        self._counted: dict[tuple[int, tuple[int, ...]], Bitmap] = {}
+
+    def mask(self, colors: tuple[int, ...], *, materialize: bool = True) -> Bitmap:
+        """The pixels that have one of the colours."""
+        if not materialize and colors not in self._masks:
+            return self._mask(self._planes, colors)
+        if colors not in self._masks:
+            self._masks[colors] = kernels.materialize(lambda planes: self._mask(planes, colors), self._planes)
+        return self._masks[colors]
+
+    def shifts(self, colors: tuple[int, ...]) -> bool:
+        """Whether one of the colours changes from level to level."""
+        return self.shades is not None and not set(self.shades.levels[0]).isdisjoint(colors)
+
+    def counted(self, rule: Bounds | Blobs, colors: tuple[int, ...]) -> Bitmap:
+        """The pixels of the colours that count for a rule."""
+        key = id(rule), colors
+        if key not in self._counted:
+            self._counted[key] = self._count(rule, colors)
+        return self._counted[key]
+
+    def cell_mask(self, rule: Cells) -> Bitmap:
+        """The pixels of the colours that count for cells."""
+        mask = self.mask(rule.palette)
+        for name in rule.exclude:
+            mask = mask & ~self._inside(name)
+        return mask
+
+    def region(self, rule: Blobs) -> Area:
+        """Where a rule looks."""
+        return rule.region or (0, 0, WIDTH, self.frames.shape[1])
+
+    def after(self, steps: tuple[Step, ...], found: Detected, rule: Rule, count: int) -> Detected:
+        """The objects of a rule after some steps, in `count` slots."""
+        region = self.region(rule) if isinstance(rule, Blobs) else (0, 0, WIDTH, self.frames.shape[1])
+
+        def pixels() -> Bitmap:
+            return bm.cut(self.counted(rule, rule.own_palette) if isinstance(rule, Blobs) else self.mask(rule.palette), region)
+
+        context = Context(pixels, region[1], self.found, count)
+        for step in steps:
+            found = step(found, context)
+        return found
+
+    def _mask(self, planes: jax.Array, colors: tuple[int, ...]) -> Bitmap:
+        if self.shades is None or self._shade_bits is None or not self.shifts(colors):
+            return bm.color_mask(planes, colors)
+        first = self.shades.levels[0]
+        mask = bm.color_mask(planes, [c for c in colors if c not in first])
+        for c in colors:
+            if c in first:
+                mask = mask | bm.shade_mask(planes, self._shade_bits[first.index(c)])
+        return mask
+
+    def _inside(self, name: str) -> Bitmap:
+        """The pixels in the boxes of a category of `Blobs`."""
+        found = self.found[name]
+        return bm.boxes(found.x, found.y, found.w, found.h, found.valid, self.frames.shape[1])
+
+    def _count(self, rule: Bounds | Blobs, colors: tuple[int, ...]) -> Bitmap:
+        mask = self.mask(colors, materialize=not self._read_once(rule, colors))
+        if isinstance(rule, Bounds) and rule.inverse:
+            mask = ~mask
+        if rule.ignore:
+            mask = mask & jnp.asarray(~bm.areas(self.frames.shape[1], rule.ignore))
+        for name in rule.exclude:
+            other = self.rules[name]
+            inside = cell_pixels(other, self.mask(other.palette)) if isinstance(other, Cells) else self._inside(name)
+            mask = mask & ~inside
+        for only in rule.filters if isinstance(rule, Blobs) else ():
+            mask = only(mask, self._planes)
+        return mask
+
+    def _read_once(self, rule: Bounds | Blobs, colors: tuple[int, ...]) -> bool:
+        """Whether a mask is better computed where it is read than stored."""
+        if isinstance(rule, Blobs):
+            return rule.gap == (0, 0) and not rule.filters
+        return self._bounds[colors] <= FEW and not rule.digits
+
+
+def _shade_bits(shades: Shades, frames: jax.Array) -> jax.Array:
+    """The bits of the colours of each frame's level, the lowest bit first, as whole words: uint32 `[colours, 8, B]`."""
+    x, y = shades.pixel
+    key = frames[:, y, x].astype(jnp.int32) & EVEN
+    level = sum((jnp.where(key == k, i, 0) for i, k in enumerate(shades.keys)), jnp.zeros_like(key))
+    colors = jnp.stack([pick(level, of_levels) for of_levels in zip(*shades.levels, strict=True)])
+    return (-(colors[:, None] >> np.arange(8)[None, :, None] & 1)).astype(U)

@@ -1,0 +1,70 @@
+"""`Shape`: the sizes by which VEM tells which connected components are objects."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+Range = int | tuple[int, int | None]
+Span = int | tuple[int, int]
+
+
+def span(of: Span) -> tuple[int, int]:
+    """The least and the most of a range that has both; a single number is both."""
+    return (of, of) if isinstance(of, int) else of
+
+
+def limits(of: Range) -> tuple[int, int | None]:
+    """The least and the most of a range; a single number is both."""
+    return (of, of) if isinstance(of, int) else of
+
+
+@dataclass(frozen=True)
+class Shape:
+    """What a connected component is like that is an object.
+
+    Each range is a number, or the least and the most. The most of the width and of the height may be None: no limit, at some cost in time.
+
+    Args:
+        w, h: width and height in pixels.
+        pixels: number of pixels, those included that `Blobs.gap` bridges from the left and from above. This tells pictures of the same size
+            apart. Without it, any number will do.
+        split: (width, height) of one object, for objects that touch. A larger component is split into as many objects as cover it (4 at
+            most), evenly spaced from edge to edge. `w` and `h` then limit the whole component.
+    """
+
+    w: Range = (1, None)
+    h: Range = (1, None)
+    pixels: Range | None = None
+    split: tuple[int, int] | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("w", "h", "pixels"):
+            _check_range(name, getattr(self, name))
+        if (self.max_size is None) and (limits(self.w)[1] is not None or limits(self.h)[1] is not None):
+            raise ValueError(f"w and h need a limit both, or none, got {self.w} and {self.h}")
+        if self.pixels is not None and (self.max_size is None or limits(self.pixels)[1] is None):
+            raise ValueError("pixels must have a limit, and so must w and h")
+        if self.split is not None and min(self.split) < 1:
+            raise ValueError(f"split must be (width, height) of at least 1 pixel, got {self.split}")
+
+    @property
+    def min_size(self) -> tuple[int, int]:
+        """Least width and height."""
+        return limits(self.w)[0], limits(self.h)[0]
+
+    @property
+    def max_size(self) -> tuple[int, int] | None:
+        """Largest width and height; None: any size."""
+        w, h = limits(self.w)[1], limits(self.h)[1]
+        return None if w is None or h is None else (w, h)
+
+
+def _check_range(name: str, value: Range | None) -> None:
+    if value is None or (isinstance(value, int) and value >= 0):
+        return
+    numbers = isinstance(value, tuple) and len(value) == 2 and isinstance(value[0], int) and isinstance(value[1], int | None)
+    if not numbers or value[0] < 0 or (value[1] is not None and value[1] < value[0]):  # pyright: ignore
+        raise ValueError(f"{name} must be a number of pixels or (least, most), got {value!r}")
+
+
+ANY_SHAPE = Shape()
