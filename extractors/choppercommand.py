@@ -31,6 +31,7 @@ from ocjax.console.ram import RamMap, bcd, bits, byte, high, low, signed
 from ocjax.console.registers import position, signed_nibble
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.filters import LoneRuns
 from ocjax.vision.rules import Blobs, Bounds, Gauge
 from ocjax.vision.shades import Saver
 from ocjax.vision.shapes import Shape
@@ -279,7 +280,7 @@ CHOPPER = Blobs(GOLD, FIELD, Shape(w=(3, 16), h=(6, 10)))
 vehicles = functools.partial(Blobs, gap=(1, 2), shapes=Shape(w=(1, 8), h=(1, 10)))
 BOMBS = Blobs(GOLD, FIELD, (Shape(w=2, h=2, pixels=4), Shape(w=2, h=1)))  # whole, or halves
 LIFE = Bounds(GOLD, (30, 24, 110, 33), value=Gauge(8, 8, 2))
-LINE = Blobs(LASER, FIELD, Shape(w=(4, 152), h=1), gap=(16, 0))
+LINE = Bounds(LASER, FIELD, (4, 1), max_size=(152, 1), filters=(LoneRuns(2),))
 row = functools.partial(Blobs, YELLOW, shapes=Shape(w=(1, 2), h=(1, 2)))
 LANES = row((56, 179, 104, 181), also=(row((56, 181, 104, 183)), row((56, 183, 104, 185))))
 SCORE = Bounds(GOLD, (33, 16, 81, 23), value=Digits(FONT, tuple(range(33, 81, 8)), 16))

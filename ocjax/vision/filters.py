@@ -47,6 +47,27 @@ class ShortRuns:
 
 
 @dataclass(frozen=True)
+class LoneRuns:
+    """The pixels of horizontal runs that touch nothing above or below, also not at their corners: flat objects in the colour of others.
+
+    Args:
+        least: pixels of a run at least.
+    """
+
+    least: int = 1
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.least <= 31:
+            raise ValueError(f"runs must be of 1 to 31 pixels at least, got {self.least}")
+
+    def __call__(self, mask: Bitmap, _: jax.Array) -> Bitmap:
+        """The pixels that count."""
+        beside = bm.spread(bm.shift_up(mask, 1) | bm.shift_down(mask, 1))
+        lone = mask & ~jnp.stack(bm.fill_rows(mask, mask & beside))
+        return bm.over(bm.over(lone, self.least, bm.shift_left, jnp.bitwise_and), self.least, bm.shift_right, jnp.bitwise_or)
+
+
+@dataclass(frozen=True)
 class NoLines:
     """The pixels that are not in lines one pixel wide, upright or slanting, of more than `most` rows: what hangs on lines of its colour."""
 

@@ -85,6 +85,7 @@ class Bounds:
         max_size: maximum (width, height) of every object, if there is one; larger boxes are not valid.
         value: how the value is read: a `Gauge`, or `Digits` (one for each region where there are several). The value is 0 without it.
         inverse: the colours are the background's; pixels of all other colours count.
+        filters: which of the pixels count, one after the other (`ocjax.vision.filters`).
         ignore: areas of the screen whose pixels do not count.
         exclude: categories of `Blobs` or whole `Cells`; pixels inside their objects' boxes do not count.
         then: steps after the boxes are found (`ocjax.vision.steps`), such as `SideBySide`.
@@ -96,6 +97,7 @@ class Bounds:
     max_size: tuple[int, int] | None = None
     value: Gauge | Digits | tuple[Digits, ...] | None = None
     inverse: bool = False
+    filters: tuple[Filter, ...] = ()
     ignore: tuple[Area, ...] = ()
     exclude: tuple[str, ...] = ()
     then: tuple[Step, ...] = ()

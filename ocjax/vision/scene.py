@@ -118,7 +118,7 @@ class Scene:
             other = self.rules[name]
             inside = cell_pixels(other, self.mask(other.palette)) if isinstance(other, Cells) else self._inside(name)
             mask = mask & ~inside
-        for only in rule.filters if isinstance(rule, Blobs) else ():
+        for only in rule.filters:
             mask = only(mask, self._planes)
         return mask
 
@@ -126,7 +126,7 @@ class Scene:
         """Whether a mask is better computed where it is read than stored."""
         if isinstance(rule, Blobs):
             return rule.gap == (0, 0) and not rule.filters
-        return self._bounds[colors] <= FEW and not rule.digits
+        return self._bounds[colors] <= FEW and not rule.digits and not rule.filters
 
 
 def _shade_bits(shades: Shades, frames: jax.Array) -> jax.Array:

@@ -18,7 +18,7 @@ from ocjax.extraction.categories import Category, display
 from ocjax.extraction.game import Game, GameError
 from ocjax.extraction.saver import key_of
 from ocjax.transforms.game_objects import views
-from ocjax.vision.filters import Lines, NoLines, NoPairs, ShortRuns
+from ocjax.vision.filters import Lines, LoneRuns, NoLines, NoPairs, ShortRuns
 from ocjax.vision.rules import Blobs, Bounds, ByColor, Cells, Gauge, Run, Runs
 from ocjax.vision.shades import Saver
 from ocjax.vision.shapes import Shape
@@ -174,6 +174,7 @@ def test_wrong_games(change, message):
         (lambda: Shape(w=4, h=4, split=(4, 0)), "split must be"),
         (lambda: ShortRuns(0), "of at least 1 pixel"),
         (lambda: ShortRuns(31, across=True), "at most 30 across"),
+        (lambda: LoneRuns(32), "of 1 to 31 pixels"),
         (lambda: NoLines(0), "of at least 1 row"),
         (lambda: Lines(32, (0, 9)), "2 to 31 rows"),
         (lambda: Lines(1, (0, 9)), "2 to 31 rows"),
@@ -282,6 +283,18 @@ def test_upright_objects_in_front_of_figures():
     frame[150:156, 32] = 14  # below another
     frame[146:150, 30:34] = 14
     assert game.vem(frame).xywh[:3].tolist() == [[31, 28, 1, 3], [32, 150, 1, 6], [0, 0, 0, 0]]
+
+
+def test_flat_objects_in_the_colour_of_others():
+    rule = Bounds(14, (0, 20, 160, 60), (4, 1), max_size=(150, 1), filters=(LoneRuns(2),))
+    game = dataclasses.replace(GAME, categories=(Category("A", rule), *CATEGORIES[1:]))
+    frame = np.zeros((210, 160), np.uint8)
+    frame[30, 28:40] = frame[30, 50:70] = 14  # across the edges of words
+    frame[50, 20:28] = frame[51, 28] = frame[40, 100:140] = frame[41, 139] = 14  # touch others, the first at a corner
+    frame[56, 159] = 14  # too short
+    assert game.vem(frame).xywh[0].tolist() == [28, 30, 42, 1]
+    frame[31, 70] = 14
+    assert game.vem(frame).xywh[0].tolist() == [28, 30, 12, 1]
 
 
 def test_objects_of_two_shapes():
