@@ -19,7 +19,8 @@ from ocjax.envs.rewards import RewardFunction
 from ocjax.envs.single import ObjectEnv
 from ocjax.envs.vector import RENDER_MODES, ObjectVectorEnv
 from ocjax.extraction.game import Game
-from ocjax.extraction.registry import env_id, load
+from ocjax.extraction.names import env_id
+from ocjax.extraction.registry import load
 
 AUTORESET = {
     AutoresetMode.NEXT_STEP: NEXT_STEP,

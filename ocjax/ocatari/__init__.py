@@ -17,8 +17,9 @@ from gymnasium.envs.registration import EnvSpec
 from ocjax.emulators.checks import Uncopied
 from ocjax.emulators.hooks import Hook, HookedEmulator, named_hooks
 from ocjax.emulators.pool import check_rom
+from ocjax.extraction.names import games
 from ocjax.extraction.objects import Objects
-from ocjax.extraction.registry import load, names
+from ocjax.extraction.registry import load
 from ocjax.ocatari.helpers import (
     ABSENT,
     UPSCALE_FACTOR,
@@ -55,7 +56,7 @@ __all__ = [
     "to_rgba",
 ]
 
-AVAILABLE_GAMES = list(names())
+AVAILABLE_GAMES = list(games())
 # The methods of each mode, the first for `objects`. "revised" is what versions before 2 called "ram".
 METHODS = {"ram": ("rem",), "revised": ("rem",), "vision": ("vem",), "both": ("rem", "vem")}
 OBSERVATIONS = ("ori", "dqn", "obj")

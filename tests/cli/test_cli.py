@@ -10,6 +10,8 @@ from PIL import Image
 
 import ocjax
 from ocjax.cli import app as cli
+from ocjax.cli import demo, evaluate, ram, record, render
+from ocjax.cli.messages import console
 from ocjax.evaluation import tables
 from ocjax.files import writing
 from tests.support.command import run
@@ -68,6 +70,22 @@ def test_version():
         assert (ocjax.__version__ if command else "Usage") in result.stdout
 
 
+def test_help_is_that_of_the_commands():
+    """`ocjax --help` shows lines of its own, because importing the commands takes seconds."""
+    shown = " ".join(run("--help").output.replace("│", " ").split())
+    for name, summary in cli.SUMMARIES.items():
+        command = cli.load(name)
+        assert command.help.splitlines()[0] == summary
+        assert f" {name} " in shown
+        assert summary in shown
+    assert cli.SUMMARIES.keys() == cli.COMMANDS.keys()
+
+
+def test_help_is_quick():
+    code = "import sys; from ocjax.cli.app import app; app(['--help'], standalone_mode=False); print('jax' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.endswith("False\n")
+
+
 @pytest.mark.parametrize(
     "command",
     [
@@ -84,11 +102,9 @@ def test_bad_outputs_are_refused_before_the_work(command, tmp_path, monkeypatch)
     def work(*args, **kwargs):
         raise AssertionError("the work has started")
 
-    for module, name in ((cli.demonstration, "run"), (cli.fixtures, "record"), (cli.recordings, "read"), (cli, "rollout")):
+    works = (demo, "run"), (record.fixtures, "record"), (render.recordings, "read"), (evaluate, "rollout"), (ram, "rollout")
+    for module, name in (*works, (ram.causal, "causes")):
         monkeypatch.setattr(module, name, work)
-    for module, name in (("causal", "causes"), ("recordings", "read")):
-        monkeypatch.setattr(f"ocjax.cli.ram.{module}.{name}", work)
-    monkeypatch.setattr("ocjax.cli.ram.rollout", work)
     (tmp_path / "folder.png").mkdir()
     for out, message in ((tmp_path / "nowhere" / "x.png", "no folder"), (tmp_path / "folder.png", "is a folder")):
         result = run(*command, out)
@@ -110,7 +126,7 @@ def test_names_of_files_are_no_markup(tmp_path, capsys):
     assert result.exit_code == 0, result.output
     assert f": {out}\n" in result.output
     table = tables.Table("of [bold]a.npz[/x]", ("[red]x",), [("[/y] in a cell that is wider than the title",)])
-    tables.show(table, cli.console)
+    tables.show(table, console)
     printed = " ".join(capsys.readouterr().out.split())
     assert all(part in printed for part in ("of [bold]a.npz[/x]", "[red]x", "[/y]"))
 
