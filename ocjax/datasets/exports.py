@@ -16,7 +16,7 @@ from ocjax.console.ram import RAM_SIZE
 from ocjax.datasets import columns, shards
 from ocjax.datasets.generation import Report, open_dataset
 from ocjax.datasets.plans import Plan
-from ocjax.emulators.pool import action_set, load_emulator
+from ocjax.emulators.start import action_set, load_emulator
 from ocjax.envs import Settings
 from ocjax.extraction import registry
 from ocjax.extraction.game import Game

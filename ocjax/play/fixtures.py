@@ -12,7 +12,7 @@ import numpy as np
 from rich.progress import track
 
 from ocjax import recordings
-from ocjax.emulators.pool import check_rom
+from ocjax.emulators.start import variants
 from ocjax.envs import AlePool, Settings
 from ocjax.extraction.game import Game
 from ocjax.play.policies import HOLD, RandomPolicy
@@ -37,20 +37,6 @@ class Run:
     seed: int
     frame_skip: int
     samples: dict[int, list[int]] = dataclasses.field(default_factory=dict)  # agent step -> numbers of the samples
-
-
-def variants(game: Game) -> tuple[list[int], list[int]]:
-    """The modes and difficulties of a game, as ale-py numbers them.
-
-    Raises:
-        RomError: a ValueError; ale-py's ROM is not the one that the decoder was written for.
-    """
-    import ale_py
-
-    ale_py.ALEInterface.setLoggerMode(ale_py.LoggerMode.Error)
-    ale = ale_py.ALEInterface()
-    ale.loadROM(check_rom(game))
-    return list(ale.getAvailableModes()), list(ale.getAvailableDifficulties())
 
 
 def record(
