@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from ocjax._extras import extras
 from ocjax.cli.messages import console, errors_in_one_line
 from ocjax.cli.render import save
 from ocjax.evaluation import tables
@@ -62,10 +63,8 @@ def train(
 
 def _import_training() -> tuple[type, type]:
     """The classes that need the extra `rl`."""
-    try:
+    with extras():
         from ocjax.agents.training import Config, Trainer
-    except ModuleNotFoundError as error:
-        raise ValueError(f"training needs the extra rl, pip install 'ocjax[rl]': {error}") from error
     return Trainer, Config
 
 

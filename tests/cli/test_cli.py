@@ -1,3 +1,4 @@
+import importlib.metadata
 import os
 import re
 import subprocess
@@ -111,6 +112,34 @@ def test_bad_outputs_are_refused_before_the_work(command, tmp_path, monkeypatch)
         assert result.exit_code == 2, result.output
         assert message in result.output
         assert result.output.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("command", "package", "install"),
+    [
+        (("dataset", "Pong", "--out"), "pyarrow", "'ocjax[data]'"),
+        (("train", "Pong", "--out"), "optax", "'ocjax[rl]'"),
+        (("extract", DATA / "Pong.npz", "--ray", "local", "--out", "x.npz"), "ray", "'ocjax[ray]'"),
+        (("extract", DATA / "Pong.npz", "--out", "x.h5"), "h5py", "'ocjax[data]'"),
+        (("extract", DATA / "Pong.npz", "--out", "x.parquet"), "pyarrow", "'ocjax[data]'"),
+        (("extract", "minari:a/b-v0", "--game", "Pong", "--out", "x.npz"), "minari", "'ocjax[data]'"),
+    ],
+)
+def test_a_missing_extra_is_one_line(command, package, install, tmp_path, monkeypatch):
+    def version(name):
+        if name == package:
+            raise importlib.metadata.PackageNotFoundError(name)
+        return "1"
+
+    monkeypatch.chdir(tmp_path)
+    for name in [name for name in sys.modules if name.startswith((f"{package}.", "ocjax.agents."))]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, package, None)
+    monkeypatch.setattr(importlib.metadata, "version", version)
+    result = run(*command, *["folder"] * (command[-1] == "--out"))
+    assert result.exit_code == 2
+    assert re.fullmatch(rf"Error: \w+ is not installed: pip install {re.escape(install)}\n", result.stderr)
+    assert not [path for path in tmp_path.glob("x.*") if path.is_file()]
 
 
 def test_a_missing_rom_is_one_line(tmp_path, monkeypatch):
