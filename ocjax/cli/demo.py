@@ -1,5 +1,6 @@
 """The command `ocjax demo`: step emulators, extract with both methods, and measure how long each takes."""
 
+import contextlib
 import dataclasses
 import time
 from collections.abc import Callable, Sequence
@@ -75,8 +76,7 @@ def run(game: Game, num_envs: int, steps: int, seed: int) -> Demonstration:
         steps: agent steps of each instance.
         seed: seed of the actions; the instances have seeds from here on.
     """
-    pool = AlePool(game, num_envs, Settings(frame_skip=FRAME_SKIP), screens=("screen",))
-    try:
+    with contextlib.closing(AlePool(game, num_envs, Settings(frame_skip=FRAME_SKIP), screens=("screen",))) as pool:
         with console.status(f"starting {num_envs} instances of {game.name}"):
             pool.reset([seed + i for i in range(num_envs)])
         methods = {"REM": (game.rem, pool.ram), "VEM": (game.vem, pool.screen[:, 1])}
@@ -88,19 +88,12 @@ def run(game: Game, num_envs: int, steps: int, seed: int) -> Demonstration:
         seconds: dict[str, list[float]] = {"step": [], "REM": [], "VEM": []}
         objects: dict[str, Objects] = {}
         for action in track(actions, description=f"playing {game.name}", console=console, transient=True):
-            seconds["step"].append(_timed(_step, pool, action)[0])
+            seconds["step"].append(_timed(pool.step, action)[0])
             for name, (extract, source) in methods.items():
                 spent, objects[name] = _timed(extract, source)
                 seconds[name].append(spent)
         on_host = {name: jax.tree.map(np.asarray, o) for name, o in objects.items()}
         return Demonstration(game, {k: np.array(v) for k, v in seconds.items()}, first_call, np.array(pool.screen[:, 1]), on_host)
-    finally:
-        pool.close()
-
-
-def _step(pool: AlePool, action: np.ndarray) -> None:
-    pool.send(action)
-    pool.wait()
 
 
 def _timed(f: Callable[..., Any], *arguments: Any) -> tuple[float, Any]:

@@ -81,6 +81,11 @@ class EmulatorPool(Uncopied, ABC):
             NoAsyncCallError: no step is pending.
         """
 
+    def step(self, actions: np.ndarray) -> None:
+        """One step of all emulators: `send`, then `wait`."""
+        self.send(actions)
+        self.wait()
+
     @property
     @abstractmethod
     def steps(self) -> int:
