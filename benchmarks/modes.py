@@ -18,9 +18,9 @@ import numpy as np
 from rich.console import Console
 
 import ocjax
+from ocjax.emulators.start import variants
 from ocjax.evaluation import metrics, tables
 from ocjax.evaluation.report import percent
-from ocjax.play import fixtures
 from ocjax.play.rollouts import rollout
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def main() -> None:
     progress = Console(stderr=True)
     for name in arguments.games or ocjax.games():
         game = ocjax.load(name)
-        for mode, difficulty in itertools.product(*fixtures.variants(game)):
+        for mode, difficulty in itertools.product(*variants(game)):
             rows.append(measure(game, mode, difficulty, arguments.frame_skip, arguments.seed))
             progress.print(*map(tables.text, rows[-1]), highlight=False, soft_wrap=True)
         jax.clear_caches()

@@ -10,16 +10,21 @@ objects = game.vem(frames)     # uint8 [..., 210, 160] palette indices or [..., 
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from ocjax._xla.kernels import retain_freed_memory, use_compilation_cache
-from ocjax.console.boxes import Box
-from ocjax.extraction import registration
-from ocjax.extraction.categories import Category
-from ocjax.extraction.game import Game, GameError
-from ocjax.extraction.objects import Objects, velocity
-from ocjax.extraction.registry import UnknownGameError, games, load
-from ocjax.transforms.perturbation import perturb
-from ocjax.transforms.relations import Relations, relations
-from ocjax.transforms.tracking import merge_frames, track
+from ocjax.extraction import names
+
+if TYPE_CHECKING:
+    from ocjax import ocatari
+    from ocjax._xla.kernels import retain_freed_memory, use_compilation_cache
+    from ocjax.console.boxes import Box
+    from ocjax.envs import make_vec
+    from ocjax.extraction.categories import Category
+    from ocjax.extraction.game import Game, GameError
+    from ocjax.extraction.names import games
+    from ocjax.extraction.objects import Objects, velocity
+    from ocjax.extraction.registry import UnknownGameError, load
+    from ocjax.transforms.perturbation import perturb
+    from ocjax.transforms.relations import Relations, relations
+    from ocjax.transforms.tracking import merge_frames, track
 
 __version__ = "0.1.0"
 
@@ -44,22 +49,40 @@ __all__ = [
     "velocity",
 ]
 
-# imported on first use
+# Imported on first use: importing JAX takes half a second.
 _MODULES = ("agents", "atariari", "datasets", "envs", "evaluation", "files", "jaxatari", "layouts", "ocatari", "recordings", "sb3")
+_MODULE_OF = {
+    "Box": "console.boxes",
+    "Category": "extraction.categories",
+    "Game": "extraction.game",
+    "GameError": "extraction.game",
+    "Objects": "extraction.objects",
+    "Relations": "transforms.relations",
+    "UnknownGameError": "extraction.registry",
+    "games": "extraction.names",
+    "load": "extraction.registry",
+    "make_vec": "envs",
+    "merge_frames": "transforms.tracking",
+    "perturb": "transforms.perturbation",
+    "relations": "transforms.relations",
+    "retain_freed_memory": "_xla.kernels",
+    "track": "transforms.tracking",
+    "use_compilation_cache": "_xla.kernels",
+    "velocity": "extraction.objects",
+}
 
-if TYPE_CHECKING:
-    from ocjax import ocatari
-    from ocjax.envs import make_vec
-
-registration.register()
+names.register()
 
 
 def __getattr__(name: str) -> Any:
-    """Import on first use what needs more than the extraction does."""
+    """Import on first use what is public."""
     if name in _MODULES:
         return importlib.import_module(f"ocjax.{name}")
-    if name == "make_vec":
-        from ocjax.envs import make_vec
-
-        return make_vec
+    if name in _MODULE_OF:
+        globals()[name] = value = getattr(importlib.import_module(f"ocjax.{_MODULE_OF[name]}"), name)
+        return value
     raise AttributeError(f"module 'ocjax' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_MODULES, *_MODULE_OF})

@@ -23,7 +23,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ocjax.console.ram import RAM_SIZE
-from ocjax.emulators.pool import check_rom
+from ocjax.emulators.start import start_emulator
 from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects, whose
@@ -161,14 +161,8 @@ class _Console:
 
     def __init__(self, game: Game, frame_skip: int) -> None:
         self._frame_skip, self._lock = frame_skip, threading.Lock()
-        path = check_rom(game)
-        ale_py.ALEInterface.setLoggerMode(ale_py.LoggerMode.Error)
-        self._ale = ale_py.ALEInterface()
-        self._ale.setFloat("repeat_action_probability", 0.0)
-        self._ale.setInt("random_seed", 0)
-        self._ale.loadROM(path)
+        self._ale = start_emulator(game)
         self.actions = tuple(self._ale.getMinimalActionSet())
-        self._ale.reset_game()
         self._initial = self._ale.cloneState(include_rng=True)
 
     def begin(self, noops: np.ndarray) -> tuple[np.ndarray, ...]:

@@ -14,14 +14,13 @@ import numpy as np
 from gymnasium.error import NoAsyncCallError
 from gymnasium.vector import AutoresetMode
 
+from ocjax._extras import extras
 from ocjax.envs import ObjectVectorEnv, make_vec
 from ocjax.extraction.game import Game
 
-try:
+with extras():
     from stable_baselines3.common.monitor import Monitor  # pyright: ignore[reportMissingImports]
     from stable_baselines3.common.vec_env import VecEnv  # pyright: ignore[reportMissingImports]
-except ModuleNotFoundError as error:
-    raise ModuleNotFoundError(f"ocjax.sb3 needs Stable-Baselines3, pip install 'ocjax[sb3]': {error}") from error
 
 _INFO = ("lives", "frame_number", "episode_return", "episode_length")
 

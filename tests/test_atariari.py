@@ -10,7 +10,7 @@ import pytest
 
 import ocjax
 from ocjax import atariari
-from ocjax.extraction import registry
+from ocjax.extraction import names
 from tests.support.states import excerpt
 
 PATTERN = np.arange(128, dtype=np.uint8)
@@ -19,7 +19,7 @@ PATTERN = np.arange(128, dtype=np.uint8)
 def test_games():
     assert len(atariari.games()) == 22
     assert len(atariari.addresses()) == 24
-    assert set(atariari.addresses()) <= set(registry.names())
+    assert set(atariari.addresses()) <= set(names.games())
 
 
 def test_labels_are_bytes():

@@ -7,6 +7,7 @@ import pytest
 
 import ocjax
 from ocjax import recordings
+from ocjax.emulators.start import variants
 from ocjax.envs import Settings
 from ocjax.play import fixtures, rollouts
 from tests.support.command import run
@@ -248,7 +249,7 @@ def test_samples_are_spread():
 
 def test_every_mode_has_a_sample(tmp_path):
     game = ocjax.load("SpaceInvaders")
-    modes, difficulties = fixtures.variants(game)
+    modes, difficulties = variants(game)
     assert len(modes) == 16
     assert difficulties == [0, 1]
     runs = fixtures._schedule(max(4, len(modes)), [(m, 0) for m in modes], (0, 1))

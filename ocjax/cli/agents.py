@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
-from ocjax.cli import render
-from ocjax.cli.messages import errors_in_one_line
+from ocjax._extras import extras
+from ocjax.cli.messages import console, errors_in_one_line
+from ocjax.cli.render import save
 from ocjax.evaluation import tables
 from ocjax.evaluation.tables import Table
 from ocjax.extraction import registry
@@ -18,8 +18,6 @@ from ocjax.files import writing
 from ocjax.play.games import Played
 from ocjax.play.games import play as play_games
 from ocjax.play.policies import TRAINED
-
-console = Console()
 
 EVALUATION_EPISODES = 10
 FRAME_TIME = 66  # milliseconds per agent step of an animation: four emulated frames
@@ -58,17 +56,15 @@ def train(
     if inputs == "objects":
         with errors_in_one_line():
             played = play_games(spec, str(folder / "policy.npz"), EVALUATION_EPISODES, seed=seed, pictures=True)
-            render.save(played.pictures, folder / "agent.gif", frame_time=FRAME_TIME)
+            save(played.pictures, folder / "agent.gif", frame_time=FRAME_TIME)
         tables.show(_table(spec, played), console)
         writing.announce(console, "A game", folder / "agent.gif")
 
 
 def _import_training() -> tuple[type, type]:
     """The classes that need the extra `rl`."""
-    try:
+    with extras():
         from ocjax.agents.training import Config, Trainer
-    except ModuleNotFoundError as error:
-        raise ValueError(f"training needs the extra rl, pip install 'ocjax[rl]': {error}") from error
     return Trainer, Config
 
 
@@ -94,7 +90,7 @@ def play(
             writing.write_text(csv, _to_csv(played))
             writing.announce(console, "Written", csv)
         if gif is not None:
-            render.save(played.pictures, gif, frame_time=FRAME_TIME)
+            save(played.pictures, gif, frame_time=FRAME_TIME)
             writing.announce(console, "The first game", gif)
 
 

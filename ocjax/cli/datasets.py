@@ -4,17 +4,14 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
-from ocjax.cli.messages import errors_in_one_line, progress_bar
+from ocjax.cli.messages import console, errors_in_one_line, progress_bar
 from ocjax.cli.options import RAY
 from ocjax.datasets import exports, generation, starts
 from ocjax.datasets.plans import LEAST_F1, SEEDS, DatasetError
 from ocjax.datasets.plans import plan as plan_dataset
 from ocjax.extraction import registry
 from ocjax.files import writing
-
-console = Console()
 
 
 def dataset(

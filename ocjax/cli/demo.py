@@ -1,28 +1,55 @@
-"""The demonstration `ocjax demo`: step emulators, extract with both methods, and measure how long each takes."""
+"""The command `ocjax demo`: step emulators, extract with both methods, and measure how long each takes."""
 
+import contextlib
 import dataclasses
 import time
 from collections.abc import Callable, Sequence
-from typing import Any
+from pathlib import Path
+from typing import Annotated, Any
 
 import jax
 import numpy as np
+import typer
 from PIL import Image
-from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from ocjax.cli.loading import load_playable
+from ocjax.cli.messages import console, errors_in_one_line
 from ocjax.envs import AlePool, Settings
+from ocjax.evaluation import tables
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
+from ocjax.files import writing
 from ocjax.transforms.drawing import overlay, sheet
 
 FRAME_SKIP = 4  # emulated frames per agent step
 ROWS = 3  # instances in the picture
 
 
+def demo(
+    game: Annotated[str, typer.Argument(help="Name of the game.")] = "Pong",
+    num_envs: Annotated[int, typer.Option("--envs", min=1, help="Number of instances.")] = 64,
+    steps: Annotated[int, typer.Option(min=1, help="Agent steps of each instance.")] = 250,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of actions and emulators.")] = 0,
+    out: Annotated[Path | None, typer.Option(help="Picture to write. Default: ocjax-<Game>.png.")] = None,
+) -> None:
+    """Play a game with random actions, time both extraction methods, and draw the objects that they find."""
+    spec = load_playable(game)
+    out = out or Path(f"ocjax-{spec.name}.png")
+    with errors_in_one_line():
+        writing.check_suffix(out, (".png",))
+        writing.check(out)
+    result = run(spec, num_envs, steps, seed)
+    tables.print_whole(to_table(result), console)
+    console.print("First call, compilation included: " + ", ".join(f"{name} {s:.2f} s" for name, s in result.first_call.items()))
+    with errors_in_one_line():
+        writing.write_picture(out, picture(result))
+    writing.announce(console, "Objects on the last frames, REM beside VEM", out)
+
+
 @dataclasses.dataclass(frozen=True)
-class Demo:
+class Demonstration:
     """The measurements of a demonstration, and the last objects that it extracted.
 
     Args:
@@ -40,7 +67,7 @@ class Demo:
     objects: dict[str, Objects]
 
 
-def run(game: Game, num_envs: int, steps: int, seed: int, console: Console) -> Demo:
+def run(game: Game, num_envs: int, steps: int, seed: int) -> Demonstration:
     """Step instances of a game with random actions, and extract from each step with both methods.
 
     Args:
@@ -48,10 +75,8 @@ def run(game: Game, num_envs: int, steps: int, seed: int, console: Console) -> D
         num_envs: number of instances.
         steps: agent steps of each instance.
         seed: seed of the actions; the instances have seeds from here on.
-        console: where progress is shown.
     """
-    pool = AlePool(game, num_envs, Settings(frame_skip=FRAME_SKIP), screens=("screen",))
-    try:
+    with contextlib.closing(AlePool(game, num_envs, Settings(frame_skip=FRAME_SKIP), screens=("screen",))) as pool:
         with console.status(f"starting {num_envs} instances of {game.name}"):
             pool.reset([seed + i for i in range(num_envs)])
         methods = {"REM": (game.rem, pool.ram), "VEM": (game.vem, pool.screen[:, 1])}
@@ -63,19 +88,12 @@ def run(game: Game, num_envs: int, steps: int, seed: int, console: Console) -> D
         seconds: dict[str, list[float]] = {"step": [], "REM": [], "VEM": []}
         objects: dict[str, Objects] = {}
         for action in track(actions, description=f"playing {game.name}", console=console, transient=True):
-            seconds["step"].append(_timed(_step, pool, action)[0])
+            seconds["step"].append(_timed(pool.step, action)[0])
             for name, (extract, source) in methods.items():
                 spent, objects[name] = _timed(extract, source)
                 seconds[name].append(spent)
         on_host = {name: jax.tree.map(np.asarray, o) for name, o in objects.items()}
-        return Demo(game, {k: np.array(v) for k, v in seconds.items()}, first_call, np.array(pool.screen[:, 1]), on_host)
-    finally:
-        pool.close()
-
-
-def _step(pool: AlePool, action: np.ndarray) -> None:
-    pool.send(action)
-    pool.wait()
+        return Demonstration(game, {k: np.array(v) for k, v in seconds.items()}, first_call, np.array(pool.screen[:, 1]), on_host)
 
 
 def _timed(f: Callable[..., Any], *arguments: Any) -> tuple[float, Any]:
@@ -85,23 +103,23 @@ def _timed(f: Callable[..., Any], *arguments: Any) -> tuple[float, Any]:
     return time.perf_counter() - start, result
 
 
-def to_table(demo: Demo) -> Table:
+def to_table(shown: Demonstration) -> Table:
     """Rates of emulation and extraction."""
-    num_envs, step = len(demo.frames), float(np.median(demo.seconds["step"]))
-    table = Table(
-        title=f"{demo.game.name}: {num_envs} instances, {len(demo.seconds['step'])} steps of {FRAME_SKIP} emulated frames, random actions",
-        title_justify="left",
-    )
+    num_envs = len(shown.frames)
+    steps = shown.seconds["step"]
+    step = float(np.median(steps))
+    title = f"{shown.game.name}: {num_envs} instances, {len(steps)} steps of {FRAME_SKIP} emulated frames, random actions"
+    table = Table(title=title, title_justify="left")
     for heading in ("", "median", "10-90 %", "per second", "of step"):
         table.add_column(heading, justify="right" if heading else "left")
-    table.add_row("step", f"{1e3 * step:.2f} ms", _spread(demo.seconds["step"], 1e3), f"{num_envs / step:,.0f} agent steps", "100 %")
+    table.add_row("step", f"{1e3 * step:.2f} ms", _spread(steps, 1e3), f"{num_envs / step:,.0f} agent steps", "100 %")
     table.add_row("", "", "", f"{num_envs * FRAME_SKIP / step:,.0f} emulated frames")
     for name in ("REM", "VEM"):
-        median = float(np.median(demo.seconds[name]))
+        median = float(np.median(shown.seconds[name]))
         table.add_row(
             f"{name} per frame",
             f"{1e6 * median / num_envs:.2f} us",
-            _spread(demo.seconds[name], 1e6 / num_envs),
+            _spread(shown.seconds[name], 1e6 / num_envs),
             f"{num_envs / median:,.0f} frames",
             f"{100 * median / step:.2f} %",
         )
@@ -113,8 +131,8 @@ def _spread(seconds: Sequence[float] | np.ndarray, unit: float) -> str:
     return f"{low:.2f}-{high:.2f}"
 
 
-def picture(demo: Demo) -> Image.Image:
+def picture(shown: Demonstration) -> Image.Image:
     """The last frames of some instances with the objects of both methods drawn over them, REM on the left."""
-    instances = np.linspace(0, len(demo.frames) - 1, min(ROWS, len(demo.frames))).astype(int)
-    rows = [[overlay(demo.game, demo.frames[i], demo.objects[name][i]) for name in ("REM", "VEM")] for i in instances]
-    return sheet(rows, [f"{demo.game.name}: REM (from RAM)", "VEM (from pixels)"])
+    instances = np.linspace(0, len(shown.frames) - 1, min(ROWS, len(shown.frames))).astype(int)
+    rows = [[overlay(shown.game, shown.frames[i], shown.objects[name][i]) for name in ("REM", "VEM")] for i in instances]
+    return sheet(rows, [f"{shown.game.name}: REM (from RAM)", "VEM (from pixels)"])

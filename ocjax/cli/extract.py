@@ -4,14 +4,11 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
-from ocjax.cli.messages import errors_in_one_line, progress_bar
+from ocjax.cli.messages import console, errors_in_one_line, progress_bar
 from ocjax.cli.options import RAY
 from ocjax.files import writing
 from ocjax.files.pipeline import extract as extract_file
-
-console = Console()
 
 
 def extract(

@@ -11,7 +11,9 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from typer.core import TyperGroup
 
-from ocjax.evaluation.ocatari_peer import OcatariError
+from ocjax._extras import MissingExtraError
+
+console = Console()
 
 WRONG_USE, INTERRUPTED = 2, 130  # exit statuses
 
@@ -26,7 +28,7 @@ def errors_in_one_line() -> Iterator[None]:
     """Report errors that the user can correct in one line, with exit status 2."""
     try:
         yield
-    except (OSError, ValueError, OcatariError) as error:
+    except (OSError, ValueError, MissingExtraError) as error:
         say(f"Error: {error}")
         raise typer.Exit(WRONG_USE) from error
 

@@ -4,10 +4,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from ocjax import recordings
-from ocjax.cli.messages import errors_in_one_line
+from ocjax.cli.messages import console, errors_in_one_line
 from ocjax.evaluation import tables
 from ocjax.extraction import registry
 from ocjax.files import writing
@@ -21,9 +20,7 @@ from ocjax.ramtools.watch import terminal, window
 from ocjax.ramtools.watch.session import Session
 from ocjax.recordings import Recording
 
-app = typer.Typer(no_args_is_help=True, help="Reverse-engineer the RAM of a game.")
-console = Console()
-
+ram = typer.Typer(no_args_is_help=True, help="Reverse-engineer the RAM of a game.")
 GAME = typer.Argument(metavar="GAME", help="Name of the game.")
 WHAT = typer.Argument(metavar="GAME|RECORDING", help="A game to play, or a recording (.npz) with frames.")
 SAMPLES = typer.Option(min=100, help="Samples to play.")
@@ -49,7 +46,7 @@ def _give(found: list[tables.Table], markdown: Path | None) -> None:
         writing.announce(console, "Written", markdown)
 
 
-@app.command()
+@ram.command()
 def correlate(
     what: Annotated[str, WHAT],
     target: Annotated[str, typer.Option(help="vem: what the vision rules detect; sprites: what the video chip drew.")] = "vem",
@@ -77,7 +74,7 @@ def correlate(
     _give([correlation.to_table(found, f"{tape.game.name}: RAM that explains objects, percent of {len(tape):,} samples")], markdown)
 
 
-@app.command()
+@ram.command()
 def causes(
     name: Annotated[str, GAME],
     steps: Annotated[int, typer.Option(min=0, help="Agent steps of random play that lead to the state.")] = 200,
@@ -102,7 +99,7 @@ def causes(
     writing.announce(console, "Map of all bytes, changed pixels in red", out)
 
 
-@app.command()
+@ram.command()
 def residual(
     what: Annotated[str, WHAT],
     category: Annotated[str, typer.Argument(help="Category of the game.")],
@@ -122,7 +119,7 @@ def residual(
     _give(residuals.to_tables(found, f"{tape.game.name} {category} {field}"), markdown)
 
 
-@app.command()
+@ram.command()
 def twins(
     name: Annotated[str, GAME],
     moment: Annotated[str, typer.Option(help="play: any frame; life: frames on which a life is lost; end: last frames of games.")] = "play",
@@ -141,7 +138,7 @@ def twins(
     _give([pairs.to_table(found)], markdown)
 
 
-@app.command("map")
+@ram.command("map")
 def show_map(name: Annotated[str, GAME], markdown: Annotated[Path | None, MARKDOWN] = None) -> None:
     """Print the RAM map of a finished game: bytes, how they are read, range, name and meaning."""
     with errors_in_one_line():
@@ -150,7 +147,7 @@ def show_map(name: Annotated[str, GAME], markdown: Annotated[Path | None, MARKDO
     _give([ram_map.ram_map(game)], markdown)
 
 
-@app.command()
+@ram.command()
 def watch(
     name: Annotated[str, GAME],
     policy: Annotated[str, typer.Option(help="keyboard, random, repeat, or an .npz file of a saved policy.")] = "keyboard",

@@ -1,12 +1,17 @@
-"""Pictures and animations of the objects of recorded play."""
+"""The command `ocjax render`: pictures and animations of the objects of recorded play."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Annotated
 
 import jax
 import numpy as np
+import typer
 from PIL import Image
+from rich.progress import track
 
+from ocjax import recordings
+from ocjax.cli.messages import console, errors_in_one_line
 from ocjax.extraction.objects import Objects
 from ocjax.files import writing
 from ocjax.recordings import Recording
@@ -14,6 +19,37 @@ from ocjax.transforms.drawing import overlay, sheet
 
 METHODS = {"rem": ("REM",), "vem": ("VEM",), "both": ("REM", "VEM")}
 FRAME_TIME = 120  # milliseconds per frame of an animation
+
+
+def render(
+    recording: Annotated[Path, typer.Argument(help="Recording (.npz) with rams and screens.")],
+    out: Annotated[Path, typer.Option(help="A .png of one sample, or a .gif of several.")],
+    game: Annotated[str | None, typer.Option(help="Name of the game, if neither the file's name nor its contents give it.")] = None,
+    method: Annotated[str, typer.Option(help="rem, vem, or both side by side.")] = "both",
+    first: Annotated[int, typer.Option(min=0, help="First sample to draw.")] = 0,
+    count: Annotated[int, typer.Option(min=1, help="Number of samples in a .gif.")] = 50,
+    scale: Annotated[int, typer.Option(min=1, max=8, help="Picture pixels per screen pixel.")] = 2,
+) -> None:
+    """Draw objects over the frames of a recording."""
+    if method not in METHODS:
+        raise typer.BadParameter(f"method must be rem, vem or both, got {method!r}")
+    with errors_in_one_line():
+        writing.check_suffix(out, (".png", ".gif"))
+        writing.check(out)
+        tape = recordings.read(recording, game)
+    if tape.screens is None:
+        raise typer.BadParameter(f"{recording} has no frames (an array 'screens') to draw on")
+    if first >= len(tape):
+        raise typer.BadParameter(f"{recording} has {len(tape)} samples, so the first to draw cannot be {first}")
+    samples = slice(first, min(len(tape), first + (count if out.suffix == ".gif" else 1)))
+    with console.status("extracting"):
+        objects = extract(tape, METHODS[method], samples)
+    drawn = pictures(tape, objects, samples, scale)
+    total = samples.stop - samples.start
+    images = list(track(drawn, description="drawing", total=total, console=console, transient=True))
+    with errors_in_one_line():
+        save(images, out)
+    writing.announce(console, f"{len(images)} samples of {recording}", out)
 
 
 def extract(recording: Recording, methods: Sequence[str], samples: slice) -> dict[str, Objects]:

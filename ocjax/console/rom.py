@@ -94,7 +94,7 @@ class Rom:
     name: str
     md5: str
 
-    @property
+    @functools.cached_property
     def data(self) -> np.ndarray:
         """All bytes, uint8 `[size]`."""
         return np.frombuffer(read_rom(self.name, self.md5), np.uint8)

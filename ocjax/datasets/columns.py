@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
+from ocjax._extras import require
 from ocjax.datasets.plans import DatasetError
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
 from ocjax.files.blocks import Block, compact
-from ocjax.files.inputs import require
 from ocjax.vision.unknown import UNKNOWN_VALUE
 
 STATE = {

@@ -11,7 +11,7 @@ from typing import Any
 
 from ocjax.datasets import labels, starts
 from ocjax.datasets.plans import Plan
-from ocjax.emulators.pool import action_set, load_emulator
+from ocjax.emulators.start import action_set, load_emulator
 from ocjax.envs import Settings
 from ocjax.evaluation import tables
 from ocjax.evaluation.metrics import Agreement

@@ -12,16 +12,17 @@ from typing import Any, BinaryIO
 import numpy as np
 from gymnasium import spaces
 
+from ocjax._extras import require
 from ocjax.console.ram import RAM_SIZE
 from ocjax.datasets import columns, shards
 from ocjax.datasets.generation import Report, open_dataset
 from ocjax.datasets.plans import Plan
-from ocjax.emulators.pool import action_set, load_emulator
+from ocjax.emulators.start import action_set, load_emulator
 from ocjax.envs import Settings
 from ocjax.extraction import registry
 from ocjax.extraction.game import Game
 from ocjax.files import writing
-from ocjax.files.inputs import MINARI, require
+from ocjax.files.inputs import MINARI
 from ocjax.files.minari import new_dataset
 
 CSV_COLUMNS = ("INDEX", "OBS", "HUD", "RAM", "VIS")
@@ -45,7 +46,8 @@ def export(folder: str | Path, out: str | Path, *, report: Report | None = None)
     Raises:
         DatasetError: a ValueError; the folder holds no complete dataset.
         ValueError: the format is not supported.
-        InputError: a ValueError; the Minari ID is wrong or exists, or minari is missing.
+        InputError: a ValueError; the Minari ID is wrong or exists.
+        MissingExtraError: minari is not installed.
         OSError: a file cannot be written.
     """
     plan, folder = open_dataset(folder), Path(folder)

@@ -5,12 +5,12 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
+from ocjax._extras import require
 from ocjax.console import rom
 from ocjax.datasets import datasheet, shards
 from ocjax.datasets.plans import DatasetError, Plan, code, versions
 from ocjax.extraction import registry
 from ocjax.files import cluster, writing
-from ocjax.files.inputs import require
 
 PLAN, SHEET = "dataset.json", "README.md"
 
@@ -33,7 +33,7 @@ def generate(plan: Plan, folder: str | Path, *, ray: str | None = None, report: 
         DatasetError: a ValueError; the folder holds another dataset or other files.
         RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was written for.
         ValueError: the cluster cannot be reached.
-        InputError: a ValueError; pyarrow is missing.
+        MissingExtraError: pyarrow is not installed.
         OSError: a file cannot be written.
     """
     game, folder = registry.load(plan.game), Path(folder).resolve()

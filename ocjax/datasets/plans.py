@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ocjax._extras import extras
 from ocjax.datasets import starts as game_starts
 from ocjax.datasets.starts import Start
 from ocjax.emulators.checks import integer
@@ -186,7 +187,8 @@ def _digest_of_policy(name: str, game: Game) -> str:
 
 def versions() -> dict[str, str]:
     """Versions of ocjax and of the libraries that determine the bytes of a dataset."""
-    return {"ocjax": importlib.metadata.version("ocjax")} | {name: importlib.metadata.version(name) for name in LIBRARIES}
+    with extras():
+        return {name: importlib.metadata.version(name) for name in ("ocjax", *LIBRARIES)}
 
 
 @functools.cache

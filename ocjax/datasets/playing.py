@@ -1,5 +1,7 @@
 """The states of a shard: instances that play side by side, each with its own policy."""
 
+import contextlib
+import itertools
 from collections.abc import Iterator
 
 import numpy as np
@@ -9,6 +11,7 @@ from ocjax.datasets.starts import variation
 from ocjax.envs import AlePool, Settings
 from ocjax.extraction.game import Game
 from ocjax.play.policies import Policy, make_policy
+from ocjax.play.stepping import steps
 
 Sequence = dict[str, np.ndarray]  # successive states of one instance: arrays [n, ...]
 NO_ACTION = -1  # of the first state of an episode
@@ -33,24 +36,22 @@ def play(game: Game, plan: Plan, shard: Shard) -> Iterator[list[Sequence]]:
     own = np.array(shard.shares)
     index = shard.first + np.cumsum(own) - own  # of the first state of each instance
     starts = [variation(game, plan.starts[i % len(plan.starts)]) for i in range(ENVS)] if plan.starts else ()
-    pool = AlePool(game, ENVS, Settings(**plan.settings), screens=("screen",), starts=starts)
-    try:
+    with contextlib.closing(AlePool(game, ENVS, Settings(**plan.settings), screens=("screen",), starts=starts)) as pool:
         act = _policies(game, plan, len(pool.actions), seeds[ENVS:].tolist())
         pool.reset(seeds[:ENVS].tolist())
-        episode, action = np.zeros(ENVS, np.int32), np.full(ENVS, NO_ACTION)
+        played = itertools.islice(_states(pool, act, index), int(own.max()))
         for first in range(0, int(own.max()), plan.sequence_states):
-            states = []
-            for t in range(first, min(first + plan.sequence_states, int(own.max()))):
-                if t > 0:
-                    action = act(pool.ram, pool.started)
-                    pool.send(action)
-                    pool.wait()
-                    episode = episode + pool.started
-                states.append({"index": index + t} | _state(pool, action, episode))
+            states = list(itertools.islice(played, plan.sequence_states))
             stacked = {name: np.stack([state[name] for state in states], axis=1) for name in states[0]}
             yield [{name: a[i, : max(own[i] - first, 0)] for name, a in stacked.items()} for i in range(ENVS)]
-    finally:
-        pool.close()
+
+
+def _states(pool: AlePool, act: Policy, index: np.ndarray) -> Iterator[dict[str, np.ndarray]]:
+    """Successive states of all instances; `index` is that of the first one of each."""
+    episode = np.full(ENVS, -1)
+    for t, action in enumerate(steps(pool, act)):
+        episode = episode + pool.started
+        yield {"index": index + t} | _state(pool, NO_ACTION if action is None else action, episode)
 
 
 def _policies(game: Game, plan: Plan, num_actions: int, seeds: list[int]) -> Policy:
@@ -63,7 +64,7 @@ def _policies(game: Game, plan: Plan, num_actions: int, seeds: list[int]) -> Pol
     return lambda ram, started: np.concatenate([policy(ram[s], started[s]) for s, policy in parts])
 
 
-def _state(pool: AlePool, action: np.ndarray, episode: np.ndarray) -> dict[str, np.ndarray]:
+def _state(pool: AlePool, action: np.ndarray | int, episode: np.ndarray) -> dict[str, np.ndarray]:
     """The present state of all instances, arrays `[ENVS, ...]`."""
     return {
         "ram": pool.ram.copy(),

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from ocjax._extras import require
 from ocjax.datasets import columns, labels, playing
 from ocjax.datasets.labels import Labels
 from ocjax.datasets.plans import DatasetError, Plan, Shard, code
 from ocjax.extraction import registry
 from ocjax.extraction.game import Game
 from ocjax.files import writing
-from ocjax.files.inputs import require
 
 ROW_GROUP = 500  # rows
 BATCH = 1000  # rows that are labelled at a time

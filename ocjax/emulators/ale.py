@@ -23,9 +23,10 @@ from ocjax.emulators import states as saved
 from ocjax.emulators.checks import NOT_RESET, action_array, integer, is_integer, mask_array, seed_list
 from ocjax.emulators.hooks import Hook, pickled_hooks
 from ocjax.emulators.memory import check_memory, shared_memory
-from ocjax.emulators.pool import EmulatorPool, Report, action_set, check_rom, load_emulator
+from ocjax.emulators.pool import EmulatorPool, Report
 from ocjax.emulators.process import WorkerError, Workers
 from ocjax.emulators.settings import Settings
+from ocjax.emulators.start import action_set, check_rom, load_emulator
 from ocjax.emulators.states import States
 from ocjax.emulators.worker import interface
 from ocjax.emulators.worker.interface import AUTORESET_MODES, GRAY, NEXT_STEP, POOLED, SCREENS, WorkerConfig

@@ -2,12 +2,10 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
 
 import ale_py
 import numpy as np
 
-from ocjax.console.rom import read_rom, rom_path
 from ocjax.emulators.checks import Uncopied
 from ocjax.emulators.settings import Settings
 from ocjax.emulators.states import States
@@ -82,6 +80,11 @@ class EmulatorPool(Uncopied, ABC):
         Raises:
             NoAsyncCallError: no step is pending.
         """
+
+    def step(self, actions: np.ndarray) -> None:
+        """One step of all emulators: `send`, then `wait`."""
+        self.send(actions)
+        self.wait()
 
     @property
     @abstractmethod
@@ -232,31 +235,3 @@ class EmulatorPool(Uncopied, ABC):
         if array is None:
             raise ValueError(f"the pool does not record {name!r}: request it with screens=({name!r},)")
         return array
-
-
-def check_rom(game: Game) -> Path:
-    """The path of a game's ROM, whose contents are checked.
-
-    Raises:
-        RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was written for.
-    """
-    read_rom(game.rom, game.md5)
-    return rom_path(game.rom)
-
-
-def load_emulator(game: Game) -> ale_py.ALEInterface:
-    """An emulator with a game's ROM, which tells the game's actions, modes and difficulties.
-
-    Raises:
-        RomError: see `check_rom`.
-    """
-    path = check_rom(game)
-    ale_py.ALEInterface.setLoggerMode(ale_py.LoggerMode.Error)
-    ale = ale_py.ALEInterface()
-    ale.loadROM(path)
-    return ale
-
-
-def action_set(ale: ale_py.ALEInterface, settings: Settings) -> tuple[ale_py.Action, ...]:
-    """The actions that the settings make available."""
-    return tuple(ale.getLegalActionSet() if settings.full_action_space else ale.getMinimalActionSet())

@@ -1,15 +1,52 @@
-"""The emulator of the `ocjax ram` commands that step single frames."""
+"""Emulators in this process: a game's ROM is checked and loaded, and its actions, modes and difficulties are read."""
 
-from typing import TYPE_CHECKING
+from pathlib import Path
 
-from ocjax.emulators.pool import check_rom
+import ale_py
+
+from ocjax.console.rom import read_rom, rom_path
+from ocjax.emulators.settings import Settings
 from ocjax.extraction.game import Game
 
-if TYPE_CHECKING:
-    import ale_py
+
+def check_rom(game: Game) -> Path:
+    """The path of a game's ROM, whose contents are checked.
+
+    Raises:
+        RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was written for.
+    """
+    read_rom(game.rom, game.md5)
+    return rom_path(game.rom)
 
 
-def start_emulator(game: Game, seed: int = 0, game_mode: int | None = None) -> "ale_py.ALEInterface":
+def log_errors_only() -> None:
+    """Keep ale-py from printing a banner for each emulator."""
+    ale_py.ALEInterface.setLoggerMode(ale_py.LoggerMode.Error)
+
+
+def load_emulator(game: Game, **options: float) -> ale_py.ALEInterface:
+    """An emulator with a game's ROM.
+
+    Args:
+        game: the game.
+        options: of ALE, such as `random_seed` (int) and `repeat_action_probability` (float).
+
+    Raises:
+        RomError: see `check_rom`.
+    """
+    path = check_rom(game)
+    log_errors_only()
+    ale = ale_py.ALEInterface()
+    for name, value in options.items():
+        if isinstance(value, int):
+            ale.setInt(name, value)
+        else:
+            ale.setFloat(name, value)
+    ale.loadROM(path)
+    return ale
+
+
+def start_emulator(game: Game, seed: int = 0, game_mode: int | None = None) -> ale_py.ALEInterface:
     """An emulator at the beginning of a game, without sticky actions.
 
     Args:
@@ -18,19 +55,28 @@ def start_emulator(game: Game, seed: int = 0, game_mode: int | None = None) -> "
         game_mode: as ale-py numbers it; None for the game's default.
 
     Raises:
-        RomError: the ROM is missing or the wrong one.
+        RomError: see `check_rom`.
         ValueError: the game has no such mode.
     """
-    import ale_py
-
-    ale_py.ALEInterface.setLoggerMode(ale_py.LoggerMode.Error)
-    ale = ale_py.ALEInterface()
-    ale.setInt("random_seed", seed)
-    ale.setFloat("repeat_action_probability", 0.0)
-    ale.loadROM(check_rom(game))
+    ale = load_emulator(game, random_seed=seed, repeat_action_probability=0.0)
     if game_mode is not None:
         if game_mode not in ale.getAvailableModes():
             raise ValueError(f"{game.name} has no mode {game_mode}; it has {list(ale.getAvailableModes())}")
         ale.setMode(game_mode)
     ale.reset_game()
     return ale
+
+
+def action_set(ale: ale_py.ALEInterface, settings: Settings) -> tuple[ale_py.Action, ...]:
+    """The actions that the settings make available."""
+    return tuple(ale.getLegalActionSet() if settings.full_action_space else ale.getMinimalActionSet())
+
+
+def variants(game: Game) -> tuple[list[int], list[int]]:
+    """The modes and difficulties of a game, as ale-py numbers them.
+
+    Raises:
+        RomError: see `check_rom`.
+    """
+    ale = load_emulator(game)
+    return list(ale.getAvailableModes()), list(ale.getAvailableDifficulties())

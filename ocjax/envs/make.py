@@ -9,6 +9,7 @@ from typing import Any, Literal, Never
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.vector import AutoresetMode
 
+from ocjax._extras import extras
 from ocjax.emulators.ale import WORKER_TIMEOUT, AlePool
 from ocjax.emulators.hooks import Hook
 from ocjax.emulators.settings import Settings, settings
@@ -19,7 +20,8 @@ from ocjax.envs.rewards import RewardFunction
 from ocjax.envs.single import ObjectEnv
 from ocjax.envs.vector import RENDER_MODES, ObjectVectorEnv
 from ocjax.extraction.game import Game
-from ocjax.extraction.registry import env_id, load
+from ocjax.extraction.names import env_id
+from ocjax.extraction.registry import load
 
 AUTORESET = {
     AutoresetMode.NEXT_STEP: NEXT_STEP,
@@ -116,7 +118,7 @@ def make_vec(
         TypeError: there is no such option, a hook is not a function, or cannot be sent to worker processes, `reward_fn` is not a function,
             or a game mode or difficulty is not an integer.
         MemoryError: there is not enough memory for so many instances.
-        ModuleNotFoundError: the extra `envpool` is not installed.
+        MissingExtraError: a ModuleNotFoundError; the extra `envpool` is not installed.
         WorkerError: a worker process could not be started.
     """
     for name in unknown:
@@ -178,10 +180,8 @@ def _no_option(name: str) -> TypeError:
 
 
 def _make_envpool(*args: Any, **options: Any) -> ObjectVectorEnv:
-    try:
+    with extras():
         from ocjax.envs.envpool import EnvpoolVectorEnv
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(f"backend 'envpool' needs the extra of that name, pip install 'ocjax[envpool]': {error}") from error
     return EnvpoolVectorEnv(*args, **options)
 
 

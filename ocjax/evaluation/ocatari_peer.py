@@ -19,7 +19,7 @@ REQUIREMENTS = (f"ocatari=={VERSION}", "ale-py", "numpy<2")
 END_OF_LOG = 2000  # characters of a failed process's output that an error quotes
 
 
-class OcatariError(RuntimeError):
+class OcatariError(OSError):
     """OCAtari could not be installed or run; the message says why."""
 
 

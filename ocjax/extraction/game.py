@@ -18,7 +18,7 @@ from ocjax.console.ram import RAM_SIZE
 from ocjax.extraction import rem, vem
 from ocjax.extraction.arrays import as_array
 from ocjax.extraction.categories import Category, display
-from ocjax.extraction.declaration import Declaration, GameError
+from ocjax.extraction.declaration import Declaration, GameError, check_decode
 from ocjax.extraction.objects import Objects
 
 __all__ = ["Category", "Game", "GameError", "display"]
@@ -30,6 +30,7 @@ class Game(Declaration):
 
     @functools.cached_property
     def _rem(self) -> Callable[[Any], Objects]:
+        check_decode(self)
         return rem.extractor(self)
 
     @functools.cached_property

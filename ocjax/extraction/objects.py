@@ -142,7 +142,7 @@ class Objects:
 
         Raises:
             ValueError: as `to_list`.
-            ModuleNotFoundError: pandas is not installed.
+            MissingExtraError: a ModuleNotFoundError; pandas is not installed.
         """
         return records.frame(self._host(), whose(self))
 
@@ -151,7 +151,7 @@ class Objects:
 
         Raises:
             ValueError: as `to_list`.
-            ModuleNotFoundError: pyarrow is not installed.
+            MissingExtraError: a ModuleNotFoundError; pyarrow is not installed.
         """
         return records.arrow(self._host(), whose(self))
 

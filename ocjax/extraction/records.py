@@ -3,13 +3,13 @@
 They are made by the methods of `Objects`.
 """
 
-import importlib
 import re
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ocjax._extras import require
 from ocjax.extraction.declaration import Declaration
 from ocjax.vision.unknown import UNKNOWN, UNKNOWN_VALUE
 
@@ -102,21 +102,13 @@ def columns(fields: Fields, game: Declaration) -> tuple[dict[str, np.ndarray], d
     return out, {name: ~has[name] | (out[name] == constant) for name, constant in unknown.items()}
 
 
-def _optional(package: str, method: str) -> Any:
-    """A package of the extra `data` that a method needs."""
-    try:
-        return importlib.import_module(package)
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(f"{method} needs {package}, pip install 'ocjax[data]': {error}") from error
-
-
 def frame(fields: Fields, game: Declaration) -> Any:
     """A pandas data frame of the valid objects; `Objects.to_frame` documents it.
 
     Raises:
-        ModuleNotFoundError: pandas is not installed.
+        MissingExtraError: a ModuleNotFoundError; pandas is not installed.
     """
-    pd = _optional("pandas", "to_frame")
+    pd = require("pandas")
     table, missing = columns(fields, game)
     names = pd.CategoricalDtype([c.name for c in game.categories])
     out = {name: pd.arrays.IntegerArray(a, missing[name]) if name in missing else a for name, a in table.items()}
@@ -127,9 +119,9 @@ def arrow(fields: Fields, game: Declaration) -> Any:
     """A pyarrow table of the valid objects; `Objects.to_arrow` documents it.
 
     Raises:
-        ModuleNotFoundError: pyarrow is not installed.
+        MissingExtraError: a ModuleNotFoundError; pyarrow is not installed.
     """
-    pa = _optional("pyarrow", "to_arrow")
+    pa = require("pyarrow")
     table, missing = columns(fields, game)
     names = pa.array([c.name for c in game.categories])
     out = {name: pa.array(a, mask=missing.get(name)) for name, a in table.items()}

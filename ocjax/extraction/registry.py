@@ -1,14 +1,13 @@
-"""The registry of games. Every file in `ocjax/extractors` is a game; there is no other list."""
+"""Games by their names."""
 
 import copyreg
 import difflib
 import functools
 import importlib
-import pkgutil
 import re
-from pathlib import Path
 from typing import overload
 
+from ocjax.extraction import names
 from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.game import Game, GameError
 
@@ -25,31 +24,6 @@ def _load_module(module: str) -> Game:
     if game.name.lower() != module:
         raise GameError(f"extractors/{module}.py: name: the file of {game.name} must be called {game.name.lower()}.py")
     return game
-
-
-@functools.cache
-def _modules() -> tuple[str, ...]:
-    extractors = importlib.import_module("ocjax.extractors")
-    return tuple(sorted(m.name for m in pkgutil.iter_modules(extractors.__path__) if not m.name.startswith("_")))
-
-
-@functools.cache
-def games() -> tuple[str, ...]:
-    """The sorted names of all games, as in Gymnasium's "ALE/<Name>-v5"."""
-    return tuple(_load_module(m).name for m in _modules())
-
-
-@functools.cache
-def names() -> tuple[str, ...]:
-    """The names that `games` returns, read from the files without importing them."""
-    extractors = importlib.import_module("ocjax.extractors")
-    files = sorted(p for folder in extractors.__path__ for p in Path(folder).glob("[!_]*.py"))
-    return tuple(m[1] for p in files if (m := re.search(r'^    name="(\w+)",$', p.read_text(encoding="utf-8"), re.MULTILINE)))
-
-
-def env_id(name: str) -> str:
-    """The Gymnasium id of a game's environments."""
-    return f"ocjax/{name}-v5"
 
 
 @functools.cache
@@ -73,8 +47,8 @@ def load(name: str, *, hud: bool = True) -> Game:
     short = re.sub(r"^(ALE|ocjax)/", "", name)
     short = re.sub(r"(-ram)?(Deterministic|NoFrameskip)?(-ram)?-v\d+$", "", short)
     key = short.replace("_", "").replace(" ", "").lower()
-    if key not in _modules():
-        known = {n.lower(): n for n in names()}  # loading all games would take long
+    if key not in names.modules():
+        known = {n.lower(): n for n in names.games()}
         close = difflib.get_close_matches(key, known, n=3, cutoff=0.5)
         hint = f"did you mean {' or '.join(known[m] for m in close)}?" if close else f"there are {', '.join(known.values())}"
         raise UnknownGameError(f"no game {name!r}: {hint}")

@@ -4,6 +4,8 @@ import logging
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
+from ocjax._extras import extras
+
 
 def completed(function: Callable[[Any], object], tasks: Sequence[Any], ray: str | None = None) -> Iterator[Any]:
     """Execute a function for each task, and yield each task when it is done.
@@ -18,7 +20,8 @@ def completed(function: Callable[[Any], object], tasks: Sequence[Any], ray: str 
             of, or the address of a cluster.
 
     Raises:
-        ValueError: Ray is not installed, or the cluster cannot be reached.
+        MissingExtraError: Ray is not installed.
+        ValueError: the cluster cannot be reached.
     """
     if ray is None:
         for task in tasks:
@@ -29,11 +32,9 @@ def completed(function: Callable[[Any], object], tasks: Sequence[Any], ray: str 
 
 
 def _on_cluster(function: Callable[[Any], object], tasks: Sequence[Any], address: str) -> Iterator[Any]:
-    try:
+    with extras():
         import ray  # pyright: ignore[reportMissingImports]
         from ray.exceptions import RayTaskError  # pyright: ignore[reportMissingImports]
-    except ModuleNotFoundError as error:
-        raise ValueError(f"clusters need the extra ray, pip install 'ocjax[ray]': {error}") from error
     try:
         connection = ray.init(address, ignore_reinit_error=True, log_to_driver=False, logging_level=logging.ERROR)
     except (ConnectionError, RuntimeError) as error:

@@ -5,7 +5,6 @@ file of that format is opened (extra `data`).
 """
 
 import contextlib
-import importlib
 import io
 import json
 import math
@@ -19,6 +18,7 @@ from typing import IO, Any
 import numpy as np
 from PIL import Image
 
+from ocjax._extras import MissingExtraError, require
 from ocjax.console.ram import RAM_SIZE
 
 NAMES = ("rams", "ram", "screens", "frames", "observations", "obs")  # of arrays, in the order in which they are looked for
@@ -122,18 +122,6 @@ def _choose(name: str, shapes: Mapping[str, Sequence[int]], wanted: str | None) 
     return found[0]
 
 
-def require(module: str) -> Any:
-    """Import a library of the extra `data`.
-
-    Raises:
-        InputError: it is not installed.
-    """
-    try:
-        return importlib.import_module(module)
-    except ModuleNotFoundError as error:
-        raise InputError(f"this format needs {error.name}: pip install 'ocjax[data]'") from error
-
-
 def minari_id(name: str) -> str:
     """The ID of a Minari dataset.
 
@@ -141,7 +129,8 @@ def minari_id(name: str) -> str:
         name: the ID after "minari:".
 
     Raises:
-        InputError: the ID is malformed, or minari is missing.
+        InputError: the ID is malformed.
+        MissingExtraError: minari is not installed.
     """
     identifier = name.removeprefix(MINARI)
     parse = require("minari.dataset.minari_dataset").parse_dataset_id
@@ -486,8 +475,8 @@ def open_input(path: str | Path, array: str | None = None) -> Iterator[Input]:
 
     Raises:
         FileNotFoundError: there is no such file.
-        InputError: a ValueError; the format is not supported, its library is missing, or the file is damaged or holds neither RAM nor
-            frames.
+        InputError: a ValueError; the format is not supported, or the file is damaged or holds neither RAM nor frames.
+        MissingExtraError: a ModuleNotFoundError; the format's library is not installed.
     """
     opened = _open(str(path), array)
     try:
@@ -509,7 +498,7 @@ def _open(name: str, array: str | None) -> Input:
             return _open_hugging_face(path, array)
         if path.is_dir():
             return _Pictures(path, array)
-    except InputError:
+    except (InputError, MissingExtraError):
         raise
     except Exception as error:  # a damaged file can fail anywhere in the libraries
         raise InputError(f"{name} cannot be read: {type(error).__name__}: {error}") from error

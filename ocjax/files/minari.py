@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from ocjax.files.inputs import MINARI, InputError, minari_id, require
+from ocjax._extras import require
+from ocjax.files.inputs import MINARI, InputError, minari_id
 from ocjax.files.outputs import Blocks
 
 FIXED = ("observation_space", "action_space", "env_spec", "data_format", "jpeg_encoding")  # of the storage, which writes them itself
@@ -26,7 +27,8 @@ def path_of(name: str) -> Path:
         name: its ID after "minari:".
 
     Raises:
-        InputError: the ID is malformed, there is such a dataset, or minari is missing.
+        InputError: the ID is malformed, or there is such a dataset.
+        MissingExtraError: minari is not installed.
     """
     identifier = minari_id(name)
     path = Path(require("minari.storage").get_dataset_path(identifier))

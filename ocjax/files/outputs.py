@@ -27,10 +27,11 @@ from typing import BinaryIO
 
 import numpy as np
 
+from ocjax._extras import require
 from ocjax.extraction.game import Game
 from ocjax.files import writing
 from ocjax.files.blocks import Block
-from ocjax.files.inputs import MINARI, require
+from ocjax.files.inputs import MINARI
 
 FIELDS: Mapping[str, tuple[type, tuple[int, ...]]] = {
     "xywh": (np.int16, (4,)),
@@ -248,7 +249,8 @@ def writer(path: Path) -> Writer:
     """The function that writes a file of this suffix.
 
     Raises:
-        InputError: a ValueError; there is none, or its library is missing.
+        ValueError: there is none.
+        MissingExtraError: its library is not installed.
     """
     suffix = path.suffix.lower()
     if suffix not in WRITERS:

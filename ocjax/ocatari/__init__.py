@@ -8,7 +8,6 @@ from collections import deque
 from collections.abc import Sequence
 from typing import Any, Literal
 
-import ale_py
 import gymnasium as gym
 import jax
 import numpy as np
@@ -16,9 +15,10 @@ from gymnasium.envs.registration import EnvSpec
 
 from ocjax.emulators.checks import Uncopied
 from ocjax.emulators.hooks import Hook, HookedEmulator, named_hooks
-from ocjax.emulators.pool import check_rom
+from ocjax.emulators.start import check_rom, log_errors_only
+from ocjax.extraction.names import games
 from ocjax.extraction.objects import Objects
-from ocjax.extraction.registry import load, names
+from ocjax.extraction.registry import load
 from ocjax.ocatari.helpers import (
     ABSENT,
     UPSCALE_FACTOR,
@@ -55,7 +55,7 @@ __all__ = [
     "to_rgba",
 ]
 
-AVAILABLE_GAMES = list(names())
+AVAILABLE_GAMES = list(games())
 # The methods of each mode, the first for `objects`. "revised" is what versions before 2 called "ram".
 METHODS = {"ram": ("rem",), "revised": ("rem",), "vision": ("vem",), "both": ("rem", "vem")}
 OBSERVATIONS = ("ori", "dqn", "obj")
@@ -117,7 +117,7 @@ class OCAtari(Uncopied, gym.Env):
         self.game_name, self.mode, self.hud, self.obs_mode = self.game.name, mode, hud, obs_mode
         self.render_mode, self.render_oc_overlay, self.buffer_window_size = render_mode, render_oc_overlay, buffer_window_size
         self._window = Window(self.game_name) if render_oc_overlay and render_mode == "human" else None
-        ale_py.ALEInterface.setLoggerMode(ale_py.LoggerMode.Error)
+        log_errors_only()
         self.env_name, shown = env_name, "rgb_array" if render_oc_overlay else render_mode
         if DETERMINISTIC in env_name:  # of these ids, which ale-py no longer registers, only the frame skip is special
             kwargs.setdefault("frameskip", 4)

@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from ocjax._extras import extras
 from ocjax.extraction.registry import load
 from ocjax.transforms.game_objects import GameObject, ValueObject
 
@@ -150,10 +151,8 @@ class Window:
 
     def __init__(self, title: str) -> None:
         os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
-        try:
+        with extras():
             import pygame  # pyright: ignore[reportMissingImports]
-        except ModuleNotFoundError as error:
-            raise ModuleNotFoundError(f"the overlay in render mode 'human' needs pygame (pip install pygame): {error}") from error
         self._pygame, self._title, self._surface, self._clock = pygame, title, None, pygame.time.Clock()
 
     def show(self, picture: Image.Image) -> None:

@@ -4,6 +4,7 @@
 `record_boundaries` keeps the first and last states of episodes, and states in which a life has just been lost.
 """
 
+import contextlib
 import dataclasses
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -12,10 +13,11 @@ import numpy as np
 from rich.progress import track
 
 from ocjax import recordings
-from ocjax.emulators.pool import check_rom
+from ocjax.emulators.start import variants
 from ocjax.envs import AlePool, Settings
 from ocjax.extraction.game import Game
 from ocjax.play.policies import HOLD, RandomPolicy
+from ocjax.play.stepping import steps
 from ocjax.recordings import Recording
 
 SAMPLES = 40
@@ -37,20 +39,6 @@ class Run:
     seed: int
     frame_skip: int
     samples: dict[int, list[int]] = dataclasses.field(default_factory=dict)  # agent step -> numbers of the samples
-
-
-def variants(game: Game) -> tuple[list[int], list[int]]:
-    """The modes and difficulties of a game, as ale-py numbers them.
-
-    Raises:
-        RomError: a ValueError; ale-py's ROM is not the one that the decoder was written for.
-    """
-    import ale_py
-
-    ale_py.ALEInterface.setLoggerMode(ale_py.LoggerMode.Error)
-    ale = ale_py.ALEInterface()
-    ale.loadROM(check_rom(game))
-    return list(ale.getAvailableModes()), list(ale.getAvailableDifficulties())
 
 
 def record(
@@ -119,23 +107,23 @@ def _play(game: Game, runs: Sequence[Run], seeds: Sequence[int]) -> Iterator[tup
     skip = runs[0].frame_skip
     settings = Settings(frame_skip=skip, repeat_action_probability=0.0)
     modes, difficulties = [run.mode for run in runs], [run.difficulty for run in runs]
-    pool = AlePool(game, len(runs), settings, screens=("screen",), game_mode=modes, game_difficulty=difficulties)
-    try:
+    options = {"screens": ("screen",), "game_mode": modes, "game_difficulty": difficulties}
+    with contextlib.closing(AlePool(game, len(runs), settings, **options)) as pool:
         act = RandomPolicy(len(pool.actions), len(runs), np.random.default_rng([*seeds, skip]), HOLD)
         pool.reset([run.seed for run in runs])
-        total, over = np.zeros(len(runs)), np.zeros(len(runs), bool)
         last = max(step for run in runs for step in run.samples)
-        for step in track(range(last + 1), description=f"playing {game.name}, {skip} frames a step", transient=True):
-            pool.send(act(pool.ram, pool.started))
-            pool.wait()
-            total = np.where(over, 0, total) + pool.reward
-            over = pool.terminated | pool.truncated
+        turns = track(range(-1, last + 1), description=f"playing {game.name}, {skip} frames a step", transient=True)
+        for step, _ in zip(turns, steps(pool, act), strict=False):  # step -1 is the state after the reset
             for k, run in enumerate(runs):
                 for i in run.samples.get(step, ()):
-                    earlier, latest = pool.screen[k]
-                    yield i, {"rams": pool.ram[k], "screens": latest, "previous": earlier, "rewards": total[k], "lives": pool.lives[k]}
-    finally:
-        pool.close()
+                    yield i, _sample(pool, k)
+
+
+def _sample(pool: AlePool, k: int) -> dict[str, Any]:
+    """The present state of an instance as arrays of a recording."""
+    earlier, latest = np.array(pool.screen[k])
+    frames = {"rams": np.array(pool.ram[k]), "screens": latest, "previous": earlier}
+    return frames | {"rewards": int(pool.episode_return[k]), "lives": np.int16(pool.lives[k])}
 
 
 def record_boundaries(game: Game, samples: int = BOUNDARY_SAMPLES, *, seed: int = SEEDS[0]) -> Recording:
@@ -167,23 +155,16 @@ def record_boundaries(game: Game, samples: int = BOUNDARY_SAMPLES, *, seed: int 
 def _boundaries(game: Game, seed: int) -> Iterator[dict[str, Any]]:
     """Samples of first and last states and of lost lives, in the order in which they occur."""
     n, settings = BOUNDARY_INSTANCES, Settings(frame_skip=BOUNDARY_SKIP, repeat_action_probability=0.0)
-    pool = AlePool(game, n, settings, screens=("screen",))
-    try:
+    with contextlib.closing(AlePool(game, n, settings, screens=("screen",))) as pool:
         act = RandomPolicy(len(pool.actions), n, np.random.default_rng(seed), HOLD)
         pool.reset([seed + i for i in range(n)])
-        total, lives, resets, ends = np.zeros(n), np.array(pool.lives), np.ones(n, bool), np.zeros(n, bool)
-        for _ in track(range(BOUNDARY_STEPS), description=f"playing {game.name}", transient=True):
-            for k in np.flatnonzero(resets | ends | (pool.lives < lives)):
-                earlier, latest = np.array(pool.screen[k])
-                frames = {"rams": np.array(pool.ram[k]), "screens": latest, "previous": earlier}
-                yield frames | {"rewards": int(total[k]), "lives": np.int16(pool.lives[k]), "resets": resets[k], "ends": ends[k]}
-            lives, resets = np.array(pool.lives), np.array(ends)
-            pool.send(act(pool.ram, pool.started))
-            pool.wait()
-            total = np.where(resets, 0, total + pool.reward)
+        lives = np.array(pool.lives)
+        turns = track(range(BOUNDARY_STEPS), description=f"playing {game.name}", transient=True)
+        for _ in zip(turns, steps(pool, act), strict=False):
             ends = pool.terminated | pool.truncated
-    finally:
-        pool.close()
+            for k in np.flatnonzero(pool.started | ends | (pool.lives < lives)).tolist():
+                yield _sample(pool, k) | {"resets": pool.started[k], "ends": ends[k]}
+            lives = np.array(pool.lives)
 
 
 def cut(recording: Recording, samples: int = SAMPLES) -> Recording:

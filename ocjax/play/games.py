@@ -1,5 +1,6 @@
 """Complete games played by a policy."""
 
+import contextlib
 import dataclasses
 from collections.abc import Iterator
 
@@ -11,6 +12,7 @@ from ocjax.emulators.settings import settings
 from ocjax.envs import AlePool, Settings
 from ocjax.extraction.game import Game
 from ocjax.play import policies
+from ocjax.play.stepping import steps
 from ocjax.transforms.drawing import overlay
 
 MOST_ENVS = 16
@@ -55,11 +57,10 @@ def play(game: Game, policy: str, episodes: int, *, seed: int = 0, pictures: boo
     n = min(episodes, MOST_ENVS)
     quota = episodes // n + (np.arange(n) < episodes % n)
     chosen = _settings_of(policy, game)
-    pool = AlePool(game, n, chosen, screens=("screen",) if pictures else ())
-    try:
+    with contextlib.closing(AlePool(game, n, chosen, screens=("screen",) if pictures else ())) as pool:
         act = policies.make_policy(policy, game, len(pool.actions), n, seed)
         pool.reset([seed + i for i in range(n)])
-        drawn = [_picture(pool)] if pictures else []
+        drawn: list[Image.Image] = []
         played: list[list[tuple[float, int]]] = [[] for _ in range(n)]
         with Progress(transient=True) as progress:
             bar = progress.add_task(f"playing {game.name}", total=episodes)
@@ -69,8 +70,6 @@ def play(game: Game, policy: str, episodes: int, *, seed: int = 0, pictures: boo
                     progress.advance(bar)
                 if all(len(own) == most for own, most in zip(played, quota, strict=True)):
                     break
-    finally:
-        pool.close()
     returns, frames = zip(*(one for own in played for one in own), strict=True)
     return Played(np.array(returns), np.array(frames), chosen, drawn)
 
@@ -83,11 +82,10 @@ def _settings_of(policy: str, game: Game) -> Settings:
 
 def _games(pool: AlePool, act: policies.Policy, drawn: list[Image.Image] | None) -> Iterator[tuple[int, float, int]]:
     """Play for ever; yields the instance, return and emulated frames of each game that ends."""
-    total, frames = np.array(pool.episode_return), np.array(pool.frame_number)
-    ended, first = np.zeros(pool.num_envs, bool), True
-    while True:
-        pool.send(act(pool.ram, pool.started))
-        pool.wait()
+    total = frames = np.zeros(pool.num_envs)
+    ended = np.zeros(pool.num_envs, bool)
+    first = True
+    for _ in steps(pool, act):
         over = ended & (pool.episode_length == 0)  # the next game has begun
         first = first and not over[0]
         if drawn is not None and first and len(drawn) < PICTURE_STEPS:

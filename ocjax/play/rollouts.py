@@ -1,5 +1,8 @@
 """Rollouts of random actions, held random actions or a saved policy, kept as recordings."""
 
+import contextlib
+from typing import Any
+
 import numpy as np
 from rich.progress import track
 
@@ -7,6 +10,7 @@ from ocjax.emulators.progress import start_bar
 from ocjax.envs import AlePool, Settings
 from ocjax.extraction.game import Game
 from ocjax.play.policies import Policy, make_policy
+from ocjax.play.stepping import steps
 from ocjax.recordings import Recording
 
 
@@ -49,40 +53,33 @@ def rollout(
     if samples < num_envs:
         raise ValueError(f"samples must be at least the number of instances {num_envs}, got {samples}")
     settings = Settings(frame_skip=frame_skip, repeat_action_probability=repeat_action_probability)
-    pool = AlePool(game, num_envs, settings, screens=("screen",), game_mode=game_mode, game_difficulty=game_difficulty)
-    try:
+    chosen: dict[str, Any] = {"game_mode": game_mode, "game_difficulty": game_difficulty}
+    with contextlib.closing(AlePool(game, num_envs, settings, screens=("screen",), **chosen)) as pool:
         act = make_policy(policy, game, len(pool.actions), num_envs, seed)
         with start_bar(num_envs) as report:
             pool.reset([seed + i for i in range(num_envs)], report=report)
         arrays = _record(pool, act, samples // num_envs, -(-after // frame_skip))
-    finally:
-        pool.close()
     flat = {name: a.reshape(-1, *a.shape[2:]) for name, a in arrays.items()}
     return Recording(game, **flat, frame_skip=frame_skip, settings=settings.to_dict())
 
 
-def _record(pool: AlePool, act: Policy, steps: int, skipped: int) -> dict[str, np.ndarray]:
-    """Play a pool that has just been reset, and return the arrays of a recording of the steps after some, `[N, steps, ...]`."""
+def _record(pool: AlePool, act: Policy, count: int, skipped: int) -> dict[str, np.ndarray]:
+    """Play a pool that has just been reset, and return the arrays of a recording of `count` states after some, `[N, count, ...]`."""
     n, (height, width) = pool.num_envs, pool.game.screen
     arrays = {
-        "rams": np.empty((n, steps, 128), np.uint8),
-        "screens": np.empty((n, steps, height, width), np.uint8),
-        "previous": np.empty((n, steps, height, width), np.uint8),
-        "rewards": np.empty((n, steps)),
-        "lives": np.empty((n, steps), np.int32),
-        "resets": np.zeros((n, steps), bool),
-        "ends": np.zeros((n, steps), bool),
+        "rams": np.empty((n, count, 128), np.uint8),
+        "screens": np.empty((n, count, height, width), np.uint8),
+        "previous": np.empty((n, count, height, width), np.uint8),
+        "rewards": np.empty((n, count)),
+        "lives": np.empty((n, count), np.int32),
+        "resets": np.zeros((n, count), bool),
+        "ends": np.zeros((n, count), bool),
     }
-    total, resets = np.zeros(n), np.ones(n, bool)
-    for t in track(range(-skipped, steps), description=f"playing {pool.game.name}", transient=True):
-        if t > -skipped:
-            pool.send(act(pool.ram, pool.started))
-            pool.wait()
-        total = np.where(resets, 0, total + pool.reward)
-        ends = pool.terminated | pool.truncated
-        step = (pool.ram, pool.screen[:, 1], pool.screen[:, 0], total, pool.lives, resets, ends)
+    turns = track(range(-skipped, count), description=f"playing {pool.game.name}", transient=True)
+    for t, _ in zip(turns, steps(pool, act), strict=False):
         if t >= 0:
-            for array, value in zip(arrays.values(), step, strict=True):
+            ends = pool.terminated | pool.truncated
+            state = (pool.ram, pool.screen[:, 1], pool.screen[:, 0], pool.episode_return, pool.lives, pool.started, ends)
+            for array, value in zip(arrays.values(), state, strict=True):
                 array[:, t] = value
-        resets = ends
     return arrays

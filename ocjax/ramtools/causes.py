@@ -1,5 +1,6 @@
 """`ocjax ram causes`: set every byte to every value in one state, step the emulator, and find which pixels and objects change."""
 
+import contextlib
 import dataclasses
 from collections.abc import Iterator
 
@@ -98,16 +99,13 @@ def causes(
         raise ValueError(f"frames must be at least 2 and values 2 to 256, got {frames} and {values}")
     tried = np.round(np.linspace(0, 255, values)).astype(np.uint8)
     settings = Settings(frame_skip=frames, repeat_action_probability=0)
-    pool = AlePool(game, num_envs, settings, screens=("screen",), game_mode=game_mode)
-    try:
+    with contextlib.closing(AlePool(game, num_envs, settings, screens=("screen",), game_mode=game_mode)) as pool:
         _play(pool, seed, steps * FRAME_SKIP // frames)
         state, saved = pool.ram[0].copy(), pool.clone_state()
         pool.restore_state(saved)  # the frame to compare with follows the same restoring, without a change
         screen = _next_frames(pool)[0]
         before = jax.tree.map(np.asarray, game.vem(screen))
         changed, found = _change_every_byte(pool, state, saved, tried, screen)
-    finally:
-        pool.close()
     effects = {}
     for address in range(128):
         after = jax.tree.map(lambda a, address=address: a[address], found)
@@ -120,16 +118,14 @@ def _play(pool: AlePool, seed: int, steps: int) -> None:
     rng = np.random.default_rng(seed)
     pool.reset([seed] * pool.num_envs)
     for _ in range(steps):
-        pool.send(np.full(pool.num_envs, rng.integers(len(pool.actions))))
-        pool.wait()
+        pool.step(np.full(pool.num_envs, rng.integers(len(pool.actions))))
         if pool.terminated.any():
             break
 
 
 def _next_frames(pool: AlePool) -> np.ndarray:
     """The frames after a step without action, uint8 `[instances, H, 160]`."""
-    pool.send(np.zeros(pool.num_envs, int))
-    pool.wait()
+    pool.step(np.zeros(pool.num_envs, int))
     return pool.screen[:, 1].copy()
 
 

@@ -10,8 +10,9 @@ import collections
 import dataclasses
 import itertools
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+import ale_py
 import jax
 import numpy as np
 from rich.progress import track
@@ -21,9 +22,6 @@ from ocjax.evaluation.tables import Cell, Table
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
 from ocjax.play.policies import RandomPolicy
-
-if TYPE_CHECKING:
-    import ale_py
 
 MOMENTS = {"play": "any frame of play", "life": "the frame on which a life is lost", "end": "the last frame of a game"}
 VALUES = 6  # tried of each byte
@@ -70,7 +68,7 @@ class _Moment(NamedTuple):
 
     ram: np.ndarray  # uint8 [128]
     screen: np.ndarray  # uint8 [H, 160]
-    before: tuple[tuple[Any, "ale_py.Action"], ...]  # states before the last frames, and the actions
+    before: tuple[tuple[Any, ale_py.Action], ...]  # states before the last frames, and the actions
 
 
 def twins(game: Game, moment: str = "play", *, count: int = 10, seed: int = 0, game_mode: int | None = None) -> Twins:
@@ -123,13 +121,13 @@ def _changes(game: Game, seed: int, game_mode: int | None) -> list[tuple[int, in
 class _Frame(NamedTuple):
     """The emulator after a frame of play."""
 
-    ale: "ale_py.ALEInterface"
+    ale: ale_py.ALEInterface
     state: Any  # before the frame
-    action: "ale_py.Action"
+    action: ale_py.Action
     lost: bool  # whether a life was lost in it
 
 
-def _play(ale: "ale_py.ALEInterface", seed: int) -> Iterator[_Frame]:
+def _play(ale: ale_py.ALEInterface, seed: int) -> Iterator[_Frame]:
     """Random play without end; games that are over restart."""
     actions = ale.getMinimalActionSet()
     policy = RandomPolicy(len(actions), 1, np.random.default_rng(seed), HOLD)
@@ -142,7 +140,7 @@ def _play(ale: "ale_py.ALEInterface", seed: int) -> Iterator[_Frame]:
         yield _Frame(ale, state, action, ale.lives() < lives)
 
 
-def _moments(ale: "ale_py.ALEInterface", moment: str, count: int, seed: int) -> Iterator[_Moment]:
+def _moments(ale: ale_py.ALEInterface, moment: str, count: int, seed: int) -> Iterator[_Moment]:
     """Moments of random play."""
     before: collections.deque[tuple[Any, ale_py.Action]] = collections.deque(maxlen=max(BACK))
     found, since = 0, 0
@@ -160,7 +158,7 @@ def _moments(ale: "ale_py.ALEInterface", moment: str, count: int, seed: int) -> 
             before.clear()
 
 
-def _pairs(ale: "ale_py.ALEInterface", at: _Moment, changes: Sequence[tuple[int, int]]) -> Iterator[tuple[int, np.ndarray]]:
+def _pairs(ale: ale_py.ALEInterface, at: _Moment, changes: Sequence[tuple[int, int]]) -> Iterator[tuple[int, np.ndarray]]:
     """Changed bytes and pictures that leave the moment's RAM, but are not its picture."""
     for back in BACK:
         steps = at.before[-back:]

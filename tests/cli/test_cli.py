@@ -1,3 +1,4 @@
+import importlib.metadata
 import os
 import re
 import subprocess
@@ -10,6 +11,8 @@ from PIL import Image
 
 import ocjax
 from ocjax.cli import app as cli
+from ocjax.cli import demo, evaluate, ram, record, render
+from ocjax.cli.messages import console
 from ocjax.evaluation import tables
 from ocjax.files import writing
 from tests.support.command import run
@@ -68,6 +71,22 @@ def test_version():
         assert (ocjax.__version__ if command else "Usage") in result.stdout
 
 
+def test_help_is_that_of_the_commands():
+    """`ocjax --help` shows lines of its own, because importing the commands takes seconds."""
+    shown = " ".join(run("--help").output.replace("│", " ").split())
+    for name, summary in cli.SUMMARIES.items():
+        command = cli.load(name)
+        assert command.help.splitlines()[0] == summary
+        assert f" {name} " in shown
+        assert summary in shown
+    assert cli.SUMMARIES.keys() == cli.COMMANDS.keys()
+
+
+def test_help_is_quick():
+    code = "import sys; from ocjax.cli.app import app; app(['--help'], standalone_mode=False); print('jax' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.endswith("False\n")
+
+
 @pytest.mark.parametrize(
     "command",
     [
@@ -84,17 +103,43 @@ def test_bad_outputs_are_refused_before_the_work(command, tmp_path, monkeypatch)
     def work(*args, **kwargs):
         raise AssertionError("the work has started")
 
-    for module, name in ((cli.demonstration, "run"), (cli.fixtures, "record"), (cli.recordings, "read"), (cli, "rollout")):
+    works = (demo, "run"), (record.fixtures, "record"), (render.recordings, "read"), (evaluate, "rollout"), (ram, "rollout")
+    for module, name in (*works, (ram.causal, "causes")):
         monkeypatch.setattr(module, name, work)
-    for module, name in (("causal", "causes"), ("recordings", "read")):
-        monkeypatch.setattr(f"ocjax.cli.ram.{module}.{name}", work)
-    monkeypatch.setattr("ocjax.cli.ram.rollout", work)
     (tmp_path / "folder.png").mkdir()
     for out, message in ((tmp_path / "nowhere" / "x.png", "no folder"), (tmp_path / "folder.png", "is a folder")):
         result = run(*command, out)
         assert result.exit_code == 2, result.output
         assert message in result.output
         assert result.output.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("command", "package", "install"),
+    [
+        (("dataset", "Pong", "--out"), "pyarrow", "'ocjax[data]'"),
+        (("train", "Pong", "--out"), "optax", "'ocjax[rl]'"),
+        (("extract", DATA / "Pong.npz", "--ray", "local", "--out", "x.npz"), "ray", "'ocjax[ray]'"),
+        (("extract", DATA / "Pong.npz", "--out", "x.h5"), "h5py", "'ocjax[data]'"),
+        (("extract", DATA / "Pong.npz", "--out", "x.parquet"), "pyarrow", "'ocjax[data]'"),
+        (("extract", "minari:a/b-v0", "--game", "Pong", "--out", "x.npz"), "minari", "'ocjax[data]'"),
+    ],
+)
+def test_a_missing_extra_is_one_line(command, package, install, tmp_path, monkeypatch):
+    def version(name):
+        if name == package:
+            raise importlib.metadata.PackageNotFoundError(name)
+        return "1"
+
+    monkeypatch.chdir(tmp_path)
+    for name in [name for name in sys.modules if name.startswith((f"{package}.", "ocjax.agents."))]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, package, None)
+    monkeypatch.setattr(importlib.metadata, "version", version)
+    result = run(*command, *["folder"] * (command[-1] == "--out"))
+    assert result.exit_code == 2
+    assert re.fullmatch(rf"Error: \w+ is not installed: pip install {re.escape(install)}\n", result.stderr)
+    assert not [path for path in tmp_path.glob("x.*") if path.is_file()]
 
 
 def test_a_missing_rom_is_one_line(tmp_path, monkeypatch):
@@ -110,7 +155,7 @@ def test_names_of_files_are_no_markup(tmp_path, capsys):
     assert result.exit_code == 0, result.output
     assert f": {out}\n" in result.output
     table = tables.Table("of [bold]a.npz[/x]", ("[red]x",), [("[/y] in a cell that is wider than the title",)])
-    tables.show(table, cli.console)
+    tables.show(table, console)
     printed = " ".join(capsys.readouterr().out.split())
     assert all(part in printed for part in ("of [bold]a.npz[/x]", "[red]x", "[/y]"))
 

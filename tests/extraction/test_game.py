@@ -149,8 +149,9 @@ def test_aliases():
     ],
 )
 def test_wrong_games(change, message):
+    """A decoder is checked before its first use, all else on construction."""
     with pytest.raises(GameError, match=message) as caught:
-        dataclasses.replace(GAME, **change)
+        dataclasses.replace(GAME, **change).rem(np.zeros(128, np.uint8))
     if change.get("name") is None:
         assert "Test" in str(caught.value)
 

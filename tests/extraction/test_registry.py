@@ -4,7 +4,6 @@ import sys
 import pytest
 
 import ocjax
-from ocjax.extraction import registry
 
 
 def test_spellings():
@@ -19,7 +18,8 @@ def test_all_games_by_rom_name():
 
 
 def test_names_are_those_of_the_games():
-    assert registry.names() == ocjax.games()
+    """`games` reads the names from the files."""
+    assert tuple(ocjax.load(name).name for name in ocjax.games()) == ocjax.games()
 
 
 def test_without_hud_is_cached():
@@ -57,6 +57,13 @@ def test_import_is_light():
     code = f"import sys, ocjax; ocjax.load('Pong'); print([m for m in {packages} if m in sys.modules])"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.strip() == "[]"
+
+
+def test_names_are_known_without_jax():
+    """`import ocjax` registers the environments and knows the games in a fraction of the time that JAX needs."""
+    code = "import sys, gymnasium, ocjax; print(ocjax.games()[0], 'ocjax/Pong-v5' in gymnasium.registry, 'jax' in sys.modules)"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.split() == ["Alien", "True", "False"]
 
 
 def test_public_modules_are_attributes():

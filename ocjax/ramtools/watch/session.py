@@ -1,16 +1,14 @@
 """`ocjax ram watch`: the state of a watched game, its objects and changed bytes, and the effects of keys."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import ale_py
 import jax
 import numpy as np
 
 from ocjax.emulators.start import start_emulator
 from ocjax.extraction.game import Game
 from ocjax.play.policies import make_policy
-
-if TYPE_CHECKING:
-    import ale_py
 
 HELP = (
     "wasd/arrows move, space fires, p pauses, n steps one frame, v toggles vision, k saves, l loads, :ADDRESS VALUE pokes, "
@@ -41,8 +39,6 @@ class Session:
     """
 
     def __init__(self, game: Game, policy: str = "keyboard", seed: int = 0, game_mode: int | None = None) -> None:
-        import ale_py
-
         self.game, self.ale = game, start_emulator(game, seed, game_mode)
         self.actions = list(self.ale.getMinimalActionSet())
         self._by_name = ale_py.Action.__members__
@@ -70,7 +66,7 @@ class Session:
         found = self.game.vem(self.screen) if self.vision else self.game.rem(self.ram)
         self.objects = jax.tree.map(np.asarray, found)
 
-    def action(self) -> "ale_py.Action":
+    def action(self) -> ale_py.Action:
         """The next action, from the policy or from the keys that are held."""
         if self.policy is not None:
             return self.actions[int(self.policy(self.ram[None], np.array([self.started]))[0])]

@@ -1,0 +1,51 @@
+"""Packages that ocjax needs for some functions only. A missing one is an error that says what to install."""
+
+import contextlib
+import importlib
+from collections.abc import Iterator
+from typing import Any
+
+INSTALL = {  # what installs each package
+    "envpool": "'ocjax[envpool]'",
+    "h5py": "'ocjax[data]'",
+    "minari": "'ocjax[data]'",
+    "optax": "'ocjax[rl]'",
+    "orbax": "'ocjax[rl]'",
+    "pandas": "'ocjax[data]'",
+    "pyarrow": "'ocjax[data]'",
+    "pygame": "pygame",
+    "ray": "'ocjax[ray]'",
+    "stable_baselines3": "'ocjax[sb3]'",
+    "tensorboardX": "'ocjax[rl]'",
+    "zarr": "'ocjax[data]'",
+}
+
+
+class MissingExtraError(ModuleNotFoundError):
+    """A package is not installed; the message says how to install it."""
+
+
+@contextlib.contextmanager
+def extras() -> Iterator[None]:
+    """A block that imports packages of extras.
+
+    Raises:
+        MissingExtraError: one of them is not installed.
+    """
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        package = (error.name or "").partition(".")[0]
+        if package not in INSTALL:
+            raise
+        raise MissingExtraError(f"{package} is not installed: pip install {INSTALL[package]}", name=error.name) from error
+
+
+def require(module: str) -> Any:
+    """Import a module of a package of an extra.
+
+    Raises:
+        MissingExtraError: it is not installed.
+    """
+    with extras():
+        return importlib.import_module(module)

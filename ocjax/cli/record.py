@@ -1,0 +1,80 @@
+"""The command `ocjax record`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ocjax import recordings
+from ocjax.cli.loading import load_playable
+from ocjax.cli.messages import console, errors_in_one_line
+from ocjax.extraction.game import Game
+from ocjax.files import writing
+from ocjax.play import fixtures
+from ocjax.recordings import Recording
+
+
+def record(
+    game: Annotated[str, typer.Argument(help="Name of the game.")],
+    out: Annotated[
+        Path | None, typer.Option(help="Recording to write. Default: tests/data/<Game>.npz in a checkout, else <Game>.npz.")
+    ] = None,
+    samples: Annotated[
+        int | None, typer.Option(min=1, help="Samples to keep; at least one for each mode and difficulty. Default: 40, of boundaries 30.")
+    ] = None,
+    seed: Annotated[list[int] | None, typer.Option(min=0, help="Seed; may be repeated. Default: 0 and 1.")] = None,
+    mode: Annotated[list[int] | None, typer.Option(help="Game mode as ale-py numbers it; may be repeated. Default: all.")] = None,
+    difficulty: Annotated[list[int] | None, typer.Option(help="Difficulty as ale-py numbers it; may be repeated. Default: 0.")] = None,
+    source: Annotated[
+        list[Path] | None, typer.Option("--from", metavar="RECORDING", help="Take samples from this recording instead; may be repeated.")
+    ] = None,
+    boundaries: Annotated[
+        bool, typer.Option("--boundaries", help="Keep first and last states and lost lives. Default --out: tests/data/ends/<Game>.npz.")
+    ] = False,
+) -> None:
+    """Create the small recordings that the tests of a game use.
+
+    Plays the game with random actions, each held for 1 to 8 steps, and keeps samples from all modes, seeds and phases of play.
+
+    With --boundaries, keeps the first and last states of episodes, and states in which a life has just been lost.
+
+    With --from, takes evenly spaced samples of existing recordings. If these all contain what the video chip drew, so does the result.
+
+    A mode that never draws some objects, such as Breakout's invisible bricks, cannot be checked against pixels: name the other modes.
+    """
+    spec = load_playable(game)
+    if source and (seed or mode or difficulty):
+        raise typer.BadParameter("--seed, --mode and --difficulty choose what is played; with --from nothing is")
+    if boundaries and (source or mode or difficulty or len(seed or []) > 1):
+        raise typer.BadParameter(
+            "--boundaries plays the default mode with one seed: --from, --mode, --difficulty and more seeds do not apply"
+        )
+    out = out or _default_excerpt(spec, "ends" if boundaries else "")
+    with errors_in_one_line():
+        writing.check(out)
+        if source:
+            tape = fixtures.cut_files([str(path) for path in source], spec, samples or fixtures.SAMPLES)
+        elif boundaries:
+            tape = fixtures.record_boundaries(spec, samples or fixtures.BOUNDARY_SAMPLES, seed=(seed or fixtures.SEEDS)[0])
+        else:
+            chosen = {"seeds": seed or fixtures.SEEDS, "modes": mode, "difficulties": difficulty or (0,)}
+            tape = fixtures.record(spec, samples or fixtures.SAMPLES, **chosen)
+        _refuse_to_lose_drawn(out, tape)
+        tape.write(out)
+    drawn = "with" if tape.drawn is not None else "without"
+    writing.announce(console, f"{len(tape)} samples of {spec.name}, {drawn} drawn pixels, {out.stat().st_size / 1000:,.0f} kB", out)
+
+
+def _default_excerpt(game: Game, subfolder: str) -> Path:
+    folder = Path("tests", "data", subfolder)
+    in_checkout = Path("extractors", "__init__.py").exists() and folder.is_dir()
+    return (folder if in_checkout else Path()) / f"{game.name}.npz"
+
+
+def _refuse_to_lose_drawn(out: Path, tape: Recording) -> None:
+    """Raise a ValueError if the file to be replaced contains what the video chip drew and the new recording does not."""
+    if tape.drawn is None and out.exists() and recordings.read(out, tape.game.name).drawn is not None:
+        raise ValueError(
+            f"{out} says what the video chip drew, which a new recording cannot: give another --out, use --from with recordings "
+            "that contain `shown` and `previous_shown`, or delete the file first"
+        )

@@ -1,0 +1,53 @@
+"""The names of the games. Every file and folder in `ocjax/extractors` is a game; there is no other list.
+
+Names are read from the files without importing them, and without JAX, so that `import ocjax` and `ocjax --help` are quick.
+"""
+
+import functools
+import importlib
+import pkgutil
+import re
+from pathlib import Path
+
+
+@functools.cache
+def modules() -> tuple[str, ...]:
+    """The sorted names of the games' modules in `ocjax.extractors`."""
+    extractors = importlib.import_module("ocjax.extractors")
+    return tuple(sorted(m.name for m in pkgutil.iter_modules(extractors.__path__) if not m.name.startswith("_")))
+
+
+@functools.cache
+def games() -> tuple[str, ...]:
+    """The sorted names of all games, as in Gymnasium's "ALE/<Name>-v5"."""
+    return tuple(_name(module) for module in modules())
+
+
+def _name(module: str) -> str:
+    """The name that a game's file gives to `Game`; without one, that of the module."""
+    folders = [Path(folder) for folder in importlib.import_module("ocjax.extractors").__path__]
+    paths = [path for folder in folders for path in (folder / f"{module}.py", folder / module / "__init__.py") if path.is_file()]
+    found = re.search(r'^    name="(\w+)",$', paths[0].read_text(encoding="utf-8"), re.MULTILINE)
+    return found[1] if found else module
+
+
+def env_id(name: str) -> str:
+    """The Gymnasium id of a game's environments."""
+    return f"ocjax/{name}-v5"
+
+
+def register() -> None:
+    """Register the environments of every game with Gymnasium, under "ocjax/Pong-v5" and so on. This does not import ale-py.
+
+    Gymnasium 1.0 removed plugins, so importing ocjax registers these ids. `gymnasium.make("ocjax:ocjax/Pong-v5")` imports ocjax first.
+    """
+    import gymnasium
+
+    for name in games():
+        if env_id(name) not in gymnasium.registry:
+            gymnasium.register(
+                env_id(name),
+                "ocjax.envs.make:make",
+                vector_entry_point="ocjax.envs.make:make_vec",
+                kwargs={"game": name, "preset": "v5"},
+            )
