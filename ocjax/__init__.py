@@ -10,7 +10,7 @@ objects = game.vem(frames)     # uint8 [..., 210, 160] palette indices or [..., 
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from ocjax._xla.kernels import retain_freed_memory, use_compilation_cache
+from ocjax._xla.process import retain_freed_memory, use_compilation_cache
 from ocjax.console.boxes import Box
 from ocjax.extraction import registration
 from ocjax.extraction.categories import Category

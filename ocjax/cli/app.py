@@ -12,7 +12,7 @@ from rich.progress import track
 from rich.table import Table
 
 from ocjax import recordings
-from ocjax._xla import kernels
+from ocjax._xla import process
 from ocjax.cli import agents, datasets, render
 from ocjax.cli import demo as demonstration
 from ocjax.cli import extract as files
@@ -51,8 +51,8 @@ def prepare(
     version: Annotated[bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")] = False,
 ) -> None:
     """Extract objects from Atari 2600 games."""
-    kernels.retain_freed_memory()
-    kernels.use_compilation_cache()
+    process.retain_freed_memory()
+    process.use_compilation_cache()
 
 
 def _load(name: str) -> Game:
