@@ -23,7 +23,7 @@ from rich.console import Console
 from rich.table import Table
 
 import ocjax
-from ocjax._xla import kernels
+from ocjax._xla import process
 
 NOISE = 1000  # random states
 HEADINGS = "game", "method", "batch", "equal", "compilation s", "million a second", "10-90 %", "from and to numpy", "times a copy"
@@ -73,7 +73,7 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=2**14, help="batch size of VEM")
     parser.add_argument("--seconds", type=float, default=1.0, help="duration of a measurement")
     arguments = parser.parse_args()
-    kernels.use_compilation_cache()
+    process.use_compilation_cache()
     device = jax.devices()[0]
     table = Table(title=f"Extraction on {device.device_kind}, jax {jax.__version__}", title_justify="left")
     for heading in HEADINGS:

@@ -14,7 +14,7 @@ from ocjax.extraction import names
 
 if TYPE_CHECKING:
     from ocjax import ocatari
-    from ocjax._xla.kernels import retain_freed_memory, use_compilation_cache
+    from ocjax._xla.process import retain_freed_memory, use_compilation_cache
     from ocjax.console.boxes import Box
     from ocjax.envs import make_vec
     from ocjax.extraction.categories import Category
@@ -65,9 +65,9 @@ _MODULE_OF = {
     "merge_frames": "transforms.tracking",
     "perturb": "transforms.perturbation",
     "relations": "transforms.relations",
-    "retain_freed_memory": "_xla.kernels",
+    "retain_freed_memory": "_xla.process",
     "track": "transforms.tracking",
-    "use_compilation_cache": "_xla.kernels",
+    "use_compilation_cache": "_xla.process",
     "velocity": "extraction.objects",
 }
 

@@ -5,12 +5,12 @@ import pytest
 from hypothesis import Phase, settings
 
 import ocjax
-from ocjax._xla import kernels
+from ocjax._xla import process
 from tests.support.states import excerpt
 
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 jax.config.update("jax_numpy_rank_promotion", "raise")
-kernels.use_compilation_cache()
+process.use_compilation_cache()
 
 # Shrinking a failing batch of frames takes minutes and says nothing that the failure does not.
 settings.register_profile("ocjax", deadline=None, derandomize=True, phases=[Phase.explicit, Phase.generate])

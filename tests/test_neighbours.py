@@ -95,9 +95,9 @@ def run(path, *arguments):
     from ale_py.env import AtariEnv
     from matplotlib import pyplot
 
-    from ocjax._xla import kernels
+    from ocjax._xla import process
 
-    kernels.use_compilation_cache()
+    process.use_compilation_cache()
     steps, step = 0, AtariEnv.step  # which HackAtari and wrappers call, too
 
     def counted(self, action):

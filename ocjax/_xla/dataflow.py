@@ -1,18 +1,17 @@
 """The operations of a traced function as a flat list, and the choice of results to store.
 
 XLA repeats an operation in every kernel that reads its result. Within a kernel, it repeats the operation for every operand of a
-concatenation and for every index at which the result is read. The categories of a game share most of their computation, so without
-countermeasures a decoder computes the same numbers many times, and all of this code has to be compiled. `worth_storing` finds the results
-that are cheaper to write to memory once.
-
-Measured over the 46 games (one core, microseconds a state at batches of 4,096, jax 0.10.2): REM takes 0.145 in the geometric mean instead
-of 0.162 with nothing stored, Amidar 0.20 instead of 1.70, Riverraid 0.14 instead of 0.75, and compiling takes 6 % less time.
+concatenation, for every index at which the result is read, and for every element of a broadcast. The categories of a game share most of
+their computation, so without countermeasures a decoder computes the same numbers many times, and all of this code has to be compiled.
+`worth_storing` finds the results that are cheaper to write to memory once. The README beside this file has an example.
 """
 
 import functools
+import math
 import operator
-from collections.abc import Iterator
-from typing import Any, NamedTuple
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from jax.extend.core import ClosedJaxpr, Literal
@@ -32,7 +31,10 @@ _FUSED = ELEMENTWISE | _MOVES | _JOINS | frozenset("gather iota".split())
 _REDUCTIONS = frozenset("argmax argmin reduce_and reduce_max reduce_min reduce_or reduce_sum".split())
 _CALLS = {"jit": "jaxpr", "pjit": "jaxpr", "closed_call": "call_jaxpr", "custom_jvp_call": "call_jaxpr"}
 SMALL_CONSTANT = 64  # elements up to which constants are compared by value
-WORTH = 30  # operations that storing a result has to save
+WORTH = 30  # operations that storing a result has to save in the code
+WORTH_EVALUATIONS = 500  # or evaluations of operations for each state, in a loop that computes an element again for many results
+MANY = 4  # operations below which computing a result again costs no more than loading it
+MORE = 1.01  # how much more often a value must be computed than the operations that read it; the hundredth is for rounding errors
 PASSES = 2  # the second pass drops results that have become cheap because the first one stores what they are computed from
 
 
@@ -69,7 +71,7 @@ class Program(NamedTuple):
     steps: list[Step]
     inputs: list[int]
     outputs: list[Operand]
-    size: int  # number of values
+    sizes: list[int]  # elements of each value
 
 
 class _Flattening:
@@ -77,13 +79,14 @@ class _Flattening:
 
     def __init__(self) -> None:
         self.steps: list[Step] = []
-        self.size = 0
+        self.sizes: list[int] = []
         self._known: dict[Any, list[int]] = {}
 
-    def new(self, count: int) -> list[int]:
-        """Number `count` new values."""
-        self.size += count
-        return list(range(self.size - count, self.size))
+    def new(self, variables: Sequence[Any]) -> list[int]:
+        """Number new values, given a jaxpr's variables for them."""
+        first = len(self.sizes)
+        self.sizes += [max(1, math.prod(v.aval.shape)) for v in variables]
+        return list(range(first, len(self.sizes)))
 
     def run(self, closed: ClosedJaxpr, args: list[Operand]) -> list[Operand]:
         """List the operations of a function and of the functions that it calls, and return its results."""
@@ -101,7 +104,7 @@ class _Flattening:
         name = eqn.primitive.name
         key = (name, *map(_key, inputs), str(sorted(eqn.params.items()))) if name in _FUSED else object()
         if key not in self._known:
-            self._known[key] = self.new(len(eqn.outvars))
+            self._known[key] = self.new(eqn.outvars)
             self.steps.append(Step(eqn, inputs, self._known[key]))
         return self._known[key]
 
@@ -116,60 +119,103 @@ def _key(operand: Operand) -> Any:
 def flatten(closed: ClosedJaxpr) -> Program:
     """The operations of a function and of the functions that it calls, one after another, without repetitions."""
     flat = _Flattening()
-    inputs = flat.new(len(closed.jaxpr.invars))
+    inputs = flat.new(closed.jaxpr.invars)
     outputs = flat.run(closed, list(inputs))
-    return Program(flat.steps, inputs, outputs, flat.size)
+    return Program(flat.steps, inputs, outputs, flat.sizes)
 
 
 def worth_storing(program: Program) -> set[int]:
     """The values that are cheaper to store than to compute again in each place that reads them."""
     stored: set[int] = set()
     for _ in range(PASSES):
-        places, most = _places(program, stored)
-        stored = _stored(program, places, most)
+        stored = _stored(program, _demands(program, stored))
     return stored
 
 
-def _places(program: Program, stored: set[int]) -> tuple[list[int], list[int]]:
-    """Two numbers for each value: in how many places it is computed, and the largest such number among the operations that read it.
+class Place(NamedTuple):
+    """A piece of code that computes a value: equal places share the code and its results."""
 
-    A place is a kernel, or an operand of a concatenation within a kernel, together with the index at which the value is read there.
+    kernel: int  # number of the step at which the kernel ends; of a result of the program: the number of steps + its position
+    operands: tuple[tuple[int, int], ...] = ()  # joins on the way from the kernel's end, each as number of the step and operand
+    moves: tuple[str, ...] = ()  # since the last join, what changes the index at which the value is read
 
-    Args:
-        program: of operations.
-        stored: values that are computed in one place.
-    """
-    places: list[set[Any]] = [set() for _ in range(program.size)]
-    most = [0] * program.size
+    def in_operand(self, step: int, k: int) -> Self:
+        """The place of the k-th operand of a join: each operand has code of its own."""
+        return self._replace(operands=(*self.operands, (step, k)), moves=())
+
+    def moved(self, move: str) -> Self:
+        """The place of an operand that is read at another index than the result is written."""
+        return self._replace(moves=(*self.moves, move))
+
+    def anywhere(self) -> Self:
+        """The place of a scalar, which has one index."""
+        return self._replace(moves=())
+
+
+@dataclass
+class Demand:
+    """Where a value is computed if it is not stored."""
+
+    size: int  # elements of the value
+    evaluations: dict[Place, float] = field(default_factory=dict)  # elements that are computed in each place
+    most_places: int = 1  # in which an operation that reads the value is computed
+    most_times: float = 1.0  # that such an operation computes each element of its result, in the mean
+
+    @property
+    def places(self) -> int:
+        """The number of places."""
+        return len(self.evaluations)
+
+    @property
+    def times(self) -> float:
+        """How often each element is computed, in the mean."""
+        return sum(self.evaluations.values()) / self.size
+
+    def add(self, evaluations: dict[Place, float]) -> None:
+        """Add a reader's places; what is computed in one place for two readers is computed once."""
+        for place, count in evaluations.items():
+            self.evaluations[place] = max(self.evaluations.get(place, 0), count)
+
+
+def _demands(program: Program, stored: set[int]) -> list[Demand]:
+    """The demand for each value where some values are stored, which are computed in one place, each element once."""
+    demands = [Demand(size) for size in program.sizes]
     for i, v in enumerate(program.outputs):
         if not isinstance(v, Constant):
-            places[v].add((("output", i), ()))
+            demands[v].add({Place(len(program.steps) + i): program.sizes[v]})
     for i, step in reversed(list(enumerate(program.steps))):
-        fused = step.name in _FUSED
-        own = places[step.outputs[0]] if fused and step.outputs[0] not in stored else {(i, ())}
+        out = step.outputs[0]
+        if step.name not in _FUSED:
+            for _, v in step.values:
+                demands[v].add({Place(i): program.sizes[v]})
+            continue
+        own = Demand(program.sizes[out], {Place(i): program.sizes[out]}) if out in stored else demands[out]
+        places, times = own.places, own.times
         for k, v in step.values:
-            places[v] |= _read(step, i, k, own)
-            if fused:
-                most[v] = max(most[v], len(own))
-    return [len(p) for p in places], most
+            demands[v].add(_read(step, i, k, own))
+            demands[v].most_places = max(demands[v].most_places, places)
+            demands[v].most_times = max(demands[v].most_times, times)
+    return demands
 
 
-def _read(step: Step, i: int, k: int, own: set[Any]) -> set[Any]:
-    """The places in which the k-th operand of the i-th operation is computed, given the places of its result."""
+def _read(step: Step, i: int, k: int, own: Demand) -> dict[Place, float]:
+    """The evaluations of the k-th operand of the i-th operation, given those of its result."""
+    places = own.evaluations
     if step.name in _JOINS:
-        return {((kernel, i, k), ()) for kernel, _ in own}
+        part = math.prod(step.eqn.invars[k].aval.shape) / own.size
+        return {place.in_operand(i, k): n * part for place, n in places.items()}
     if step.eqn.invars[k].aval.shape == ():
-        return {(kernel, ()) for kernel, _ in own}
+        return {place.anywhere(): n for place, n in places.items()}
     if step.name in _MOVES:
         move = str(step.eqn.params)
-        return {(kernel, (index, move)) for kernel, index in own}
-    return own
+        return {place.moved(move): n for place, n in places.items()}
+    return places
 
 
-def _stored(program: Program, places: list[int], most: list[int]) -> set[int]:
-    """The values that are computed in more places than any of their readers, at the cost of at least `WORTH` operations."""
+def _stored(program: Program, demands: list[Demand]) -> set[int]:
+    """The values that are computed more often than any of their readers, at the cost of many operations."""
     stored: set[int] = set()
-    needed = [0] * program.size  # one bit for each operation that computing the value again takes
+    needed = [0] * len(demands)  # one bit for each operation that computing the value again takes
     for i, step in enumerate(program.steps):
         out = step.outputs[0]
         if step.name in _REDUCTIONS:
@@ -177,8 +223,14 @@ def _stored(program: Program, places: list[int], most: list[int]) -> set[int]:
         if step.name not in _FUSED:
             continue
         needed[out] = functools.reduce(operator.or_, (needed[v] for _, v in step.values), 1 << i)
-        saved = needed[out].bit_count() * (places[out] - 1)
-        if places[out] > max(1, most[out]) and saved >= WORTH:
+        if _is_worth_storing(demands[out], needed[out].bit_count()):
             stored.add(out)
             needed[out] = 0
     return stored
+
+
+def _is_worth_storing(demand: Demand, operations: int) -> bool:
+    if demand.places > demand.most_places and operations * (demand.places - 1) >= WORTH:
+        return True
+    more = demand.times > MORE * demand.most_times
+    return more and operations >= MANY and operations * (demand.times - 1) * demand.size >= WORTH_EVALUATIONS

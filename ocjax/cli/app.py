@@ -73,10 +73,10 @@ def prepare(
     version: Annotated[bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")] = False,
 ) -> None:
     """Extract objects from Atari 2600 games."""
-    from ocjax._xla import kernels
+    from ocjax._xla import process
 
-    kernels.retain_freed_memory()
-    kernels.use_compilation_cache()
+    process.retain_freed_memory()
+    process.use_compilation_cache()
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ocjax._xla import kernels
+from ocjax._xla import batches, kernels
 from ocjax._xla.batch_last import batch_last
 from ocjax.console import palette
 from ocjax.console.boxes import Box
@@ -181,4 +181,4 @@ def extractor(game: Declaration) -> Callable[[jax.Array | np.ndarray], Objects]:
 
         return unpack(game, kernels.materialize(rows, read(rams, ranges), small=SMALL * len(addresses)), len(rams))
 
-    return kernels.any_batch(lambda rams: kernels.in_chunks(chunk, rams, CHUNK), 1, CHUNK)
+    return batches.any_batch(lambda rams: batches.in_chunks(chunk, rams, CHUNK), 1, CHUNK)

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from ocjax._xla import kernels
+from ocjax._xla import batches, kernels
 from ocjax.console import palette
 from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.detection import detect
@@ -112,7 +112,7 @@ def extractor_with_overflow(game: Declaration) -> Callable[[jax.Array], tuple[Ob
     """The game's VEM of uint8 `[B, H, 160]`, with the number of objects that had no slot, int32 `[B, categories]`."""
 
     def extract(frames: jax.Array) -> tuple[Objects, jax.Array]:
-        slots, overflow = kernels.in_chunks(lambda chunk: _extract(game, chunk), frames, CHUNK)
+        slots, overflow = batches.in_chunks(lambda chunk: _extract(game, chunk), frames, CHUNK)
         return _objects(game, slots, frames), overflow
 
     return jax.jit(extract)
@@ -122,10 +122,10 @@ def extractor(game: Declaration) -> Callable[[jax.Array | np.ndarray], Objects]:
     """The game's VEM: uint8 `[..., H, 160]` or `[..., H, 160, 3]` -> `Objects`."""
 
     def by_frame(frames: jax.Array) -> Objects:
-        return _objects(game, kernels.in_chunks(lambda chunk: _extract(game, chunk)[0], frames, CHUNK), frames)
+        return _objects(game, batches.in_chunks(lambda chunk: _extract(game, chunk)[0], frames, CHUNK), frames)
 
-    by_index = kernels.any_batch(by_frame, 2, CHUNK)
-    to_index = kernels.any_batch(lambda rgb: palette.to_index(rgb, game.palette), 3, CHUNK)
+    by_index = batches.any_batch(by_frame, 2, CHUNK)
+    to_index = batches.any_batch(lambda rgb: palette.to_index(rgb, game.palette), 3, CHUNK)
 
     def extract(frames: jax.Array | np.ndarray) -> Objects:
         return by_index(to_index(frames) if frames.shape[-3:] == (*game.screen, 3) else frames)

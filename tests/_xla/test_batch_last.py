@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ocjax._xla.batch_last import batch_last
-from ocjax._xla.dataflow import WORTH, flatten, worth_storing
+from ocjax._xla.dataflow import WORTH, WORTH_EVALUATIONS, flatten, worth_storing
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 
@@ -83,6 +83,13 @@ def test_what_is_not_stored(f, why):
 def test_operands_of_concatenations_and_other_indices_count():
     assert stored(lambda x: jnp.concatenate([long(x), long(x) + 1])) == ["xor"]
     assert stored(lambda x: long(x)[:3] + long(x)[1:]) == ["xor"]
+
+
+def test_what_is_broadcast_to_many_elements_is_stored():
+    enough = WORTH_EVALUATIONS // 10 + 2
+    assert stored(lambda x: jnp.arange(enough) + long(x[0], 10)) == ["xor"]
+    assert not stored(lambda x: jnp.arange(enough // 2) + long(x[0], 10)), "too few evaluations are saved"
+    assert not stored(lambda x: jnp.arange(10 * enough) + x[0] * 3), "computing it takes no longer than loading it"
 
 
 def test_reductions_are_stored():

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import pytest
 
 import ocjax
-from ocjax._xla import kernels
+from ocjax._xla import batches
 from ocjax.extraction import vem
 from tests.support.states import DATA
 
@@ -82,6 +82,6 @@ def test_process(name, batch):
     assert abs(copied - 4 * frames) < margin, "the measure itself"
     assert frames + grown <= 4 * frames
     if jax.default_backend() == "cpu":
-        size = kernels.shared_size(batch, vem.CHUNK)
+        size = batches.shared_size(batch, vem.CHUNK)
         filled_up = size * frames // batch if size > batch else 0
         assert abs(grown - filled_up - sum(compiled(name, size)[1:])) < margin, "what the compiler says is what the process takes"

@@ -4,13 +4,13 @@ import jax
 import numpy as np
 
 import ocjax
-from ocjax._xla import kernels
+from ocjax._xla import batches
 from tests.support.checks import check, host, random_frames, same
 
 
 def unoptimized_jit(f):
     """`jax.jit` without optimization of the machine code, which takes a third of the time to compile and computes the same."""
-    return jax.jit(f, compiler_options=(kernels.compiler_options() or {}) | {"xla_backend_optimization_level": 0})
+    return jax.jit(f, compiler_options=(batches.compiler_options() or {}) | {"xla_backend_optimization_level": 0})
 
 
 def test_declaration(game):

@@ -1,0 +1,49 @@
+"""The compiler tricks give what the plain operations give, on all inputs and under JAX's transformations."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from ocjax._xla import kernels
+
+LARGE = 2 * kernels.SMALL + 3
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        np.full(LARGE, -7, np.int32),
+        np.zeros(LARGE, np.int32),
+        np.arange(LARGE, dtype=np.uint8),
+        np.zeros(LARGE, bool),
+        np.full(LARGE, np.nan, np.float32),
+        np.full(3, -1, np.int32),
+    ],
+)
+def test_materialize(values):
+    def f(x):
+        return x, x[::-1]
+
+    got = jax.jit(lambda x: kernels.materialize(f, x))(values)
+    for a, b in zip(got, f(values), strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_materialize_stores():
+    """The call survives the compiler: without it, the computation would be fused into its consumers again."""
+    f = jax.jit(lambda x: kernels.materialize(lambda y: y * 3, x) + 1)
+    assert " call(" in f.lower(jnp.zeros(LARGE, jnp.int32)).compile().as_text()
+
+
+@pytest.mark.parametrize("lanes", [1, 31, 512, 513])
+def test_transpose_and_padding(lanes):
+    rows = np.arange(6 * lanes, dtype=np.int32).reshape(6, lanes)
+    np.testing.assert_array_equal(jax.jit(kernels.transpose)(rows), rows.T)
+    assert lanes <= kernels.padded(lanes) <= lanes + 16
+
+
+@pytest.mark.parametrize("shape", [(1,), (15,), (16,), (17,), (700,), (3, 5), (50, 5)])
+def test_running_sum(shape):
+    x = np.random.default_rng(0).integers(-9, 9, shape).astype(np.int32)
+    assert np.array_equal(kernels.running_sum(jnp.asarray(x)), np.cumsum(x, axis=0))

@@ -1,0 +1,25 @@
+"""Settings of the process: the compilation cache and the C library's memory."""
+
+import os
+import subprocess
+import sys
+
+from ocjax._xla import process
+
+
+def test_compilation_cache():
+    program = "import jax, ocjax; print(ocjax.use_compilation_cache(), jax.config.jax_compilation_cache_dir)"
+    for variables, folder in (({"XDG_CACHE_HOME": "A"}, "A/ocjax/xla"), ({"JAX_COMPILATION_CACHE_DIR": "B"}, "B")):
+        run = subprocess.run([sys.executable, "-c", program], env=_without_cache(os.environ) | variables, capture_output=True, text=True)
+        assert run.stdout.split() == [folder, folder], run.stderr
+
+
+def _without_cache(variables):
+    return {k: v for k, v in variables.items() if k not in ("XDG_CACHE_HOME", "JAX_COMPILATION_CACHE_DIR")}
+
+
+def test_retained_memory_is_asked_for(monkeypatch):
+    monkeypatch.setenv("MALLOC_TRIM_THRESHOLD_", "1000000")
+    process.retain_freed_memory.cache_clear()
+    assert process.retain_freed_memory() is False  # the user's own setting takes precedence
+    process.retain_freed_memory.cache_clear()
