@@ -54,7 +54,3 @@ def retain_freed_memory() -> bool:
         return False
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
     return mallopt is not None and all(mallopt(*setting) for setting in MALLOC.values())
-
-
-if os.environ.get(RETAIN_MEMORY) == "1":
-    retain_freed_memory()

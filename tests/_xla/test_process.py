@@ -23,3 +23,11 @@ def test_retained_memory_is_asked_for(monkeypatch):
     process.retain_freed_memory.cache_clear()
     assert process.retain_freed_memory() is False  # the user's own setting takes precedence
     process.retain_freed_memory.cache_clear()
+
+
+def test_retained_memory_is_asked_for_by_the_environment():
+    code = "import ocjax; ocjax.load('Pong'); from ocjax._xla import process; print(process.retain_freed_memory.cache_info().currsize)"
+    for value, calls in (("1", "1"), ("0", "0")):
+        environment = os.environ | {"OCJAX_RETAIN_MEMORY": value}
+        run = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+        assert run.stdout.strip() == calls
