@@ -14,6 +14,7 @@ from PIL import Image
 from rich.progress import track
 from rich.table import Table
 
+from ocjax.cli.gallery import richest
 from ocjax.cli.loading import load_playable
 from ocjax.cli.messages import console, errors_in_one_line
 from ocjax.envs import AlePool, Settings
@@ -132,7 +133,7 @@ def _spread(seconds: Sequence[float] | np.ndarray, unit: float) -> str:
 
 
 def picture(shown: Demonstration) -> Image.Image:
-    """The last frames of some instances with the objects of both methods drawn over them, REM on the left."""
-    instances = np.linspace(0, len(shown.frames) - 1, min(ROWS, len(shown.frames))).astype(int)
+    """The last frames of the instances that show most kinds of objects, with those of both methods drawn over them, REM on the left."""
+    instances = richest(shown.game, shown.objects["REM"], min(ROWS, len(shown.frames)))
     rows = [[overlay(shown.game, shown.frames[i], shown.objects[name][i]) for name in ("REM", "VEM")] for i in instances]
     return sheet(rows, [f"{shown.game.name}: REM (from RAM)", "VEM (from pixels)"])

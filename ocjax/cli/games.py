@@ -1,22 +1,118 @@
 """The command `ocjax games`."""
 
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.padding import Padding
 from rich.table import Table
 
 from ocjax.cli.messages import console, errors_in_one_line
-from ocjax.evaluation import tables
-from ocjax.extraction import names, registry
+from ocjax.extraction import names
+
+STEPS = 150  # agent steps before a picture
+FIGURES = {  # of `accuracy.json`, with what they say
+    "f1": "F1 of REM against VEM",
+    "iou": "intersection over union",
+    "exact": "identical boxes",
+    "drawn_f1": "F1 on recordings of what the video chip drew",
+    "score": "scores equal to the rewards",
+    "lives": "lives equal to the emulator's",
+}
 
 
-def games() -> None:
-    """List the supported games and their objects."""
+def games(
+    game: Annotated[str | None, typer.Argument(help="Name of a game; without one, all games are listed.")] = None,
+    picture: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the game's objects to this .png file.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> None:
+    """List the supported games, or show everything that is known about one."""
+    if game is None:
+        if picture is not None:
+            raise typer.BadParameter("--picture needs the name of a game")
+        _print_list(as_json)
+        return
+    from ocjax.cli import description
+    from ocjax.extraction import registry
+
     with errors_in_one_line():
-        specs = [registry.load(name) for name in names.games()]
-    table = Table(title=f"{len(specs)} games", title_justify="left")
-    for heading in ("Game", "Slots", "Categories (slots)", "HUD categories", "With value", "With orientation"):
-        table.add_column(heading, justify="right" if heading == "Slots" else "left", no_wrap=heading == "Game")
-    for game in specs:
-        cells = [[f"{c.name} {c.count}" if c.count > 1 else c.name for c in game.categories if c.hud is hud] for hud in (False, True)]
-        cells += [[c.name for c in game.categories if attribute in c.attributes] for attribute in ("value", "orientation")]
-        table.add_row(game.name, str(game.num_slots), *(", ".join(cell) for cell in cells))
-    tables.print_whole(table, console)
-    console.print("Every game supports REM (from RAM) and VEM (from pixels).")
+        known = registry.load(game)
+    about = description.describe(known)
+    if as_json:
+        typer.echo(json.dumps(about, indent=2))
+    else:
+        _print_page(about)
+    if picture is not None:
+        _draw(known, picture)
+
+
+def _print_list(as_json: bool) -> None:
+    """The names of all games, read without importing their files."""
+    if as_json:
+        typer.echo(json.dumps(list(names.games())))
+        return
+    grid = Table.grid(padding=(0, 2))
+    listed, columns = names.games(), 4
+    rows = -(-len(listed) // columns)
+    for i in range(rows):
+        grid.add_row(*listed[i::rows])
+    console.print(f"{len(listed)} games, each with both methods, REM (from RAM) and VEM (from pixels):\n")
+    console.print(Padding(grid, (0, 2)))
+    console.print("\n`ocjax games GAME` shows a game's objects, RAM and accuracy.", markup=False)
+
+
+def _print_page(about: dict[str, Any]) -> None:
+    """Print everything about a game."""
+    from ocjax.evaluation import tables
+
+    screen, variants = about["screen"], about["variants"]
+    figures = [f"{text} {about['accuracy'][key]:.2f} %" for key, text in FIGURES.items() if about["accuracy"].get(key) is not None]
+    paragraphs = (
+        f"ROM {about['rom']}, MD5 {about['md5']}; screen {screen[1]} x {screen[0]}; {about['slots']} slots; "
+        f"modes {_listed(variants['modes'])}; difficulties {_listed(variants['difficulties'])}",
+        *about["notes"],
+        *(["Accuracy: " + ", ".join(figures)] if figures else []),
+    )
+    console.print(about["title"], style="bold", markup=False)
+    for text in paragraphs:
+        console.print(f"\n{text}", markup=False, highlight=False, soft_wrap=not console.is_terminal)
+    for table in (_categories(about["categories"]), _ram(about["ram"])):
+        console.print()
+        tables.print_whole(table, console)
+
+
+def _listed(numbers: Iterable[int]) -> str:
+    return ", ".join(map(str, numbers)) or "not known without the ROM"
+
+
+def _categories(categories: Iterable[dict[str, Any]]) -> Table:
+    table = Table("Category", "Slots", "Attributes", "What it is", title="Objects", title_justify="left")
+    for c in categories:
+        first, end = c["slots"]
+        attributes = [name for name in ("hud", "value", "orientation", "blinks") if c[name]]
+        if c["value"] and not c["vem_reads_value"]:
+            attributes[attributes.index("value")] = "value (REM)"
+        also = f" (also {', '.join(c['aliases'])})" if c["aliases"] else ""
+        table.add_row(c["name"] + also, str(first) if end - first == 1 else f"{first}-{end - 1}", ", ".join(attributes), c["doc"])
+    return table
+
+
+def _ram(fields: Iterable[dict[str, Any]]) -> Table:
+    table = Table("Field", "Bytes", "Read as", "Meaning", title="RAM that REM reads", title_justify="left")
+    for f in fields:
+        table.add_row(f["name"], ", ".join(f["bytes"]), f["read"], f["comment"])
+    return table
+
+
+def _draw(game: Any, path: Path) -> None:
+    """Draw REM's and VEM's objects after some random steps."""
+    from ocjax.cli.gallery import picture
+    from ocjax.files import writing
+
+    with errors_in_one_line():
+        writing.check_suffix(path, (".png",))
+        writing.check(path)
+        writing.write_picture(path, picture(game, STEPS))
+    writing.announce(console, f"Objects of {game.name}, REM beside VEM", path)

@@ -1,4 +1,5 @@
 import importlib.metadata
+import json
 import os
 import re
 import subprocess
@@ -11,7 +12,7 @@ from PIL import Image
 
 import ocjax
 from ocjax.cli import app as cli
-from ocjax.cli import demo, evaluate, ram, record, render
+from ocjax.cli import demo, description, evaluate, ram, record, render
 from ocjax.cli.messages import console
 from ocjax.evaluation import tables
 from ocjax.files import writing
@@ -24,6 +25,35 @@ def test_games():
     assert result.exit_code == 0
     for name in ocjax.games():
         assert name in result.output
+    assert max(map(len, result.output.splitlines())) <= 80
+    assert json.loads(run("games", "--json").output) == list(ocjax.games())
+
+
+@pytest.mark.parametrize("name", ocjax.games())
+def test_a_game_is_described(name):
+    game = ocjax.load(name)
+    about = description.describe(game)
+    assert json.loads(json.dumps(about)) == about
+    assert [c["name"] for c in about["categories"]] == list(game.slices)
+    assert all(c["doc"] for c in about["categories"])
+    assert [field["name"] for field in about["ram"]] == list(game.ram.fields())
+    assert about["accuracy"]["f1"] > 97
+    assert about["variants"]["modes"]
+
+
+def test_a_page_of_a_game(tmp_path):
+    out = tmp_path / "pong.png"
+    result = run("games", "pong", "--picture", out)
+    assert result.exit_code == 0, result.output
+    for text in ("modes 0, 1", "the ball, while it is in play", "ball_x", "x + 49", "identical boxes"):
+        assert text in result.output
+    with Image.open(out) as picture:
+        assert picture.size[0] > 2 * 640
+    assert json.loads(run("games", "Pong", "--json").output)["slots"] == 5
+    for wrong, message in ((("games", "Pongg"), "Pong"), (("games", "--picture", out), "needs the name of a game")):
+        result = run(*wrong)
+        assert result.exit_code == 2
+        assert message in result.output
 
 
 def test_demo(tmp_path):
@@ -160,12 +190,11 @@ def test_names_of_files_are_no_markup(tmp_path, capsys):
     assert all(part in printed for part in ("of [bold]a.npz[/x]", "[red]x", "[/y]"))
 
 
-def test_redirected_tables_are_whole():
-    """Every game's categories are in one line, whatever the width of a terminal would be."""
-    lines = run("games").output.splitlines()
-    for name in ocjax.games():
-        words = [c.name for c in ocjax.load(name).categories]
-        assert any(all(word in line for word in (name, *words)) for line in lines), name
+def test_redirected_tables_are_whole(tmp_path):
+    """Cells of a table in a pipe are not broken into lines, whatever the width of a terminal would be."""
+    lines = run("games", "FishingDerby").output.splitlines()
+    for c in ocjax.load("FishingDerby").categories:
+        assert any(c.name in line and c.doc in line for line in lines), c.name
 
 
 def test_outputs_are_replaced_whole(tmp_path):

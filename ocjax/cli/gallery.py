@@ -1,0 +1,59 @@
+"""Pictures that show what a game's objects are: of the states in which most kinds of objects are on the screen."""
+
+import contextlib
+
+import jax
+import numpy as np
+from PIL import Image
+
+from ocjax.emulators.ale import AlePool
+from ocjax.emulators.settings import Settings
+from ocjax.extraction.game import Game
+from ocjax.extraction.objects import Objects
+from ocjax.transforms.drawing import overlay, sheet
+
+INSTANCES = 8
+EVERY = 10  # agent steps from one state that is looked at to the next
+
+
+def richest(game: Game, objects: Objects, count: int) -> np.ndarray:
+    """The indices of the states in which objects of most categories are valid, the richest one first; of equal ones, the later.
+
+    Args:
+        game: the objects' game.
+        objects: of batch shape `[B]`.
+        count: number of states, at most B.
+    """
+    valid = np.asarray(objects.valid)
+    kinds = sum(valid[:, game.slices[c.name]].any(axis=1).astype(int) for c in game.categories)
+    return np.lexsort((np.arange(len(valid)), kinds))[::-1][:count]
+
+
+def picture(game: Game, steps: int, *, scale: int = 2, seed: int = 0) -> Image.Image:
+    """REM's objects beside VEM's in the richest state of some random play.
+
+    Args:
+        game: the game; its ROM is installed.
+        steps: agent steps of each of eight instances.
+        scale: see `ocjax.transforms.drawing.overlay`.
+        seed: of emulators and actions.
+    """
+    rams, frames = _states(game, steps, seed)
+    at = richest(game, game.rem(rams), 1)[0]
+    seen = game.rem(rams[at]), game.vem(frames[at])
+    columns = [overlay(game, frames[at], jax.tree.map(np.asarray, objects), scale=scale) for objects in seen]
+    return sheet([columns], ["REM", "VEM"])
+
+
+def _states(game: Game, steps: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """RAM uint8 `[B, 128]` and frames uint8 `[B, H, 160]` of states of random play."""
+    rng = np.random.default_rng(seed)
+    rams, frames = [], []
+    with contextlib.closing(AlePool(game, INSTANCES, Settings(), screens=("screen",))) as pool:
+        pool.reset([seed + i for i in range(INSTANCES)])
+        for step in range(1, steps + 1):
+            pool.step(rng.integers(len(pool.actions), size=INSTANCES))
+            if step % EVERY == 0:
+                rams.append(np.array(pool.ram))
+                frames.append(np.array(pool.screen[:, 1]))
+    return np.concatenate(rams), np.concatenate(frames)
