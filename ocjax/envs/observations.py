@@ -15,11 +15,11 @@ import gymnasium as gym
 import jax
 import jax.numpy as jnp
 import numpy as np
-from gymnasium.vector.utils import create_empty_array
 
 from ocjax.extraction.categories import Category
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
+from ocjax.extraction.records import FIELDS, no_objects
 from ocjax.transforms import masks
 from ocjax.transforms.tracking import track
 from ocjax.vision.unknown import UNKNOWN, UNKNOWN_VALUE
@@ -112,8 +112,8 @@ def object_space(game: Game) -> gym.spaces.Dict:
 
 def _no_objects(game: Game, num_envs: int) -> Objects:
     """Empty slots, of batch shape `[num_envs]`, in NumPy's arrays."""
-    fields: Any = create_empty_array(object_space(game), num_envs)
-    return Objects(**fields | {"valid": fields["valid"] != 0}, game=game)
+    fields: Any = no_objects((num_envs,), game.num_slots)
+    return Objects(**fields, game=game)
 
 
 @dataclass(frozen=True)
@@ -129,10 +129,7 @@ class ObjectFields(Copied):
 
     def source(self, arrays: Mapping[str, Any], objects: Mapping[str, Objects]) -> Any:
         """What is copied: the fields, with `valid` as int8."""
-        fields = {
-            name: {"xywh": o.xywh, "valid": o.valid.astype(np.int8), "orientation": o.orientation, "value": o.value, "rgb": o.rgb}
-            for name, o in objects.items()
-        }
+        fields = {method: {name: getattr(o, name) for name in FIELDS} | {"valid": o.valid.astype(np.int8)} for method, o in objects.items()}
         return fields if len(fields) > 1 else next(iter(fields.values()))
 
 
