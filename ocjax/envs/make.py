@@ -14,8 +14,8 @@ from ocjax.emulators.ale import WORKER_TIMEOUT, AlePool
 from ocjax.emulators.hooks import Hook
 from ocjax.emulators.settings import Settings, settings
 from ocjax.emulators.worker.interface import DISABLED, NEXT_STEP, SAME_STEP, SCREENS
-from ocjax.envs.observations import Mode, Request, requested_kinds, required_screens
 from ocjax.envs.protocols import preset_of
+from ocjax.envs.requests import Mode, Request, requested_kinds, required_screens
 from ocjax.envs.rewards import RewardFunction
 from ocjax.envs.single import ObjectEnv
 from ocjax.envs.vector import RENDER_MODES, ObjectVectorEnv
