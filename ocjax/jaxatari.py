@@ -130,12 +130,9 @@ def _field(part: Objects, field: Field, game: Declaration) -> Any:
     count = field.count or 1
     order = jnp.argsort(~part.valid, axis=-1, stable=True) if part.valid.shape[-1] > count else jnp.arange(count)
     order = jnp.broadcast_to(order[..., :count], (*part.valid.shape[:-1], count))
-
-    def taken(a: jax.Array) -> jax.Array:
-        chosen = jnp.take_along_axis(a.astype(jnp.int32), order, axis=-1)
-        return chosen[..., 0] if field.count is None else chosen
-
-    x, y, w, h, active = (taken(a) for a in (part.x, part.y, part.w, part.h, part.valid))
+    part = part.take(order.astype(jnp.int32))
+    numbers = [a.astype(jnp.int32) for a in (part.x, part.y, part.w, part.h, part.valid, part.orientation)]
+    x, y, w, h, active, compass = (a[..., 0] for a in numbers) if field.count is None else numbers
     if field.size is not None:
         height, width = game.screen
         x, w = _whole(x, w, active, field.size[0], width)
@@ -143,7 +140,7 @@ def _field(part: Objects, field: Field, game: Declaration) -> Any:
     if field.absent is not None:
         instead = (*field.absent, *(field.size or (0, 0)), 1)
         x, y, w, h, active = (jnp.where(active > 0, a, jnp.int32(b)) for a, b in zip((x, y, w, h, active), instead, strict=True))
-    degrees = jnp.maximum(taken(part.orientation), jnp.int32(0)).astype(jnp.float32) * jnp.float32(_DEGREES)
+    degrees = jnp.maximum(compass, jnp.int32(0)).astype(jnp.float32) * jnp.float32(_DEGREES)
     zero = jnp.zeros_like(x)
     fixed: dict[str, Any] = {name: jnp.broadcast_to(jnp.asarray(c, jnp.float32), x.shape) for name, c in field.constants.items()}
     visual = fixed.get("visual_id", zero).astype(jnp.int32)

@@ -94,16 +94,6 @@ def blendrl_slots(game: Declaration | str) -> dict[str, int]:
     return dict(_BLENDRL_SLOTS.get(game.name) or ocatari_slots(game, hud=False))
 
 
-def _taken(objects: Objects, slots: jax.Array) -> Objects:
-    """The objects in slots, int32 `[..., K]`; slots out of range give empty ones."""
-
-    def one(field: jax.Array) -> jax.Array:
-        index = slots.reshape(*slots.shape, *[1] * (field.ndim - slots.ndim))
-        return jnp.take_along_axis(field, index, axis=slots.ndim - 1, mode="fill", fill_value=0)
-
-    return jax.tree.map(one, objects)
-
-
 def _front(valid: jax.Array) -> jax.Array:
     """The slots with the valid ones first, otherwise in their order, int32 `[..., n]`."""
     return jnp.argsort(~valid, axis=-1, stable=True).astype(jnp.int32)
@@ -120,7 +110,7 @@ def _arranged(objects: Objects, slots: Mapping[str, int], *, packed: bool) -> Ob
         else:
             index = jnp.broadcast_to(jnp.arange(ours.start, ours.stop, dtype=jnp.int32), (*batch, number))
         parts += [index, jnp.full((*batch, count - index.shape[-1]), game.num_slots, jnp.int32)]
-    return _taken(objects, jnp.concatenate(parts, axis=-1))
+    return objects.take(jnp.concatenate(parts, axis=-1))
 
 
 def _known(orientation: jax.Array) -> jax.Array:
@@ -210,5 +200,5 @@ def _nudge(objects: Objects) -> jax.Array:
     kind = jnp.where(arranged.valid, column, jnp.int32(_NUDGE_KINDS))
     if len(column) > _NUDGE_OBJECTS:
         order = _front(arranged.valid)[..., :_NUDGE_OBJECTS]
-        arranged, kind = _taken(arranged, order), jnp.take_along_axis(kind, order, axis=-1)
+        arranged, kind = arranged.take(order), jnp.take_along_axis(kind, order, axis=-1)
     return jnp.concatenate([jax.nn.one_hot(kind, _NUDGE_KINDS), arranged.xywh[..., :2].astype(jnp.float32)], axis=-1)

@@ -15,6 +15,8 @@ from PIL import Image
 
 from ocjax._extras import require
 from ocjax.datasets.plans import DatasetError
+from ocjax.extraction import records
+from ocjax.extraction.categories import ATTRIBUTES
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
 from ocjax.files.blocks import Block, compact
@@ -119,23 +121,12 @@ def objects(found: Objects, game: Game, slots: np.ndarray) -> Any:
     n, block = len(found.valid), compact(found)
     listed = slots[block.slot]
     row, slot = block.row[listed], block.slot[listed]
-    categories = game.categories
-    category, first = game.slot_category[slot], np.array([game.slices[c.name].start for c in categories])
-    columns: dict[str, Any] = {
-        "category": pa.array(np.array([c.name for c in categories], object)[category], pa.string()),
-        "index": slot - first[category],
-        **dict(zip("xywh", block.xywh[listed].T, strict=True)),
-        **dict(zip("rgb", block.rgb[listed].T, strict=True)),
-        "hud": game.slot_hud[slot],
-    }
-    for name, values in (("orientation", block.orientation[listed]), ("value", block.value[listed])):
-        has = np.array([name in c.attributes for c in categories])[category]
-        known = has & (values != UNKNOWN_VALUE)
-        columns[name] = pa.array(values, pa.type_for_alias(OBJECT[name]), mask=~known)
-    arrays = [
-        columns[name] if isinstance(columns[name], pa.Array) else pa.array(columns[name], pa.type_for_alias(kind))
-        for name, kind in OBJECT.items()
-    ]
+    columns = {name: column[listed] for name, column in records.of_slots(block.slot, block, game).items()}
+    columns["index"] = columns.pop("slot")
+    columns["category"] = np.array([c.name for c in game.categories], object)[columns["category"]]
+    known = {name: records.has(name, slot, game) & (columns[name] != UNKNOWN_VALUE) for name in ATTRIBUTES}
+    unknown = {name: ~mask for name, mask in known.items()}
+    arrays = [pa.array(columns[name], pa.type_for_alias(kind), mask=unknown.get(name)) for name, kind in OBJECT.items()]
     offsets = np.searchsorted(row, np.arange(n + 1)).astype(np.int32)
     return pa.ListArray.from_arrays(offsets, pa.StructArray.from_arrays(arrays, list(OBJECT)))
 
@@ -158,11 +149,11 @@ def padded(lists: Sequence[Any], game: Game) -> dict[str, np.ndarray]:
     for column in lists:
         one = column.combine_chunks()
         row = np.repeat(np.arange(len(one)), np.diff(one.offsets))
-        records = dict(zip(OBJECT, one.flatten().flatten(), strict=True))
-        names = records["category"].to_pylist()
-        slot = np.array([starts[name] for name in names], np.int64) + records["index"].to_numpy()
-        numbers = {name: records[name].fill_null(0).to_numpy() for name in ("orientation", *"xywh", *"rgb")}
-        value = np.where([name in valued for name in names], records["value"].fill_null(UNKNOWN_VALUE).to_numpy(), 0)
+        parts = dict(zip(OBJECT, one.flatten().flatten(), strict=True))
+        names = parts["category"].to_pylist()
+        slot = np.array([starts[name] for name in names], np.int64) + parts["index"].to_numpy()
+        numbers = {name: parts[name].fill_null(0).to_numpy() for name in ("orientation", *"xywh", *"rgb")}
+        value = np.where([name in valued for name in names], parts["value"].fill_null(UNKNOWN_VALUE).to_numpy(), 0)
         xywh, rgb = (np.stack([numbers[name] for name in names], axis=1) for names in ("xywh", "rgb"))
         blocks.append(Block(row, slot, xywh, numbers["orientation"], value, rgb))
     joined = Block(*(np.concatenate([getattr(b, f.name) for b in blocks]) for f in dataclasses.fields(Block)))

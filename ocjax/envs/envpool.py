@@ -19,7 +19,8 @@ from ocjax.emulators.checks import NOT_RESET, integer, is_integer
 from ocjax.emulators.envpool import ROWS, EnvpoolPool
 from ocjax.emulators.memory import check_memory
 from ocjax.emulators.settings import Settings
-from ocjax.envs.observations import Computed, Kind, Mode, Request, requested_kinds, required_screens
+from ocjax.envs.observations import Computed
+from ocjax.envs.requests import Kind, Mode, Request, requested_kinds, required_screens
 from ocjax.envs.shards import Observed, make_observer
 from ocjax.envs.vector import ObjectVectorEnv
 from ocjax.extraction.game import Game

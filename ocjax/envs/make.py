@@ -2,7 +2,7 @@
 
 import difflib
 import inspect
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Literal, Never
 
@@ -14,8 +14,8 @@ from ocjax.emulators.ale import WORKER_TIMEOUT, AlePool
 from ocjax.emulators.hooks import Hook
 from ocjax.emulators.settings import Settings, settings
 from ocjax.emulators.worker.interface import DISABLED, NEXT_STEP, SAME_STEP, SCREENS
-from ocjax.envs.observations import Mode, Request, requested_kinds, required_screens
 from ocjax.envs.protocols import preset_of
+from ocjax.envs.requests import Mode, Request, requested_kinds, required_screens
 from ocjax.envs.rewards import RewardFunction
 from ocjax.envs.single import ObjectEnv
 from ocjax.envs.vector import RENDER_MODES, ObjectVectorEnv
@@ -123,46 +123,62 @@ def make_vec(
     """
     for name in unknown:
         raise _no_option(name)
-    if isinstance(game, str):
-        preset = preset_of(
-            game,
-            preset,
-            frame_skip=frame_skip,
-            repeat_action_probability=repeat_action_probability,
-            full_action_space=full_action_space,
-        )
-    preset = preset or "v5"
-    game, autoreset = _resolve(game, hud), AutoresetMode(autoreset_mode)
-    chosen = settings(
-        preset,
-        frame_skip=frame_skip,
-        repeat_action_probability=repeat_action_probability,
-        max_episode_frames=max_episode_frames,
-        max_episode_steps=max_episode_steps,
-        full_action_space=full_action_space,
-        noop_max=noop_max,
-        fire_reset=fire_reset,
-        clip_rewards=clip_rewards,
-        episodic_life=episodic_life,
-    )
-    common = {"num_workers": num_workers, "game_mode": game_mode, "game_difficulty": game_difficulty, "hook": hook}
-    shown: dict[str, Any] = {"autoreset_mode": autoreset, "render_mode": render_mode, "ram_info": ram_info}
-    if backend == "envpool":
-        if reward_fn is not None:
-            raise ValueError("backend 'envpool' has no reward_fn: its asynchronous steps return environments in any order")
-        envs = _make_envpool(game, num_envs, mode, obs, chosen, batch_size=batch_size, **common, **shown)
-    elif backend == "ale":
-        if batch_size is not None:
-            raise ValueError("batch_size is envpool's: backend 'ale' steps all environments together (step_async and step_wait)")
-        screens = _recorded_screens(mode, obs, render_mode)
-        options = {"screens": screens, "autoreset": AUTORESET[autoreset], "worker_timeout": worker_timeout}
-        pool = AlePool(game, num_envs, chosen, **options, **common)
-        envs = ObjectVectorEnv(pool, mode, obs, reward_fn=reward_fn, **shown)
-    else:
+    overrides: dict[str, Any] = {
+        "frame_skip": frame_skip,
+        "repeat_action_probability": repeat_action_probability,
+        "max_episode_frames": max_episode_frames,
+        "max_episode_steps": max_episode_steps,
+        "full_action_space": full_action_space,
+        "noop_max": noop_max,
+        "fire_reset": fire_reset,
+        "clip_rewards": clip_rewards,
+        "episodic_life": episodic_life,
+    }
+    preset = (preset_of(game, preset, **overrides) if isinstance(game, str) else preset) or "v5"
+    resolved, autoreset = _resolve(game, hud), AutoresetMode(autoreset_mode)
+    chosen = settings(preset, **overrides)
+    if backend not in _BACKENDS:
         raise ValueError(f"backend must be 'ale' or 'envpool', got {backend!r}")
-    options = {"preset": preset, "num_envs": num_envs, "backend": backend, "game_mode": game_mode, "game_difficulty": game_difficulty}
-    envs.spec = _spec(game, mode, obs, chosen, **options, autoreset_mode=autoreset.value)
+    options = {"num_workers": num_workers, "batch_size": batch_size, "hook": hook, "worker_timeout": worker_timeout, "reward_fn": reward_fn}
+    options |= {"autoreset_mode": autoreset, "render_mode": render_mode, "ram_info": ram_info}
+    variant = {"game_mode": game_mode, "game_difficulty": game_difficulty}
+    envs = _BACKENDS[backend](resolved, num_envs, mode, obs, chosen, **options, **variant)
+    given = {"preset": preset, "num_envs": num_envs, "backend": backend, "autoreset_mode": autoreset.value, **variant}
+    envs.spec = _spec(resolved, mode, obs, chosen, **given)
     return envs
+
+
+def _make_ale(
+    game: Game,
+    num_envs: int,
+    mode: Mode,
+    obs: Request | None,
+    chosen: Settings,
+    *,
+    batch_size: int | None,
+    reward_fn: RewardFunction | None,
+    autoreset_mode: AutoresetMode,
+    render_mode: str | None,
+    ram_info: bool,
+    **pool_options: Any,
+) -> ObjectVectorEnv:
+    if batch_size is not None:
+        raise ValueError("batch_size is envpool's: backend 'ale' steps all environments together (step_async and step_wait)")
+    screens = _recorded_screens(mode, obs, render_mode)
+    pool = AlePool(game, num_envs, chosen, screens=screens, autoreset=AUTORESET[autoreset_mode], **pool_options)
+    shown: dict[str, Any] = {"autoreset_mode": autoreset_mode, "render_mode": render_mode, "ram_info": ram_info}
+    return ObjectVectorEnv(pool, mode, obs, reward_fn=reward_fn, **shown)
+
+
+def _make_envpool(*args: Any, reward_fn: RewardFunction | None, worker_timeout: float | None, **options: Any) -> ObjectVectorEnv:
+    if reward_fn is not None:
+        raise ValueError("backend 'envpool' has no reward_fn: its asynchronous steps return environments in any order")
+    with extras():
+        from ocjax.envs.envpool import EnvpoolVectorEnv
+    return EnvpoolVectorEnv(*args, **options)
+
+
+_BACKENDS: Mapping[str, Callable[..., ObjectVectorEnv]] = {"ale": _make_ale, "envpool": _make_envpool}
 
 
 def _resolve(game: str | Game, hud: bool) -> Game:
@@ -177,12 +193,6 @@ def _no_option(name: str) -> TypeError:
     close = difflib.get_close_matches(name, options, n=1)
     hint = _OTHER_NAMES.get(name) or (f"did you mean {close[0]}?" if close else "help(ocjax.make_vec) explains all options")
     return TypeError(f"environments of ocjax have no option {name}: {hint}")
-
-
-def _make_envpool(*args: Any, **options: Any) -> ObjectVectorEnv:
-    with extras():
-        from ocjax.envs.envpool import EnvpoolVectorEnv
-    return EnvpoolVectorEnv(*args, **options)
 
 
 def _recorded_screens(mode: Mode, obs: Request | None, render_mode: str | None) -> tuple[str, ...]:

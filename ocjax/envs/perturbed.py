@@ -10,9 +10,8 @@ from gymnasium.vector import VectorWrapper
 from ocjax.envs.observations import object_space
 from ocjax.envs.vector import ObjectVectorEnv
 from ocjax.extraction.objects import Objects
+from ocjax.extraction.records import FIELDS
 from ocjax.transforms.perturbation import perturb
-
-FIELDS = ("xywh", "valid", "orientation", "value", "rgb")
 
 
 class PerturbObjects(VectorWrapper):

@@ -9,7 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from ocjax._xla.fork import require_threads
-from ocjax.envs.observations import Computed, Kind, Snapshot
+from ocjax.envs.observations import Computed, Snapshot
+from ocjax.envs.requests import Kind
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
 

@@ -17,7 +17,9 @@ from ocjax.emulators.checks import NOT_RESET, Uncopied, is_integer, seed_list
 from ocjax.emulators.pool import EmulatorPool
 from ocjax.emulators.progress import start_bar
 from ocjax.emulators.states import States, check_carries
-from ocjax.envs.observations import Computed, Mode, Request, Vector, requested_kinds, required_screens
+from ocjax.envs.features import Vector
+from ocjax.envs.observations import Computed
+from ocjax.envs.requests import Mode, Request, requested_kinds, required_screens
 from ocjax.envs.rewards import BatchedReward, RewardFunction, batched
 from ocjax.envs.shards import FRAMES, Observed, Shard, concatenate_rows, make_observer, row, select_rows
 from ocjax.extraction.objects import Objects

@@ -154,27 +154,31 @@ def _validate_category(game: Declaration, c: Category) -> None:
     need(all(name.isidentifier() for name in (c.name, *c.aliases)), text=f"its names must be identifiers, got {(c.name, *c.aliases)}")
     need(isinstance(c.count, int) and c.count > 0, text=f"count must be a positive int, got {c.count!r}")
     need(set(c.attributes) <= set(ATTRIBUTES), text=f"attributes must be of {ATTRIBUTES}, got {c.attributes}")
-    need(isinstance(c.rule, Rule), text=f"rule must be one of Bounds, Blobs, Cells, Runs, got {c.rule!r}")
-    need(c.rule.slot_count in (None, c.count), text=f"its rule has {c.rule.slot_count} slots, its count is {c.count}")
-    bottom = c.rule.bottom
-    need(bottom <= game.screen[0], text=f"its rule reaches down to row {bottom}, the screen has {game.screen[0]} rows")
     need(not c.reads_value or "value" in c.attributes, text="a value is read of it, but it has no attribute 'value'")
-    firsts = isinstance(c.rule, Blobs) and c.rule.first_colors
-    need(not firsts or c.color_row == 0, text="its rule asks for the first pixel's colour, so color_row must be 0")
     need(isinstance(c.needs, tuple), text=f"needs must be a tuple of names, got {c.needs!r}")
     may_need = {o.name for o in game.categories if c.hud or not o.hud}  # a game without its display lacks the others
     for name in c.needs:
         need(name in may_need, text=f"needs: {name!r} is not a category" + ("" if c.hud else " outside the display"))
-    try:
-        c.rule.check({other.name: other.rule for other in game.categories})
-    except ValueError as error:
-        need(False, text=str(error))
-    if c.otherwise is not None:
-        _validate_category(game, replace(c, rule=c.otherwise, otherwise=None))
+    for rule in (c.rule, c.otherwise):
+        if rule is not None:
+            _validate_rule(game, c, rule)
     try:
         c.slot_rgb()
     except ValueError as error:
         need(False, text=f"rgb must be (r, g, b) or one per slot: {error}")
+
+
+def _validate_rule(game: Declaration, c: Category, rule: Rule) -> None:
+    need = functools.partial(_need, game=game, where=f"category {c.name}")
+    need(isinstance(rule, Rule), text=f"rule must be one of Bounds, Blobs, Cells, Runs, got {rule!r}")
+    need(rule.slot_count in (None, c.count), text=f"its rule has {rule.slot_count} slots, its count is {c.count}")
+    need(rule.bottom <= game.screen[0], text=f"its rule reaches down to row {rule.bottom}, the screen has {game.screen[0]} rows")
+    firsts = isinstance(rule, Blobs) and rule.first_colors
+    need(not firsts or c.color_row == 0, text="its rule asks for the first pixel's colour, so color_row must be 0")
+    try:
+        rule.check({other.name: other.rule for other in game.categories})
+    except ValueError as error:
+        need(False, text=str(error))
 
 
 def check_decode(game: Declaration) -> None:

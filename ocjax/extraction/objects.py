@@ -75,6 +75,22 @@ class Objects:
         s = game.slices[name]
         return Objects(self.xywh[..., s, :], self.valid[..., s], self.orientation[..., s], self.value[..., s], self.rgb[..., s, :])
 
+    def take(self, slots: jax.Array) -> "Objects":
+        """Gather objects.
+
+        Args:
+            slots: int32 `[..., K]`, of the batch shape; a slot out of range gives an empty one.
+
+        Returns:
+            Objects of K slots. They have no reference to the game, as those of `of`.
+        """
+
+        def one(field: jax.Array) -> jax.Array:
+            index = slots.reshape(*slots.shape, *[1] * (field.ndim - slots.ndim))
+            return jnp.take_along_axis(field, index, axis=slots.ndim - 1, mode="fill", fill_value=0)
+
+        return jax.tree.map(one, dataclasses.replace(self, game=None))
+
     def to_list(self) -> list[Any]:
         """Convert the valid objects to plain dicts, for printing, JSON or a data frame.
 

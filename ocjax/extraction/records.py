@@ -4,7 +4,7 @@ They are made by the methods of `Objects`.
 """
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +16,15 @@ from ocjax.vision.unknown import UNKNOWN, UNKNOWN_VALUE
 COMPASS = tuple("N NNE NE ENE E ESE SE SSE S SSW SW WSW W WNW NW NNW".split())  # the compass points 0-15
 
 
+FIELDS: Mapping[str, tuple[type[np.generic], tuple[int, ...]]] = {  # of `Objects`: dtype, and shape after [..., N]
+    "xywh": (np.int16, (4,)),
+    "valid": (np.bool_, ()),
+    "orientation": (np.int8, ()),
+    "value": (np.int32, ()),
+    "rgb": (np.uint8, (3,)),
+}
+
+
 class Fields(NamedTuple):
     """The fields of `Objects` as numpy arrays."""
 
@@ -24,6 +33,11 @@ class Fields(NamedTuple):
     orientation: np.ndarray
     value: np.ndarray
     rgb: np.ndarray
+
+
+def no_objects(batch: tuple[int, ...], num_slots: int) -> dict[str, np.ndarray]:
+    """The fields of a batch of states in which no slot is valid, `[*batch, num_slots, ...]`."""
+    return {name: np.zeros((*batch, num_slots, *tail), dtype) for name, (dtype, tail) in FIELDS.items()}
 
 
 def of_state(fields: Fields, game: Declaration) -> list[dict[str, Any]]:
@@ -90,16 +104,37 @@ def columns(fields: Fields, game: Declaration) -> tuple[dict[str, np.ndarray], d
         The columns by name, `category` as an index into `game.categories`, and for each column with missing values where they are, bool.
     """
     *batch, slot = np.nonzero(fields.valid)
-    box, rgb = fields.xywh[fields.valid], fields.rgb[fields.valid]
-    names = ["row"] if len(batch) == 1 else [f"row_{i}" for i in range(len(batch))]
-    first = np.array([s.start for s in game.slices.values()])
-    out = dict(zip(names, batch, strict=True))
-    out |= {"category": game.slot_category[slot].astype(np.int16), "slot": (slot - first[game.slot_category[slot]]).astype(np.int16)}
-    out |= {name: box[:, i] for i, name in enumerate("xywh")} | {name: rgb[:, i] for i, name in enumerate("rgb")}
-    out |= {"hud": game.slot_hud[slot], "value": fields.value[fields.valid], "orientation": fields.orientation[fields.valid]}
-    has = {a: np.array([a in c.attributes for c in game.categories])[game.slot_category[slot]] for a in ("value", "orientation")}
+    out = dict(zip(row_names(len(batch)), batch, strict=True))
+    out |= of_slots(slot, Fields(*(array[fields.valid] for array in fields)), game)
     unknown = {"value": UNKNOWN_VALUE, "orientation": UNKNOWN}
-    return out, {name: ~has[name] | (out[name] == constant) for name, constant in unknown.items()}
+    return out, {name: ~has(name, slot, game) | (out[name] == constant) for name, constant in unknown.items()}
+
+
+def row_names(dimensions: int) -> list[str]:
+    """The names of the columns that tell the state, one for each batch dimension."""
+    return ["row"] if dimensions == 1 else [f"row_{i}" for i in range(dimensions)]
+
+
+def of_slots(slot: np.ndarray, objects: Any, game: Declaration) -> dict[str, np.ndarray]:
+    """Objects as columns of a table.
+
+    Args:
+        slot: of each object in the game, int `[m]`.
+        objects: with the attributes xywh `[m, 4]`, orientation `[m]`, value `[m]` and rgb `[m, 3]`.
+        game: whose slots they are.
+
+    Returns:
+        The columns by name, `category` as an index into `game.categories` and `slot` within the category, each int16.
+    """
+    category, first = game.slot_category[slot], np.array([s.start for s in game.slices.values()])
+    out = {"category": category.astype(np.int16), "slot": (slot - first[category]).astype(np.int16)}
+    out |= dict(zip("xywh", objects.xywh.T, strict=True)) | dict(zip("rgb", objects.rgb.T, strict=True))
+    return out | {"hud": game.slot_hud[slot], "value": objects.value, "orientation": objects.orientation}
+
+
+def has(attribute: str, slot: np.ndarray, game: Declaration) -> np.ndarray:
+    """Whether the categories of slots declare an attribute, bool `[m]`."""
+    return np.array([attribute in c.attributes for c in game.categories])[game.slot_category[slot]]
 
 
 def frame(fields: Fields, game: Declaration) -> Any:

@@ -7,6 +7,7 @@ import numpy as np
 
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
+from ocjax.extraction.records import no_objects
 from ocjax.files import writing
 
 
@@ -42,14 +43,7 @@ class Block:
 
     def padded(self, rows: int, game: Game) -> dict[str, np.ndarray]:
         """The fields of `Objects` with all slots, `[rows, N, ...]`."""
-        n = game.num_slots
-        out = {
-            "xywh": np.zeros((rows, n, 4), np.int16),
-            "valid": np.zeros((rows, n), np.bool_),
-            "orientation": np.zeros((rows, n), np.int8),
-            "value": np.zeros((rows, n), np.int32),
-            "rgb": np.zeros((rows, n, 3), np.uint8),
-        }
+        out = no_objects((rows,), game.num_slots)
         for name, array in out.items():
             array[self.row, self.slot] = True if name == "valid" else getattr(self, name)
         return out

@@ -23,23 +23,18 @@ import shutil
 import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from ocjax._extras import require
+from ocjax.extraction import records
 from ocjax.extraction.game import Game
+from ocjax.extraction.records import FIELDS
 from ocjax.files import writing
 from ocjax.files.blocks import Block
 from ocjax.files.inputs import MINARI
 
-FIELDS: Mapping[str, tuple[type, tuple[int, ...]]] = {
-    "xywh": (np.int16, (4,)),
-    "valid": (np.bool_, ()),
-    "orientation": (np.int8, ()),
-    "value": (np.int32, ()),
-    "rgb": (np.uint8, (3,)),
-}
 HDF5_CHUNK = 1024  # rows
 YOLO = "yolo:"  # what the name of a folder of labels begins with
 
@@ -134,15 +129,13 @@ def _write_hdf5(blocks: Blocks, file: BinaryIO) -> None:
 def _write_parquet(blocks: Blocks, file: BinaryIO) -> None:
     pa, parquet = require("pyarrow"), require("pyarrow.parquet")
     names = list(dict.fromkeys(blocks.slot_names))
-    category = np.array([names.index(name) for name in blocks.slot_names], np.int32)
-    index = np.concatenate([np.arange(c.count) for c in blocks.game.categories]).astype(np.int32)
     numbers = (
         {"index": pa.int32()}
         | dict.fromkeys("xywh", pa.int16())
         | {"orientation": pa.int8(), "value": pa.int32()}
         | dict.fromkeys("rgb", pa.uint8())
     )
-    rows = ["row"] if len(blocks.batch) == 1 else [f"row_{i}" for i in range(len(blocks.batch))]
+    rows = records.row_names(len(blocks.batch))
     fields = [
         *((name, pa.int64()) for name in rows),
         ("category", pa.dictionary(pa.int32(), pa.string())),
@@ -152,13 +145,11 @@ def _write_parquet(blocks: Blocks, file: BinaryIO) -> None:
     schema = pa.schema(fields, metadata=blocks.facts)
     with parquet.ParquetWriter(file, schema, compression="zstd", use_dictionary=["category"]) as writer:
         for first, _, block in blocks:
-            columns = [
-                *np.unravel_index(block.row + first, blocks.batch),
-                pa.DictionaryArray.from_arrays(category[block.slot], names),
-                index[block.slot],
-            ]
-            columns += [*block.xywh.T, block.orientation, block.value, *block.rgb.T, np.asarray(blocks.game.slot_hud)[block.slot]]
-            arrays = [a if isinstance(a, pa.Array) else pa.array(a, t.type) for a, t in zip(columns, schema, strict=True)]
+            columns: dict[str, Any] = dict(zip(rows, np.unravel_index(block.row + first, blocks.batch), strict=True))
+            columns |= records.of_slots(block.slot, block, blocks.game)
+            columns["index"] = columns.pop("slot")
+            columns["category"] = pa.DictionaryArray.from_arrays(columns["category"].astype(np.int32), names)
+            arrays = [pa.array(columns[f.name], f.type) if f.name != "category" else columns[f.name] for f in schema]
             writer.write_table(pa.Table.from_arrays(arrays, schema=schema))
 
 

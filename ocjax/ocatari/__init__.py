@@ -111,32 +111,52 @@ class OCAtari(Uncopied, gym.Env):
         **kwargs: Any,
     ) -> None:
         _check(mode, obs_mode, buffer_window_size)
+        self.env_name = env_name
+        self.mode = mode
+        self.hud = hud
+        self.obs_mode = obs_mode
+        self.render_mode = render_mode
+        self.render_oc_overlay = render_oc_overlay
+        self.buffer_window_size = buffer_window_size
         self.game = load(re.sub("(Deterministic|NoFrameskip)$", "", env_name))  # Gymnasium knows ids without a version
-        hooks = named_hooks(hook, self.game.name)
+        self.game_name = self.game.name
+        hooks = named_hooks(hook, self.game_name)
         check_rom(self.game)
-        self.game_name, self.mode, self.hud, self.obs_mode = self.game.name, mode, hud, obs_mode
-        self.render_mode, self.render_oc_overlay, self.buffer_window_size = render_mode, render_oc_overlay, buffer_window_size
-        self._window = Window(self.game_name) if render_oc_overlay and render_mode == "human" else None
-        log_errors_only()
-        self.env_name, shown = env_name, "rgb_array" if render_oc_overlay else render_mode
         if DETERMINISTIC in env_name:  # of these ids, which ale-py no longer registers, only the frame skip is special
             kwargs.setdefault("frameskip", 4)
-        self._env: gym.Env[Any, Any] = gym.make(_env_id(env_name, self.game_name), render_mode=shown, **kwargs)
-        if hooks:
-            self._env.unwrapped.ale = HookedEmulator(self._env.unwrapped.ale, hooks)  # pyright: ignore[reportAttributeAccessIssue]
-        self.ale = self._ale = self._env.unwrapped.ale  # pyright: ignore[reportAttributeAccessIssue]
-        self._table = SlotTable(self.game, hud)
-        self.max_objects_per_cat, self.ns_meaning, self._slots = self._table.counts, self._table.meaning, self._table.empty()
-        self._make_buffers({*create_buffer_stacks, obs_mode} if obs_mode != "ori" else {*create_buffer_stacks})
-        self.action_space, self.observation_space = self._env.action_space, self._space()
-        self._env.observation_space = self.observation_space
+        self._window = Window(self.game_name) if render_oc_overlay and render_mode == "human" else None
+        self._env = self._make_env(hooks, kwargs)
+        self._ale = self.ale = self._env.unwrapped.ale  # pyright: ignore[reportAttributeAccessIssue]
+        self._prepare_slots()
+        self._make_buffers({*create_buffer_stacks} | ({obs_mode} - {"ori"}))
+        self.action_space = self._env.action_space
+        self.observation_space = self._env.observation_space = self._space()
         self._seed: int | None = None  # of the next reset, from `make_deterministic`
+        self.spec = self._make_spec(kwargs | {"create_buffer_stacks": list(create_buffer_stacks)} | ({"hook": hook} if hooks else {}))
+
+    def _make_env(self, hooks: Any, options: dict[str, Any]) -> gym.Env[Any, Any]:
+        """The environment of ale-py, whose emulator runs the hooks."""
+        log_errors_only()
+        shown = "rgb_array" if self.render_oc_overlay else self.render_mode
+        env: gym.Env[Any, Any] = gym.make(_env_id(self.env_name, self.game_name), render_mode=shown, **options)
+        if hooks:
+            env.unwrapped.ale = HookedEmulator(env.unwrapped.ale, hooks)  # pyright: ignore[reportAttributeAccessIssue]
+        return env
+
+    def _prepare_slots(self) -> None:
+        """The slots of OCAtari, and what is in them."""
+        self._table = SlotTable(self.game, self.hud)
+        self.max_objects_per_cat = self._table.counts
+        self.ns_meaning = self._table.meaning
+        self._slots = self._table.empty()
         self._seen: dict[str, tuple[Objects | None, Objects]] = {}  # by method, the last two detections
         self._lists: dict[str, list[GameObject]] = {}  # by method, what `objects` and `objects_v` return
-        options = {"env_name": env_name, "mode": mode, "hud": hud, "obs_mode": obs_mode, "render_mode": render_mode, **kwargs}
-        options |= {"render_oc_overlay": render_oc_overlay, "buffer_window_size": buffer_window_size}
-        options |= {"create_buffer_stacks": list(create_buffer_stacks)} | ({"hook": hook} if hooks else {})
-        self.spec = EnvSpec(f"OCAtari/{self.game_name}-v5", entry_point="ocjax.ocatari:OCAtari", kwargs=options)
+
+    def _make_spec(self, options: dict[str, Any]) -> EnvSpec:
+        """The arguments with which this environment can be made again."""
+        names = ("env_name", "mode", "hud", "obs_mode", "render_mode", "render_oc_overlay", "buffer_window_size")
+        kwargs = {name: getattr(self, name) for name in names} | options
+        return EnvSpec(f"OCAtari/{self.game_name}-v5", entry_point="ocjax.ocatari:OCAtari", kwargs=kwargs)
 
     def _make_buffers(self, names: set[str]) -> None:
         self.create_rgb_stack, self.create_dqn_stack, self.create_ns_stack = (name in names for name in OBSERVATIONS)

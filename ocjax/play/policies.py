@@ -15,7 +15,8 @@ import jax
 import numpy as np
 
 from ocjax.envs import Settings
-from ocjax.envs.observations import Snapshot, Vector
+from ocjax.envs.features import Vector
+from ocjax.envs.observations import Snapshot
 from ocjax.extraction.game import Game
 from ocjax.extraction.registry import load
 from ocjax.files import npz, writing

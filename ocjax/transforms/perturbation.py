@@ -84,12 +84,7 @@ def _swapped(key: jax.Array, objects: Objects, game: Declaration, swap: jax.Arra
     *_, to = jax.lax.sort((group, slots, slots), num_keys=2)
     *_, source = jax.lax.sort((group, jnp.where(chosen, number, slots.astype(jnp.float32)), slots), num_keys=2)
     _, source = jax.lax.sort((to, source), num_keys=1)
-
-    def taken(field: jax.Array) -> jax.Array:
-        index = source.reshape(*source.shape, *[1] * (field.ndim - source.ndim))
-        return jnp.take_along_axis(field, index, axis=source.ndim - 1)
-
-    return jax.tree.map(taken, objects)
+    return objects.take(source)
 
 
 def _moved(key: jax.Array, objects: Objects, game: Declaration, jitter: jax.Array) -> jax.Array:

@@ -5,6 +5,7 @@ Distances are compared as integers (squared, in half pixels), so that ties are e
 in the first frame goes first, then the one with the lower slot in the second.
 """
 
+import dataclasses
 import functools
 import math
 
@@ -16,6 +17,7 @@ from jax import lax
 from ocjax.console.boxes import WIDTH
 from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects, whose
+from ocjax.extraction.records import FIELDS
 
 MERGE_RADIUS = 5.0  # pixels, for frames that are one emulated frame apart
 TRACK_RADIUS = 16.0  # pixels, for a step of four emulated frames with 4 pixels each
@@ -25,8 +27,6 @@ BLOCK = 8  # slots compared at once in the search for the nearest
 _NONE = np.int32(np.iinfo(np.int32).max)  # larger than any distance
 _LONGEST = 4 * (WIDTH**2 + 256**2)  # largest squared distance in half pixels
 _AWAY = 4096  # half pixels; -_AWAY, _AWAY and 2 * _AWAY are out of reach of the screen and of each other
-
-_TAILS = {"xywh": (4,), "valid": (), "orientation": (), "value": (), "rgb": (3,)}  # shapes of the fields of `Objects` after [..., N]
 
 
 def _nearest(a: tuple[jax.Array, jax.Array], b: tuple[jax.Array, jax.Array], limit: jax.Array) -> jax.Array:
@@ -119,22 +119,12 @@ def _deal(new: jax.Array, free: jax.Array, turn: jax.Array) -> jax.Array:
     return jnp.take_along_axis(queue, jnp.where(free, turn, n), axis=1, mode="fill", fill_value=n)
 
 
-def _pick(objects: Objects, slots: jax.Array) -> Objects:
-    """Gather the objects in the given slots, int32 `[B, n]`; slots out of range give empty ones."""
-
-    def one(field: jax.Array) -> jax.Array:
-        index = slots.reshape(*slots.shape, *[1] * (field.ndim - 2))
-        return jnp.take_along_axis(field, index, axis=1, mode="fill", fill_value=0)
-
-    return jax.tree.map(one, objects)
-
-
 def _merge_category(earlier: Objects, later: Objects, limit: jax.Array) -> Objects:
     n = later.valid.shape[1]
     _, missing, _ = _match(earlier, later, limit)
     free = ~later.valid
     slots = jnp.where(free, n + _deal(missing, free, _rank(free)), jnp.arange(n, dtype=jnp.int32)[None])
-    return _pick(jax.tree.map(lambda a, b: jnp.concatenate((a, b), axis=1), later, earlier), slots)
+    return jax.tree.map(lambda a, b: jnp.concatenate((a, b), axis=1), later, earlier).take(slots)
 
 
 def _track_category(previous: Objects, current: Objects, first: jax.Array, limit: jax.Array) -> Objects:
@@ -143,7 +133,7 @@ def _track_category(previous: Objects, current: Objects, first: jax.Array, limit
     unused = ~previous.valid
     turn = jnp.where(unused, _rank(unused), jnp.sum(unused, axis=1, keepdims=True, dtype=jnp.int32) + _rank(gone))
     slots = jnp.where(partner < n, partner, _deal(new, unused | gone, turn))
-    return _pick(current, jnp.where(first[:, None], jnp.arange(n, dtype=jnp.int32)[None], slots))
+    return current.take(jnp.where(first[:, None], jnp.arange(n, dtype=jnp.int32)[None], slots))
 
 
 def _runs(game: Declaration) -> list[tuple[slice, bool]]:
@@ -167,15 +157,16 @@ def _cut(objects: Objects, s: slice) -> Objects:
 
 
 def _flat(objects: Objects) -> Objects:
-    """Reshape to one batch dimension."""
+    """Reshape to one batch dimension, without the reference to the game."""
     batch = objects.valid.shape[:-1]
+    objects = dataclasses.replace(objects, game=None)
     return jax.tree.map(lambda a: a.reshape(math.prod(batch), *a.shape[len(batch) :]), objects)
 
 
-def _joined(parts: list[Objects], batch: tuple[int, ...]) -> Objects:
-    """Concatenate runs of slots and restore the batch shape."""
+def _joined(parts: list[Objects], game: Declaration, batch: tuple[int, ...]) -> Objects:
+    """Concatenate runs of slots to all slots of a game, and restore the batch shape."""
     whole = parts[0] if len(parts) == 1 else jax.tree.map(lambda *a: jnp.concatenate(a, axis=1), *parts)
-    return jax.tree.map(lambda a: a.reshape(*batch, *a.shape[1:]), whole)
+    return dataclasses.replace(jax.tree.map(lambda a: a.reshape(*batch, *a.shape[1:]), whole), game=game)
 
 
 @functools.partial(jax.jit, static_argnums=0)
@@ -188,7 +179,7 @@ def _merge(game: Declaration, limit: jax.Array, earlier: Objects, later: Objects
     for s, movable in _runs(game):
         a, b = _cut(earlier, s), _cut(later, s)
         parts.append(_merge_category(a, b, limit) if movable else jax.tree.map(functools.partial(here, valid=b.valid), a, b))
-    return _joined(parts, batch)
+    return _joined(parts, game, batch)
 
 
 @functools.partial(jax.jit, static_argnums=0)
@@ -198,7 +189,7 @@ def _track(game: Declaration, limit: jax.Array, previous: Objects, current: Obje
     for s, movable in _runs(game):
         b = _cut(current, s)
         parts.append(_track_category(_cut(previous, s), b, first, limit) if movable else b)
-    return _joined(parts, batch)
+    return _joined(parts, game, batch)
 
 
 def _limit(radius: float) -> jax.Array:
@@ -215,7 +206,7 @@ def _check(**states: Objects) -> tuple[Declaration, tuple[int, ...]]:
         raise ValueError(f"{' and '.join(states)} must be objects of the same game, got {game} and {other}")
     batch: tuple[int, ...] | None = None
     for name, objects in states.items():
-        for field, tail in _TAILS.items():
+        for field, (_, tail) in FIELDS.items():
             shape = np.shape(getattr(objects, field))
             batch = shape[: len(shape) - 1 - len(tail)] if batch is None else batch
             if shape != (*batch, game.num_slots, *tail):

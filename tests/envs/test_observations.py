@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 import ocjax
 from ocjax.envs import Dqn, Masks, Vector
-from ocjax.envs.observations import FEATURES
+from ocjax.envs.features import FEATURES
 from ocjax.transforms import masks
 from tests.support.states import excerpt
 

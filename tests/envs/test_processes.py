@@ -31,7 +31,7 @@ def test_making_environments_does_not_start_jax():
     out, errors = run("""
         import gymnasium, ocjax
         from jax._src import xla_bridge
-        from ocjax.envs.observations import NAMES
+        from ocjax.envs.requests import NAMES
         from ocjax.ocatari import OCAtari
         games = [ocjax.load(name, hud=hud) for name in ocjax.games() for hud in (True, False)]
         for mode in ("rem", "vem", "both"):

@@ -187,3 +187,36 @@ def test_value_shares():
     assert metrics.value_shares(objects, data["rewards"], data["lives"]) == {"P1Score": 1.0, "Lives": 1.0}
     wrong = metrics.value_shares(objects, data["rewards"] + (np.arange(len(data["rewards"])) % 2), data["lives"])
     assert wrong["P1Score"] == pytest.approx(0.5, abs=0.05)
+
+
+def test_average_precision_is_that_of_pycocotools():
+    """Random boxes, of which some hit, with distinct confidences: pycocotools ranks equal ones in the order in which they come."""
+    coco = pytest.importorskip("pycocotools.coco")
+    cocoeval = pytest.importorskip("pycocotools.cocoeval")
+    rng = np.random.default_rng(5)
+    frames, boxes, names = 40, 12, ("A", "B", "C")
+    true_boxes = np.concatenate([rng.uniform(0, 140, (frames, boxes, 2)), rng.uniform(4, 20, (frames, boxes, 2))], axis=2)
+    label = rng.integers(-1, 3, (frames, boxes))
+    truth = Detections(true_boxes, label, names)
+    found_label = np.where(rng.random(label.shape) < 0.8, label, rng.integers(-1, 3, label.shape))
+    score = rng.permutation(label.size).reshape(label.shape) / label.size
+    mine = Detections(true_boxes + rng.normal(0, 1.5, true_boxes.shape), found_label, names, score)
+
+    def annotations(d):
+        for number, (i, k) in enumerate(np.argwhere(d.label >= 0), 1):
+            x, y, w, h = d.xywh[i, k].tolist()
+            one = {"id": number, "image_id": int(i) + 1, "category_id": int(d.label[i, k]) + 1, "bbox": [x, y, w, h], "area": w * h}
+            yield one | ({"iscrowd": 0} if d.score is None else {"score": float(d.score[i, k])})
+
+    known = coco.COCO()
+    images = [{"id": i + 1} for i in range(frames)]
+    categories = [{"id": i + 1, "name": name} for i, name in enumerate(names)]
+    known.dataset = {"info": {}, "images": images, "categories": categories, "annotations": list(annotations(truth))}
+    known.createIndex()
+    run = cocoeval.COCOeval(known, known.loadRes(list(annotations(mine))), "bbox")
+    run.params.maxDets = [1, 10, 1000]
+    run.evaluate()
+    run.accumulate()
+    expected = run.eval["precision"][:, :, :, 0, -1].mean(axis=1).T
+    assert 0.05 < expected.mean() < 0.95
+    assert np.allclose(metrics.average_precision(mine, truth), expected, atol=1e-12)

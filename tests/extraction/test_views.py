@@ -9,7 +9,7 @@ import pytest
 
 import ocjax
 from ocjax.extraction.objects import Objects
-from ocjax.extraction.records import constant
+from ocjax.extraction.records import FIELDS, Fields, constant, no_objects
 from ocjax.vision.unknown import UNKNOWN
 from tests.support.states import excerpt
 
@@ -19,6 +19,23 @@ GAME = ocjax.load("Pong")
 @pytest.fixture(scope="module")
 def objects():
     return GAME.rem(excerpt("Pong")["rams"])
+
+
+def test_fields_are_those_of_objects(objects):
+    assert tuple(FIELDS) == Fields._fields == tuple(f.name for f in dataclasses.fields(Objects) if f.name != "game")
+    for name, empty in no_objects(objects.valid.shape[:-1], GAME.num_slots).items():
+        assert (getattr(objects, name).shape, getattr(objects, name).dtype) == (empty.shape, empty.dtype)
+
+
+def test_take(objects):
+    """Slots are gathered in every field; one out of range is empty."""
+    slots = jnp.broadcast_to(jnp.array([2, 0, GAME.num_slots], jnp.int32), (len(objects.valid), 3))
+    taken = objects.take(slots)
+    assert taken.game is None
+    for name in FIELDS:
+        of, all_slots = np.asarray(getattr(taken, name)), np.asarray(getattr(objects, name))
+        assert np.array_equal(of[:, :2], all_slots[:, [2, 0]])
+        assert not of[:, 2].any()
 
 
 def test_frame_has_the_records_of_the_list(objects):

@@ -1,0 +1,75 @@
+"""The observations and the mode that are requested of environments, by their names or as instances of their classes."""
+
+from collections.abc import Mapping, Sequence
+from typing import Literal, get_args
+
+from ocjax.envs.features import Vector
+from ocjax.envs.observations import Computed, Copied, Dqn, Masks, ObjectFields, Pixels, Ram
+
+Kind = Computed | Copied
+NAMES: Mapping[str, Kind] = {
+    "objects": ObjectFields(),
+    "vector": Vector(),
+    "dqn": Dqn(),
+    "pixels": Pixels(),
+    "ram": Ram(),
+    "object_masks": Masks("object"),
+    "binary_masks": Masks("binary"),
+    "class_masks": Masks("class"),
+    "planes": Masks("planes"),
+}
+
+Request = str | Kind | Sequence[str] | Mapping[str, str | Kind]  # a kind by name or class, several by name, or a dict of either
+
+
+def parse(request: Request) -> Kind | dict[str, Kind]:
+    """The kind of observation that is requested, or the kinds by their names if several are requested.
+
+    Raises:
+        ValueError: there is no observation of that name, or several are requested and none is named.
+    """
+    if isinstance(request, Kind):
+        return request
+    if isinstance(request, str):
+        if request not in NAMES:
+            raise ValueError(f"no observation {request!r}: there are {', '.join(NAMES)}, and the classes in ocjax.envs with options")
+        return NAMES[request]
+    named = request if isinstance(request, Mapping) else {name: name for name in request}
+    if not named:
+        raise ValueError(f"obs must name at least one observation, got {request!r}")
+    out: dict[str, Kind] = {}
+    for name, one in named.items():
+        kind = parse(one)
+        if isinstance(kind, dict):
+            raise ValueError(f"obs must map names to single observations, got {request!r}")
+        out[name] = kind
+    return out
+
+
+Mode = Literal["rem", "vem", "both", "raw"]
+MODES = get_args(Mode)
+
+
+def requested_kinds(mode: str, obs: Request | None) -> tuple[dict[str, Kind], bool]:
+    """The kinds of observations that are requested of an environment; by default the objects, or in mode "raw" the RAM.
+
+    Returns:
+        The kinds by name, and whether a single one is requested, whose name is then "".
+
+    Raises:
+        ValueError: the mode or an observation is unknown, or objects are requested that mode "raw" does not extract.
+    """
+    if mode not in MODES:
+        raise ValueError(f"mode must be one of {MODES}, got {mode!r}; the mode of the game is game_mode")
+    parsed = parse(obs if obs is not None else "ram" if mode == "raw" else "objects")
+    kinds = parsed if isinstance(parsed, dict) else {"": parsed}
+    for kind in kinds.values():
+        if kind.needs_objects and mode == "raw":
+            raise ValueError(f"{kind} shows objects, which mode 'raw' does not extract: use mode 'rem' or 'vem'")
+    return kinds, not isinstance(parsed, dict)
+
+
+def required_screens(mode: str, kinds: Mapping[str, Kind]) -> set[str]:
+    """The pixel arrays that the mode and the observations need."""
+    needed = {name for kind in kinds.values() for name in kind.screens}
+    return needed | {"screen"} if mode in ("vem", "both") else needed
