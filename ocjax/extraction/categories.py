@@ -58,6 +58,9 @@ class Category:
     needs: tuple[str, ...] = ()
     otherwise: Rule | None = None
 
+    def __repr__(self) -> str:
+        return f"Category({self.name!r}, count={self.count}, hud={self.hud}, attributes={self.attributes}, doc={self.doc!r})"
+
     @property
     def has_places(self) -> bool:
         """Whether each slot stands for a place on the screen, so that VEM's objects never change their slots."""

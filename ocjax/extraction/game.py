@@ -19,6 +19,7 @@ from ocjax.extraction import rem, vem
 from ocjax.extraction.arrays import as_array
 from ocjax.extraction.categories import Category, display
 from ocjax.extraction.declaration import Declaration, GameError, check_decode
+from ocjax.extraction.display import game_html
 from ocjax.extraction.objects import Objects
 
 __all__ = ["Category", "Game", "GameError", "display"]
@@ -90,6 +91,10 @@ class Game(Declaration):
                 "move the channels last, with numpy.moveaxis(frames, -3, -1)"
             )
         return self._vem(frames)
+
+    def _repr_html_(self) -> str:
+        """The categories as a table for a notebook."""
+        return game_html(self)
 
     def __repr__(self) -> str:
         return f"Game({self.name}, {self.num_slots} slots: {', '.join(f'{c.name} {c.count}' for c in self.categories)})"

@@ -2,23 +2,26 @@
 
 import dataclasses
 import reprlib
-from typing import Any
+from collections.abc import Iterator
+from typing import Any, overload
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import Tracer
 
-from ocjax.extraction import records
+from ocjax.extraction import display, records
 from ocjax.extraction.categories import Category
 from ocjax.extraction.declaration import Declaration
 
 
 @jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, repr=False)
 class Objects:
     """The objects of one state or of a batch of states. `N` is the number of slots of the game, and `...` is any batch shape.
 
-    A slot that is not valid is zero in every field. `game.slices` maps each category to its slots.
+    A slot that is not valid is zero in every field. `game.slices` maps each category to its slots. Length, iteration and indices are those
+    of the batch.
     """
 
     xywh: jax.Array  # int16 [..., N, 4]: left, top, width, height in pixels of the ALE screen
@@ -26,7 +29,7 @@ class Objects:
     orientation: jax.Array  # int8 [..., N]: compass point 0-15, clockwise from north; -1 (UNKNOWN) in VEM
     value: jax.Array  # int32 [..., N]: score, lives, time, ...; the least int32 (UNKNOWN_VALUE) where VEM cannot read it
     rgb: jax.Array  # uint8 [..., N, 3]
-    game: Declaration | None = dataclasses.field(default=None, repr=False, metadata={"static": True})  # whose objects they are
+    game: Declaration | None = dataclasses.field(default=None, metadata={"static": True})  # whose objects they are
 
     @property
     def x(self) -> jax.Array:
@@ -57,22 +60,99 @@ class Objects:
     def _host(self) -> records.Fields:
         return records.Fields(*(np.asarray(getattr(self, name)) for name in records.Fields._fields))
 
+    @property
+    def batch_shape(self) -> tuple[int, ...]:
+        """The batch dimensions, `...` in the shapes of the fields."""
+        return self.valid.shape[:-1]
+
+    def __len__(self) -> int:
+        """The length of the first batch dimension.
+
+        Raises:
+            TypeError: these are the objects of one state.
+        """
+        return self._batch()[0]
+
+    def __iter__(self) -> Iterator["Objects"]:
+        """The objects along the first batch dimension.
+
+        Raises:
+            TypeError: as `len`.
+        """
+        return (self[i] for i in range(len(self)))
+
+    def __bool__(self) -> bool:
+        """True, so that objects of one state can be tested against None; `objects.valid.any()` tells whether there are any."""
+        return True
+
     def __getitem__(self, index: Any) -> "Objects":
-        """Index the batch dimensions."""
+        """Index the batch dimensions, as NumPy does; an index that is an array of JAX is not checked.
+
+        Raises:
+            TypeError: as `len`.
+            IndexError: the index is out of range, or has more dimensions than the batch.
+        """
+        if index is not Ellipsis:
+            self._batch()
+            if not any(isinstance(part, jax.Array) for part in (index if isinstance(index, tuple) else (index,))):
+                np.broadcast_to(np.False_, self.batch_shape)[index]
         return jax.tree.map(lambda a: a[index], self)
 
-    def of(self, game: Declaration, category: str | Category) -> "Objects":
-        """Select the slots of a category, given by its name or as an entry of `game.categories`.
+    def _batch(self) -> tuple[int, ...]:
+        """The batch dimensions, of which there is at least one."""
+        if not self.batch_shape:
+            raise TypeError("these are the objects of one state, without a batch dimension; `of` selects a category, `to_list` lists them")
+        return self.batch_shape
+
+    def __repr__(self) -> str:
+        leaves = [getattr(self, name) for name in records.FIELDS]
+        if not all(isinstance(leaf, np.ndarray | jax.Array) and not isinstance(leaf, Tracer) for leaf in leaves):
+            return f"Objects({', '.join(f'{name}={leaf}' for name, leaf in zip(records.FIELDS, leaves, strict=True))})"
+        about = display.summary(self.game, self.batch_shape, self.valid.shape[-1])
+        if self.game is None or 0 in self.batch_shape:
+            return f"{about}, {int(np.sum(self.valid))} valid"
+        return f"{about}{', of which the first' if self.batch_shape else ''}:\n{display.text(self.game, self._first())}"
+
+    def _repr_html_(self) -> str:
+        """The objects of the first state for a notebook: their boxes in their colours, and a table."""
+        about = display.summary(self.game, self.batch_shape, self.valid.shape[-1])
+        if self.game is None or 0 in self.batch_shape:
+            return f"<p>{about}</p>"
+        return f"<p>{about}{', of which the first' if self.batch_shape else ''}:</p>{display.state_html(self.game, self._first())}"
+
+    def _first(self) -> records.Fields:
+        """The fields of the first state."""
+        return records.Fields(*(np.asarray(getattr(self, name)[(0,) * len(self.batch_shape)]) for name in records.Fields._fields))
+
+    @overload
+    def of(self, game: str | Category) -> "Objects": ...
+    @overload
+    def of(self, game: Declaration, category: str | Category) -> "Objects": ...
+    def of(self, game: Declaration | str | Category, category: str | Category | None = None) -> "Objects":
+        """Select the slots of a category: `objects.of("Ball")`, or `objects.of(game, "Ball")` for objects that do not know their game.
 
         The result has no reference to the game, so functions that need all slots, such as `to_list`, refuse it.
 
+        Args:
+            game: the game of the objects; it may be left out.
+            category: its name, or an entry of `game.categories`.
+
         Raises:
-            ValueError: the game has no such category.
+            ValueError: the objects belong to another game or to none, or the game has no such category.
         """
-        name = category if isinstance(category, str) else category.name
-        if name not in game.slices:
-            raise ValueError(f"{game.name} has no category {name!r}; it has {', '.join(game.slices)}")
-        s = game.slices[name]
+        given, wanted = (game, category) if isinstance(game, Declaration) else (None, game)
+        if wanted is None:
+            raise ValueError('expected a category, as in objects.of("Ball"), got only a game')
+        own = self.game if given is None else given
+        if own is None:
+            raise ValueError("these objects have no reference to their game: give it, as in objects.of(game, category)")
+        if self.game is not None and own.name != self.game.name:
+            raise ValueError(f"these are objects of {self.game.name}, not of {own.name}")
+        name = wanted if isinstance(wanted, str) else wanted.name
+        slots = (self.game or own).slices
+        if name not in slots:
+            raise ValueError(f"{own.name} has no category {name!r}; it has {', '.join(slots)}")
+        s = slots[name]
         return Objects(self.xywh[..., s, :], self.valid[..., s], self.orientation[..., s], self.value[..., s], self.rgb[..., s, :])
 
     def take(self, slots: jax.Array) -> "Objects":
@@ -203,7 +283,14 @@ def velocity(previous: Objects, current: Objects) -> jax.Array:
     """Movement of each slot's centre from one state to the next, float32 `[..., N, 2]` in pixels.
 
     The velocity is zero unless the slot is valid in both states. It is meaningful only if objects keep their slots, as they do in REM, and
-    in VEM after `track`.
+    in VEM after `track`. For one category, pass what `Objects.of` selects from both.
+
+    Raises:
+        ValueError: the states are of two games, or have other numbers of slots.
     """
+    if previous.game is not None and current.game is not None and previous.game.name != current.game.name:
+        raise ValueError(f"velocities need two states of one game, got {previous.game.name} and {current.game.name}")
+    if previous.valid.shape[-1:] != current.valid.shape[-1:]:
+        raise ValueError(f"velocities need the same slots in both states, got {previous.valid.shape[-1]} and {current.valid.shape[-1]}")
     both = jnp.asarray(previous.valid & current.valid)
     return jnp.where(both[..., None], current.center - previous.center, jnp.float32(0))

@@ -128,3 +128,58 @@ def test_a_category_is_selected_by_its_name_or_itself():
         objects.of(game, "Car")
     with pytest.raises(ValueError, match="not those of `of`"):
         objects.of(game, "Ball").to_list()
+
+
+def test_objects_behave_like_their_batch(objects):
+    n = len(objects.valid)
+    assert len(objects) == n
+    assert [len(o.valid) for o in objects] == [objects.valid.shape[1]] * n
+    assert np.array_equal(objects[-1].xywh, objects.xywh[-1])
+    assert np.array_equal(objects[np.array([1, 0])].valid, objects.valid[np.array([1, 0])])
+    for index in (n, -n - 1, np.array([0, n]), (0, 0)):
+        with pytest.raises(IndexError):
+            objects[index]
+    state = objects[0]
+    for call in (len, list, lambda o: o[0]):
+        with pytest.raises(TypeError, match="objects of one state"):
+            call(state)
+    assert bool(state)
+    assert jax.jit(lambda o, i: o[i])(objects, 1).valid.shape == state.valid.shape
+
+
+def test_a_category_of_another_game_is_refused(objects):
+    assert np.array_equal(objects.of("Ball").xywh, objects.of(GAME, "Ball").xywh)
+    assert np.array_equal(objects.of(GAME.categories[0]).xywh, objects.of("Player").xywh)
+    with pytest.raises(ValueError, match="objects of Pong, not of Breakout"):
+        objects.of(ocjax.load("Breakout"), "Ball")
+    with pytest.raises(ValueError, match="give it, as in"):
+        objects.of("Ball").of("Ball")
+    with pytest.raises(ValueError, match="expected a category"):
+        objects.of(GAME)
+
+
+def test_velocities_are_of_one_game_and_of_a_category(objects):
+    moved = ocjax.velocity(objects[:-1], objects[1:])
+    ball = GAME.slices["Ball"]
+    assert np.array_equal(ocjax.velocity(objects[:-1].of("Ball"), objects[1:].of("Ball")), moved[:, ball])
+    with pytest.raises(ValueError, match="got Pong and Breakout"):
+        ocjax.velocity(objects, ocjax.load("Breakout").rem(np.zeros((len(objects), 128), np.uint8)))
+    with pytest.raises(ValueError, match="the same slots"):
+        ocjax.velocity(objects, objects.of("Ball"))
+
+
+def test_objects_are_shown_in_an_interpreter_and_a_notebook(objects):
+    shown = repr(objects)
+    assert shown.startswith(f"Objects of Pong, 5 slots, batch shape [{len(objects)}], of which the first:\n")
+    assert objects[0].to_text().splitlines()[0] in shown
+    assert len(shown.splitlines()) <= 6
+    assert repr(objects[0]).startswith("Objects of Pong, 5 slots, batch shape []:\n")
+    assert repr(objects.of("Ball")).startswith(f"Objects of no game, 1 slots, batch shape [{len(objects)}], ")
+    assert repr(objects[:0]).endswith("batch shape [0], 0 valid")
+    assert "nothing is valid" in repr(jax.tree.map(np.zeros_like, objects))
+    assert "xywh=" in repr(jax.eval_shape(lambda: objects))
+    assert objects._repr_html_().count("<rect") == int(np.sum(objects.valid[0]))
+    assert "PlayerScore" in objects._repr_html_()
+    assert "<rect" not in objects[:0]._repr_html_()
+    assert all(c.doc in GAME._repr_html_() for c in GAME.categories)
+    assert len(repr(GAME.categories)) < 700

@@ -1,0 +1,77 @@
+"""How objects and games show themselves in an interpreter and in a notebook."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+from typing import Any
+
+from ocjax.extraction import records
+from ocjax.extraction.categories import Category
+from ocjax.extraction.declaration import Declaration
+
+SCALE = 2  # of the drawing in a notebook; the console's pixels are twice as wide as high
+BACKGROUND = "#222"
+STYLE = "text-align: left; vertical-align: top"
+
+
+def summary(game: Declaration | None, batch: Sequence[int], slots: int) -> str:
+    """Whose objects they are, and their batch shape."""
+    of = "no game" if game is None else game.name
+    return f"Objects of {of}, {slots} slots, batch shape {list(batch)}"
+
+
+def text(game: Declaration, fields: records.Fields) -> str:
+    """The objects of one state, a line each, indented."""
+    lines = records.text(records.of_state(fields, game)).splitlines() or ["nothing is valid"]
+    return "\n".join(f"  {line}" for line in lines)
+
+
+def picture(game: Declaration, state: Iterable[Mapping[str, Any]]) -> str:
+    """The boxes of one state's records on an empty screen, as SVG."""
+    height, width = game.screen
+    boxes = (
+        f'<rect x="{2 * r["x"]}" y="{r["y"]}" width="{2 * r["w"]}" height="{r["h"]}" fill="rgb{tuple(r["rgb"])}" stroke="#888" '
+        f'stroke-width="0.5"><title>{escape(records.text([dict(r)]))}</title></rect>'
+        for r in state
+    )
+    size = f'width="{2 * SCALE * width}" height="{SCALE * height}" viewBox="0 0 {2 * width} {height}"'
+    return f'<svg xmlns="http://www.w3.org/2000/svg" {size} style="background: {BACKGROUND}">{"".join(boxes)}</svg>'
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """An HTML table."""
+    lines = [_row("th", header), *(_row("td", row) for row in rows)]
+    return f"<table>{''.join(lines)}</table>"
+
+
+def _row(tag: str, cells: Sequence[object]) -> str:
+    return "<tr>" + "".join(f'<{tag} style="{STYLE}">{escape(str(cell))}</{tag}>' for cell in cells) + "</tr>"
+
+
+def state_html(game: Declaration, fields: records.Fields) -> str:
+    """The objects of one state as a picture with a table beside it."""
+    state = records.of_state(fields, game)
+    rows = [
+        (r["category"], r["slot"], f"({r['x']}, {r['y']})", f"{r['w']} x {r['h']}", r.get("value", ""), _compass(r.get("orientation")))
+        for r in state
+    ]
+    objects = table(("category", "slot", "left, top", "size", "value", "facing"), rows)
+    return f'<div style="display: flex; gap: 1em">{picture(game, state)}{objects}</div>'
+
+
+def _compass(point: int | None) -> str:
+    return "" if point is None else records.COMPASS[point]
+
+
+def game_html(game: Declaration) -> str:
+    """A game's categories as a table."""
+    rows = [_category_row(c) for c in game.categories]
+    return f"<p>{escape(game.name)}: {game.num_slots} slots</p>{table(('category', 'slots', 'attributes', 'what it is'), rows)}"
+
+
+def category_html(c: Category) -> str:
+    """A category as a table of one row."""
+    return table(("category", "slots", "attributes", "what it is"), [_category_row(c)])
+
+
+def _category_row(c: Category) -> tuple[str, int, str, str]:
+    return c.name, c.count, ", ".join((*["hud"] * c.hud, *c.attributes)), c.doc
