@@ -31,23 +31,35 @@ def _name(module: str) -> str:
     return found[1] if found else module
 
 
+PRESETS = {  # the settings that the end of an environment's id stands for
+    "-v5": "v5",
+    "-v4": "v4",
+    "-v0": "v0",
+    "Deterministic-v4": "deterministic-v4",
+    "Deterministic-v0": "deterministic-v0",
+    "NoFrameskip-v4": "noframeskip",
+    "NoFrameskip-v0": "noframeskip-v0",
+}
+
+
 def env_id(name: str) -> str:
     """The Gymnasium id of a game's environments."""
     return f"ocjax/{name}-v5"
 
 
 def register() -> None:
-    """Register the environments of every game with Gymnasium, under "ocjax/Pong-v5" and so on. This does not import ale-py.
+    """Register the environments of every game with Gymnasium: "ocjax/Pong-v5", "ocjax/PongNoFrameskip-v4" and so on, as ale-py has them.
 
     Gymnasium 1.0 removed plugins, so importing ocjax registers these ids. `gymnasium.make("ocjax:ocjax/Pong-v5")` imports ocjax first.
     """
     import gymnasium
 
     for name in games():
-        if env_id(name) not in gymnasium.registry:
-            gymnasium.register(
-                env_id(name),
-                "ocjax.envs.make:make",
-                vector_entry_point="ocjax.envs.make:make_vec",
-                kwargs={"game": name, "preset": "v5"},
-            )
+        for end, preset in PRESETS.items():
+            if f"ocjax/{name}{end}" not in gymnasium.registry:
+                gymnasium.register(
+                    f"ocjax/{name}{end}",
+                    "ocjax.envs.make:make",
+                    vector_entry_point="ocjax.envs.make:make_vec",
+                    kwargs={"game": name, "preset": preset},
+                )

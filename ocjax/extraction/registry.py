@@ -48,11 +48,19 @@ def load(name: str, *, hud: bool = True) -> Game:
     short = re.sub(r"(-ram)?(Deterministic|NoFrameskip)?(-ram)?-v\d+$", "", short)
     key = short.replace("_", "").replace(" ", "").lower()
     if key not in names.modules():
-        known = {n.lower(): n for n in names.games()}
-        close = difflib.get_close_matches(key, known, n=3, cutoff=0.5)
-        hint = f"did you mean {' or '.join(known[m] for m in close)}?" if close else f"there are {', '.join(known.values())}"
-        raise UnknownGameError(f"no game {name!r}: {hint}")
+        raise UnknownGameError(f"no game {name!r}: {_hint(key)}")
     return _load_module(key) if hud else _without_hud(key)
+
+
+def _hint(key: str) -> str:
+    """What to do about a name, in lower case, that is no game's."""
+    from ale_py.roms import get_all_rom_ids
+
+    if key in {rom.replace("_", "") for rom in get_all_rom_ids()}:
+        return "ALE has this game, but ocjax does not support it; `ocjax.games()` lists the games that it supports"
+    known = {n.lower(): n for n in names.games()}
+    close = difflib.get_close_matches(key, known, n=3, cutoff=0.5)
+    return f"did you mean {' or '.join(known[m] for m in close)}?" if close else f"there are {', '.join(known.values())}"
 
 
 @overload

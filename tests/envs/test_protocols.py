@@ -8,6 +8,7 @@ import ocjax
 import ocjax.envs
 from ocjax.emulators.settings import PRESETS
 from ocjax.envs.protocols import preset_of
+from ocjax.extraction import names
 
 
 @pytest.mark.parametrize("name", ["Pong-v0", "Pong-v4", "PongNoFrameskip-v0", "PongNoFrameskip-v4", "ALE/Pong-v5"])
@@ -76,3 +77,11 @@ def test_specs_of_single_environments_make_them_again(make):
     assert again.spec.kwargs == env.spec.kwargs
     env.close()
     again.close()
+
+
+@pytest.mark.filterwarnings("ignore:.*out of date")  # Gymnasium's, of every version but the last
+@pytest.mark.parametrize("end", names.PRESETS)
+def test_ids_of_all_versions_are_registered(end):
+    env = gymnasium.make(f"ocjax/Pong{end}")
+    assert env.unwrapped.envs.pool.settings == ocjax.envs.PRESETS[names.PRESETS[end]]
+    env.close()

@@ -71,3 +71,8 @@ def test_public_modules_are_attributes():
     code = f"import ocjax; print([getattr(ocjax, m).__name__ for m in {modules}])"
     run = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.strip() == str([f"ocjax.{m}" for m in modules])
+
+
+def test_games_of_ale_without_a_decoder():
+    with pytest.raises(ocjax.UnknownGameError, match=r"no game 'ALE/Enduro-v5': ALE has this game, but ocjax does not support it"):
+        ocjax.load("ALE/Enduro-v5")
