@@ -128,7 +128,7 @@ def worth_storing(program: Program) -> set[int]:
     """The values that are cheaper to store than to compute again in each place that reads them."""
     stored: set[int] = set()
     for _ in range(PASSES):
-        stored = _stored(program, _demands(program, stored))
+        stored = _stored(program, demands(program, stored))
     return stored
 
 
@@ -177,25 +177,25 @@ class Demand:
             self.evaluations[place] = max(self.evaluations.get(place, 0), count)
 
 
-def _demands(program: Program, stored: set[int]) -> list[Demand]:
+def demands(program: Program, stored: set[int]) -> list[Demand]:
     """The demand for each value where some values are stored, which are computed in one place, each element once."""
-    demands = [Demand(size) for size in program.sizes]
+    found = [Demand(size) for size in program.sizes]
     for i, v in enumerate(program.outputs):
         if not isinstance(v, Constant):
-            demands[v].add({Place(len(program.steps) + i): program.sizes[v]})
+            found[v].add({Place(len(program.steps) + i): program.sizes[v]})
     for i, step in reversed(list(enumerate(program.steps))):
         out = step.outputs[0]
         if step.name not in _FUSED:
             for _, v in step.values:
-                demands[v].add({Place(i): program.sizes[v]})
+                found[v].add({Place(i): program.sizes[v]})
             continue
-        own = Demand(program.sizes[out], {Place(i): program.sizes[out]}) if out in stored else demands[out]
+        own = Demand(program.sizes[out], {Place(i): program.sizes[out]}) if out in stored else found[out]
         places, times = own.places, own.times
         for k, v in step.values:
-            demands[v].add(_read(step, i, k, own))
-            demands[v].most_places = max(demands[v].most_places, places)
-            demands[v].most_times = max(demands[v].most_times, times)
-    return demands
+            found[v].add(_read(step, i, k, own))
+            found[v].most_places = max(found[v].most_places, places)
+            found[v].most_times = max(found[v].most_times, times)
+    return found
 
 
 def _read(step: Step, i: int, k: int, own: Demand) -> dict[Place, float]:
@@ -212,10 +212,10 @@ def _read(step: Step, i: int, k: int, own: Demand) -> dict[Place, float]:
     return places
 
 
-def _stored(program: Program, demands: list[Demand]) -> set[int]:
+def _stored(program: Program, found: list[Demand]) -> set[int]:
     """The values that are computed more often than any of their readers, at the cost of many operations."""
     stored: set[int] = set()
-    needed = [0] * len(demands)  # one bit for each operation that computing the value again takes
+    needed = [0] * len(found)  # one bit for each operation that computing the value again takes
     for i, step in enumerate(program.steps):
         out = step.outputs[0]
         if step.name in _REDUCTIONS:
@@ -223,7 +223,7 @@ def _stored(program: Program, demands: list[Demand]) -> set[int]:
         if step.name not in _FUSED:
             continue
         needed[out] = functools.reduce(operator.or_, (needed[v] for _, v in step.values), 1 << i)
-        if _is_worth_storing(demands[out], needed[out].bit_count()):
+        if _is_worth_storing(found[out], needed[out].bit_count()):
             stored.add(out)
             needed[out] = 0
     return stored
