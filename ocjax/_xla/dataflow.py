@@ -23,6 +23,7 @@ ELEMENTWISE = frozenset(
 )
 # Operations whose operand is read at other indices than the result is written.
 _MOVES = frozenset("broadcast_in_dim pad reshape rev slice squeeze tile transpose".split())
+_RESHAPES = frozenset("broadcast_in_dim reshape squeeze".split())  # if they keep the number of elements
 _JOINS = frozenset("concatenate stack".split())
 # Operations that XLA fuses into the kernels that read their results.
 _FUSED = ELEMENTWISE | _MOVES | _JOINS | frozenset("gather iota".split())
@@ -190,12 +191,19 @@ def demands(program: Program, stored: set[int]) -> list[Demand]:
                 found[v].add({Place(i): program.sizes[v]})
             continue
         own = Demand(program.sizes[out], {Place(i): program.sizes[out]}) if out in stored else found[out]
-        places, times = own.places, own.times
+        places, times = (own.most_places, own.most_times) if _is_reshape(step) else (own.places, own.times)
         for k, v in step.values:
             found[v].add(_read(step, i, k, own))
             found[v].most_places = max(found[v].most_places, places)
             found[v].most_times = max(found[v].most_times, times)
     return found
+
+
+def _is_reshape(step: Step) -> bool:
+    """Whether the result is the operand in another shape. Then the operand is stored, because XLA may store the result transposed."""
+    if step.name not in _RESHAPES or len(step.eqn.invars) > 1:
+        return False
+    return math.prod(step.eqn.invars[0].aval.shape) == math.prod(step.eqn.outvars[0].aval.shape)
 
 
 def _read(step: Step, i: int, k: int, own: Demand) -> dict[Place, float]:
@@ -223,7 +231,7 @@ def _stored(program: Program, found: list[Demand]) -> set[int]:
         if step.name not in _FUSED:
             continue
         needed[out] = functools.reduce(operator.or_, (needed[v] for _, v in step.values), 1 << i)
-        if _is_worth_storing(found[out], needed[out].bit_count()):
+        if not _is_reshape(step) and _is_worth_storing(found[out], needed[out].bit_count()):
             stored.add(out)
             needed[out] = 0
     return stored

@@ -92,6 +92,7 @@ def test_operands_of_concatenations_and_other_indices_count():
 def test_what_is_broadcast_to_many_elements_is_stored():
     enough = WORTH_EVALUATIONS // 10 + 2
     assert stored(lambda x: jnp.arange(enough) + long(x[0], 10)) == ["xor"]
+    assert stored(lambda x: jnp.arange(40)[:, None] + long(x, 12)[None]) == ["xor"], "not the reshaped value"
     assert not stored(lambda x: jnp.arange(enough // 2) + long(x[0], 10)), "too few evaluations are saved"
     assert not stored(lambda x: jnp.arange(10 * enough) + x[0] * 3), "computing it takes no longer than loading it"
 
