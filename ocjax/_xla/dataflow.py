@@ -142,15 +142,15 @@ class Place(NamedTuple):
 
     def in_operand(self, step: int, k: int) -> Self:
         """The place of the k-th operand of a join: each operand has code of its own."""
-        return self._replace(operands=(*self.operands, (step, k)), moves=())
+        return type(self)(self.kernel, (*self.operands, (step, k)))
 
     def moved(self, move: str) -> Self:
         """The place of an operand that is read at another index than the result is written."""
-        return self._replace(moves=(*self.moves, move))
+        return type(self)(self.kernel, self.operands, (*self.moves, move))
 
     def anywhere(self) -> Self:
         """The place of a scalar, which has one index."""
-        return self._replace(moves=())
+        return type(self)(self.kernel, self.operands)
 
 
 @dataclass
