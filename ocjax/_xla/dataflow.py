@@ -191,7 +191,7 @@ def demands(program: Program, stored: set[int]) -> list[Demand]:
                 found[v].add({Place(i): program.sizes[v]})
             continue
         own = Demand(program.sizes[out], {Place(i): program.sizes[out]}) if out in stored else found[out]
-        places, times = (own.most_places, own.most_times) if _is_reshape(step) else (own.places, own.times)
+        places, times = own.places, own.most_times if _is_reshape(step) else own.times
         for k, v in step.values:
             found[v].add(_read(step, i, k, own))
             found[v].most_places = max(found[v].most_places, places)
@@ -200,7 +200,7 @@ def demands(program: Program, stored: set[int]) -> list[Demand]:
 
 
 def _is_reshape(step: Step) -> bool:
-    """Whether the result is the operand in another shape. Then the operand is stored, because XLA may store the result transposed."""
+    """Whether the result is the operand in another shape; what is broadcast is stored before, as XLA may store the result transposed."""
     if step.name not in _RESHAPES or len(step.eqn.invars) > 1:
         return False
     return math.prod(step.eqn.invars[0].aval.shape) == math.prod(step.eqn.outvars[0].aval.shape)
@@ -231,14 +231,19 @@ def _stored(program: Program, found: list[Demand]) -> set[int]:
         if step.name not in _FUSED:
             continue
         needed[out] = functools.reduce(operator.or_, (needed[v] for _, v in step.values), 1 << i)
-        if not _is_reshape(step) and _is_worth_storing(found[out], needed[out].bit_count()):
+        operations = needed[out].bit_count()
+        if _has_many_places(found[out], operations) or (not _is_reshape(step) and _is_repeated(found[out], operations)):
             stored.add(out)
             needed[out] = 0
     return stored
 
 
-def _is_worth_storing(demand: Demand, operations: int) -> bool:
-    if demand.places > demand.most_places and operations * (demand.places - 1) >= WORTH:
-        return True
+def _has_many_places(demand: Demand, operations: int) -> bool:
+    """Whether storing the value saves much code."""
+    return demand.places > demand.most_places and operations * (demand.places - 1) >= WORTH
+
+
+def _is_repeated(demand: Demand, operations: int) -> bool:
+    """Whether storing the value saves many evaluations of operations."""
     more = demand.times > MORE * demand.most_times
     return more and operations >= MANY and operations * (demand.times - 1) * demand.size >= WORTH_EVALUATIONS
