@@ -192,7 +192,8 @@ def _drawn_places(m: Ram, own: jax.Array) -> tuple[jax.Array, jax.Array]:
     left = jnp.where(at_side, m.x == LEFT_SIDE, m.mark == 1)
     back = jnp.where(turned, jnp.where(vertical, left, above), m.back == 1)
     upright = vertical ^ turned
-    stepped = jnp.where(own, _player_stepped(m, crossing), _others_stepped(m))
+    player_crosses = jnp.any(own & crossing)
+    stepped = jnp.where(own, _player_stepped(m, player_crosses), _others_stepped(m))
     step = jnp.where(stepped, jnp.where(back, 1, -1), 0)
     return m.x + 9 + jnp.where(upright, 0, step), m.y + 7 - jnp.where(upright, step, 0)
 

@@ -68,8 +68,8 @@ THERE = 1 << 21  # in the packed word of an asteroid
 LARGE, MEDIUM = (0, 1), 2  # kinds of asteroids; 3 is small
 ROCK_WIDTHS = (16, 16, 8, 4)  # by kind
 # A game begins with two asteroids in each list. How many random numbers ago those of the game
-# before were placed, by entry; and the low nibbles of columns, by the number's lowest three bits.
-NUMBERS_AGO = np.array([9, 8] + [0] * 7 + [7, 6] + [0] * 7)
+# before were placed, two by two; and the low nibbles of columns, by the number's lowest three bits.
+NUMBERS_AGO = np.array([9, 8, 7, 6])
 STEPS = ROM.bytes(0x1F04, 8).tolist()
 SHIP_EXPLODES = 128  # `timer`, or more
 LAST_PUFF = 6  # `bang_step` of the saucer's explosion with a narrow picture
@@ -240,10 +240,13 @@ def _packed_before(m: Ram) -> jax.Array:
     number = numbers >> NUMBERS_AGO
     high_nibble = jnp.where((number >> 4 & 15) == 7, 8, number >> 4 & 15)
     x = _column((high_nibble ^ 8) - 8 << 4 | pick(number & 7, STEPS))
-    number = numbers >> np.maximum(NUMBERS_AGO - 1, 0)
-    y = m.rock_y + jnp.where(GOES_UP, -1, 1)
+    number = numbers >> NUMBERS_AGO - 1
+    y = jnp.stack([m.rock_y[0] - 1, m.rock_y[1] - 1, m.rock_y[LIST] + 1, m.rock_y[LIST + 1] + 1])
     word = THERE | (number >> 4 & 1) << 19 | y + 128 << 11 | x << 3 | number & 7
-    return jnp.where(NUMBERS_AGO > 0, word, 0)
+    entries = jnp.zeros(2 * LIST, jnp.int32)
+    for i, entry in enumerate((0, 1, LIST, LIST + 1)):
+        entries = jnp.where(np.arange(2 * LIST) == entry, word[i], entries)
+    return entries
 
 
 def _slot(m: Ram) -> jax.Array:

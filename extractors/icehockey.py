@@ -162,13 +162,13 @@ def _candidates(m: Ram, held: jax.Array, odd: jax.Array) -> tuple[jax.Array, jax
     px, py, left = (jnp.sum(jnp.where(chosen, v, 0)) for v in (m.x, m.y, m.faces_left))
     step = ((m.dribble + 1) & 63) >> 2
     step = jnp.where(step >= 8, step ^ 15, step)
-    faces_left = (left == 1) ^ TURNED
-    x = px + jnp.where(left == 1, HELD_DX, -HELD_DX)
-    x = x + jnp.where(faces_left, -2 - step, 11 + step)
-    y = (py + HELD_UP + 2 * (holder & 1)) & 254
+    ahead = jnp.where(left == 1, -2 - step, 11 + step)  # 9 - ahead once he has turned
     free = (m.puck_fixed - m.puck_speed) >> 8
-    x = jnp.where(held, x, jnp.where(odd, free[1], m.puck_x) + FREE_DX)
-    y = jnp.where(odd, jnp.where(held, y, (free[0] & 254) + FREE_UP), m.puck_row)
+    x = jnp.where(held, px + ahead, jnp.where(odd, free[1], m.puck_x))
+    y = jnp.where(odd, jnp.where(held, py + 2 * (holder & 1), free[0]) & 254, m.puck_row)
+    x = x + jnp.where(held, jnp.where(left == 1, HELD_DX, -HELD_DX), FREE_DX)
+    x = x + jnp.where(held & TURNED, 9 - 2 * ahead, 0)
+    y = y + jnp.where(odd, jnp.where(held, HELD_UP, FREE_UP), 0)
     return x & 255, y & 255
 
 

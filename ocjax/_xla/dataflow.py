@@ -23,6 +23,7 @@ ELEMENTWISE = frozenset(
 )
 # Operations whose operand is read at other indices than the result is written.
 _MOVES = frozenset("broadcast_in_dim pad reshape rev slice squeeze tile transpose".split())
+_RESHAPES = frozenset("broadcast_in_dim reshape squeeze".split())  # if they keep the number of elements
 _JOINS = frozenset("concatenate stack".split())
 # Operations that XLA fuses into the kernels that read their results.
 _FUSED = ELEMENTWISE | _MOVES | _JOINS | frozenset("gather iota".split())
@@ -32,7 +33,7 @@ _REDUCTIONS = frozenset("argmax argmin reduce_and reduce_max reduce_min reduce_o
 _CALLS = {"jit": "jaxpr", "pjit": "jaxpr", "closed_call": "call_jaxpr", "custom_jvp_call": "call_jaxpr"}
 SMALL_CONSTANT = 64  # elements up to which constants are compared by value
 WORTH = 30  # operations that storing a result has to save in the code
-WORTH_EVALUATIONS = 500  # or evaluations of operations for each state, in a loop that computes an element again for many results
+WORTH_EVALUATIONS = 250  # or evaluations of operations for each state, in a loop that computes an element again for many results
 MANY = 4  # operations below which computing a result again costs no more than loading it
 MORE = 1.01  # how much more often a value must be computed than the operations that read it; the hundredth is for rounding errors
 PASSES = 2  # the second pass drops results that have become cheap because the first one stores what they are computed from
@@ -128,7 +129,7 @@ def worth_storing(program: Program) -> set[int]:
     """The values that are cheaper to store than to compute again in each place that reads them."""
     stored: set[int] = set()
     for _ in range(PASSES):
-        stored = _stored(program, _demands(program, stored))
+        stored = _stored(program, demands(program, stored))
     return stored
 
 
@@ -141,15 +142,15 @@ class Place(NamedTuple):
 
     def in_operand(self, step: int, k: int) -> Self:
         """The place of the k-th operand of a join: each operand has code of its own."""
-        return self._replace(operands=(*self.operands, (step, k)), moves=())
+        return type(self)(self.kernel, (*self.operands, (step, k)))
 
     def moved(self, move: str) -> Self:
         """The place of an operand that is read at another index than the result is written."""
-        return self._replace(moves=(*self.moves, move))
+        return type(self)(self.kernel, self.operands, (*self.moves, move))
 
     def anywhere(self) -> Self:
         """The place of a scalar, which has one index."""
-        return self._replace(moves=())
+        return type(self)(self.kernel, self.operands)
 
 
 @dataclass
@@ -177,25 +178,32 @@ class Demand:
             self.evaluations[place] = max(self.evaluations.get(place, 0), count)
 
 
-def _demands(program: Program, stored: set[int]) -> list[Demand]:
+def demands(program: Program, stored: set[int]) -> list[Demand]:
     """The demand for each value where some values are stored, which are computed in one place, each element once."""
-    demands = [Demand(size) for size in program.sizes]
+    found = [Demand(size) for size in program.sizes]
     for i, v in enumerate(program.outputs):
         if not isinstance(v, Constant):
-            demands[v].add({Place(len(program.steps) + i): program.sizes[v]})
+            found[v].add({Place(len(program.steps) + i): program.sizes[v]})
     for i, step in reversed(list(enumerate(program.steps))):
         out = step.outputs[0]
         if step.name not in _FUSED:
             for _, v in step.values:
-                demands[v].add({Place(i): program.sizes[v]})
+                found[v].add({Place(i): program.sizes[v]})
             continue
-        own = Demand(program.sizes[out], {Place(i): program.sizes[out]}) if out in stored else demands[out]
-        places, times = own.places, own.times
+        own = Demand(program.sizes[out], {Place(i): program.sizes[out]}) if out in stored else found[out]
+        places, times = own.places, own.most_times if _is_reshape(step) else own.times
         for k, v in step.values:
-            demands[v].add(_read(step, i, k, own))
-            demands[v].most_places = max(demands[v].most_places, places)
-            demands[v].most_times = max(demands[v].most_times, times)
-    return demands
+            found[v].add(_read(step, i, k, own))
+            found[v].most_places = max(found[v].most_places, places)
+            found[v].most_times = max(found[v].most_times, times)
+    return found
+
+
+def _is_reshape(step: Step) -> bool:
+    """Whether the result is the operand in another shape; what is broadcast is stored before, as XLA may store the result transposed."""
+    if step.name not in _RESHAPES or len(step.eqn.invars) > 1:
+        return False
+    return math.prod(step.eqn.invars[0].aval.shape) == math.prod(step.eqn.outvars[0].aval.shape)
 
 
 def _read(step: Step, i: int, k: int, own: Demand) -> dict[Place, float]:
@@ -212,10 +220,10 @@ def _read(step: Step, i: int, k: int, own: Demand) -> dict[Place, float]:
     return places
 
 
-def _stored(program: Program, demands: list[Demand]) -> set[int]:
+def _stored(program: Program, found: list[Demand]) -> set[int]:
     """The values that are computed more often than any of their readers, at the cost of many operations."""
     stored: set[int] = set()
-    needed = [0] * len(demands)  # one bit for each operation that computing the value again takes
+    needed = [0] * len(found)  # one bit for each operation that computing the value again takes
     for i, step in enumerate(program.steps):
         out = step.outputs[0]
         if step.name in _REDUCTIONS:
@@ -223,14 +231,19 @@ def _stored(program: Program, demands: list[Demand]) -> set[int]:
         if step.name not in _FUSED:
             continue
         needed[out] = functools.reduce(operator.or_, (needed[v] for _, v in step.values), 1 << i)
-        if _is_worth_storing(demands[out], needed[out].bit_count()):
+        operations = needed[out].bit_count()
+        if _has_many_places(found[out], operations) or (not _is_reshape(step) and _is_repeated(found[out], operations)):
             stored.add(out)
             needed[out] = 0
     return stored
 
 
-def _is_worth_storing(demand: Demand, operations: int) -> bool:
-    if demand.places > demand.most_places and operations * (demand.places - 1) >= WORTH:
-        return True
+def _has_many_places(demand: Demand, operations: int) -> bool:
+    """Whether storing the value saves much code."""
+    return demand.places > demand.most_places and operations * (demand.places - 1) >= WORTH
+
+
+def _is_repeated(demand: Demand, operations: int) -> bool:
+    """Whether storing the value saves many evaluations of operations."""
     more = demand.times > MORE * demand.most_times
     return more and operations >= MANY and operations * (demand.times - 1) * demand.size >= WORTH_EVALUATIONS

@@ -28,6 +28,7 @@ from ocjax.console import palette
 from ocjax.console.boxes import Box
 from ocjax.console.ops import lookup
 from ocjax.console.ram import RAM_SIZE
+from ocjax.extraction import words
 from ocjax.extraction.categories import Category
 from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects
@@ -42,10 +43,10 @@ NEAR = 4  # bytes between two addresses below which one slice takes both
 class Slots(NamedTuple):
     """The slots of one category; attributes only if the category has them."""
 
-    boxes: jax.Array  # int32: x, y, w, h in a byte each from the lowest, 0 where the slot is not valid
+    boxes: jax.Array  # int32, as in `words`
     value: jax.Array | None  # int32
     orientation: jax.Array | None  # int32
-    rgb: jax.Array | None  # int32: red, green, blue in a byte each from the lowest
+    rgb: jax.Array | None  # int32, as in `words`
 
 
 class Rows(NamedTuple):
@@ -138,36 +139,33 @@ def pack(game: Declaration, by_category: dict[str, Slots], saver: jax.Array | No
 
 def unpack(game: Declaration, rows: Rows, lanes: int) -> Objects:
     """The first `lanes` columns of the rows as `Objects` of batch shape `[lanes]`."""
-    n = game.num_slots
-    slots = kernels.materialize(lambda b: kernels.transpose(b)[:lanes], rows.boxes, small=SMALL * n)
-    valid, xywh = kernels.materialize(_split, slots, small=SMALL * n)
-    mask = -(slots != 0).astype(jnp.int32)
-
-    def attribute(name: str, parts: Sequence[jax.Array], dtype: Any) -> jax.Array:
-        out = jnp.zeros((lanes, n), dtype)
-        for s, part in zip(spans(game, name), parts, strict=True):
-            out = lax.dynamic_update_slice(out, part[:, :lanes].T.astype(dtype), (0, s.start))
-        return out
-
-    rgb = _colors(jnp.asarray(palette.packed(game.slot_rgb).astype(np.int32))[None], mask)
-    for name, part in rows.rgb.items():
-        s = game.slices[name]
-        rgb = lax.dynamic_update_slice(rgb, _colors(part[:, :lanes].T, mask[:, s]), (0, s.start, 0))
-    xywh, valid = xywh.reshape(lanes, n, 4), valid.reshape(lanes, n)
+    small = SMALL * game.num_slots
+    slots = kernels.materialize(lambda b: kernels.transpose(b)[:lanes], rows.boxes, small=small)
+    valid, xywh = kernels.materialize(words.boxes, slots.ravel(), small=small)
+    valid, xywh = valid.reshape(slots.shape), xywh.reshape(*slots.shape, 4)
+    orientation = _attribute(rows.orientation, spans(game, "orientation"), (lanes, game.num_slots), jnp.int8)
+    value = _attribute(rows.value, spans(game, "value"), (lanes, game.num_slots), jnp.int32)
+    rgb = _colors(game, rows, slots != 0)
     if game.saver is not None and rows.saver is not None:
         rgb = saved(rgb, valid, rows.saver[:lanes], game.saver, game.palette)
-    orientation, value = attribute("orientation", rows.orientation, jnp.int8), attribute("value", rows.value, jnp.int32)
     return Objects(xywh, valid, orientation, value, rgb, game)
 
 
-def _split(slots: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """Whether each slot is valid, and its x, y, w, h; flat, because XLA does not vectorise along the short rows of one state."""
-    flat = slots.ravel()
-    return flat != 0, lax.bitcast_convert_type(flat, jnp.uint8).astype(jnp.int16)
+def _attribute(parts: Sequence[jax.Array], where: Sequence[slice], shape: tuple[int, int], dtype: Any) -> jax.Array:
+    """An attribute of all slots from those of the `spans` that have it; 0 for the others."""
+    out = jnp.zeros(shape, dtype)
+    for s, part in zip(where, parts, strict=True):
+        out = lax.dynamic_update_slice(out, part[:, : shape[0]].T.astype(dtype), (0, s.start))
+    return out
 
 
-def _colors(packed: jax.Array, mask: jax.Array) -> jax.Array:
-    return lax.bitcast_convert_type(packed & mask, jnp.uint8)[..., :3]
+def _colors(game: Declaration, rows: Rows, valid: jax.Array) -> jax.Array:
+    """Colours in play: those of the categories, but for categories whose colours the decoder tells."""
+    rgb = words.colors(jnp.asarray(palette.packed(game.slot_rgb).astype(np.int32))[None], valid)
+    for name, part in rows.rgb.items():
+        s = game.slices[name]
+        rgb = lax.dynamic_update_slice(rgb, words.colors(part[:, : len(valid)].T, valid[:, s]), (0, s.start, 0))
+    return rgb
 
 
 def extractor(game: Declaration) -> Callable[[jax.Array | np.ndarray], Objects]:

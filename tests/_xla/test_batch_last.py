@@ -1,12 +1,16 @@
 """Code of one state runs on batches in the last axis, and what several results need is stored."""
 
+import re
+from pathlib import Path
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
+import ocjax._xla
 from ocjax._xla.batch_last import batch_last
-from ocjax._xla.dataflow import WORTH, WORTH_EVALUATIONS, flatten, worth_storing
+from ocjax._xla.dataflow import WORTH, WORTH_EVALUATIONS, demands, flatten, worth_storing
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 
@@ -88,6 +92,7 @@ def test_operands_of_concatenations_and_other_indices_count():
 def test_what_is_broadcast_to_many_elements_is_stored():
     enough = WORTH_EVALUATIONS // 10 + 2
     assert stored(lambda x: jnp.arange(enough) + long(x[0], 10)) == ["xor"]
+    assert stored(lambda x: jnp.arange(40)[:, None] + long(x, 12)[None]) == ["xor"], "not the reshaped value"
     assert not stored(lambda x: jnp.arange(enough // 2) + long(x[0], 10)), "too few evaluations are saved"
     assert not stored(lambda x: jnp.arange(10 * enough) + x[0] * 3), "computing it takes no longer than loading it"
 
@@ -101,3 +106,16 @@ def test_stored_results_survive_the_compiler():
     x = jnp.arange(400, dtype=jnp.int32).reshape(4, 100)
     assert " call(" in jax.jit(f).lower(x).compile().as_text()
     np.testing.assert_array_equal(jax.jit(f)(x)[0], long(x) + 1)
+
+
+def test_example_of_the_readme():
+    readme = Path(ocjax._xla.__file__).with_name("README.md")
+    if not readme.exists():
+        pytest.skip("the wheel has no README beside the modules")
+    names = {"jnp": jnp}
+    exec(re.search(r"```python\n(.*?)```", readme.read_text(), re.DOTALL)[1], names)
+    p = program(names["decode"], 2)
+    (number,) = worth_storing(p)
+    (at,) = (i for i, step in enumerate(p.steps) if number in step.outputs)
+    demand = demands(p, set())[number]
+    assert (at + 1, demand.places, demand.times) == (42, 2, 5)
