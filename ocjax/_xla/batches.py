@@ -89,18 +89,17 @@ def any_batch(f: Callable[[jax.Array], Any], rank: int, chunk: int) -> Callable[
     def in_shared_size(x: jax.Array | np.ndarray) -> Any:
         batch = x.shape[: x.ndim - rank]
         size = shared_size(math.prod(batch), chunk)
-        if batch not in ((), (size,)):
-            return _cut_off(compiled(_filled_up(x, rank, size)), batch)
-        out = compiled(x)
-        # JAX may read a numpy array in place while it computes: wait, so that the caller can overwrite it.
-        return out if isinstance(x, jax.Array) else jax.block_until_ready(out)
+        return compiled(x) if batch in ((), (size,)) else _cut_off(compiled(_filled_up(x, rank, size)), batch)
 
     def call(x: jax.Array | np.ndarray) -> Any:
         if isinstance(x, Tracer) or get_opaque_trace_state() != _NO_TRACE:
             with _with_32_bits():
                 return traced(jnp.asarray(x))
+        is_array = isinstance(x, jax.Array)
         with _with_32_bits():
-            return compiled_divided(x) if isinstance(x, jax.Array) and len(x.sharding.device_set) > 1 else in_shared_size(x)
+            out = compiled_divided(x) if is_array and len(x.sharding.device_set) > 1 else in_shared_size(x)
+        # JAX may read a numpy array in place while it computes: wait, so that the caller can overwrite it.
+        return out if is_array else jax.block_until_ready(out)
 
     return call
 

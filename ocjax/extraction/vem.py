@@ -12,6 +12,7 @@ from jax import lax
 
 from ocjax._xla import batches, kernels
 from ocjax.console import palette
+from ocjax.extraction import words
 from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.detection import detect
 from ocjax.extraction.objects import Objects
@@ -92,17 +93,17 @@ def _extract(game: Declaration, frames: jax.Array) -> tuple[jax.Array, jax.Array
 def _objects(game: Declaration, slots: jax.Array, frames: jax.Array) -> Objects:
     """Objects from the slots that `_extract` returns of some frames."""
     box = slots[:, 0]
-    valid = box != 0
+    valid, xywh = words.boxes(box.ravel())
+    valid, xywh = valid.reshape(box.shape), xywh.reshape(*box.shape, 4)
     unread = np.array(["value" in c.attributes and not c.reads_value for c in game.categories])[game.slot_category]
     value = jnp.where(valid & unread[None], UNKNOWN_VALUE, slots[:, 1])
-    xywh = lax.bitcast_convert_type(box, jnp.uint8).astype(jnp.int16)
     oriented = np.array(["orientation" in game.categories[i].attributes for i in game.slot_category])
     orientation = jnp.where(valid & oriented[None], jnp.int8(UNKNOWN), jnp.int8(0))
     color = jnp.asarray(palette.packed(game.slot_rgb))[None]
     if slots.shape[1] > 2:
         read = slots[:, 2]
         color = jnp.where(read == OWN_COLOR, color, jnp.asarray(palette.packed(game.palette))[read])
-    rgb = lax.bitcast_convert_type(jnp.where(valid, color, jnp.uint32(0)), jnp.uint8)[..., :3]
+    rgb = words.colors(color, valid)
     if game.saver is not None:
         rgb = saved(rgb, valid, key_of(frames, game.saver), game.saver, game.palette)
     return Objects(xywh, valid, orientation, value, rgb, game)
