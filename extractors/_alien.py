@@ -17,11 +17,14 @@ import jax.numpy as jnp
 import numpy as np
 
 SPRITES = (0, 1, 2), (3, 4, 5)  # figures
-PLAYER, DISPLAY = 3, 6  # the figure that is the highest one; what stands for no figure
+PLAYER = 3  # the figure that is the highest one
+DISPLAY = 6  # what stands for no figure
 # By sprite, and of the player: a figure's least distance from the next one, and the row where that
 # one is taken after a figure that is at 0.
-SPACING, PLAYER_SPACING = (12, 11), 15
-TAKEN, PLAYER_TAKEN = (210, 211), 219
+SPACING = (12, 11)
+PLAYER_SPACING = 15
+TAKEN = (210, 211)
+PLAYER_TAKEN = 219
 NOT_THERE = 511  # instead of that row
 STAGGER = 2  # rows from an egg to the next one to its right, of three
 

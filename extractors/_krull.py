@@ -23,12 +23,18 @@ RECORDS = np.arange(8)
 FEW = 6  # records of the first sprite
 SETUP = 5  # turns before a figure, after the one before it
 PAUSE = 0x48  # the turn, or the next free one, in which the game changes the ground's color
-LAST, NEVER = 0x50, 0xFF  # turns
+# turns
+LAST = 0x50
+NEVER = 0xFF
 # Records from the top down, the first turn with a figure, and that with a pause.
 SPRITES = ((range(FEW - 1, -1, -1), 6, PAUSE), ((7, 6), 22, NEVER))
 # States of a sprite: it waits for a row, begins, draws, has no more to draw, or is in one of four
 # turns after a figure. In the second of these the game places the next one.
-WAITS, BEGINS, DRAWS, ENDED, PLACES = 0, 1, 2, 3, 5
+WAITS = 0
+BEGINS = 1
+DRAWS = 2
+ENDED = 3
+PLACES = 5
 OFF_AT = (61, 94, 4, 82, 95, 0, 115, 136)  # columns, by the first sprite's state
 ON_AT = (73, 106, 4, 94, 116, 0, 115, 115)  # likewise, the second one's
 # The column while a figure is placed, by its x: the loop before it takes 15 columns a step.

@@ -27,10 +27,14 @@ GROUND = 0x58  # row of the player on the road
 HIDDEN = 0x17  # kind
 KINDS = {0: HIDDEN, 16: 0, 48: 1, 80: 3, 112: 2, 144: 8, 176: HIDDEN, 191: 24, 208: HIDDEN, 223: 25}
 COLLECTABLES = (24, 25)  # two more are on the pictures' next page but one
-ROADS, ROWS, PLACES = 3, 1024, 1024
+ROADS = 3
+ROWS = 1024
+PLACES = 1024
 ROUND_ROADS = ((ROM.bytes(BANK + 0xBE3, 10) & 15) - 12).tolist()  # by round
-MIDDLE, CROSSING = 72, 1  # in `COLUMNS`, which are counted from the middle
-DOUBLE, APART = 128, 80  # but from the left where both roads lead the same way, this far apart
+MIDDLE = 72  # in `COLUMNS`
+CROSSING = 1  # which are counted from the middle
+DOUBLE = 128  # but from the left where both roads lead the same way
+APART = 80  # this far apart
 DRAWN = 42  # pieces of the road on the screen
 HASH = np.array((125, 153, 27))  # of a piece's bytes: few pieces share one
 FULL = (16, 17)  # rows left between a sprite that loses its last rows and the next one
@@ -39,7 +43,8 @@ FAR = 512  # rows, more than any
 PHASES = np.arange(4)  # of the first sprite
 TRIES = np.arange(8).reshape(2, 4)  # by the piece's place and the phase
 BITS = 1 << np.arange(9).reshape(3, 3, 1, 1)  # by row and record
-NONE, IMPOSSIBLE = 512 * 8, 4
+NONE = 512 * 8
+IMPOSSIBLE = 4
 ORDERS = tuple(itertools.permutations(range(3)))  # the records from the top
 RANKS = np.argsort(ORDERS, axis=1).ravel()  # of the records
 WANTED = [sum(1 << 3 * row + record for row, record in enumerate(order)) for order in ORDERS]
@@ -69,7 +74,8 @@ def _pieces() -> np.ndarray:
     return out.ravel()
 
 
-COLUMNS, PIECES = _columns(), _pieces()
+COLUMNS = _columns()
+PIECES = _pieces()
 PICTURES = np.maximum.accumulate([i if i in KINDS else 0 for i in range(256)])
 LOOKS = [KINDS[i] for i in PICTURES.tolist()]
 

@@ -44,7 +44,13 @@ from ocjax.vision.shapes import Shape
 ROM = Rom("alien", "f1a0a23e6464d954e3a9579c4ccd01c8")
 FONT = ROM.font(0x1, rows=7, stride=8, dots=7)
 
-CYAN, YELLOW, PINK, ORANGE, BLUE, WEAK, WHITE = 190, 30, 94, 78, 142, 138, 14
+CYAN = 190
+YELLOW = 30
+PINK = 94
+ORANGE = 78
+BLUE = 142
+WEAK = 138
+WHITE = 14
 MAZE = (8, 8, 160, 172)
 EGG_COLUMNS = ((26, 34, 42, 56, 64, 72), (89, 97, 105, 118, 126, 134))  # of the two halves
 EGG_TOPS = 19 + 12 * np.arange(13)  # in the first column
@@ -59,21 +65,31 @@ EGG_BITS = (2, 4, 6, 3, 5, 7)  # by column
 DIGIT_VALUES = (100000, 10000, 1000, 100, 10, 1)
 BLANK = 0x80  # digit that is not shown
 
-IN_MAZE, BONUS, BONUS_MOVES = 0, 2, 3  # `scene`
+# `scene`
+IN_MAZE = 0
+BONUS = 2
+BONUS_MOVES = 3
 PAIRS_MOVED = 64  # `state`
-WAY_UP, WAY_DOWN = 1, 3
+WAY_UP = 1
+WAY_DOWN = 3
 # `pulsar_x` and `pulsar_y` of the places of pulsars, by `pulsars`; the first one is nowhere.
-PULSAR_X, PULSAR_Y = ROM.bytes(0xEE3, 4).tolist(), ROM.bytes(0xFF6, 4).tolist()
+PULSAR_X = ROM.bytes(0xEE3, 4).tolist()
+PULSAR_Y = ROM.bytes(0xFF6, 4).tolist()
 # Pictures by the low bytes of their addresses: those of walking figures, which have poses,
 ALIEN_WALKS = (79, 87, 151)
 # and the others with their (empty columns on either side, height).
 ALIEN_SIZES = {30: (1, 9), 8: (1, 9), 37: (2, 7), 14: (2, 7), 19: (2, 5)}  # others: (0, 11)
 # Those of the player: by step, by the distance from a tunnel's end, by what is left of his death.
 WALK_INSETS = (0, 2, 3, 2)
-TUNNEL_INSETS, TUNNEL_HEIGHTS = (2, 2, 2, 1, 0), (5, 5, 7, 9, 11)
+TUNNEL_INSETS = (2, 2, 2, 1, 0)
+TUNNEL_HEIGHTS = (5, 5, 7, 9, 11)
 DEATH_INSETS = (3, 2, 1, 0)
-TUNNEL, TUNNEL_ENDS = 55, (17, 136)  # its row, and columns of the player's sprite
-PLAYER_FIGURE, PULSAR_FIGURE, ROCKET_FIGURE = 3, 4, 5  # `colors`, `dying`
+TUNNEL = 55  # its row
+TUNNEL_ENDS = (17, 136)  # and columns of the player's sprite
+# `colors`, `dying`
+PLAYER_FIGURE = 3
+PULSAR_FIGURE = 4
+ROCKET_FIGURE = 5
 OVERWRITTEN = 240  # `old_y` on frames without collision test
 NOT_DRAWN = 96  # `line` while a frame is prepared
 

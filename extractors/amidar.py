@@ -47,22 +47,36 @@ ROM = Rom("amidar", "acb7750b4d0c4bd34969802a7deb2990")
 FONT = ROM.font(0xA13, rows=7, stride=8, dots=7)
 SPEEDS = ROM.bytes(0xA0B, 8).tolist()  # by level, how often of 256 the others take a third step
 
-WARRIOR, PIG, SHADOW, CHICKEN = 2, 3, 6, 7  # kinds of figures
+# kinds of figures
+WARRIOR = 2
+PIG = 3
+SHADOW = 6
+CHICKEN = 7
 SHADOW_DRAWN = 16 * SHADOW + 7  # `drawn` of it, on both lines and ladders
 NO_FIGURE = 255  # `y`
 UNSORTED = 2  # `player` on the frame on which all records have been set anew
 LONGEST_WAIT = 255
 TWINS = 2  # `rank` of two figures neither of which is the player or the tracer
 OTHERS_FIRST = 5  # `turn` on which the others perhaps take a third step; even ones are theirs too
-WALKED_ON, WALKED_BETWEEN, WALKED_BY_STICK = 0x29, 0x21, 0x09  # `called`
+# `called`
+WALKED_ON = 0x29
+WALKED_BETWEEN = 0x21
+WALKED_BY_STICK = 0x09
 STICK_AT_REST = 0x90
 
 SIX_DIGITS = 100_000  # least score with which the display begins a row earlier
 
-YELLOW, GREEN, RED, BLACK = 30, 216, 72, 0
+YELLOW = 30
+GREEN = 216
+RED = 72
+BLACK = 0
 MAZE = (12, 12, 150, 172)
 START = (139, 89)  # where lives begin
-LEFT_SIDE, RIGHT_SIDE, TOP_LINE, BOTTOM_LINE = 6, 130, 7, 153  # as `x` and `y` count
+# as `x` and `y` count
+LEFT_SIDE = 6
+RIGHT_SIDE = 130
+TOP_LINE = 7
+BOTTOM_LINE = 153
 SPRITE_REACH = 18  # rows from one figure to the next that the same sprite can draw
 LADDERS = (  # left columns of the ladders between two lines, by band from the top
     (16, 40, 56, 72, 84, 100, 116, 140),

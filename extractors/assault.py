@@ -35,34 +35,62 @@ ROM = Rom("assault", "de78b3a064d374390ac0710f95edde92")
 FONT = ROM.font(0xE00, rows=8)
 
 NO_ENEMY = (0xFD, 0xFF)  # pages of the empty picture, of explosions
-NO_CANNON, SMALL_CANNON = 0xFD, 0xFFE2  # page of the empty picture; pointer to a small one
+NO_CANNON = 0xFD  # page of the empty picture
+SMALL_CANNON = 0xFFE2  # pointer to a small one
 SHORT_BEAMS, TALL_BEAMS, FIREBALLS, LOW_FIREBALLS = range(4)  # levels, by the enemies' shots
-SIDE_SHOT, LEFTWARDS, RIGHTWARDS = 88, 1, 2  # `side_shot` while it is drawn; `side_way`
+# `side_shot` while it is drawn; `side_way`
+SIDE_SHOT = 88
+LEFTWARDS = 1
+RIGHTWARDS = 2
 # `last_call`: what the program did last of all after it had drawn the frame
-CANNON_LEFT, CANNON_RIGHT, FIRED_LEFT, FIRED_RIGHT = 0xF7BC, 0xF7A8, 0xF786, 0xF771
-LEFT_END, RIGHT_END, SIDE_STEP = 0x20, 0xB5, 3  # of a shot to the side, in steps
-HIT_SOUND, BAY_SOUND_END = 29, 23  # on the last frame that shows the enemy whole, the bay open
+CANNON_LEFT = 0xF7BC
+CANNON_RIGHT = 0xF7A8
+FIRED_LEFT = 0xF786
+FIRED_RIGHT = 0xF771
+# of a shot to the side, in steps
+LEFT_END = 0x20
+RIGHT_END = 0xB5
+SIDE_STEP = 3
+HIT_SOUND = 29  # on the last frame that shows the enemy whole
+BAY_SOUND_END = 23  # the bay open
 
-ROW, RIGHT_HALF = np.arange(6) >> 1, (np.arange(6) & 1) == 1  # of the enemies' slots
+# of the enemies' slots
+ROW = np.arange(6) >> 1
+RIGHT_HALF = (np.arange(6) & 1) == 1
 HALF_BIT = np.where(RIGHT_HALF, 1, 2)
-ROW_HEIGHT, LOWEST_ROW = 25, 94
+ROW_HEIGHT = 25
+LOWEST_ROW = 94
 
 # Shots upwards and beams begin and end at counts of lines: 18 of each row of enemies and all below.
 # The chip gets them at some column of a line; left of it, they begin and end a line later.
-ROW_COUNTS, ROW_LINES = 18, 8  # counts of a row of enemies; lines that draw it
-FIRST_COLUMN, ROW_COLUMN, CANNON_COLUMN = 5, 56, 26  # of a row, of its next lines, below
-LAST_BLOCK, CANNON_COUNT = 13, 106  # of eight counts; of the cannon's first line
-GROUND_TOP, SHOT_SOUND_END = 186, 15  # a row; least `shot_sound` when no shot sounds
-COLD, HOT = 2, 16  # the least heat, which does not change, and the most
+ROW_COUNTS = 18  # counts of a row of enemies
+ROW_LINES = 8  # lines that draw it
+FIRST_COLUMN = 5  # of a row
+ROW_COLUMN = 56  # of its next lines
+CANNON_COLUMN = 26  # below
+LAST_BLOCK = 13  # of eight counts
+CANNON_COUNT = 106  # of the cannon's first line
+GROUND_TOP = 186  # a row
+SHOT_SOUND_END = 15  # least `shot_sound` when no shot sounds
+# the least heat, which does not change, and the most
+COLD = 2
+HOT = 16
 
 COLORS = ROM.bytes(0xF00, 256)  # of the last rows of enemies
-SHIP_ROW, SHIP_COLORS = 4, (198, 86)  # of the mother ship: a row of its main colour, in turn
-WHITE, SCORE, LIFE, HEAT = 14, 40, 8, (198, 70)
+SHIP_ROW = 4  # of the mother ship: a row of its main colour
+SHIP_COLORS = (198, 86)  # in turn
+WHITE = 14
+SCORE = 40
+LIFE = 8
+HEAT = (198, 70)
 SHIP = (198, 38, 24, 146, 114, 214, 150, 148, 82, 86, 194, 196, WHITE)
-CANNON, ENEMY_SHOTS = (12, 22, 134), (24, 152, 200, 72)
+CANNON = (12, 22, 134)
+ENEMY_SHOTS = (24, 152, 200, 72)
 CANNON_RGB = (214, 214, 214)  # of most pixels of its usual picture
 ENEMIES = (38, 52, 66, 198, 214, 146, 24, 72, 70, 22, 20, 148, 150, 152, 18, 242, 244, 246, 248)
-ROWS, BELOW, GROUND = (0, 45, 160, 120), (0, 120, 160, 186), (0, 178, 160, 186)
+ROWS = (0, 45, 160, 120)
+BELOW = (0, 120, 160, 186)
+GROUND = (0, 178, 160, 186)
 
 
 class Ram(RamMap):

@@ -36,22 +36,30 @@ FONT = ROM.font(0xB01, rows=7, stride=8)
 ROWS = 11  # of every picture
 PITCH = 12  # bytes from one picture to the next; a zero byte ends each of them
 # Kinds of pictures in the lanes, by their order in the ROM.
-REWARDS, FOODS, LYRES = range(1, 7), range(9, 17), range(17, 19)
+REWARDS = range(1, 7)
+FOODS = range(9, 17)
+LYRES = range(17, 19)
 OBELIX = 36  # `hero`, or more
 STAGE = 0  # `screen`
 FIRST_FRAME = 1  # `frame`
 ENTRANCES = np.array((4, 145) * 4)  # `lane_x` of the things with which a game begins
 WIDE = range(79, 126)  # `death` while the hero is drawn twice as wide
 
-YELLOW, PINK, REWARD = 24, 74, 8
+YELLOW = 24
+PINK = 74
+REWARD = 8
 BORDERS = (88, 120, 216, 56, 40, 152, 136, 72, 50, 104)  # around the digits of rewards
 EDIBLE = (68, 66, 12, 14, 76, 214, 88)  # without the rows in the hero's or the rewards' colours
 TOPS = range(26, 150, 16)  # of the lanes
 STAGE_AREA = (0, 26, 160, 149)
 FLOORS = tuple((0, y + ROWS, 160, y + 16) for y in TOPS)
 DIGITS = range(55, 103, 8)  # left columns
-SCORE_TOP, SCORE_RIGHT = 184, 103
-ICON, ICON_PITCH, ICONS = 8, 16, 3  # width, distance and largest number of the lives' icons
+SCORE_TOP = 184
+SCORE_RIGHT = 103
+# width, distance and largest number of the lives' icons
+ICON = 8
+ICON_PITCH = 16
+ICONS = 3
 
 
 def _pictures(kinds: range) -> Pictures:

@@ -50,10 +50,14 @@ FONT = ROM.font(0xD96, rows=5, dots=3, dot=(4, 2), pitch=16)  # all digits are e
 # Headings of the ship to the left (the others are mirrored), its explosion, its shield. A row of
 # these pictures, and of those of the asteroids, is two rows of the screen.
 SHIPS = ROM.pictures(range(0xF74, 0xF74 + 13 * 6, 6), 5, top_first=True)
-EXPLOSION, SHIELD = 9, 12
+EXPLOSION = 9
+SHIELD = 12
 
 COLORS = tuple(ROM.bytes(0xE75, 8).tolist())  # of asteroids
-SHIP, SAUCER, TEXT = (76, 220), (156, 236), 68  # 220 is the second player's, 236 a small saucer's
+# 220 is the second player's, 236 a small saucer's
+SHIP = (76, 220)
+SAUCER = (156, 236)
+TEXT = 68
 FIELD = (0, 18, 160, 195)
 LIST = 9  # entries of a list
 GOES_UP = np.arange(2 * LIST) < LIST
@@ -61,11 +65,16 @@ LAP = 89  # steps of two rows around the screen
 PLACE_SIZE = 10  # steps; asteroids are no less than that apart, so that a lap has 9 places
 SLOTS = 10  # of a list: one more, for the part that comes in of an asteroid that leaves
 SLOT_GOES_UP = np.arange(2 * SLOTS) < SLOTS
-TOP, BOTTOM = np.where(SLOT_GOES_UP, 18, 19), 195  # where asteroids show
+# where asteroids show
+TOP = np.where(SLOT_GOES_UP, 18, 19)
+BOTTOM = 195
 
-NONE, NO_SAUCER = -32, 0xE0  # `y` of what is not there
+# `y` of what is not there
+NONE = -32
+NO_SAUCER = 0xE0
 THERE = 1 << 21  # in the packed word of an asteroid
-LARGE, MEDIUM = (0, 1), 2  # kinds of asteroids; 3 is small
+LARGE = (0, 1)  # kinds of asteroids
+MEDIUM = 2  # 3 is small
 ROCK_WIDTHS = (16, 16, 8, 4)  # by kind
 # A game begins with two asteroids in each list. How many random numbers ago those of the game
 # before were placed, two by two; and the low nibbles of columns, by the number's lowest three bits.
@@ -75,7 +84,8 @@ SHIP_EXPLODES = 128  # `timer`, or more
 LAST_PUFF = 6  # `bang_step` of the saucer's explosion with a narrow picture
 # Speeds that step on all frames, and those that step when the clock's low nibble is 3; the others
 # step when its high nibble is 7.
-ALWAYS, ON_LOW_NIBBLE = (11, 15), (7, 10, 14)
+ALWAYS = (11, 15)
+ON_LOW_NIBBLE = (7, 10, 14)
 
 ROCK_PICTURES = ((0xF01, 14), (0xF11, 14), (0xF20, 7), (0xF30, 4))  # offset and rows, by kind
 ROCK_ROWS = [rows for _, rows in ROCK_PICTURES]

@@ -36,15 +36,24 @@ from ocjax.vision.shapes import Shape
 ROM = Rom("atlantis", "9ad36e699ef6f45d9eb6c4cf90475c9f")
 FONT = ROM.font(0xF00, rows=10, dots=7)
 
-PLAY, OVER = 1, 128  # `state`; 128 and more: the game is over
-STANDS, HIT, CRUMBLES, LAST_RUIN, GONE = 0, 1, 3, 4, 5  # stages of a building's damage
-RIGHT_ANGLED, BANDIT = 0x40, 0x50  # pictures of ships; flat ones come before
+PLAY = 1  # `state`
+OVER = 128  # 128 and more: the game is over
+# stages of a building's damage
+STANDS = 0
+HIT = 1
+CRUMBLES = 3
+LAST_RUIN = 4
+GONE = 5
+RIGHT_ANGLED = 0x40  # pictures of ships
+BANDIT = 0x50  # flat ones come before
 BLAST = 0x80  # `blast`: this bit and the stage
 BLAST_FLASH = 0x20  # `flash` on the frame on which a bandit is hit, which still shows everything
 BUILDING_HIT = 0x3E  # `noise` on the frame on which a building is hit, which is still drawn whole
 RECOILING = 0x88  # picture of the left cannon
 NEW_SHOT = 0x64  # `shot_y` of a shot that has just been fired by the right cannon
-DIGIT_ONE, NO_DIGIT = 10, 100  # digits count rows of the font
+# digits count rows of the font
+DIGIT_ONE = 10
+NO_DIGIT = 100
 NO_LIVES = 255
 
 SKY = (8, 8, 152, 124)
@@ -66,7 +75,8 @@ GENERATORS = ((74, 120, 138, 200, 202, 252), (188,), (126,))
 PALACE = (60, 90, 204, 252)
 BAZAAR = (12, 58, 74, 90, 106, 122, 138)
 PLANE = (42, 58, 78, 90, 106, 138, 202)
-GROUND, GOLD = (186, 198), 62
+GROUND = (186, 198)
+GOLD = 62
 STAGE_FLASHES = 4  # of the blast
 
 
@@ -295,8 +305,10 @@ def _colored(name: str, rule: Bounds | Blobs, *colors: int, **options: Any) -> C
 GORGON = Bounds(SHIP, LANES, exclude=("BanditBomber", "Projectile"))
 BOMBER = Blobs(SHIP, SKY, Shape(w=9, h=7, pixels=(18, 28)))
 CANNONS = Bounds(CANNON, ((0, 124, 8, 132), (152, 112, 160, 120)))
-COMMAND, DOME = Bounds(POST, (72, 112, 80, 120)), Bounds(PALACE, (38, 148, 54, 156))
-BRIDGE, SEA_BED = Bounds(BAZAAR, (96, 159, 112, 167)), Bounds(PLANE, (16, 170, 32, 178))
+COMMAND = Bounds(POST, (72, 112, 80, 120))
+DOME = Bounds(PALACE, (38, 148, 54, 156))
+BRIDGE = Bounds(BAZAAR, (96, 159, 112, 167))
+SEA_BED = Bounds(PLANE, (16, 170, 32, 178))
 POWER = Bounds(GENERATORS, ((82, 124, 90, 132), (60, 137, 68, 145), (142, 137, 148, 145)))
 SHOTS = Blobs(SHOT, SKY, Shape(w=1, h=(1, 2)), gap=(3, 2))
 RAY = Bounds(GROUND, (8, 92, 160, 210), ignore=_ground())

@@ -42,23 +42,36 @@ DIGIT_AT = (0xF46, 0xF20, 0xF33, 0xF3A, 0xF59, 0xF2D, 0xF52, 0xF1A, 0xF4C, 0xF40
 DOLLAR = tuple(ROM.rows(0xF26, 7).tolist())
 FONT = replace(ROM.font(DIGIT_AT, rows=7), signs=(DOLLAR,))
 
-BANK_PAGE, CAR_PAGE, POINTS_PAGE = 0xFD, 0xFE, 0xFF  # of pictures; banks' also has the wreck
+# of pictures; banks' also has the wreck
+BANK_PAGE = 0xFD
+CAR_PAGE = 0xFE
+POINTS_PAGE = 0xFF
 PICTURE = 12  # bytes
-SIDE_CARS, FRONT_CARS = 0xBC, 0xBC + PICTURE  # low bytes; the second ones are two pictures further
-EXPLOSION, POINTS = 0x83, 0x8F  # low bytes; the points' pictures are those for 10, 20, ...
+SIDE_CARS = 0xBC  # low bytes
+FRONT_CARS = 0xBC + PICTURE  # the second ones are two pictures further
+EXPLOSION = 0x83  # low bytes
+POINTS = 0x8F  # the points' pictures are those for 10, 20, ...
 AWAY = 0x88  # `y`, or more, of who is not in the maze
 DRAWN = range(-6, 3)  # where a record that is drawn beside dynamite begins, from there
 OUTSIDE = 12  # columns beside the maze's outer wall
-DROPPED, LIT = 84, range(63, 84)  # `fuse`: on the frame of the drop; while dynamite is shown
+DROPPED = 84  # `fuse`: on the frame of the drop
+LIT = range(63, 84)  # while dynamite is shown
 COPYRIGHT = 0xAB  # `shown_high`
 
-GREY, BLUE, BLACK, RED = 6, 130, 0, 66
+GREY = 6
+BLUE = 130
+BLACK = 0
+RED = 66
 CAR = (36, 64)  # the second one while there is little fuel
 WALL = (22, 42, 46, 118, 182)
 WALL_COLORS = ROM.bytes(0xDDC, 4).tolist()  # by maze, without the brightness
-MAZE_TOP, STREETS = 37, (8, 38, 152, 176)
-MAZE_ROWS, GATE_ROWS = 17, (5, 9)  # of four columns by eight rows of pixels
-ICON_X, ICON_Y = 90 + 16 * (np.arange(6) % 3), np.where(np.arange(6) < 3, 27, 15)
+MAZE_TOP = 37
+STREETS = (8, 38, 152, 176)
+# of four columns by eight rows of pixels
+MAZE_ROWS = 17
+GATE_ROWS = (5, 9)
+ICON_X = 90 + 16 * (np.arange(6) % 3)
+ICON_Y = np.where(np.arange(6) < 3, 27, 15)
 
 
 def _walls() -> np.ndarray:

@@ -38,7 +38,10 @@ FONT = ROM.font(0xD00, rows=8, dots=5)
 BLUE, YELLOW, EXPLODES, FLYER, BOSS = range(1, 6)  # kinds of enemies; 0: none
 
 # Pictures: 50 of tanks by angle and size, 3 of explosions, 10 of flyers and 10 of bosses by size.
-EXPLOSIONS, FLYERS, BOSSES, SIZES = 50, 53, 63, 10
+EXPLOSIONS = 50
+FLYERS = 53
+BOSSES = 63
+SIZES = 10
 LAST_LINES = ROM.bytes(0x81B, SIZES).tolist()  # counted upwards
 HEIGHTS = (ROM.bytes(0x811, SIZES) - LAST_LINES).tolist()
 
@@ -90,10 +93,19 @@ SEARCHES = ((ROM.bytes(0x1F85, 47), 23, 12), (ROM.bytes(0x1F52, 51), 25, 13))
 SHOT_LINES = [_line(depth, *search) for search in SEARCHES for depth in range(DEPTHS)]
 
 SHOT_TIMES = np.array((0x35, 0x75))  # of new shots of the player and the enemy
-CRASH_BEGINS, CRASH_FLICKERS = 0x80, 0x58  # until then the picture shows on every other frame
-RIGHT, LEFT, DOWN, UP = 8, 4, 2, 1  # of `stick`
+# until then the picture shows on every other frame
+CRASH_BEGINS = 0x80
+CRASH_FLICKERS = 0x58
+# of `stick`
+RIGHT = 8
+LEFT = 4
+DOWN = 2
+UP = 1
 NO_DIGIT = 10  # a blank instead of a leading zero
-GREEN, WHITE, TEXT, PLAIN = 202, 14, 180, (0, 86, 160, 140)
+GREEN = 202
+WHITE = 14
+TEXT = 180
+PLAIN = (0, 86, 160, 140)
 
 
 class Ram(RamMap):
@@ -272,7 +284,8 @@ on_plain = functools.partial(Category, needs=("Crosshair",))
 enemies = functools.partial(on_plain, count=2)
 enemy = functools.partial(Blobs, region=PLAIN, gap=(1, 1), shapes=Shape(w=(2, 32), h=(2, 18)))
 flyer = functools.partial(enemy, gap=(2, 4), shapes=Shape(w=(1, 32), h=(2, 18)))
-RED, FLYER_RGB = (2, 64, 66, 70, 72, 74), (74, 74, 74)
+RED = (2, 64, 66, 70, 72, 74)
+FLYER_RGB = (74, 74, 74)
 BLUE_RGB = (24, 80, 128)
 CROSSHAIR = Blobs((0, 46), (70, 74, 88, 90), Shape(w=1, h=6))
 CONTENT = Blobs(WHITE, (75, 4, 95, 36), Shape(w=(1, 12), h=(1, 18)), gap=(0, 1))

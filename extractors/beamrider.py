@@ -37,38 +37,70 @@ FONT = ROM.font(0x3, rows=8)
 NARROW_FONT = ROM.font(0x3, rows=8, dots=6, shift=1, pitch=6)  # the same without margins
 
 # States of a record; they are also the numbers of its pictures.
-DEBRIS, ENEMY_SHOT = range(1, 2), range(2, 4)
-BLOCKER, BLOCKER_ASIDE, BLOCKER_FALLING = range(4, 6), 4, 5
-BURST, EXPLOSION, SPARKS = range(6, 12), range(6, 10), range(10, 12)
-CHARGER, CHARGER_WAITING = range(12, 16), 15
-REJUVENATOR, JUMPER, ROCK = range(16, 20), range(20, 24), range(24, 28)
+DEBRIS = range(1, 2)
+ENEMY_SHOT = range(2, 4)
+BLOCKER = range(4, 6)
+BLOCKER_ASIDE = 4
+BLOCKER_FALLING = 5
+BURST = range(6, 12)
+EXPLOSION = range(6, 10)
+SPARKS = range(10, 12)
+CHARGER = range(12, 16)
+CHARGER_WAITING = 15
+REJUVENATOR = range(16, 20)
+JUMPER = range(20, 24)
+ROCK = range(24, 28)
 SIZED = range(CHARGER.start, ROCK.stop)  # four pictures each, larger the nearer
-CHIRPER, CHIRPER_TURNED = range(28, 32), range(30, 32)
-CRAFT, CRAFT_ASIDE, CRAFT_FALLING, CRAFT_RISING = range(32, 35), 32, 33, 34
-LASER, TORPEDO = 35, range(36, 39)
-DISK, PICTURE_COUNT = 39, 45  # a saucer far away; five larger ones follow
+CHIRPER = range(28, 32)
+CHIRPER_TURNED = range(30, 32)
+CRAFT = range(32, 35)
+CRAFT_ASIDE = 32
+CRAFT_FALLING = 33
+CRAFT_RISING = 34
+LASER = 35
+TORPEDO = range(36, 39)
+DISK = 39  # a saucer far away
+PICTURE_COUNT = 45  # five larger ones follow
 # The first states mean other things in the records of the saucers.
-SAUCER, SAUCER_SCRIPTED = range(1, 6), range(4, 6)
-SAUCER_LEAVING, SAUCER_LEFT, SAUCER_RIGHT = 1, 2, 3
+SAUCER = range(1, 6)
+SAUCER_SCRIPTED = range(4, 6)
+SAUCER_LEAVING = 1
+SAUCER_LEFT = 2
+SAUCER_RIGHT = 3
 COLORS = ROM.bytes(0x1D8E, CRAFT.stop)  # by picture
 JUST_HIT = 8  # timer of a burst on the frame of the hit, which still shows what was hit
 STRUCK = 192  # the player's shot on that frame
 SHIP_EXPLODES = 0x98 >> 3
-SAUCERS, OTHERS, SEVEN, SHOT = slice(0, 3), slice(3, 7), slice(0, 7), 7  # among the records
+# among the records
+SAUCERS = slice(0, 3)
+OTHERS = slice(3, 7)
+SEVEN = slice(0, 7)
+SHOT = 7
 # The saucers' script: what to do, and how fast. Operations 0 and 1 are the ways to the side.
-SCRIPT_OPS, SCRIPT_PACES = ROM.bytes(0xD96, 216) & 7, ROM.bytes(0xE6E, 216)
-RISE, FALL = 2, 3
+SCRIPT_OPS = ROM.bytes(0xD96, 216) & 7
+SCRIPT_PACES = ROM.bytes(0xE6E, 216)
+RISE = 2
+FALL = 3
 
-HORIZON, NEAREST, GROUND = 32, 210, 164  # depths where objects are on the beams; row of line 0
+# depths where objects are on the beams; row of line 0
+HORIZON = 32
+NEAREST = 210
+GROUND = 164
 LINES = ROM.bytes(0x1EEF, 256) + 2  # by depth
-SAUCER_GROWS, ENEMY_GROWS = (0x30, 0x50, 0x70, 0x90, 0xB8), (0x68, 0x90, 0xB0)  # at depths
+# at depths
+SAUCER_GROWS = (0x30, 0x50, 0x70, 0x90, 0xB8)
+ENEMY_GROWS = (0x68, 0x90, 0xB0)
 TORPEDO_GROWS = (0x4E, 0x80)
 # Tables of pages and low bytes. The top row is 2 bytes before that, seven more rows before it.
-PAGES, LOW_BYTES = ROM.bytes(0x1CE8, PICTURE_COUNT) & 15, ROM.bytes(0x11D8, PICTURE_COUNT)
+PAGES = ROM.bytes(0x1CE8, PICTURE_COUNT) & 15
+LOW_BYTES = ROM.bytes(0x11D8, PICTURE_COUNT)
 PICTURES = ROM.pictures((PAGES << 8 | LOW_BYTES - 2 - 7).tolist(), 8)
 
-YELLOW, LASER_COLOR, FIELD = 26, 54, (0, 44, 160, 164)
-WRECK, DISK_COLORS = 70, (8, 14)  # an exploding ship; far and near saucers
+YELLOW = 26
+LASER_COLOR = 54
+FIELD = (0, 44, 160, 164)
+WRECK = 70  # an exploding ship
+DISK_COLORS = (8, 14)  # far and near saucers
 NEAR = 0x5E  # depth
 SHOTS = Blobs((104, 86), FIELD, Shape(w=(2, 4), h=(2, 6), pixels=(8, 12)))
 ENEMIES = {  # states, rule, doc

@@ -38,34 +38,53 @@ from ocjax.vision.rules import Blobs, Bounds, Colors
 from ocjax.vision.shapes import Shape
 
 ROM = Rom("berzerk", "136f75c4dd02c29283752b7e5799f978")
-ZERO, ONE, BLANK, MAN, COPYRIGHT = 0x16, 0x1D, 0x5C, 0x63, 0x6A  # low bytes of glyphs' addresses
+# low bytes of glyphs' addresses
+ZERO = 0x16
+ONE = 0x1D
+BLANK = 0x5C
+MAN = 0x63
+COPYRIGHT = 0x6A
 GLYPH_PAGE = 0xC00
 FONT = ROM.font(GLYPH_PAGE + ZERO, rows=7)
-CELLS, LINE_TOP = tuple(range(55, 103, 8)), 183
+CELLS = tuple(range(55, 103, 8))
+LINE_TOP = 183
 
-IN_ROOM, LEAVES = 2, 255  # `state`
+# `state`
+IN_ROOM = 2
+LEAVES = 255
 APPEARED = 255  # `appearing` once the room is there
 LAST_FRAME = 1  # `frame` when the room has been left, but is still on the screen
 ROOM_BEGINS = 53  # `frame` on the first frame of a room, which does not show anybody yet
 NO_ROBOT = 127  # `robot_y`, of this and all later slots
-TOP_ROW, SECOND_ROW = 5, range(15, 22)  # `robot_y` where robots begin; with a few steps down
-NO_MISSILE, NO_MISSILE_YET = 0, 15  # `missile_way`
+TOP_ROW = 5  # `robot_y` where robots begin
+SECOND_ROW = range(15, 22)  # with a few steps down
+# `missile_way`
+NO_MISSILE = 0
+NO_MISSILE_YET = 15
 GUN = 4  # `missile_x` less `robot_x` where a shot leaves a robot upright
 OTTO_COMES = 3  # `otto`, or more
-UP, DOWN, LEFT, RIGHT = 1, 2, 4, 8  # bits of ways
+# bits of ways
+UP = 1
+DOWN = 2
+LEFT = 4
+RIGHT = 8
 VERTICAL = UP | DOWN
 
 FIRES = 254  # `shot_sound` on the frame after which the shot leaves the gun
 WALL = 8  # right edge of the wall at the left
 STEP_PACE = 112  # added to `pace` on each frame
-HIT, SHOCK = 3, 6  # least poses of the human; 0 to 2 walk
+HIT = 3  # least poses of the human
+SHOCK = 6  # 0 to 2 walk
 AIMS = range(0x31, 0x50)  # pictures of the human, as distances from the first one
 FIRST_PICTURE = 0xA9
-TALL_POSES, SPARK = (15, 17, 20, 22), 23  # of robots; a spark is the end of an explosion
+TALL_POSES = (15, 17, 20, 22)  # of robots
+SPARK = 23  # a spark is the end of an explosion
 
-HUMAN, TEXT = 60, 28
+HUMAN = 60
+TEXT = 28
 ROBOTS = (26, 54, 12, 202, 76, 168, 252, 88)  # by room
-FIELD, LINE = (0, 5, 160, 179), (55, 183, 104, 190)
+FIELD = (0, 5, 160, 179)
+LINE = (55, 183, 104, 190)
 
 
 class Ram(RamMap):

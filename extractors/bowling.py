@@ -39,22 +39,36 @@ def _font(dot_height: int) -> Font:
     return ROM.font(0x734, rows=5, dots=3, shift=1, dot=dot, pitch=16, top_first=True)
 
 
-SCORE_FONT, ROUND_FONT = _font(3), _font(2)  # the same digits at two heights
-SCORE_DIGITS, ROUND_DIGITS, NUMBER_DIGITS = (16, 32, 48), (16, 32), (112,)  # left columns
-SCORE_TOP, ROUND_TOP = 19, 7
+# the same digits at two heights
+SCORE_FONT = _font(3)
+ROUND_FONT = _font(2)
+# left columns
+SCORE_DIGITS = (16, 32, 48)
+ROUND_DIGITS = (16, 32)
+NUMBER_DIGITS = (112,)
+SCORE_TOP = 19
+ROUND_TOP = 7
 
 STANDING = 0xB8  # `picture` of the bowler who stands, 6 columns wide; the others have 8
-SWINGS, ROLLING = range(2, 5), 5  # `stage` of a throw after the first swing
+# `stage` of a throw after the first swing
+SWINGS = range(2, 5)
+ROLLING = 5
 PIN_HIT = 8  # `sound`
 MOVING = range(1, 128)  # `pin_speed`
 # How far above the ball, in pairs of rows, a pin is that pushes it up or down.
-PUSHES_UP, PUSHES_DOWN = range(-2, 1), range(3, 6)
+PUSHES_UP = range(-2, 1)
+PUSHES_DOWN = range(3, 6)
 LAST_ROUND = 10
 SPARE = 0x40  # `mark`, or more, after a spare or a strike
-LAST_X, LAST_BALL = 32, (12, 161)  # of the bowler and the ball at the end of the last throw
+# of the bowler and the ball at the end of the last throw
+LAST_X = 32
+LAST_BALL = (12, 161)
 
-BROWN, BLUE, BOWLER_RGB = 38, 132, (84, 92, 214)
-ALLEY, UPPER_LINE = (8, 72, 160, 172), (0, 102, 160, 104)
+BROWN = 38
+BLUE = 132
+BOWLER_RGB = (84, 92, 214)
+ALLEY = (8, 72, 160, 172)
+UPPER_LINE = (0, 102, 160, 104)
 
 
 class Ram(RamMap):

@@ -25,18 +25,30 @@ from ocjax.vision.rules import Bounds
 ROM = Rom("boxing", "c3ef5c4653212088eda54dc91d787870")
 FONT = ROM.font(0x400, rows=7, stride=1, step=17)  # all digits are equally wide
 
-WHITE_BOXER, BLACK_BOXER = 0, 1  # records in the RAM
-FIRST_ARM, SECOND_ARM = 95, 191  # pictures of the arms at rest; stretched ones follow
-BENT, HALF, FULL = 16, 32, 48  # how far behind those an arm's picture is as it stretches
+# records in the RAM
+WHITE_BOXER = 0
+BLACK_BOXER = 1
+FIRST_ARM = 95  # pictures of the arms at rest
+SECOND_ARM = 191  # stretched ones follow
+# how far behind those an arm's picture is as it stretches
+BENT = 16
+HALF = 32
+FULL = 48
 HEAD_HIT = 175  # picture of the head of a boxer who was just hit
 KNOCK_OUT = 0xC0  # `score`
 KNOCK_OUT_POINTS = 100
 TICK = 59  # `frames` in which the clock has just moved, but is drawn as before
 
-WHITE, BLACK, GREEN = 12, 0, 208
+WHITE = 12
+BLACK = 0
+GREEN = 208
 RING = (8, 24, 160, 186)
-WHITE_DIGITS, BLACK_DIGITS, CLOCK_DIGITS = (38, 46), (102, 110), (62, 78, 86)  # left columns
-SCORE_TOP, CLOCK_TOP = 5, 17
+# left columns
+WHITE_DIGITS = (38, 46)
+BLACK_DIGITS = (102, 110)
+CLOCK_DIGITS = (62, 78, 86)
+SCORE_TOP = 5
+CLOCK_TOP = 17
 
 
 class Ram(RamMap):

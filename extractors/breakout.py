@@ -30,19 +30,25 @@ from ocjax.vision.shades import Saver
 from ocjax.vision.shapes import Shape
 
 FONT = hex_font(DIGITS_3X5, dots=3, dot=(4, 2), pitch=16)
-SCORE_DIGITS, LIVES_DIGIT, PLAYER_DIGIT = (36, 52, 68), 100, 132  # left columns
+# left columns
+SCORE_DIGITS = (36, 52, 68)
+LIVES_DIGIT = 100
+PLAYER_DIGIT = 132
 DIGITS_TOP = 5
 
 FIELD = (8, 32, 152, 196)
 ROWS = (70, 54, 38, 22, 198, 134)  # colours of the bricks, top row first
-RED, GREY = 70, 6
+RED = 70
+GREY = 6
 COLOR_TOPS = tuple(range(57, 94, 6))  # of the bricks, and of what is under them
-BLOCK_X, BLOCK_Y = np.tile(8 + 8 * np.arange(18), 6), np.repeat(57 + 6 * np.arange(6), 18)
+BLOCK_X = np.tile(8 + 8 * np.arange(18), 6)
+BLOCK_Y = np.repeat(57 + 6 * np.arange(6), 18)
 # The six registers of the playfield, from left to right: the bits of each that hold its columns'
 # bricks, of which each has two.
 BRICKS = ((6,), (6, 4, 2, 0), (0, 2, 4, 6), (4, 6), (6, 4, 2, 0), (0, 2, 4))
 BRICK_HIT = 5  # `sound` on the frame after a brick was hit
-LOWER_PITCHES, POINTS = (16, 22), (7, 4, 1)  # of the upper, the middle and the lower two rows
+LOWER_PITCHES = (16, 22)  # of the upper
+POINTS = (7, 4, 1)  # the middle and the lower two rows
 
 
 class Ram(RamMap):

@@ -37,10 +37,17 @@ ROM = Rom("carnival", "028024fb8e5e5f18ea586652f9799c96")
 FONT = ROM.font(0xD00, rows=7, stride=8)
 
 # Low bytes of the pictures' addresses.
-DUCK, RABBIT, OWL, BULLETS, NO_PICTURE = 0x00, 0x10, 0x20, 0x30, 0x5C
+DUCK = 0x00
+RABBIT = 0x10
+OWL = 0x20
+BULLETS = 0x30
+NO_PICTURE = 0x5C
 NO_WHEEL = 0x54
 SIGN_TUNE = 0x14  # `tune` while the sign has its other colour
-NO_SIGN, MINUS, MINUS_BULLETS, PLUS_BULLETS = 0x4F, 0xB1, 0xA6, 0x1E
+NO_SIGN = 0x4F
+MINUS = 0xB1
+MINUS_BULLETS = 0xA6
+PLUS_BULLETS = 0x1E
 NO_DUCK = 0x4F  # `duck_y`
 LAST_BITE = 3  # `eater_x` at the left end of the bullets
 CHEWED = 10  # `chew` at which a duck that eats has moved, as at 0
@@ -55,8 +62,10 @@ SHOT_HEIGHTS = (
     *(5, 5, 12, 5, 5, 5, 5, 6, 5, 5, 5, 6, 5, 5, 5, 6, 5),
 )
 
-LEFT_EDGE, TARGET = 8, 8  # first column of the rows; columns of a target
-WHOLE, FIRST = 0, 8  # parts of targets: 1-7 are that many last columns, 9-15 are 1-7 first ones
+LEFT_EDGE = 8  # first column of the rows
+TARGET = 8  # columns of a target
+WHOLE = 0  # parts of targets: 1-7 are that many last columns
+FIRST = 8  # 9-15 are 1-7 first ones
 
 
 def _part(kind: int, is_mirrored: bool, part: int) -> np.ndarray:
@@ -72,11 +81,20 @@ def _part(kind: int, is_mirrored: bool, part: int) -> np.ndarray:
 PICTURES = ROM.rows((0xE00, 0xE10, 0xE20, 0xE30), 15)
 PARTS = Pictures.of(_part(k, bool(m), p) for k in range(4) for m in range(2) for p in range(16))
 
-GROUP, COPY = np.arange(18) // 3, np.arange(18) % 3  # of the targets' slots
+# of the targets' slots
+GROUP = np.arange(18) // 3
+COPY = np.arange(18) % 3
 MIRRORED = GROUP >> 1 != 1  # in the rows that go to the right
 ROWS = (8, 47, 160, 104)
-WHEEL, SIGN, BARS = (148, 194, 100, 36), (72, 56), (146, 192, 100, 34)
-YELLOW, GREY, RED, GREEN, SHOT, WHITE = 24, 10, 72, 182, 234, 232
+WHEEL = (148, 194, 100, 36)
+SIGN = (72, 56)
+BARS = (146, 192, 100, 34)
+YELLOW = 24
+GREY = 10
+RED = 72
+GREEN = 182
+SHOT = 234
+WHITE = 232
 
 
 class Ram(RamMap):
@@ -212,7 +230,8 @@ RABBITS = target(GREY, shapes=Shape(w=(1, 8), h=(10, 15)))
 CLIPS = target(GREY, shapes=Shape(w=(1, 8), h=9))
 FLYING = Bounds((YELLOW, WHITE), ((8, 105, 160, 180), (0, 203, 160, 210)))
 POINTS = Bounds(WHITE, (64, 2, 104, 9), value=Digits(FONT, range(64, 104, 8), 2))
-PLUS_MINUS, AMOUNT = Bounds(SIGN, (12, 29, 18, 38)), Bounds(SIGN, (20, 29, 44, 38))
+PLUS_MINUS = Bounds(SIGN, (12, 29, 18, 38))
+AMOUNT = Bounds(SIGN, (20, 29, 44, 38))
 BAR = Bounds(BARS, (0, 203, 160, 208), value=Gauge(4))
 
 GAME = Game(

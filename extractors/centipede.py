@@ -44,35 +44,54 @@ FIGURE = tuple(ROM.rows(0xF69, 7).tolist())  # in front of the score of the easy
 FONT = replace(ROM.font(0xF1C, rows=7), signs=(FIGURE,))
 COLORS = tuple(int(c) & 0xFE for c in ROM.bytes(0xFC9, 8))
 """The colours of the first level. Each of the next levels begins one colour later."""
-OF_SHOOTER, OF_FLEA, OF_CENTIPEDE, OF_SPIDER, OF_GROUND, OF_SCORPION = 0, 1, 3, 5, 6, 7
-MUSHROOM, FLEA, CENTIPEDE = COLORS[OF_SHOOTER], COLORS[OF_FLEA], COLORS[OF_CENTIPEDE]
-SPIDER, SCORPION = COLORS[OF_SPIDER], COLORS[OF_SCORPION]
+OF_SHOOTER = 0
+OF_FLEA = 1
+OF_CENTIPEDE = 3
+OF_SPIDER = 5
+OF_GROUND = 6
+OF_SCORPION = 7
+MUSHROOM = COLORS[OF_SHOOTER]
+FLEA = COLORS[OF_FLEA]
+CENTIPEDE = COLORS[OF_CENTIPEDE]
+SPIDER = COLORS[OF_SPIDER]
+SCORPION = COLORS[OF_SCORPION]
 KEYS = tuple(COLORS[i + OF_GROUND & 7] & 0xF0 | 6 for i in range(8))
 SHADES = Shades((80, 183), KEYS, tuple(COLORS[i:] + COLORS[:i] for i in range(8)))
-BLACK, VIOLET_RGB = 0, (188, 144, 252)
+BLACK = 0
+VIOLET_RGB = (188, 144, 252)
 SHINING = tuple(range(14, 256, 16))  # of a row that the scorpion has crossed
 
-LEFT, TOP, ZONE, ZONES = 16, 5, 9, 20  # zones are counted from the bottom
+# zones are counted from the bottom
+LEFT = 16
+TOP = 5
+ZONE = 9
+ZONES = 20
 FIELD = (16, 5, 144, 182)
-MUSHROOM_ROWS, PLACES = 19, 16
+MUSHROOM_ROWS = 19
+PLACES = 16
 ROWS, COLUMNS = np.divmod(np.arange(MUSHROOM_ROWS * PLACES), PLACES)
 MUSHROOM_X = LEFT + 8 * COLUMNS + np.where(ROWS % 2 == 0, 4, 0)
 MUSHROOM_Y = TOP + 2 + ZONE * ROWS
-EVEN_ROW, ODD_ROW = (6, 4, 2, 0, 1, 3, 5, 7), (7, 5, 3, 1, 0, 2, 4, 6)
+EVEN_ROW = (6, 4, 2, 0, 1, 3, 5, 7)
+ODD_ROW = (7, 5, 3, 1, 0, 2, 4, 6)
 BITS = np.where(ROWS % 2 == 0, np.tile(EVEN_ROW, 38), np.tile(ODD_ROW, 38))
 """Bit of each mushroom in its byte: two bytes a row, eight places each."""
 SEGMENTS = np.arange(9)
-SCORE_LEFTS, SCORE_Y = range(100, 148, 8), 187
+SCORE_LEFTS = range(100, 148, 8)
+SCORE_Y = 187
 
 PICTURES = [0xE00 + int(low) for low in ROM.bytes(0xF70, 14)]
-FLEAS, SPIDERS = ROM.pictures(PICTURES[:2], 6), ROM.pictures(PICTURES[2:6], 6)
+FLEAS = ROM.pictures(PICTURES[:2], 6)
+SPIDERS = ROM.pictures(PICTURES[2:6], 6)
 SCORPIONS = ROM.pictures(PICTURES[10:], 6)  # two pictures of each direction
 
 NONE = 255  # `spider`, `scorpion_x`
 NO_FLEA = 128  # `flea_x`, or more
 TITLE = 0xE0  # `score_high`
 STANDS = 3  # lowest bits of `clock` while nothing of the centipede moves
-START, SECOND = 0x44, 0xB3  # `x` and state of the second segment of a new centipede
+# `x` and state of the second segment of a new centipede
+START = 0x44
+SECOND = 0xB3
 JUST_HIT = 1  # `hit_sound`
 EXPLOSION = 37  # `kernel_count` of a frame that shows the explosion in the shooter's place
 LATE = 3  # least `x` at which a picture's first row is written in time
@@ -268,11 +287,13 @@ LIFE_REGIONS = tuple((int(x), SCORE_Y, int(x) + 4, SCORE_Y + 7) for x in LIFE_X)
 shooter = functools.partial(Blobs, MUSHROOM, (16, 139, 144, 181))
 TOUCHING = shooter(gap=(0, 3), exclude=("Mushroom",), shapes=Shape(w=4, h=(4, 9)))
 SHOOTER = shooter(connectivity=4, shapes=Shape(w=4, h=9, pixels=36), also=(TOUCHING,))
-PAINT, SHOT_AREA = (MUSHROOM, *SHINING), (16, 6, 144, 181)
+PAINT = (MUSHROOM, *SHINING)
+SHOT_AREA = (16, 6, 144, 181)
 SHOT = Blobs(PAINT, SHOT_AREA, Shape(w=1, h=(4, 9)), exclude=("Mushroom",))
 ZONE_REGIONS = tuple((16, y, 144, y + 6) for y in range(TOP, TOP + ZONE * ZONES, ZONE))
 CHAINS = Bounds(CENTIPEDE, ZONE_REGIONS, min_size=(3, 4), then=(SideBySide(4),))
-CELLS_X, CELLS_Y = tuple(MUSHROOM_X.tolist()), tuple(MUSHROOM_Y.tolist())
+CELLS_X = tuple(MUSHROOM_X.tolist())
+CELLS_Y = tuple(MUSHROOM_Y.tolist())
 MUSHROOMS = Cells(PAINT, CELLS_X, CELLS_Y, 4, 3, exclude=("Player",))
 SPARE = Bounds(BLACK, LIFE_REGIONS, inverse=True)
 LINE = Bounds(BLACK, (16, 183, 144, 185), inverse=True)

@@ -39,13 +39,21 @@ from ocjax.vision.shapes import Shape
 ROM = Rom("chopper_command", "c1cb228470a87beb5f36e90ac745da26")
 FONT = ROM.font(0xE00, rows=7, stride=8)
 
-GOLD, WHITE, BLUE, BLACK, YELLOW, BROWN = 0x2C, 0x0E, 0x80, 0, 0x2E, 0x20
+GOLD = 0x2C
+WHITE = 0x0E
+BLUE = 0x80
+BLACK = 0
+YELLOW = 0x2E
+BROWN = 0x20
 LASER = (*range(0x70, 0x90, 2), 0x9E)
-FIELD, ROAD = (8, 52, 160, 168), (8, 161, 160, 168)  # columns 0-7 of the screen are black
+# columns 0-7 of the screen are black
+FIELD = (8, 52, 160, 168)
+ROAD = (8, 161, 160, 168)
 WINDOW = (56, 179, 104, 187)  # of the radar, below the mountains
 
 # Pictures of each kind: whole, without 1-7 columns on the left, without 1-7 on the right.
-ROWS, PARTS = 10, 15
+ROWS = 10
+PARTS = 15
 MASKS = [*(255 >> cut for cut in range(8)), *(255 << cut & 255 for cut in range(1, 8))]
 TURNED = np.array([int(f"{dots:08b}"[::-1], 2) for dots in range(256)])
 WHOLE = [ROM.rows(0xE00 + at, ROWS) for at in ROM.bytes(0xF0E, 12).tolist()]
@@ -53,14 +61,25 @@ WHOLE[7:10] = [TURNED[picture] for picture in WHOLE[7:10]]
 KINDS = Pictures.of(picture & mask for picture in WHOLE for mask in MASKS)
 CHOPPERS = ROM.pictures((0xEC0, 0xEB6), ROWS)
 
-PLANE, HELICOPTER, WESTWARD = 6, 8, (6, 8, 9)  # first kinds; those that face left
-HIT_HELICOPTER, JUST_EXPLODES = 1, 15  # its kind then; `timer`
-WEST, EAST = 12, 4
+# first kinds; those that face left
+PLANE = 6
+HELICOPTER = 8
+WESTWARD = (6, 8, 9)
+HIT_HELICOPTER = 1  # its kind then
+JUST_EXPLODES = 15  # `timer`
+WEST = 12
+EAST = 4
 PLACES = ((3, 5, 6, 7), (2, 4, 6, 7), (1, 4, 5, 7))  # convoys with a truck at each place
-SPLIT, BLINKING = 128, 8  # least `bomb_time` of a whole bomb, `wreck` of a truck that blinks
-JUST_HIT, DEAD = 31, 0x7F  # `pause` and `phase`
-EXPLODES, BETWEEN = 0x5E, 0x80  # least `phase`: the chopper explodes, a wave is over
-LOWEST, HIGHEST, OFF = 4, 0x5F, 0x6F  # `player_y`, and least row of no bomb, no player
+SPLIT = 128  # least `bomb_time` of a whole bomb
+BLINKING = 8  # `wreck` of a truck that blinks
+# `pause` and `phase`
+JUST_HIT = 31
+DEAD = 0x7F
+EXPLODES = 0x5E  # least `phase`: the chopper explodes
+BETWEEN = 0x80  # a wave is over
+LOWEST = 4  # `player_y`
+HIGHEST = 0x5F  # and least row of no bomb
+OFF = 0x6F  # no player
 
 # Byte of `shot` and bit in it for each dot of a line, of four columns.
 SHOT_BYTE = np.repeat([0, 1, 2, 3, 4, 5], [4, 8, 8, 4, 8, 8])

@@ -34,10 +34,19 @@ from ocjax.vision.shapes import Shape
 
 ROM = Rom("crazy_climber", "55ef7b65066428367844342ed59f956c")
 FONT = ROM.font([0xF0B + i for i in range(10)], rows=7, step=11)
-GREEN, GREEN_2, LEGS, RED, WHITE = 202, 104, 76, 70, 12
-YELLOW, BLUE, PURPLE, BODY, ROTOR = 26, 154, 106, 134, 10
+GREEN = 202
+GREEN_2 = 104
+LEGS = 76
+RED = 70
+WHITE = 12
+YELLOW = 26
+BLUE = 154
+PURPLE = 106
+BODY = 134
+ROTOR = 10
 BUILDING = (40, 43, 120, 198)
-EAST, WEST = 4, 12
+EAST = 4
+WEST = 12
 ROW, COLUMN = np.ogrid[:13, :6]  # of windows
 WINDOW_X = np.array((44, 56, 68, 84, 96, 108))
 DISTANCE = np.array((0, 1, 2, 2, 1, 0))  # column -> window of the left half
@@ -45,7 +54,9 @@ OPEN = (0b111, 0b110, 0b011, 0b100, 0b100, 0)  # windows of the left half, bit 0
 THING_ROWS = 16  # at most, of the picture of what falls
 LAST_ROW = 11  # of the building
 ROW_STEPS = 11  # of the drawing loop in a row of the building
-ZONE_START, ZONE_END = 2, 7  # rows where it counts one more down to the thrower
+# rows where it counts one more down to the thrower
+ZONE_START = 2
+ZONE_END = 7
 BIRD_STEPS = 2  # that the drawing loop counts more where it draws the bird
 
 

@@ -39,13 +39,20 @@ from ocjax.vision.shapes import Shape
 ROM = Rom("demon_attack", "f0e0addc07971561ab80d9abe1b8d333")
 FONT = ROM.font(0xF00, rows=9, stride=10)
 SCORE_LEFTS = tuple(range(55, 103, 8))
-PURPLE, SHOT, MISSILE, YELLOW = 0x56, 0x6E, 0x4E, 0x2C
+PURPLE = 0x56
+SHOT = 0x6E
+MISSILE = 0x4E
+YELLOW = 0x2C
 DEMON_COLORS = tuple(sorted({YELLOW, *ROM.bytes(0xFAE, 56).tolist()}))
 GROUND_COLORS = tuple(range(0x80, 0x8E, 2))
 
 # The display program counts rows down to 0. Three lines are between the lowest demon and the rest.
-UPPER, LOWER = 182, 185  # line + row: down to the lowest demon, under it
-GROUND, TOP_ROW, CEILING = LOWER + 1, 0xA2, 0x97  # rows of demons are below the last one
+UPPER = 182  # line + row: down to the lowest demon
+LOWER = 185  # under it
+# rows of demons are below the last one
+GROUND = LOWER + 1
+TOP_ROW = 0xA2
+CEILING = 0x97
 
 ROWS = 8  # of a demon
 COLOR_ROW = -4  # from the bottom of a demon's box; most demons have the most pixels there
@@ -59,21 +66,36 @@ PICTURES = Pictures.of(
     for rows in range(ROWS + 1)
 )
 FIRST_PICTURES = ROM.bytes(0xB9F, 12)  # of the demons of half a level
-EXPLODING, SPLITTING = 3, 0x18  # first pictures; lower ones than EXPLODING follow
+EXPLODING = 3  # first pictures
+SPLITTING = 0x18  # lower ones than EXPLODING follow
 SMALL = 0x1A  # a picture of halves and of the diving demon
-ROW, LOWEST = np.arange(3), 2
-DIVER, MIRRORED = 6, np.arange(7) // 3 == 1  # slots
+ROW = np.arange(3)
+LOWEST = 2
+# slots
+DIVER = 6
+MIRRORED = np.arange(7) // 3 == 1
 
-ALIVE, EXPLODES = 2, 3  # `state`
-RIGHTMOST, LEFTMOST, NO_ROW = 0x49, 0x71, 255  # `code`; `appearing` where none does
-Y_STEPS, X_STEPS = ROM.bytes(0xEF0, 8), ROM.bytes(0xEF8, 8)  # by phase
-WAVE, POINTS = 8, (10, 10, 15, 15)  # demons; points of each, by level; later ones split
+# `state`
+ALIVE = 2
+EXPLODES = 3
+# `code`; `appearing` where none does
+RIGHTMOST = 0x49
+LEFTMOST = 0x71
+NO_ROW = 255
+# by phase
+Y_STEPS = ROM.bytes(0xEF0, 8)
+X_STEPS = ROM.bytes(0xEF8, 8)
+WAVE = 8  # demons; points of each
+POINTS = (10, 10, 15, 15)  # by level; later ones split
 WAVE_ENDS = WAVE * np.cumsum(POINTS)  # scores
-HIT, HIT_NOTES = 2, (8 * FIRST_PICTURES + 1) & 255  # `sound` and, by level, `note` of a hit
+# `sound` and, by level, `note` of a hit
+HIT = 2
+HIT_NOTES = (8 * FIRST_PICTURES + 1) & 255
 SHIP_EXPLODED = 0x1D  # `page`: the frame shows the exploding ship
 JUST_HIT = 63  # `explosion` on the last frame that shows the ship
 GAME_OVER = 0xBD  # `game`
-MISSILE_ROWS, SHOT_ROWS = 10, 8
+MISSILE_ROWS = 10
+SHOT_ROWS = 8
 PERIODS = ROM.bytes(0xDA2, 12)  # frames between two steps of the missiles
 
 

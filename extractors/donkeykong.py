@@ -38,21 +38,32 @@ from ocjax.vision.shapes import Shape
 
 ROM = Rom("donkey_kong", "36b20c427975760cb9cf4a47e41369e4")
 FONT = ROM.font(0xC00, rows=7, stride=8)
-HEAD, FEET = (0, 0, 0, 1, 2, 2, 0), (17, 17, 17, 17, 16, 17, 17)
+HEAD = (0, 0, 0, 1, 2, 2, 0)
+FEET = (17, 17, 17, 17, 16, 17, 17)
 """First row of Mario's pictures and the one below: four of walking, jumping, climbing, standing."""
-JUMPS, CLIMBS, STANDS = 4, 5, 6
+JUMPS = 4
+CLIMBS = 5
+STANDS = 6
 
-GIRDERS, BLUE = 106, 138  # colours of the two boards, and of the score
-RED, WHITE, BOOTS = 70, 14, 166
-OBSTACLE, KONG, GREEN = 46, 52, 218
+GIRDERS = 106  # colours of the two boards
+BLUE = 138  # and of the score
+RED = 70
+WHITE = 14
+BOOTS = 166
+OBSTACLE = 46
+KONG = 52
+GREEN = 218
 PAULINE = (30, 70, 168)
 
 BOARD = (28, 40, 132, 196)
-KONG_AT, PAULINE_AT, DRUM = (34, 15, 50, 34), (63, 18, 71, 34), (36, 181, 44, 192)
+KONG_AT = (34, 15, 50, 34)
+PAULINE_AT = (63, 18, 71, 34)
+DRUM = (36, 181, 44, 192)
 LIVES = ((112, 23, 128, 31),)
 TOP = 7
 NUMBER = {"right": 103, "top": TOP, "leading_zeros": True}  # how Score and Timer are drawn
-SCORE_LEFTS, TIMER_LEFTS = range(55, 103, 8), range(71, 103, 8)
+SCORE_LEFTS = range(55, 103, 8)
+TIMER_LEFTS = range(71, 103, 8)
 
 PLATFORMS = (
     *((32, 35, 80, 37), (32, 60, 120, 65), (40, 81, 128, 93), (32, 109, 120, 121)),
@@ -69,10 +80,12 @@ BLUE_LADDERS = tuple((x, y, y + 17) for y in range(40, 153, 28) for x in (40, 60
 GIRDERS_AT = np.array(PLATFORMS + BLUE_PLATFORMS)
 LADDERS_AT = np.array([(x, top, x + 4, bottom) for x, top, bottom in LADDERS + BLUE_LADDERS])
 BENDS = ROM.bytes(0xDF8, 7)  # `x` where the girders of the first board step
-UPPER_ENDS, LOWER_ENDS = ROM.bytes(0xACD, 34), ROM.bytes(0xB00, 34)
+UPPER_ENDS = ROM.bytes(0xACD, 34)
+LOWER_ENDS = ROM.bytes(0xB00, 34)
 """`y` of Mario at the ends of the ladders."""
 FLOORS = tuple(range(0x16, 0xA0, 0x1C))  # least `y` of the floors below the uppermost one
-RIVET_X, RIVET_Y = np.array([52, 104] * 4), np.repeat([144, 116, 88, 60], 2)
+RIVET_X = np.array([52, 104] * 4)
+RIVET_Y = np.repeat([144, 116, 88, 60], 2)
 
 BARREL_FLOORS = (12, 33, 61, 89, 117, 145)  # least `y` of barrels
 EMPTY = 93  # `lowest_row` without an obstacle
@@ -81,9 +94,13 @@ MOVED = 2  # `wait` on a frame on which Mario may have moved
 WHOLE = 13  # `ladder` below which a barrel rolls down it
 JUMP = 31  # `air` when a jump has just begun
 RISE = 7  # rows of a jump
-STEP, POINTS = 2, 3  # `sound`
+# `sound`
+STEP = 2
+POINTS = 3
 NO_HAMMER = 112  # `hammer` of one that was used up
-NORTH, EAST, WEST = 0, 4, 12
+NORTH = 0
+EAST = 4
+WEST = 12
 
 
 class Ram(RamMap):
@@ -275,7 +292,8 @@ MARIO = Bounds((RED, WHITE, BOOTS), BOARD)
 RIVETS = Cells(BLUE, tuple(RIVET_X.tolist()), tuple(RIVET_Y.tolist()), 4, 1)
 POINTS_SEEN = Bounds(BLUE, (55, 7, 103, 14), value=Digits(FONT, SCORE_LEFTS, TOP))
 BONUS_SEEN = Bounds(GREEN, (71, 7, 103, 14), value=Digits(FONT, TIMER_LEFTS, TOP))
-FIRST, SECOND = ((GIRDERS,),), ((BLUE,),)  # the boards' colours, one entry for each region
+FIRST = ((GIRDERS,),)  # the boards' colours
+SECOND = ((BLUE,),)  # one entry for each region
 LADDER_COLORS = FIRST * len(LADDERS) + SECOND * len(BLUE_LADDERS)
 PLATFORM_COLORS = FIRST * len(PLATFORMS) + SECOND * len(BLUE_PLATFORMS)
 RUNGS = Bounds(LADDER_COLORS, tuple(map(tuple, LADDERS_AT.tolist())))

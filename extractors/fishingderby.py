@@ -41,8 +41,12 @@ from ocjax.vision.shapes import Shape
 ROM = Rom("fishing_derby", "b8865f05676e64f3bec72b9defdacfa7")
 FONT = ROM.font(0x700, rows=8)
 
-BLACK, YELLOW, RED, GREEN = 0, 28, 66, 198
-LINE_TOP, STEPS = 39, 49
+BLACK = 0
+YELLOW = 28
+RED = 66
+GREEN = 198
+LINE_TOP = 39
+STEPS = 49
 ABOVE = 17  # steps of a line above the depth 0
 TO_RIGHT = 15  # `line_side`
 NEAR = 64  # columns from the left at which the shark makes the right angler pull fast
@@ -50,14 +54,20 @@ BARS = tuple((x, 61, x + 4, 190) for x in (16, 24, 132, 140))  # of the piers; f
 PIERS = ((8, 39, 28, 61), (132, 39, 152, 61))  # with the anglers
 LINES = (12, 39, 148, 190)
 POLES = ((16, 38, 80, 39), (80, 38, 144, 39))
-SCORE_LEFTS, SCORE_TOP = ((40, 48), (104, 112)), 8
+SCORE_LEFTS = ((40, 48), (104, 112))
+SCORE_TOP = 8
 
-EAST, SOUTH, WEST = 4, 8, 12
+EAST = 4
+SOUTH = 8
+WEST = 12
 EMPTY = 0x50  # `picture`
 ROWS = np.arange(6)
 FACES_LEFT = 0xCE  # `shark_shape`
 BAND = 14  # rows of a picture
-FISH_Y, SHARK_Y, APART, PULLED_Y = 96, 80, 16, 80
+FISH_Y = 96
+SHARK_Y = 80
+APART = 16
+PULLED_Y = 80
 BRIGHT = 61  # columns left of this show a line for one row more
 WATER = ~np.isin(np.arange(160), [x for left, _, right, _ in BARS for x in range(left, right)])
 

@@ -34,17 +34,23 @@ ROM = Rom("freeway", "8e0ab801b1705a740b476b7f588c6d16")
 FONT = ROM.font(0x700, rows=8)
 
 ROAD = (8, 24, 160, 185)
-BLACK, YELLOW, PINK, GREY = 0, 30, 74, 6
+BLACK = 0
+YELLOW = 30
+PINK = 74
+GREY = 6
 CARS = (66, 220, 18, 74, 130, 36, 136, 68, 216, 26)  # colour of each lane's cars, top lane first
 CHICKENS = (44, 108)  # left columns
 DASHES = tuple((x, y, x + 4, y + 1) for x in CHICKENS for y in (102, 104))
-SCORE_RIGHTS, SCORE_TOP = (56, 120), 5
+SCORE_RIGHTS = (56, 120)
+SCORE_TOP = 5
 
 LANES = range(9, -1, -1)  # of the RAM's tables, top lane first
 UPPER = 5  # lanes that move after they have been drawn
 TRUCK = 5  # NUSIZ of a player of twice the width
 CLOCK_FLASHES = 30  # from here on the scores flash
-JUST_CROSSED, SHOWN_NEXT = 143, 142  # states of a chicken: the digits still lag behind
+# states of a chicken: the digits still lag behind
+JUST_CROSSED = 143
+SHOWN_NEXT = 142
 HIT = 64  # bit of a chicken's state
 
 

@@ -42,32 +42,54 @@ BEARS = ROM.pictures([0xD00 + low for low in ROM.bytes(0xEE7, 8)], 19)
 ANIMALS = Pictures.of([ROM.rows(0xD00 + low, 8) & seen for seen in EDGE_CUTS for low in range(256)])
 POSES = ROM.bytes(0xCAA, 6)  # low bytes of the addresses of Bailey's pictures
 
-WHITE, ICE, BIRD, FISH, CRAB, CLAM = 12, 152, 142, 202, 56, 26
+WHITE = 12
+ICE = 152
+BIRD = 142
+FISH = 202
+CRAB = 56
+CLAM = 26
 """Colours of floes that wait and that were stepped on, and of animals."""
-HAIR, FACE, BOOTS, STONE, DARK, BLACK, FIRE = 36, 54, 22, 6, 4, 0, 56
+HAIR = 36
+FACE = 54
+BOOTS = 22
+STONE = 6
+DARK = 4
+BLACK = 0
+FIRE = 56
 FROST = (146, 148, 150)
 
-WATER, LAND_AND_WATER = (8, 78, 160, 186), (8, 47, 160, 186)
+WATER = (8, 78, 160, 186)
+LAND_AND_WATER = (8, 47, 160, 186)
 SHORE = (8, 55, 160, 77)
-IGLOO, DOOR = (112, 35, 144, 55), (120, 46, 136, 55)
+IGLOO = (112, 35, 144, 55)
+DOOR = (120, 46, 136, 55)
 
-ROW, PLACE = np.arange(12) // 3, np.arange(12) % 3  # of the animals' slots
-FLOE_ROW, FLOE, HALF = np.arange(24) // 6, np.arange(24) // 2 % 3, np.arange(24) % 2
-FLOE_Y, ROWS_APART = 174, 26
+# of the animals' slots
+ROW = np.arange(12) // 3
+PLACE = np.arange(12) % 3
+FLOE_ROW = np.arange(24) // 6
+FLOE = np.arange(24) // 2 % 3
+HALF = np.arange(24) % 2
+FLOE_Y = 174
+ROWS_APART = 26
 # The rows of a floe are 0, 2, 3, 5, 4, 6 and 8 columns left of the first one. Columns of that one
 # at which one more row, from the top, is beyond the right edge, or inside the left edge.
-ROWS_BEYOND, ROWS_INSIDE = (160, 162, 163, 165, 165, 166), (9, 11, 12, 13, 13, 15, 17)
+ROWS_BEYOND = (160, 162, 163, 165, 165, 166)
+ROWS_INSIDE = (9, 11, 12, 13, 13, 15, 17)
 
 BIRDS, FISHES, CRABS, CLAMS = range(4)  # `kind`
 OFF_LEFT = 200  # least `animals_x` of a row that begins left of the screen
 LATE = 20  # least `x` at which Bailey's rows are written in time
 INSIDE = 6  # below this `y` Bailey is in the igloo
 COUNTING = 0x40  # bit of `status`: the level is complete
-JUST_LANDED, JUST_TAKEN, JUST_COUNTED = 16, 0x8E, 6  # `landed`, `sound`, `delay`
+JUST_LANDED = 16  # `landed`
+JUST_TAKEN = 0x8E  # `sound`
+JUST_COUNTED = 6  # `delay`
 COMPLETE = 15  # `igloo`
 SUNK = 18  # `sunk` when Bailey is gone
 FIRST_BEAR = 3  # level
-EAST, WEST = 4, 12
+EAST = 4
+WEST = 12
 
 
 def _igloos() -> np.ndarray:

@@ -31,30 +31,52 @@ from ocjax.vision.rules import Bounds, Cells
 ROM = Rom("gopher", "c16c79aad6272baffb8aae9a7fff0864")
 FONT = ROM.font(0xC01, rows=9, stride=10)
 
-BLACK, GOPHER, DUG, DIGITS = 0, 240, 44, 40
+BLACK = 0
+GOPHER = 240
+DUG = 44
+DIGITS = 40
 DUG_RGB = (223, 183, 85)
-CARROT_COLORS, DUCK_COLORS = (196, 36, 38, 52), (14, 140, 252, 40)
-SCORE_LEFTS, SCORE_TOP = range(57, 105, 8), 10
+CARROT_COLORS = (196, 36, 38, 52)
+DUCK_COLORS = (14, 140, 252, 40)
+SCORE_LEFTS = range(57, 105, 8)
+SCORE_TOP = 10
 CARROT_LEFTS = np.array((92, 76, 60))
 UNDERGROUND = 148  # first row below the farmer
-EAST, WEST = 4, 12
+EAST = 4
+WEST = 12
 DARK = 128  # of `idle`: from here on the screen is black
 
 # Values of `state`, and of `clock` when a game was just chosen or the gopher has just gone.
-CHOSEN, PLAY, TAKEN, GONE, EMPTY, RENEWED = 6, 7, 8, 9, 10, 11
-CHOSEN_AT, GONE_AT = 0x10, 0x88
+CHOSEN = 6
+PLAY = 7
+TAKEN = 8
+GONE = 9
+EMPTY = 10
+RENEWED = 11
+CHOSEN_AT = 0x10
+GONE_AT = 0x88
 
 # Values of `height`: in the tunnel, upright from 7 on, peeping out of a hole, running outside.
-TUNNEL, UPRIGHT, HALF_WAY, PEEPING, OUTSIDE = 0, 7, 22, 34, 35
+TUNNEL = 0
+UPRIGHT = 7
+HALF_WAY = 22
+PEEPING = 34
+OUTSIDE = 35
 TAUNT = 28  # `taunt` when it begins
-START, LEFT_END, RIGHT_END = 147, 3, 148  # values of `gopher_x`
+# values of `gopher_x`
+START = 147
+LEFT_END = 3
+RIGHT_END = 148
 GOALS = ROM.bytes(0xBEF, 16)  # `gopher_x` at the six holes, the first two again, the carrots
 HOLES = 6
 DIG = 0x71  # value of `sounds`
 
 # What the gopher looks like at each height, and then: the other phase of its run in the tunnel
 # and outside, two phases of its taunt.
-RUN_2, OUTSIDE_2, TAUNT_1, TAUNT_2 = 36, 37, 38, 39
+RUN_2 = 36
+OUTSIDE_2 = 37
+TAUNT_1 = 38
+TAUNT_2 = 39
 NOTHING = 0xF87  # blank rows
 
 
@@ -85,7 +107,8 @@ GOPHERS = Pictures.of(map(_gopher_rows, range(TAUNT_2 + 1)))
 TUNNEL_BITS = (range(4, 8), range(7, -1, -1), range(8)) * 2
 HOLE_BITS = ((7,), (4, 0), (), (), (4, 0), (3,))
 HOLE_X = np.tile((12, 28, 44, 108, 124, 140), 3)
-HOLE_Y, HOLE_H = np.repeat((161, 169, 176), 6), np.repeat((8, 7, 7), 6)
+HOLE_Y = np.repeat((161, 169, 176), 6)
+HOLE_H = np.repeat((8, 7, 7), 6)
 
 
 class Ram(RamMap):

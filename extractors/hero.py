@@ -36,19 +36,36 @@ from ocjax.vision.rules import Blobs, Bounds, Gauge, Run, Runs
 from ocjax.vision.shapes import Shape
 
 ROM = Rom("hero", "fca4a5be1251927027f2c24774a02160")
-FONT, BANK = ROM.font(0xF00, rows=8), 0x1000  # offset of the second bank
+# offset of the second bank
+FONT = ROM.font(0xF00, rows=8)
+BANK = 0x1000
 # Of the levels: the first room, the last room's number. Of the rooms: dots of the middle part and,
 # 256 bytes after them, of the bottom; bits of `FORMS`: the dots are not mirrored, the wall's place.
-STARTS, LASTS = ROM.bytes(BANK + 0xF00, 20), ROM.bytes(BANK + 0xF28, 20)
+STARTS = ROM.bytes(BANK + 0xF00, 20)
+LASTS = ROM.bytes(BANK + 0xF28, 20)
 DOTS = np.stack([ROM.bytes(BANK + 0xA00, 512), ROM.bytes(BANK + 0xC00, 512)], axis=1)
-FORMS, REPEATS, PLACE, EDGES = ROM.bytes(BANK + 0xE00, 256), 1, 0xFC, (8, 152)
-FIRST_RIVER, FIRST_PULSE = 11, 13  # least room of a river, level with lava that moves
+FORMS = ROM.bytes(BANK + 0xE00, 256)
+REPEATS = 1
+PLACE = 0xFC
+EDGES = (8, 152)
+FIRST_RIVER = 11  # least room of a river
+FIRST_PULSE = 13  # level with lava that moves
 # The parts of a room: first lit row, lit rows, most rocks; where figures are seen, in each part.
-TOPS, HEIGHTS, MOST = (20, 61, 100), (39, 37, 39), 6
-VISIBLE, FIRST_ROWS, END_ROWS = (8, 20, 160, 137), np.array((20, 60, 99)), np.array((60, 99, 137))
-PART, SLOT, NOTHING = np.repeat((0, 1, 2), MOST), np.arange(3 * MOST), np.zeros(13, np.int32)
-LAVA_SLOT, UPPER_SLOT, WALL_SLOT = MOST, MOST - 1, 2 * MOST - 1  # the latter: of the wall
-GAP, WHOLE_WALL = (76, 84), 78  # closed by lava; rows of the first room's wall, not below rock
+TOPS = (20, 61, 100)
+HEIGHTS = (39, 37, 39)
+MOST = 6
+VISIBLE = (8, 20, 160, 137)
+FIRST_ROWS = np.array((20, 60, 99))
+END_ROWS = np.array((60, 99, 137))
+PART = np.repeat((0, 1, 2), MOST)
+SLOT = np.arange(3 * MOST)
+NOTHING = np.zeros(13, np.int32)
+# the latter: of the wall
+LAVA_SLOT = MOST
+UPPER_SLOT = MOST - 1
+WALL_SLOT = 2 * MOST - 1
+GAP = (76, 84)  # closed by lava
+WHOLE_WALL = 78  # rows of the first room's wall, not below rock
 
 
 def _runs(side: int, dots: np.ndarray, mirrored: bool, edge: int = 0) -> list[int]:
@@ -78,25 +95,47 @@ ROOMS = np.array([_room(room, side) for side in (1, 0) for room in range(256)]).
 # Low bytes of pictures and colours (black ones do not show): spider, bat, moth, snake, lamp.
 BEINGS = ((0x1A, 0x4D), (0x27, 0x4D), (0x02, 0x5A), (0x0E, 0x5A), (0x34, 0x33), (0x40, 0x33))
 BEINGS += ((0x4C, 0x33), (0x58, 0x33), (0x7F, 0x17), (0x92, 0x17), (0x64, 0x8E))
-SNAKES, LAMP, TENTACLES = (0x7F, 0x92), 0x64, (0xA6, 0xB2, 0xBE, 0xCA, 0xD6)
+SNAKES = (0x7F, 0x92)
+LAMP = 0x64
+TENTACLES = (0xA6, 0xB2, 0xBE, 0xCA, 0xD6)
 KINDS = [{p: i for i, (p, _) in enumerate(BEINGS)}.get(low, len(BEINGS)) for low in range(256)]
 BEING_ROWS = [ROM.rows(0xB00 + p, 13) * (ROM.rows(0xD00 + c, 13) > 1) for p, c in BEINGS]
 BEING_PICTURES = Pictures.of([b & cut for cut in EDGE_CUTS[::-1] for b in (*BEING_ROWS, NOTHING)])
-BOMBS, FIRES, MINERS, RAFT = (0x26, 0x33, 0x40), (0x4D, 0x58, 0x65), (0x71, 0x7E), 0x97
+BOMBS = (0x26, 0x33, 0x40)
+FIRES = (0x4D, 0x58, 0x65)
+MINERS = (0x71, 0x7E)
+RAFT = 0x97
 LOW = dict.fromkeys(BOMBS, 0x68) | dict.fromkeys(FIRES, 0x40) | dict.fromkeys(MINERS, 0x26)
 LOW |= dict.fromkeys(TENTACLES, 0xC4) | {RAFT: 0x05}
 LOW_ROWS = {p: ROM.rows(0xA00 + p, 13) * (ROM.rows(0xD00 + c, 13) > 1) for p, c in LOW.items()}
 LOW_PICTURES = Pictures.of(LOW_ROWS.get(low, NOTHING) for low in range(256))
 # Hurt, in a flash, in flight (3), falling, on his way (5); without rows at the bottom or top.
 POSES = (0xAE3, 0xEE7, 0xE82, 0xE9B, 0xEB4, 0xECD, 0xCE6, 0xCCD, 0xCB4, 0xC9B, 0xC82)
-HURT, FLASHED, FLIES, FALLS, WALKS, TALL, WEST, EAST = 0, 1, 2, 5, 6, 24, 12, 4
+HURT = 0
+FLASHED = 1
+FLIES = 2
+FALLS = 5
+WALKS = 6
+TALL = 24
+WEST = 12
+EAST = 4
 ROWS = [(np.arange(TALL) - cut) // TALL == 0 for cut in range(-TALL, TALL + 1)]
 PLAYERS = Pictures.of([pose * rows for pose in ROM.rows(POSES, TALL) for rows in ROWS])
-NOWHERE, GONE = 147, 50  # least x and the `being_y` of no object
-DEAD, HALF, GROUND = 0x96, 0x80, 0x80  # least `dying` of a hit, `hits` of half a wall, `walks`
-LOWEST, HIGHEST, NEITHER = ROM.bytes(0x9E9, 3), ROM.bytes(0x9EC, 3), 3  # `y` of parts; `stick`
-REACH, MIRRORED = 16, 0x18  # columns that a beam flies; x of the miner in a mirrored room
-NO_LEVELS, BLANK, SCORES = 4, 0xAA, 0x14  # `mode`, first byte of `score`, from this `over` on
+# least x and the `being_y` of no object
+NOWHERE = 147
+GONE = 50
+DEAD = 0x96  # least `dying` of a hit
+HALF = 0x80  # `hits` of half a wall
+GROUND = 0x80  # `walks`
+# `y` of parts; `stick`
+LOWEST = ROM.bytes(0x9E9, 3)
+HIGHEST = ROM.bytes(0x9EC, 3)
+NEITHER = 3
+REACH = 16  # columns that a beam flies
+MIRRORED = 0x18  # x of the miner in a mirrored room
+NO_LEVELS = 4  # `mode`
+BLANK = 0xAA  # first byte of `score`
+SCORES = 0x14  # from this `over` on
 
 
 class Ram(RamMap):
@@ -258,8 +297,12 @@ def _laser(m: Ram, rocks: Box) -> Box:
     return beam.where(beam.w > 1)
 
 
-HIGH_ROCK, MIDDLE_ROCK = (0x22, 0x92, 0xC2, 2), (0x24, 0x94, 0xC4, 2, 4)
-LOW_ROCK, GREY, YELLOW, WHITE = (0x26, 0x96, 0xC6, 2, 6), 4, 0x1C, 0x0C
+HIGH_ROCK = (0x22, 0x92, 0xC2, 2)
+MIDDLE_ROCK = (0x24, 0x94, 0xC4, 2, 4)
+LOW_ROCK = (0x26, 0x96, 0xC6, 2, 6)
+GREY = 4
+YELLOW = 0x1C
+WHITE = 0x0C
 RED = 0x42
 # The destructible wall of the first room, and the rocks of the three parts.
 ROCKS = Runs(

@@ -39,7 +39,10 @@ GRAPHICS = 0x1000  # offset of the pages that are at $F000 while the frame is dr
 FONT = ROM.font(GRAPHICS | 0x800, rows=7)
 
 MISSILE, _, ROCKET, *_, TORPEDO, SHIP, _, HELICOPTER, _, EXPLOSION, ERUPTION, _ = range(15)
-KINDS, NIGHTS, SMOKE_ROWS = 15, 4, 15  # first mission at night; of the ship's pictures
+# first mission at night; of the ship's pictures
+KINDS = 15
+NIGHTS = 4
+SMOKE_ROWS = 15
 RECORDS = GRAPHICS | (ROM.bytes(0xB62, KINDS) & 15) << 8 | ROM.bytes(0xB53, KINDS)
 RECORD = np.array([ROM.bytes(at, 11) for at in RECORDS])  # of each kind; its pictures follow
 TOGGLE, ANIMATION, PERIOD, STEP_X, STEP_Y, HEIGHT, _, START_Y = RECORD.T[:8].tolist()
@@ -77,22 +80,43 @@ def _beams() -> np.ndarray:
 
 
 BEAM_LEFT, BEAM_WIDTH = _beams().tolist()
-FIELD, AIR, SEA, SHOT = (8, 57, 160, 179), (8, 57, 160, 121), (8, 121, 160, 152), (8, 74, 160, 156)
+FIELD = (8, 57, 160, 179)
+AIR = (8, 57, 160, 121)
+SEA = (8, 121, 160, 152)
+SHOT = (8, 74, 160, 156)
 IN_AIR, IN_SEA, COPY = np.array([[1, 1, 0, 0, 0], [0, 0, 1, 1, 0], [0, 1, 0, 1, 0]]) > 0
 BOTTOM = np.where(IN_SEA, SEA[3], AIR[3])
-BOMBED, SKY, LOW = (8, 57, 160, 168), (8, 57, 160, 72), (8, 99, 160, 121)  # the first to the bed
+# the first to the bed
+BOMBED = (8, 57, 160, 168)
+SKY = (8, 57, 160, 72)
+LOW = (8, 99, 160, 121)
 NAMES = ("Missile", "Ice", "Rocket", "Diver", "Satellite", "Submarine", "Bomb", "Torpedo", "Ship")
 NAMES += ("Oil_Rig", "Helicopter", "Hornet", "Explosion", "Eruption", "Capsule")
 SLOTS = (slice(4), 4, slice(0, 3, 2), 2, 4, 2, slice(2), 2, 0, 0, 4, 0, slice(2), 2, 2)
 
-NOT_RUNNING, TITLE, OVER = 0xFE, 8, 32  # bits of `status`: no motion, a title, with the score
-DIES, ODD, BEAM, LAB = 0x80, 0x40, 0x40, 4  # bits of `flags` (odd: every other frame), `more_flags`
-SLOW, FIRST_SLOW, FIRST_FAST = 0x40, 35, (22, 23)  # bit of `shot_way`; first `enemy_shot_y`
-LATE, UNLIT = 22, 105  # least columns of enemies' shots in time, of missiles without their last row
-NONE, SPARKS_Y = 128, 64  # least value that stands for nothing; `object_y` of explosions
-JUST_DIED, LIT = 0x3C, 0x77  # `pause` then; `rig_colors` while the rig shows
+NOT_RUNNING = 0xFE  # bits of `status`: no motion
+TITLE = 8  # a title
+OVER = 32  # with the score
+# bits of `flags` (odd: every other frame), `more_flags`
+DIES = 0x80
+ODD = 0x40
+BEAM = 0x40
+LAB = 4
+# bit of `shot_way`; first `enemy_shot_y`
+SLOW = 0x40
+FIRST_SLOW = 35
+FIRST_FAST = (22, 23)
+LATE = 22  # least columns of enemies' shots in time
+UNLIT = 105  # of missiles without their last row
+NONE = 128  # least value that stands for nothing
+SPARKS_Y = 64  # `object_y` of explosions
+JUST_DIED = 0x3C  # `pause` then
+LIT = 0x77  # `rig_colors` while the rig shows
 ORANGE = 0x3A  # of the vehicle
-DOUBLE, QUAD, COPIES = 5, 7, (1, 2, 4)  # sizes: of twice and four times the width; of two copies
+# sizes: of twice and four times the width; of two copies
+DOUBLE = 5
+QUAD = 7
+COPIES = (1, 2, 4)
 
 
 class Ram(RamMap):

@@ -36,21 +36,47 @@ FONT = ROM.font(0xB00, rows=7, stride=8)
 CLOCK_FONT = ROM.font(0xD00, rows=5, stride=8, dots=4, pitch=4)
 
 WOOD_RGB = (162, 98, 33)
-WOOD, FUR, BELL, STRAWBERRY, PINEAPPLE, MONKEY, DIGITS, SKY = 36, 44, 42, 72, 40, 58, 232, 96
+WOOD = 36
+FUR = 44
+BELL = 42
+STRAWBERRY = 72
+PINEAPPLE = 40
+MONKEY = 58
+DIGITS = 232
+SKY = 96
 FIELD = (16, 4, 144, 180)
-SCORE_LEFTS, SCORE_TOP, SCORE_RIGHT = range(97, 145, 8), 183, 145
-CLOCK_LEFTS, CLOCK_TOP = range(79, 95, 4), 191
-EAST, WEST = 4, 12
-LEVELS, ROWS, ROW = 3, 22, 8  # `ROW`: its lines
-START_LIVES, GAME_OVER = 2, 128  # `lives` at the start; its least value after the end
+SCORE_LEFTS = range(97, 145, 8)
+SCORE_TOP = 183
+SCORE_RIGHT = 145
+CLOCK_LEFTS = range(79, 95, 4)
+CLOCK_TOP = 191
+EAST = 4
+WEST = 12
+# `ROW`: its lines
+LEVELS = 3
+ROWS = 22
+ROW = 8
+START_LIVES = 2  # `lives` at the start
+GAME_OVER = 128  # its least value after the end
 EMPTY = 128  # least value of bytes that stand for no object
 # Bits of `pose`.
-STANDING, RIGHT, JUMPS, PUNCHES = 0, 8, 64, 128
-CROUCHED, PUNCHING = 20, 134  # `pose` but for `RIGHT`
-FIST, RUNG, MOST_PLATFORMS = 2, 8, 20  # columns, columns, of a level
-DESCENDS, WALKS = 1, 4  # low nibbles of `monkey_state`
-WALK_1, WALK_2 = 0x43, 0x64  # pictures of monkeys that go left; those to the right follow them
-DYING, PUNCHED = 1, 2  # values of `scene`; the latter until the button is released
+STANDING = 0
+RIGHT = 8
+JUMPS = 64
+PUNCHES = 128
+# `pose` but for `RIGHT`
+CROUCHED = 20
+PUNCHING = 134
+FIST = 2  # columns
+RUNG = 8  # columns
+MOST_PLATFORMS = 20  # of a level
+# low nibbles of `monkey_state`
+DESCENDS = 1
+WALKS = 4
+WALK_1 = 0x43  # pictures of monkeys that go left
+WALK_2 = 0x64  # those to the right follow them
+DYING = 1  # values of `scene`
+PUNCHED = 2  # the latter until the button is released
 CHILD_X = ROM.bytes(BANK + 0xD8F, 8)
 PRIZE_ROW, PRIZE_X = (ROM.bytes(BANK + at, 24).reshape(4, 6)[:, :3] for at in (0xFA3, 0xFA6))
 PRIZE_PICTURES = ROM.bytes(BANK + 0xF97, 8)  # of the bell, of the fruits

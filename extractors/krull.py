@@ -43,18 +43,27 @@ WEDDING, LAIR, WEB, DESERT = range(4)  # `scene`
 STRIDES = 0x70  # least picture of the beast that is 12 columns wide
 SANK = 7  # `y` of Lyssa in the lair after she has given the weapon its flames
 RISEN = 0x40  # greatest `castle` of a castle
-WEAPON, LIFE = 0xE2, 0xE9  # `item`
+# `item`
+WEAPON = 0xE2
+LIFE = 0xE9
 STAR = 0x29  # `foe_picture` while the star is in the web in place of the spider
-TOP, BOTTOM = 18, 0x50  # least `shot_top` that is drawn; least `y` and `shot_top` that are not
+TOP = 18  # least `shot_top` that is drawn
+BOTTOM = 0x50  # least `y` and `shot_top` that are not
 SLANTED_FROM = 45  # the row in which a slanted shot would be at `shot_x`
 PEOPLE = Pictures.of(FIGURES)
-STAR_X, STAR_Y = np.array([20, 137] * 4), 2 * ROM.bytes(0x1F7A, 4).repeat(2) + 21
+STAR_X = np.array([20, 137] * 4)
+STAR_Y = 2 * ROM.bytes(0x1F7A, 4).repeat(2) + 21
 STAY = ("Score", "Life_HUD", "Weapon_HUD")  # on the title screen after a game
 MARES, SPIDERS = (ROM.pictures(range(0x900, 0x9F8), height) for height in (9, 10))
-FIELD, ABOVE_GROUND = (8, 16, 160, 173), (8, 16, 160, 172)
-ROW, COLUMN = np.repeat(np.arange(4), 16), np.tile(np.arange(16), 4)  # of the cage's pieces
-WALL_X, WALL_Y = 48 + 4 * COLUMN, 39 + 4 * ROW
-WALL_BYTE, WALL_BIT = 2 * ROW + COLUMN // 8, np.minimum(COLUMN, 15 - COLUMN)
+FIELD = (8, 16, 160, 173)
+ABOVE_GROUND = (8, 16, 160, 172)
+# of the cage's pieces
+ROW = np.repeat(np.arange(4), 16)
+COLUMN = np.tile(np.arange(16), 4)
+WALL_X = 48 + 4 * COLUMN
+WALL_Y = 39 + 4 * ROW
+WALL_BYTE = 2 * ROW + COLUMN // 8
+WALL_BIT = np.minimum(COLUMN, 15 - COLUMN)
 
 
 class Ram(RamMap):
@@ -230,7 +239,9 @@ BRIDE = (0x98, 0xA8, 0x88, 0xB8, 0x58, 0x68, 0x78, 0x48)
 OTHERS = {0, 6, 0x0E, 0x22, 0x42, 0xEE, 0xA0, *COLORS, *SLAYER, *BRIDE}
 STONES = tuple(sorted({*range(0, 256, 2)} - OTHERS))
 CASTLES = Bounds(((0xD8,), STONES), ((32, 16, 128, 44), (48, 97, 112, 145)), min_size=(64, 3))
-ITEM, ITEMS = (0xC8, 0xCE), (8, 157, 160, 164)  # the second colour while it can be taken
+# the second colour while it can be taken
+ITEM = (0xC8, 0xCE)
+ITEMS = (8, 157, 160, 164)
 figure = partial(Blobs, gap=(1, 1))
 PLAYER = figure((*COLORS, 0xEE), FIELD, shapes=Shape(w=(4, 16), h=(7, 16)))
 SLAYERS = figure(SLAYER, FIELD, shapes=Shape(w=(3, 8), h=(4, 17)))

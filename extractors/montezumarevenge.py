@@ -32,17 +32,44 @@ from ocjax.vision.rules import Blobs, Bounds, Gauge, Run, Runs
 from ocjax.vision.shapes import Shape
 
 ROM = Rom("montezuma_revenge", "3347a6dd59049b15a38394aa2dafa585")
-FONT, D000, FC00 = ROM.font(0xC08, rows=8, top_first=True), 0x1000, 0x1C00  # and offsets
-EXITS, PLAYS, FALLS, BLANK, STANDS, CLIMBS, SWINGS, STRIDES, SIDEWAYS = 2, 4, 7, 1, 8, 10, 14, 18, 2
-ROOMS, BONUS, HIDDEN, LONG_BEAMS, BRIDGE_OFF, TORCH, JUST_DIED = 24, 15, 19, 12, 36, 0x80, 91
+# and offsets
+FONT = ROM.font(0xC08, rows=8, top_first=True)
+D000 = 0x1000
+FC00 = 0x1C00
+EXITS = 2
+PLAYS = 4
+FALLS = 7
+BLANK = 1
+STANDS = 8
+CLIMBS = 10
+SWINGS = 14
+STRIDES = 18
+SIDEWAYS = 2
+ROOMS = 24
+BONUS = 15
+HIDDEN = 19
+LONG_BEAMS = 12
+BRIDGE_OFF = 36
+TORCH = 0x80
+JUST_DIED = 91
 LOWER = (0, 7, 12, 17, 18)  # rooms that begin a row later
-LADDER_TOP, TOP_FLOOR, LADDER_FOOT, FIRST_BEAM, DOOR = 0xFE, 0xEB, 0x86, 0xA3, 0x7C
+LADDER_TOP = 0xFE
+TOP_FLOOR = 0xEB
+LADDER_FOOT = 0x86
+FIRST_BEAM = 0xA3
+DOOR = 0x7C
 WESTS, EASTS = (ROM.bytes(0x1F00 + low, 12).tolist() for low in (0x56, 0x62))  # limits, by floor
-SKULL_ROOMS, SKULL_BASE, FAR_ROOM = (1, 5, 18), (0, 406, 0, 0, 0, 358, 309), 18
+SKULL_ROOMS = (1, 5, 18)
+SKULL_BASE = (0, 406, 0, 0, 0, 358, 309)
+FAR_ROOM = 18
 ROPES = (112, 96, 113, 135), (41, 97, 42, 122), (80, 96, 81, 147), (71, 96, 72, 144)
 BEAM_X = np.array((16, 36, 44, 60, 68, 88, 96, 112, 120, 140))
-BEAM_TOPS, BEAM_ENDS = (56, 57, 54, 55, 57, 54, 55, 56), (93, 90, 91, 92)  # by phase
-SHORT, LONG = ~((BEAM_X > 44) & (BEAM_X < 112)), (BEAM_X > 16) & (BEAM_X < 140)  # room 12: LONG
+# by phase
+BEAM_TOPS = (56, 57, 54, 55, 57, 54, 55, 56)
+BEAM_ENDS = (93, 90, 91, 92)
+# room 12: LONG
+SHORT = ~((BEAM_X > 44) & (BEAM_X < 112))
+LONG = (BEAM_X > 16) & (BEAM_X < 140)
 # Parts of the rooms: rooms, left, top, width, height; then runs of pixels by which VEM knows them:
 # colours (rock, ladder, both, door, force), left, width, row.
 STEP = ";8 4 {0} 12 4 S 8 4 {1} S 12 4 {1};8 144 {0} 12 4 S 148 4 {1} S 144 4 {1}"
@@ -68,7 +95,12 @@ LAYOUT = {
     ";18 36 95 88 6 S 44 8 100 S 52 8 100 S 36 8 100"
     + "".join(STEP.format(y, y + 1) for y in (103, 113, 123, 133, 153, 163)),
 }
-SUIT, SKIN, GREY, FORCE, GOLD, MAN = 0x46, 0xFA, 0x08, 0x8A, 0xFC, (0x46, 0x4A, 0x4C, 0xFA)
+SUIT = 0x46
+SKIN = 0xFA
+GREY = 0x08
+FORCE = 0x8A
+GOLD = 0xFC
+MAN = (0x46, 0x4A, 0x4C, 0xFA)
 ROCK, RUNGS = ROM.bytes(FC00 + 0x1FF, 12).reshape(2, 6).tolist()  # by depth and pyramid
 PAINT = {"R": (*ROCK, *MAN), "L": (*RUNGS, *MAN), "B": (*ROCK, *RUNGS, *MAN)}
 PAINT |= {"S": (*ROCK, *RUNGS), "D": (GOLD,), "F": (FORCE,)}
@@ -102,9 +134,19 @@ def _picture(offset: int) -> np.ndarray:
     return rows * (np.cumsum(rows == 0) == 0)
 
 
-NOTHING, JUMP, GONE = np.zeros(1, np.int32), 0xA5, 0x75  # low bytes of pictures
-RUBY, SWORD, AMULET, KEY, SKULL = 0x36, 0x3E, 0x4E, 0x2E, 0x17
-TORCHES, SNAKES, SPIDERS, FLAME = (0x68, 0x0A), (0xEE, 0xFC), (0x47, 0x57), 0x0A
+# low bytes of pictures
+NOTHING = np.zeros(1, np.int32)
+JUMP = 0xA5
+GONE = 0x75
+RUBY = 0x36
+SWORD = 0x3E
+AMULET = 0x4E
+KEY = 0x2E
+SKULL = 0x17
+TORCHES = (0x68, 0x0A)
+SNAKES = (0xEE, 0xFC)
+SPIDERS = (0x47, 0x57)
+FLAME = 0x0A
 OFFSETS = {RUBY: D000 + 0x136, SWORD: FC00 + 0x13E, AMULET: FC00 + 0x14E, KEY: FC00 + 0x12E}
 OFFSETS |= {SKULL: D000 + 0x217, 0x68: FC00 + 0x168, FLAME: D000 + 0x20A, 0xEE: D000 + 0x1EE}
 OFFSETS |= {0xFC: D000 + 0x1FC, 0x47: D000 + 0x147, 0x57: D000 + 0x157}
@@ -116,9 +158,12 @@ SINKS = ROM.bytes(D000 + 0x2F1, 16).tolist()  # rows by which a rolling skull is
 POSES = (0x03E, 0x075, 0x07B, 0x0A5, 0x000, 0x03E, 0x052, 0x07B, 0x090, 0x000, 0x02A)
 POSES += (0x0BA, 0x0C9, 0x0E7, 0x0FD, 0x2C8, 0x2DD)
 EXPLORERS = Pictures.of(_picture(D000 + p) if p != GONE else NOTHING for p in POSES)
-LIFTS, PAIR = ROM.bytes(0xFEF, len(POSES)).tolist(), np.zeros(256, np.int32)
+LIFTS = ROM.bytes(0xFEF, len(POSES)).tolist()
+PAIR = np.zeros(256, np.int32)
 PAIR[[p & 255 for p in POSES]] = [0, 1, 2, 3, 4, 5, 5, 7, 7, 9, 9, 11, 11, 13, 13, 15, 15]
-UPRIGHT, PAIRED, SECOND = 4, 5, tuple(p & 255 for p in POSES[6::2])
+UPRIGHT = 4
+PAIRED = 5
+SECOND = tuple(p & 255 for p in POSES[6::2])
 ARC = [v - 256 if v > 127 else v for v in ROM.bytes(FC00 + 0x247, 20).tolist()]  # of a jump
 
 

@@ -38,11 +38,15 @@ FONT = ROM.font(0x92B, rows=7, stride=8)
 PICTURES = ROM.pictures(range(0xE0C, 0xE0C + 19 * 22, 22), 10, top_first=True)
 FIRST_FRUIT = 12
 UP, RIGHT, DOWN, LEFT = range(4)  # ways
-EYES, EYES_ENTER_PEN, IN_PEN = 4, 6, 7  # modes of a ghost
+# modes of a ghost
+EYES = 4
+EYES_ENTER_PEN = 6
+IN_PEN = 7
 MOVES = 255  # `event` while everything moves
 NEW_LIFE = 35  # `event` from the start of another life or level on
 DYING = range(0x4E, 0x80)  # `event` while the player turns around
-SLOWED, EATS = 2, 3  # `chews` of the player after a pill, and on the frame on which it was eaten
+SLOWED = 2  # `chews` of the player after a pill
+EATS = 3  # and on the frame on which it was eaten
 
 # The ways out of every place, a bit each from UP in the highest: by maze, row and column. The two
 # halves of a maze mirror each other, and only the left one is here, with two columns beyond it.
@@ -71,15 +75,28 @@ BOUNCES = ROM.data[0x1DB2:0x1DCA].view(np.int8)
 BOUNCE_ASIDE, BOUNCE_DOWN, BOUNCE_UP = range(0, 24, 8)
 # Of 16 frames, a bit for those on which each of the ghosts takes a second step.
 SECOND_STEPS = np.array((0, 0x0040, 0x0404, 0x1101), np.int32)
-PEN_LEFT, PEN_MIDDLE, PEN_RIGHT, PEN_TOP, PEN_BOTTOM = 0x52, 0x58, 0x5E, 0x42, 0x50
+PEN_LEFT = 0x52
+PEN_MIDDLE = 0x58
+PEN_RIGHT = 0x5E
+PEN_TOP = 0x42
+PEN_BOTTOM = 0x50
 
-MAZES, GHOSTS, SCARED, ENDING = (74, 138, 8, 214), (38, 184, 88, 70), 150, 12  # colours
+# colours
+MAZES = (74, 138, 8, 214)
+GHOSTS = (38, 184, 88, 70)
+SCARED = 150
+ENDING = 12
 FRUITS = (68, 68, 54, 22, 68, 214, 40)
-PLAYER, LIFE, SCORE, FIELD, ICON_FIELD = 42, 24, 40, (0, 2, 160, 171), (100, 172, 160, 184)
+PLAYER = 42
+LIFE = 24
+SCORE = 40
+FIELD = (0, 2, 160, 171)
+ICON_FIELD = (100, 172, 160, 184)
 COLUMNS = (*range(8, 80, 8), *range(84, 156, 8))
 PILL_X = tuple(COLUMNS[column] for _, column in np.argwhere(USED).tolist())
 PILL_Y = tuple(7 + 12 * row for row, _ in np.argwhere(USED).tolist())
-POWER_X, POWER_Y = (148, 148, 8, 8), (146, 14, 147, 15)
+POWER_X = (148, 148, 8, 8)
+POWER_Y = (146, 14, 147, 15)
 
 
 class Ram(RamMap):

@@ -61,14 +61,27 @@ LOOKS = ROM.pictures([0xD00 + int(low) for low in LOOK_LOWS], 7)
 DYING = 4
 
 PATH_ROWS = 11  # steps from one row of the maze to the next
-TUNNEL, GOES = 0x20, 0x10  # bits of `state`: between top and bottom, and moving there
-UP, FACING = 3, (4, 12, 8, 0)  # ways, right, left, down and up, as compass points
-TUNNEL_END, ENTRY, ALL_ROWS = 98, 11, 6  # `y` below the maze, above it, and with all rows
+TUNNEL = 0x20  # bits of `state`: between top and bottom
+GOES = 0x10  # and moving there
+# ways, right, left, down and up, as compass points
+UP = 3
+FACING = (4, 12, 8, 0)
+TUNNEL_END = 98  # `y` below the maze
+ENTRY = 11  # above it
+ALL_ROWS = 6  # and with all rows
 MAZE_TOP = 9  # steps to the first row that shows
-START_TIME, EATEN = 60, 0xBA  # `time` at a new start, `ate` on the frame of it
-POWER_X, POWER_Y = (6, 6, 150, 150), (39, 171, 39, 171)
+START_TIME = 60  # `time` at a new start
+EATEN = 0xBA  # `ate` on the frame of it
+POWER_X = (6, 6, 150, 150)
+POWER_Y = (39, 171, 39, 171)
 POWER_BITS = (32, 16, 8, 4)
-GHOST, SCARED, CALMING, YELLOW, WAFER, GREEN, BLACK = 110, 222, 218, 46, 42, 86, 0
+GHOST = 110
+SCARED = 222
+CALMING = 218
+YELLOW = 46
+WAFER = 42
+GREEN = 86
+BLACK = 0
 FIELD = (0, 19, 160, 199)
 SCORE_LEFTS = range(63, 103, 8)
 

@@ -37,7 +37,10 @@ from ocjax.vision.shapes import Shape
 
 ROM = Rom("pitfall", "3e90cf23106f2e08b2781e41299de556")
 FONT = ROM.font(0xF00, rows=8)
-POSES, TALL, NO_ROW = 9, 22, 24  # Harry's pictures and their rows
+# Harry's pictures and their rows
+POSES = 9
+TALL = 22
+NO_ROW = 24
 
 
 def _harrys() -> Pictures:
@@ -54,23 +57,50 @@ HARRYS = _harrys()
 OBJECTS = Pictures.of([ROM.rows(0xD00 + low, 15) for low in range(0xF1)])
 SCORPIONS = Pictures.of([ROM.rows(0xD90 + 16 * i, 16) for i in range(2)])
 # Scenes: with a hole, with three, with a rope, with crocodiles, with a treasure; with tar or water.
-HOLE, HOLES, CROCODILES, TREASURES, TAR, WATER = 0, 1, 4, 5, (2, 5, 6), (3, 4, 7)
+HOLE = 0
+HOLES = 1
+CROCODILES = 4
+TREASURES = 5
+TAR = (2, 5, 6)
+WATER = (3, 4, 7)
 ROPES = ROM.bytes(0xCA1, 8).tolist()
 # Objects by their pictures: below which low byte.
-LOGS, FIRES, SNAKES, TEETH, BAGS, BARS, RINGS = 0x20, 0x40, 0x60, 0x80, 0xC0, 0xE0, 0xF0
-SILVER, GOLD = 1, 2
+LOGS = 0x20
+FIRES = 0x40
+SNAKES = 0x60
+TEETH = 0x80
+BAGS = 0xC0
+BARS = 0xE0
+RINGS = 0xF0
+SILVER = 1
+GOLD = 2
 VIEW = (8, 0, 160, 210)
-TOP, HANG, ROPE_TOP, ROPE_X = 72, 118, 65, 78  # first line of Harry; ends of a rope; where it hangs
-RUNS, SUNK, BELOW_AGAIN, FLOOR, ABOVE = 0x20, 0x36, 0x40, 0x56, 0xDF  # `y`; ABOVE: or more
+# first line of Harry; ends of a rope; where it hangs
+TOP = 72
+HANG = 118
+ROPE_TOP = 65
+ROPE_X = 78
+# `y`; ABOVE: or more
+RUNS = 0x20
+SUNK = 0x36
+BELOW_AGAIN = 0x40
+FLOOR = 0x56
+ABOVE = 0xDF
 TRUNKS = (48, 56, 64, 68)  # left columns of the left one of two in the middle, by `trees`
-EARLY, EARLY_ROW, LATE, LATE_ROW = 97, 20, 30, 45
-GROUND, BELOW = (
-    53,
-    (75, 60),
-)  # row that the ground hides, first one below it without and with a hole
-CLOSED, MARK, START, START_X = 0xFF, 0x80, 2000, 20
-FALLS, INTO_HOLE = 0x20, 0x1F  # `jump` and `stick` of one who falls, and falls into a hole
-LEFTS, RIGHTS = FONT.left.tolist(), FONT.right.tolist()
+EARLY = 97
+EARLY_ROW = 20
+LATE = 30
+LATE_ROW = 45
+GROUND = 53  # row that the ground hides
+BELOW = (75, 60)  # first one below it without and with a hole
+CLOSED = 0xFF
+MARK = 0x80
+START = 2000
+START_X = 20
+FALLS = 0x20  # `jump` and `stick` of one who falls
+INTO_HOLE = 0x1F  # and falls into a hole
+LEFTS = FONT.left.tolist()
+RIGHTS = FONT.right.tolist()
 
 SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
 
@@ -209,8 +239,21 @@ def _timer(m: Ram) -> Box:
     return box(left, 22, right - left, 8, value=60 * m.minutes + m.seconds)
 
 
-HAIR, FACE, SHIRT, LEGS, BLACK, BROWN, WHITE, SHINE = 0x12, 0x4A, 0xC8, 0xD2, 0, 0x10, 0x0C, 0x0E
-GRAY, SILVERY, GOLDEN, RED, GREEN, EARTH, BLUE = 4, 6, 0x1E, 0x42, 0xD0, 0x14, 0xA4
+HAIR = 0x12
+FACE = 0x4A
+SHIRT = 0xC8
+LEGS = 0xD2
+BLACK = 0
+BROWN = 0x10
+WHITE = 0x0C
+SHINE = 0x0E
+GRAY = 4
+SILVERY = 6
+GOLDEN = 0x1E
+RED = 0x42
+GREEN = 0xD0
+EARTH = 0x14
+BLUE = 0xA4
 HARRY = Bounds((HAIR, FACE, SHIRT, LEGS), (8, 66, 160, 181), exclude=("Logs", "MoneyBag"))
 ground = functools.partial(Blobs, region=(8, 117, 160, 134), shapes=Shape(w=(5, 8), h=(8, 15)))
 still = functools.partial(Bounds, regions=(113, 117, 142, 134), min_size=(5, 10))

@@ -23,17 +23,26 @@ from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.rules import Bounds
 
 COURT = (0, 34, 160, 194)
-WHITE, GREEN, ORANGE = (14, 210), (200, 138), (56, 250)  # in play, in the screen saver
-WHITE_RGB, GREEN_RGB, ORANGE_RGB = (236, 236, 236), (92, 186, 92), (213, 130, 74)
+# in play, in the screen saver
+WHITE = (14, 210)
+GREEN = (200, 138)
+ORANGE = (56, 250)
+WHITE_RGB = (236, 236, 236)
+GREEN_RGB = (92, 186, 92)
+ORANGE_RGB = (213, 130, 74)
 
 FONT = hex_font(DIGITS_3X5, dots=3, dot=(4, 4), pitch=16)
-PLAYER_DIGITS, ENEMY_DIGITS = (100, 116), (20, 36)  # left columns
+# left columns
+PLAYER_DIGITS = (100, 116)
+ENEMY_DIGITS = (20, 36)
 SCORE_TOP = 1
 
 NEW_GAME = 60  # of `begin`: on this frame the ball is still where the console's start left it
 NEW_GAME_BALL = (2, 45)
 POINT_MADE = 63  # of the pause: on this frame the digits are still those before the point
-ENEMY, PLAYER = 0, 1  # as `scorer` names them
+# as `scorer` names them
+ENEMY = 0
+PLAYER = 1
 
 
 class Ram(RamMap):

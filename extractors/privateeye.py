@@ -39,7 +39,10 @@ SECOND = 0x1000  # offset of the second bank
 FONT = ROM.font(SECOND | 0xE00, rows=8)
 
 KINDS = 33
-ALLEY_KIND, WOODS_KIND, FIRST_ITEM, BADGUY = 6, 5, 20, 28
+ALLEY_KIND = 6
+WOODS_KIND = 5
+FIRST_ITEM = 20
+BADGUY = 28
 HEIGHTS = ROM.bytes(0x6DF, KINDS).astype(int) - 1
 PLACES = (ROM.bytes(0xCA7, KINDS).astype(int) & 15) << 8 | ROM.bytes(0xC86, KINDS)
 MOST_CUT = 16  # rows that a window hides
@@ -65,7 +68,10 @@ GROUPS = {
     "Clue": (30, 31),
     "Knife": (32,),
 }
-FIRST, FIRST_TWO, EACH = slice(0, 3), slice(0, 6), slice(0, 9, 3)  # copies of records; one of each
+# copies of records; one of each
+FIRST = slice(0, 3)
+FIRST_TWO = slice(0, 6)
+EACH = slice(0, 9, 3)
 SLOTS = dict.fromkeys(GROUPS, slice(1)) | {
     "Pottet_Plant": FIRST_TWO,
     "Brick": FIRST_TWO,
@@ -80,11 +86,14 @@ SIGNS = {"Police_Sign": (24,), "Bank_Sign": (20,), "Gun_Sign": (16,)}
 SHOPS = 17, 18, 19, 21, 22, 23  # kinds of scenes
 FALLS = 5, 6  # scenes in which only the first two records are drawn
 STARTS = 1000  # points at the beginning
-CAR_BASE, EAST, WEST = 0x13, 4, 12
+CAR_BASE = 0x13
+EAST = 4
+WEST = 12
 LOOKS = np.array((0, 3, 4, 8, 9, 12, 13))  # the other seven of 14 are parts of these
 LOW_BYTES, PAGES, COLORS = ROM.bytes(SECOND | 0xD7F, 3 * 14).reshape(3, 14)[:, LOOKS].astype(int)
 APART = (LOW_BYTES - COLORS & 255).tolist()  # tells the looks apart
-HIGHEST, ROWS = 200, 0x24  # more rows of lift are less than none; rows of the detective's picture
+HIGHEST = 200  # more rows of lift are less than none
+ROWS = 0x24  # rows of the detective's picture
 
 
 def _detective() -> Pictures:
@@ -216,7 +225,9 @@ def _clock(m: Ram) -> Box:
 
 
 facing = functools.partial(Category, attributes=("orientation",))
-LOW, UPPER, HOUSE = (8, 140, 160, 183), (8, 50, 160, 70), (8, 50, 160, 183)
+LOW = (8, 140, 160, 183)
+UPPER = (8, 50, 160, 70)
+HOUSE = (8, 50, 160, 183)
 BRICKS_AT = {  # columns of the bricks of walls, by row
     71: (36, 56, 100, 120),
     77: (32, 52, 68, 88, 104, 124),
@@ -231,7 +242,8 @@ figure = functools.partial(
 )
 DETECTIVES = figure((8, 50, 160, 165), shapes=Shape(w=(7, 22), h=(7, 40)), first=(0, 0x1E, 0x82))
 CARS = Blobs(0, (8, 110, 160, 183), Shape(w=(8, 28), h=(8, 17)), gap=(1, 1))
-ALLEY, WOODS = (0x06, 0x0A, 0x86), (0x14,)
+ALLEY = (0x06, 0x0A, 0x86)
+WOODS = (0x14,)
 PASSAGES = Bounds((ALLEY, WOODS), ((64, 140, 96, 172), (64, 167, 96, 172)), (30, 5))
 ON_GROUND = (8, 172, 160, 181)
 BARRIERS = Blobs((0x1E, 0), LOW, Shape(w=(5, 8), h=(17, 18)))
@@ -264,7 +276,8 @@ RULES = BARRIERS, MUDS, PLANTS, BRICKS, PIECES, DOVES, LIZARDS, GUYS, HEADS, CLU
 sign = functools.partial(Bounds, regions=(64, 29, 96, 50), min_size=(30, 20))
 POINTS = Bounds(0x0E, (58, 8, 106, 16), value=Digits(FONT, range(58, 106, 8), 8, base=-STARTS))
 CLOCK = Bounds(0x0E, (58, 19, 98, 27), value=Digits(FONT, (58, 66, 82, 90), 19, (600, 60, 10, 1)))
-CARRIED, NOWHERE = (138, 28, 150, 46), (0, 0, 1, 1)
+CARRIED = (138, 28, 150, 46)
+NOWHERE = (0, 0, 1, 1)
 LARGER = {"Gun": ("Comb", "Shoe_Sole"), "Button": ("Necklace",)}  # things of the same colours
 
 

@@ -42,21 +42,38 @@ TARGETS = ROM.bytes(0xE24, 21)  # colour that all cubes have to get, by the roun
 CUBE_COLORS = tuple(sorted({int(c) & 0xFE for c in ROM.bytes(0xE24, 0x20)[:30]}))
 PICTURES = ROM.pictures(range(0xF00, 0x1000), 22)
 
-BALL, SQUASHED, SAM, COILY, NOTHING, CURSE = 0x11, 0x00, 0x26, range(0x3B, 0xA6), 0x07, 0xA6
-RED, PURPLE, GREEN, CURSING, ORANGE = 0x44, 0x66, 0xC4, 0xFE, 0x34
-GAME_OVER, MOST_ICONS = 0xFE, 5
+BALL = 0x11
+SQUASHED = 0x00
+SAM = 0x26
+COILY = range(0x3B, 0xA6)
+NOTHING = 0x07
+CURSE = 0xA6
+RED = 0x44
+PURPLE = 0x66
+GREEN = 0xC4
+CURSING = 0xFE
+ORANGE = 0x34
+GAME_OVER = 0xFE
+MOST_ICONS = 5
 CRY = 0x12, 0x14, 2  # `sound`, `tune`, `pause` on the frame on which a fall costs a life
-RIDES, FALLS = 1, 0x80  # `travel`: on a disk; this or more: down
-UPWARD, SINKS = 22, 6  # `pose`; greatest `hop` with squashed balls
-MIDDLE, START = 77, 0x19  # `player_x` and `player_y` on the highest cube
-SUMMIT, LEAP = (76, 10), 0x51  # where Coily is on the highest cube, and his picture there
+RIDES = 1  # `travel`: on a disk
+FALLS = 0x80  # this or more: down
+UPWARD = 22  # `pose`
+SINKS = 6  # greatest `hop` with squashed balls
+# `player_x` and `player_y` on the highest cube
+MIDDLE = 77
+START = 0x19
+SUMMIT = (76, 10)  # where Coily is on the highest cube
+LEAP = 0x51  # and his picture there
 STEPS = np.zeros(16, np.int32)  # of the game, modulo 8, by `dice`
 for _i, _dice in enumerate((0, 1, 6, 15, 12, 13, 2, 11, 8, 9, 14, 7, 4, 5, 10, 3)):
     STEPS[_dice] = _i // 2
 
 ROW = np.arange(5)
 WINDOWS = np.array([39, 67, 96, 125, 155])  # first line of what hops in a row
-LATE, LATE_END = 3, 82  # row whose sprites are a line lower on the left of a column
+# row whose sprites are a line lower on the left of a column
+LATE = 3
+LATE_END = 82
 CUBES = tuple(
     (x, y, x + 20, y + 5)
     for y, lefts in {

@@ -40,24 +40,48 @@ from ocjax.vision.shapes import Shape
 ROM = Rom("riverraid", "393948436d1f4cc3192410bb918f9724")
 FONT = ROM.font(0xB00, rows=8)
 
-VIEW, MISSILE_VIEW = (8, 2, 160, 163), (8, 2, 160, 145)
+VIEW = (8, 2, 160, 163)
+MISSILE_VIEW = (8, 2, 160, 145)
 JET, HELICOPTER, TURNED_ROTOR, TANKER, BRIDGE, HOUSE, DEPOT = range(4, 11)
-MIDDLE, HOUSE_ROW = 80, -13  # a row of the view; row whose colour is a house's
+MIDDLE = 80  # a row of the view
+HOUSE_ROW = -13  # row whose colour is a house's
 COLORS = {JET: 156, HELICOPTER: 176, TANKER: 50, HOUSE: 12, DEPOT: 12}  # of most of their dots
-HIT, RAMMED = 1, 2  # kinds of what the missile, or the player, has just hit
+# kinds of what the missile, or the player, has just hit
+HIT = 1
+RAMMED = 2
 ZOOM = (1, 1, 1, 2, 4, 2, 1)  # pixels of a dot by kind
-BRIDGE_POINTS, HELICOPTER_POINTS, NO_POINTS = 0x28, 0x30, 0xF3  # `points`
-CRASH, WAITING = 0xDF, 0x30  # `mode` on the frame of a crash, and before the first move of a life
-STRAIGHT, TURNED = 0xBB, 0xCD  # `look` of the player
-OFF, FIRED, SPEED = 0xB4, 0x0D, 6
-MOVES, FLIPPED = 0x40, 0x10  # bits of `block`
+# `points`
+BRIDGE_POINTS = 0x28
+HELICOPTER_POINTS = 0x30
+NO_POINTS = 0xF3
+CRASH = 0xDF  # `mode` on the frame of a crash
+WAITING = 0x30  # and before the first move of a life
+# `look` of the player
+STRAIGHT = 0xBB
+TURNED = 0xCD
+OFF = 0xB4
+FIRED = 0x0D
+SPEED = 6
+# bits of `block`
+MOVES = 0x40
+FLIPPED = 0x10
 HORIZONTAL = 12  # of a joystick's bits: right and left, 1 where it is not pressed
-EAST, WEST = 4, 12
-WATER, PLAYER, NEEDLE, BLACK, WHITE, TREE, TRUNK, RED = 0x84, 28, 30, 0, 12, 218, 16, 72
+EAST = 4
+WEST = 12
+WATER = 0x84
+PLAYER = 28
+NEEDLE = 30
+BLACK = 0
+WHITE = 12
+TREE = 218
+TRUNK = 16
+RED = 72
 SCORE_LEFTS = range(56, 104, 8)
 NEEDLE_X = 68  # of the needle where there is no fuel
 FUEL_STEP = 8  # fuel for each column
-RING, RECORDS, ROWS = 8, 6, 24
+RING = 8
+RECORDS = 6
+ROWS = 24
 HIDDEN = -21  # `y` of the highest block while it is not drawn yet
 
 

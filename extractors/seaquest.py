@@ -39,20 +39,33 @@ from ocjax.vision.shapes import Shape
 ROM = Rom("seaquest", "240bfbac5163af4df5ae713985386f92")
 FONT = ROM.font(0xE00, rows=8)
 
-YELLOW, GOLD, RED, WHITE, BLACK, GRAY, SEA_BLUE, NAVY = 26, 24, 50, 12, 0, 8, 134, 130
+YELLOW = 26
+GOLD = 24
+RED = 50
+WHITE = 12
+BLACK = 0
+GRAY = 8
+SEA_BLUE = 134
+NAVY = 130
 FLASH = 14
 SHARK_COLORS = tuple(int(c) & 0xFE for c in ROM.bytes(0xF0F, 8))
 """Colour of the sharks by the lowest bits of the level."""
-VIEW, SEA = (8, 0, 160, 210), (8, 57, 160, 162)
+VIEW = (8, 0, 160, 210)
+SEA = (8, 57, 160, 162)
 LANES = tuple((8, 137 - 24 * lane, 160, 152 - 24 * lane) for lane in range(4))
-LANE, PLACE = np.arange(12) // 3, np.arange(12) % 3
-LANE_Y, LANE_ROWS = 137 - 24 * np.arange(4), 15
-ICONS_X, SCORE_LEFTS = 58 + 8 * np.arange(6), range(58, 106, 8)
+LANE = np.arange(12) // 3
+PLACE = np.arange(12) % 3
+LANE_Y = 137 - 24 * np.arange(4)
+LANE_ROWS = 15
+ICONS_X = 58 + 8 * np.arange(6)
+SCORE_LEFTS = range(58, 106, 8)
 BAR = (49, 170, 112, 175)
 SUBMARINE = 4  # `look`, or more; sharks have less
 FLASHES = 15  # least `dying` at which the submarine is whole
-SURFACE, FOOT = 13, (53, 57)  # `y` at the surface; rows at the foot of the waves
-EAST, WEST = 4, 12
+SURFACE = 13  # `y` at the surface
+FOOT = (53, 57)  # rows at the foot of the waves
+EAST = 4
+WEST = 12
 
 
 def _rows(pointers: int, index: int, height: int) -> np.ndarray:

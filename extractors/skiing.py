@@ -40,7 +40,9 @@ ROM = Rom("skiing", "b76fbadc8ffb1f83e2ca08b6fb4d6c9f")
 DIGIT_ROWS = ROM.bytes(0x700, 7 * 16).reshape(7, 16)[::-1, :10]  # of all digits, the top ones first
 FONT = Font(tuple(map(tuple, DIGIT_ROWS.T.tolist())), dots=6)
 
-SKIING, ENDED = 0, 255  # `state`
+# `state`
+SKIING = 0
+ENDED = 255
 EVENT = 224  # `event` on the frame of a crash or of a passed gate
 GATE, MOGUL, TREE = range(3)  # what a record shows
 LAST_GATE = 4  # kind of a record
@@ -49,11 +51,16 @@ MIRRORED = 4  # kind, or more, of a record whose x counts from the right border
 NO_OBJECT = 32  # `last_row`, or more
 WIDE_TREE = 16  # rows at the foot of a tree that are drawn twice as wide as the rows above
 STRAIGHT = 7  # slope: straight down
-DOWN, LYING = 3, 4  # poses; before them those for lesser slopes
+DOWN = 3  # poses
+LYING = 4  # before them those for lesser slopes
 
 FIELD = (8, 32, 152, 178)
-PINK, BLUE, RED, BLACK = 72, 134, 68, 0
-GRAYS, GREENS = (10, 12), (198, 212, 214, 218)
+PINK = 72
+BLUE = 134
+RED = 68
+BLACK = 0
+GRAYS = (10, 12)
+GREENS = (198, 212, 214, 218)
 
 # Of the slots of Flag, Mogul and Tree: what they show, their record, the distance from its x, and
 # their colour, if it is not the last gate's.

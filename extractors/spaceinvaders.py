@@ -40,13 +40,23 @@ from ocjax.vision.shapes import Shape
 ROM = Rom("space_invaders", "72ffbef6504b75e69ee1045af9075f66")
 FONT = ROM.font(0xF54, rows=5, dots=3, dot=(4, 2), pitch=16)  # all digits are equally wide
 
-YELLOW, RED, PURPLE, GREEN, BROWN, GRAY = 20, 52, 82, 196, 246, 6
+YELLOW = 20
+RED = 52
+PURPLE = 82
+GREEN = 196
+BROWN = 246
+GRAY = 6
 FIELD = (0, 22, 160, 195)
-SCORES, CANNONS = (0, 8, 160, 22), (0, 185, 160, 195)
+SCORES = (0, 8, 160, 22)
+CANNONS = (0, 185, 160, 195)
 SHIELDS = tuple((left, 157, left + 32, 175) for left in (30, 62, 94))  # they move in some modes
 
-ROWS, COLUMNS = np.arange(36) // 6, np.arange(36) % 6  # of the aliens' slots
-ALIEN_X, ALIEN_Y = 16, 18  # pixels from one to the next
+# of the aliens' slots
+ROWS = np.arange(36) // 6
+COLUMNS = np.arange(36) % 6
+# pixels from one to the next
+ALIEN_X = 16
+ALIEN_Y = 18
 SHIELD_ROWS = 9
 
 NO_SAUCER = 180  # `saucer_x`
@@ -55,7 +65,10 @@ DEATH_BEGINS = 0x81  # `clock`, on this frame and the next
 GONE = 0x70  # `y`, or more, of no bullet
 TOUCHED = 0x7C  # `bullet_step` after a bullet hit something
 # Steps of the bullet counter at the top of the screen, at the shields, at the ground.
-SKY, SHIELD_TOP, SHIELD_END, GROUND = 8, 73, 83, 86
+SKY = 8
+SHIELD_TOP = 73
+SHIELD_END = 83
+GROUND = 86
 
 
 class Ram(RamMap):

@@ -34,14 +34,25 @@ from ocjax.vision.shapes import Shape
 
 ROM = Rom("tennis", "42cdd6a9e42a3639e190722b8ea3fc51")
 FIELD = (8, 14, 160, 192)  # columns 0-7 are blanked by the beam
-PINK, BLUE, WHITE, SHADE = 0x4C, 0x8C, 0x0E, 2
-HEIGHT, ENDS = 23, (166, 167)  # rows of a player; row of the top and y together: far, near
-SWINGS, WIDTHS = (0x84, 0x6C, 0x5B), (12, 15, 16, 13)  # pictures of the racket; with the body
-NEAR, FAR = range(2, 78), range(91, 172)  # `ball_y` at the ends; the net hides it between them
+PINK = 0x4C
+BLUE = 0x8C
+WHITE = 0x0E
+SHADE = 2
+HEIGHT = 23  # rows of a player
+ENDS = (166, 167)  # row of the top and y together: far, near
+SWINGS = (0x84, 0x6C, 0x5B)  # pictures of the racket
+WIDTHS = (12, 15, 16, 13)  # with the body
+NEAR = range(2, 78)  # `ball_y` at the ends
+FAR = range(91, 172)  # the net hides it between them
 NET_TOP = 99
 GAME_POINTS = 4
-SCORE_TOP, SCORE_ROWS, HALF_X, APART = 5, 7, 40, (64, 16)  # columns from one score to the other
-EAST, WEST = 4, 12
+# columns from one score to the other
+SCORE_TOP = 5
+SCORE_ROWS = 7
+HALF_X = 40
+APART = (64, 16)
+EAST = 4
+WEST = 12
 
 
 def _texts() -> list[int]:

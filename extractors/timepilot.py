@@ -48,28 +48,51 @@ ERAS = "Green", "Black", "Yellow", "Blue", "Orange"
 HEAVEN, CLOUDS, JET, ENEMY = (
     ROM.bytes(at, 5).tolist() for at in (0xD88, 0xD8D, 0xD92, 0xD97)
 )  # colours by era
-WARP_WHITE, GOLD, TEXT, VIOLET, RED = 0x0E, 0x2A, 0x28, 0x8A, 0x42
+WARP_WHITE = 0x0E
+GOLD = 0x2A
+TEXT = 0x28
+VIOLET = 0x8A
+RED = 0x42
 UNUSED = (ENEMY[0], 3, 5, 7, 9)  # stand for the enemies of other eras; no frame has the odd ones
 PAGES = [int(page) for page in ROM.bytes(0xE3E, 5)]  # of the enemies' pictures by era
-FIRST_PAGE, N_PAGES, ANIMATED = 0xD8, 7, (2, 4)  # eras with two pages
-EAST_PICTURE, BOSS_PICTURE, EXPLOSION = 0x4C, 0xC6, 0xA6
+# eras with two pages
+FIRST_PAGE = 0xD8
+N_PAGES = 7
+ANIMATED = (2, 4)
+EAST_PICTURE = 0x4C
+BOSS_PICTURE = 0xC6
+EXPLOSION = 0xA6
 LOOKS = (*(int(p) for p in ROM.bytes(0xDD8, 8)), BOSS_PICTURE, EXPLOSION)  # eight ways first
-BOSS, EXPLODES = 8, 9  # of LOOKS
+# of LOOKS
+BOSS = 8
+EXPLODES = 9
 JET_LOOKS = tuple(int(p) for p in ROM.bytes(0xECD, 8))  # by way
-JET_EXPLODES, JET_GONE = 0x7C, 0x8C  # `look`
+# `look`
+JET_EXPLODES = 0x7C
+JET_GONE = 0x8C
 
-SKY, LANE = (0, 33, 160, 177), 16
+SKY = (0, 33, 160, 177)
+LANE = 16
 LATE = 20  # least `x` at which the picture is set before the first row is over
 NOSE = (76, 97, 84, 113)  # around the jet
-READY, FLIES = 1, 2  # `state`
+# `state`
+READY = 1
+FLIES = 2
 BLANKED = 0x80  # least `idle` of a blank screen
-HIT, MOTHER = 0x80, 0x40  # of `flags`
-DONE, SHOWN = 0x40, 0x80  # of `player`: the era is over, the texts were shown
+# of `flags`
+HIT = 0x80
+MOTHER = 0x40
+DONE = 0x40  # of `player`: the era is over
+SHOWN = 0x80  # the texts were shown
 STEP_X = np.array([0, 4, 4, 4, 0, -4, -4, -4]).tolist()  # of shots, by way
 STEP_Y = np.array([4, 4, 0, -4, -4, -4, 0, 4]).tolist()  # upwards
-SPAWN, MOVES = 5, (2, 7)  # of the clock, modulo 8: enemies shoot, shots move
+# of the clock, modulo 8: enemies shoot, shots move
+SPAWN = 5
+MOVES = (2, 7)
 HIGHEST_SHOT = 0x8E
-CLOUD_PLACES, CLOUD_ROWS = 21, range(0, 28, 4)  # of the clouds across and of their rows in a lane
+# of the clouds across and of their rows in a lane
+CLOUD_PLACES = 21
+CLOUD_ROWS = range(0, 28, 4)
 
 REVERSED = np.array([int(f"{byte_:08b}"[::-1], 2) for byte_ in range(256)])
 ENEMY_ROWS = [

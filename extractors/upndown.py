@@ -54,18 +54,35 @@ from ocjax.vision.shapes import Shape
 FONT = ROM.font(BANK + 0xF01, rows=7, stride=8)
 
 VIEW = (8, 27, 160, 194)
-PLAYER, FLAG, COLLECTABLE = 0x10, 8, 0x18  # `kind`
-CAR_LOOK, FLAG_LOOK, COLLECTABLE_LOOK = 3, 4, 5  # in `PICTURES`; the player's is that of a car
-LANDED, TAKEOFF, SINKS = 24, 255, 224  # `jump`
-NEAR, ROWS, FAR = 4, 16, 255  # rows between sprites, of a picture, and where there is none
-SPACE, BOTTOM = 24, 0x98  # rows that a sprite out of the way needs, and where they end
+# `kind`
+PLAYER = 0x10
+FLAG = 8
+COLLECTABLE = 0x18
+# in `PICTURES`; the player's is that of a car
+CAR_LOOK = 3
+FLAG_LOOK = 4
+COLLECTABLE_LOOK = 5
+# `jump`
+LANDED = 24
+TAKEOFF = 255
+SINKS = 224
+NEAR = 4  # rows between sprites
+ROWS = 16  # of a picture
+FAR = 255  # and where there is none
+SPACE = 24  # rows that a sprite out of the way needs
+BOTTOM = 0x98  # and where they end
 RIGHT = 142  # from this column on, the last row of a picture is cleared before it is drawn
 LAST_ROW = 0x9E  # beyond it a record begins anew
 START_ROWS = ROM.bytes(BANK + 0xA84, 3)  # `y` of the other cars
 MOST = 3  # columns that the player moves in a frame
-DYING, LIFE_TAKEN = 0x40, 0x20  # `pause` and `attract` on the frame of a lost life
-STARTING, IDLE = (0x3F, 0x40), 0x22  # likewise while a text replaces the score
-BLACK, GREY = 0, 10
+# `pause` and `attract` on the frame of a lost life
+DYING = 0x40
+LIFE_TAKEN = 0x20
+# likewise while a text replaces the score
+STARTING = (0x3F, 0x40)
+IDLE = 0x22
+BLACK = 0
+GREY = 10
 CAR_COLORS = (56, 72, 200, 168, 104, 120, 136, 152)
 FLAG_COLORS = (118, 102, 86, 70, 54, 38, 134)  # but one, which the road has, too
 HUD_COLORS = (116, 20, 100, 84, 68, 52, 36, 132)

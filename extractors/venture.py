@@ -42,11 +42,21 @@ ROWS = (5, 7, 9, 13)  # rows of pictures, two lines each
 PAGE = np.append(ROM.bytes(0xE00, 256), ROM.bytes(0xF00, 16))
 PICTURES = Pictures.of(PAGE[low : low + rows] for rows in ROWS for low in range(256))
 SPEEDS = ROM.bytes(0xE48, 8).tolist()  # by the lowest bits of `status`
-SPRITE, FIRST_LINE = np.arange(6), np.array((26, 27, 27, 26, 27, 27))
+SPRITE = np.arange(6)
+FIRST_LINE = np.array((26, 27, 27, 26, 27, 27))
 THIRDS = (7, 7, 7, 1, 1, 1, 1, 1, 7, 7)  # shift of the third sprite of a frame, by room
-DOT, PAUSED, BEGINS, START, FULL = 6, 0x80, 0x40, (0x44, 0x4C), 3
+DOT = 6
+PAUSED = 0x80
+BEGINS = 0x40
+START = (0x44, 0x4C)
+FULL = 3
 SPLITS = (0x28, 0x26)  # rows in which the halls have the third sprite from
-WALLS_ROOM, HALLS, GONE, NO_GUEST, DEAD, COUNTER_TURN = 3, (8, 9), 0x51, 0x80, 0xF2, 1
+WALLS_ROOM = 3
+HALLS = (8, 9)
+GONE = 0x51
+NO_GUEST = 0x80
+DEAD = 0xF2
+COUNTER_TURN = 1
 MONSTERS = {"Skeleton": 0, "Goblin": 1, "Serpant": 2, "TwoHeaded": 4, "Troll": 5, "Dragon": 6}
 MONSTERS |= {"Spider": 7}
 COLORS = ("Purple", "Yellow", "Pink", "Grey", "Green")  # of treasures, by rooms
@@ -209,8 +219,16 @@ def _moves(m: Ram) -> tuple[jax.Array, jax.Array]:
     return way * dx, way * jnp.where(down, 1, jnp.where(up, -1, 0))
 
 
-WALL_COLORS, PINK_FACE, GREEN, BLUE, GREY = (0x54, 0x94), 0x42, 0xD4, 0x74, 4
-ORANGE, GOLD, RED, PINKS, EMERALD = 0x34, 0x14, 0x44, (0x52, 0x54), 0xC4
+WALL_COLORS = (0x54, 0x94)
+PINK_FACE = 0x42
+GREEN = 0xD4
+BLUE = 0x74
+GREY = 4
+ORANGE = 0x34
+GOLD = 0x14
+RED = 0x44
+PINKS = (0x52, 0x54)
+EMERALD = 0xC4
 BIG = Shape(w=(5, 8), h=(10, 16))
 DEAD_SHAPE = replace(BIG, pixels=(78, 82))
 field = functools.partial(Blobs, region=(0, 24, 160, 186))

@@ -39,7 +39,10 @@ GLYPHS = "75557", "62227", "71747", "71317", "55711", "74717", "74757", "71222",
 FONT = hex_font(GLYPHS, dots=3, dot=(4, 2), pitch=16)
 NUMBERS = ROM.font(0xC00, rows=7, stride=8, dots=7, shift=1, dot=(1, 2), top_first=True)
 
-WHITE, GOLD, YELLOW, BLUE = 0x0E, 0x2A, 0xF8, 0x76
+WHITE = 0x0E
+GOLD = 0x2A
+YELLOW = 0xF8
+BLUE = 0x76
 SAVER_MASK = 0xF7  # the saver drops a bit, which yellow has in play and blue has not
 FLASHES = range(0, 0x4A, 2)  # what all colours are XORed with
 COLORS = {
@@ -56,21 +59,38 @@ COLORS = {
     "LifeUsed": YELLOW,
     "Score": YELLOW,
 }
-DIAMOND, SPINS, LOGO, LIT, CROSS = 0x50, (0x57, 0x5E, 0x65, 0x6C), 0x73, 0x7B, 0x83  # pictures
+# pictures
+DIAMOND = 0x50
+SPINS = (0x57, 0x5E, 0x65, 0x6C)
+LOGO = 0x73
+LIT = 0x7B
+CROSS = 0x83
 PICTURES = ROM.pictures(
     [0xC00 | at for at in (*range(0, 0x50, 8), DIAMOND, *SPINS, LOGO, LIT, CROSS)],
     7,
     top_first=True,
 )
-AT_DIAMOND, AT_SPINS, AT_LOGO, AT_LIT, AT_CROSS = 10, 11, 15, 16, 17  # in PICTURES
+# in PICTURES
+AT_DIAMOND = 10
+AT_SPINS = 11
+AT_LOGO = 15
+AT_LIT = 16
+AT_CROSS = 17
 FRAMES_AT = np.array((72, 40, 104)), np.array((48, 112, 112))  # columns and rows of the bumpers
 FIRST = 8  # of the numbers' pictures
-HIT_TARGET, ALL_HIT = 0xC1, 0x8D  # `sound` on the frame of these
-TARGET_LEFT, TARGET_RIGHT = 0x48, 0x58  # columns that tell which target the ball has hit
+# `sound` on the frame of these
+HIT_TARGET = 0xC1
+ALL_HIT = 0x8D
+# columns that tell which target the ball has hit
+TARGET_LEFT = 0x48
+TARGET_RIGHT = 0x58
 PLUNGED = 149, 132  # the ball in front of the plunger
 UNCHECKED = 4  # rows, modulo 16, at which the drawing does not look at the plunger
-PICTURE_ROWS, LATE_COLUMN = range(24, 168), 13  # where the ball changes late
-GONE, DEEP = 96, 97  # `ball_row` of a ball that was lost, and of one below the screen
+# where the ball changes late
+PICTURE_ROWS = range(24, 168)
+LATE_COLUMN = 13
+GONE = 96  # `ball_row` of a ball that was lost
+DEEP = 97  # and of one below the screen
 
 
 def _extents(left: int, right: int) -> list[list[int]]:

@@ -42,26 +42,42 @@ ROM = Rom("yars_revenge", "c5930d0e8cdae3e037349bfa08e871be")
 FONT = ROM.font(0xE00, rows=7, stride=8)
 number = functools.partial(score_box, FONT, right=103)
 
-SHIELD_DRAWN, ZONE_DRAWN, EXPLOSION_DRAWN, SCORE_DRAWN = 0xFF, 0x6B, 0xD5, 0x1B  # `stack`
+# `stack`
+SHIELD_DRAWN = 0xFF
+ZONE_DRAWN = 0x6B
+EXPLOSION_DRAWN = 0xD5
+SCORE_DRAWN = 0x1B
 WAITING = 6  # `status` between two rounds
 NEW_ROUND = 0x8A  # `stack` after the fire button has ended the display of the score
 THROWN_BACK = (0xD9, 0xE6, 0xEC)  # `stack` after the Yar has touched the shield
-LIFE_LOST, LAST_PICTURE = (0x9A, 0xA3), 0x59  # `stack` when the Yar has dissolved; its `look`
+LIFE_LOST = (0x9A, 0xA3)  # `stack` when the Yar has dissolved
+LAST_PICTURE = 0x59  # its `look`
 SHOT_HIT = (0x1D, 0x37, 0x3F, 0x47, 0x50)  # `stack` after a shot was compared with the shield
-FIRST_SWIRL, QOTILE = 0xC4, 0xDF  # `enemy_look`
-HIT, EXPLODES = 0xC0, 0x40  # `explosion` on the frame of a hit, and a bit of it
-HOME_X, LAUNCH_X, NO_CANNON = 0x96, 0x9A, 0xF0  # of the Qotile, its missile; `cannon_y`
-YAR, SWIRLS, SHIELDS = 0x7C, (0x34, 0x86, 0xD8), (0x32, 0x06, 0x74, 0x58)
+# `enemy_look`
+FIRST_SWIRL = 0xC4
+QOTILE = 0xDF
+HIT = 0xC0  # `explosion` on the frame of a hit
+EXPLODES = 0x40  # and a bit of it
+# of the Qotile, its missile; `cannon_y`
+HOME_X = 0x96
+LAUNCH_X = 0x9A
+NO_CANNON = 0xF0
+YAR = 0x7C
+SWIRLS = (0x34, 0x86, 0xD8)
+SHIELDS = (0x32, 0x06, 0x74, 0x58)
 CANNON_COLOR = 0x5A  # where no stripe is
 LIGHTS = tuple(hue | light for hue in range(0, 256, 16) for light in range(2, 16, 2))
 DIM = tuple(hue | light for hue in range(0, 256, 16) for light in (0, 2, 4, 6) if hue | light)
 ZONE = (52, 3, 80, 195)
-ROWS, COLUMNS = np.arange(128) // 8, np.arange(128) % 8
+ROWS = np.arange(128) // 8
+COLUMNS = np.arange(128) % 8
 CELLS_X, CELLS_Y = (tuple(v.tolist()) for v in (128 + 4 * COLUMNS, 8 * ROWS))
 SCORE_LEFTS = range(55, 103, 8)
 
-MOVES, YAR_MOVES = ROM.bytes(0xF25, 16), ROM.bytes(0xF25, 8, 2).tolist()
-DX, DY = (8 - (MOVES >> 4 ^ 8)).tolist(), ((MOVES & 15 ^ 8) - 8).tolist()
+MOVES = ROM.bytes(0xF25, 16)
+YAR_MOVES = ROM.bytes(0xF25, 8, 2).tolist()
+DX = (8 - (MOVES >> 4 ^ 8)).tolist()
+DY = ((MOVES & 15 ^ 8) - 8).tolist()
 """Pixels a step in each of 16 directions, from the south on, counterclockwise."""
 FAST_DX = (8 - (np.roll(ROM.bytes(0xFEA, 16), 8) >> 4 ^ 8)).tolist()
 """Those of a fast swirl, which flies in the directions from 8 on and in 0."""

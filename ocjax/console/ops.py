@@ -20,6 +20,24 @@ def pick(index: jax.Array, values: Sequence[int]) -> jax.Array:
     return out
 
 
+def match(*cases: tuple[jax.Array, jax.Array | int], otherwise: jax.Array | int) -> jax.Array:
+    """The value of the first condition that holds.
+
+    Args:
+        cases: pairs of a condition, bool, and its value.
+        otherwise: the value where no condition holds.
+    """
+    out = jnp.asarray(otherwise)
+    for condition, value in reversed(cases):
+        out = jnp.where(condition, value, out)
+    return out
+
+
+def when(condition: jax.Array, value: jax.Array | int) -> jax.Array:
+    """The value where the condition holds, and 0 elsewhere."""
+    return jnp.where(condition, value, 0)
+
+
 def lookup(table: np.ndarray | Sequence[int], index: jax.Array) -> jax.Array:
     """`table[index]` of a one-dimensional table; an index that is out of range takes the nearest entry."""
     return jnp.take(jnp.asarray(np.asarray(table, np.int32)), index, mode="clip")  # `table[index]` slices for a scalar index

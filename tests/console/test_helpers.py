@@ -22,6 +22,13 @@ def test_operations_on_integers():
     assert np.array_equal(registers.modulo_screen(jnp.asarray(positive)), positive % 160)
 
 
+def test_the_first_condition_that_holds():
+    x = jnp.arange(5)
+    assert ops.match((x > 3, 30), (x > 1, x), otherwise=-1).tolist() == [-1, -1, 2, 3, 30]
+    assert ops.match((x > 3, 30), otherwise=x).tolist() == [0, 1, 2, 3, 30]
+    assert ops.when(x > 3, x).tolist() == [0, 0, 0, 0, 4]
+
+
 @pytest.mark.parametrize(("x", "width", "left"), [(10, 8, 10), (156, 8, 156), (157, 8, -3), (-4, 8, -4), (-5, 8, 155), (158, 5, -2)])
 def test_the_larger_part_of_what_an_edge_cuts(x, width, left):
     assert int(registers.larger_part(jnp.int32(x), width)) == left

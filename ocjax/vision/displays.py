@@ -1,0 +1,103 @@
+"""What a display shows, declared once: REM's boxes and VEM's rules follow from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+
+from ocjax.console.boxes import Area, Box, Number, box
+from ocjax.console.fonts import Digits, Font, score_box
+from ocjax.vision.colors import Colors
+from ocjax.vision.rules import Bounds, Gauge
+
+
+@dataclass(frozen=True)
+class NumberDisplay:
+    """A right-aligned number.
+
+    Args:
+        font: the pictures of its digits.
+        right: right edge of the last digit's cell in pixels, exclusive.
+        top: first row of the digits.
+        digits: number of cells.
+        leading_zeros: whether all cells show a digit; otherwise leading zeros are blank.
+    """
+
+    font: Font
+    right: int
+    top: int
+    digits: int
+    leading_zeros: bool = False
+
+    @property
+    def lefts(self) -> range:
+        """The first column of each cell."""
+        last = self.right - self.font.width
+        return range(last - self.font.pitch * (self.digits - 1), last + 1, self.font.pitch)
+
+    @property
+    def area(self) -> Area:
+        """The cells."""
+        return self.lefts[0], self.top, self.right, self.top + self.font.height
+
+    def box(self, shown: jax.Array, **fields: Any) -> Box:
+        """The tight box around a number.
+
+        Args:
+            shown: the number on the screen, int32; not negative. It is the box's value, unless `fields` says otherwise.
+            fields: `valid`, `value` and `color` of the box.
+        """
+        place = {"right": self.right, "top": self.top, "digits": self.digits, "leading_zeros": self.leading_zeros}
+        return score_box(self.font, shown, **place, **{"value": shown, **fields})
+
+    def rule(self, colors: Colors, region: Area | None = None, **options: Any) -> Bounds:
+        """How VEM finds and reads the number.
+
+        Args:
+            colors: of the digits.
+            region: where to look; by default the cells.
+            options: of `Digits`.
+        """
+        return Bounds(colors, region or self.area, value=Digits(self.font, self.lefts, self.top, **options))
+
+
+@dataclass(frozen=True)
+class IconRow:
+    """A row of equal icons that counts something.
+
+    Args:
+        left: first column of the first icon.
+        top: first row.
+        width: of an icon, in pixels.
+        height: of an icon.
+        pitch: columns from an icon to the next.
+    """
+
+    left: int
+    top: int
+    width: int
+    height: int
+    pitch: int
+
+    def box(self, icons: jax.Array, valid: Number = True, **fields: Any) -> Box:
+        """The box around some icons; not valid where there is none.
+
+        Args:
+            icons: number of icons, int32.
+            valid: a further condition.
+            fields: `value` and `color` of the box.
+        """
+        return box(self.left, self.top, self.pitch * (icons - 1) + self.width, self.height, (icons > 0) & valid, **fields)
+
+    def rule(self, colors: Colors, region: Area, *, single: int = 1, **options: Any) -> Bounds:
+        """How VEM finds and counts the icons.
+
+        Args:
+            colors: of the icons.
+            region: where to look.
+            single: what a single icon stands for; each further one is worth 1 more.
+            options: of `Bounds`.
+        """
+        return Bounds(colors, region, value=Gauge(self.pitch, self.width, single), **options)

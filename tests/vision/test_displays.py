@@ -1,0 +1,44 @@
+"""Displays: REM's box of a number or of icons is where VEM's rule finds and reads them."""
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from ocjax.console.fonts import DIGITS_3X5, hex_font
+from ocjax.extraction.categories import Category
+from ocjax.extraction.detection import detect
+from ocjax.vision.displays import IconRow, NumberDisplay
+
+FONT = hex_font(DIGITS_3X5, dots=3, dot=(1, 1), pitch=4)
+COLOR = 20
+
+
+def seen(rule, frame):
+    (found,) = detect((Category("A", rule, attributes=("value",)),), jnp.asarray(frame[None]))
+    return [int(v[0, 0]) for v in (found.x, found.y, found.w, found.h, found.value)]
+
+
+@pytest.mark.parametrize(("number", "leading_zeros"), [(0, False), (7, False), (1230, False), (45, True)])
+def test_a_number_is_read_where_its_box_is(number, leading_zeros):
+    display = NumberDisplay(FONT, right=100, top=30, digits=4, leading_zeros=leading_zeros)
+    frame = np.zeros((210, 160), np.uint8)
+    text = f"{number:04d}" if leading_zeros else f"{number:4d}"
+    for left, digit in zip(display.lefts, text, strict=True):
+        for row, dots in enumerate(FONT.glyphs[int(digit)] if digit != " " else ()):
+            for dot in range(FONT.dots):
+                frame[30 + row, left + dot] = COLOR * (dots >> (FONT.dots - 1 - dot) & 1)
+    b = display.box(jnp.int32(number))
+    assert [int(v) for v in (b.x, b.y, b.w, b.h, b.value)] == seen(display.rule(COLOR), frame)
+    assert int(display.box(jnp.int32(number), value=jnp.int32(3)).value) == 3
+
+
+@pytest.mark.parametrize("icons", [1, 2, 5])
+def test_icons_are_counted_where_their_box_is(icons):
+    row = IconRow(left=40, top=180, width=5, height=7, pitch=8)
+    frame = np.zeros((210, 160), np.uint8)
+    for i in range(icons):
+        frame[180:187, 40 + 8 * i : 45 + 8 * i] = COLOR
+    b = row.box(jnp.int32(icons), value=jnp.int32(icons + 1))
+    assert [int(v) for v in (b.x, b.y, b.w, b.h, b.value)] == seen(row.rule(COLOR, (30, 170, 120, 190), single=2), frame)
+    assert not row.box(jnp.int32(0)).valid
+    assert not row.box(jnp.int32(3), valid=False).valid
