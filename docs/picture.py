@@ -1,21 +1,26 @@
-"""Draw docs/games.png, the objects that REM finds over recorded frames of several games, and docs/variations.png, variations of games.
+"""Draw docs/games.gif, the objects that REM finds while agents play, and docs/variations.png, variations of games.
 
 python docs/picture.py
 """
 
 from pathlib import Path
 
+import jax
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 import ocjax
-from ocjax import recordings
 from ocjax.emulators.variations import Variation
 from ocjax.envs import make, variations
+from ocjax.play.policies import SHIPPED
+from ocjax.play.rollouts import rollout
 from ocjax.transforms.drawing import overlay, sheet
 
 ROOT = Path(__file__).parent.parent
-SAMPLES = {"SpaceInvaders": 12, "MsPacman": 3, "Freeway": 8, "Boxing": 6, "Skiing": 4, "Asterix": 7}
+PLAYED = {"SpaceInvaders": 200, "MsPacman": 330, "Freeway": 120, "Boxing": 60, "Seaquest": 260, "Asterix": 100}  # frames skipped before
+FRAMES = 45  # of the animation, one for each agent step
+FRAME_SKIP = 4
+FRAME_TIME = 90  # milliseconds
 COLUMNS = 3
 
 
@@ -24,14 +29,24 @@ STEPS, PAIRS, GAP, LINE = 145, 5, 6, 18  # random steps before a picture, pairs 
 
 def main() -> None:
     """Write the pictures."""
-    tiles = []
-    for name, sample in SAMPLES.items():
-        tape = recordings.read(ROOT / "tests" / "data" / f"{name}.npz", name)
-        assert tape.screens is not None
-        tiles.append(overlay(tape.game, np.asarray(tape.screens[sample]), ocjax.load(name).rem(tape.rams[sample]), scale=2))
+    tiles = [draw_play(name, after) for name, after in PLAYED.items()]
     rows = [tiles[i : i + COLUMNS] for i in range(0, len(tiles), COLUMNS)]
-    sheet(rows, ["Objects from 128 bytes of RAM"] + [""] * (COLUMNS - 1)).save(ROOT / "docs" / "games.png", optimize=True)
+    sheets = [sheet([[tile[t] for tile in row] for row in rows], []) for t in range(FRAMES)]
+    colors = sheets[0].quantize(64)
+    images = [image.quantize(palette=colors, dither=Image.Dither.NONE) for image in sheets]
+    animation = {"save_all": True, "append_images": images[1:], "duration": FRAME_TIME, "loop": 0, "optimize": True}
+    images[0].save(ROOT / "docs" / "games.gif", **animation)
     draw_variations().quantize(64).save(ROOT / "docs" / "variations.png", optimize=True)
+
+
+def draw_play(name: str, after: int) -> list[Image.Image]:
+    """Frames of a game with REM's objects, played by the agent that ships with ocjax, or at random without one."""
+    game = ocjax.load(name)
+    policy = "trained" if (SHIPPED / f"{name}.npz").exists() else "repeat"
+    tape = rollout(game, FRAMES, policy=policy, num_envs=1, frame_skip=FRAME_SKIP, after=after)
+    assert tape.screens is not None
+    objects = [jax.tree.map(np.asarray, state) for state in game.rem(tape.rams)]
+    return [overlay(game, frame, state, scale=1, labels=False) for frame, state in zip(tape.screens, objects, strict=True)]
 
 
 def draw_variations() -> Image.Image:

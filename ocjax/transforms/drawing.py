@@ -77,15 +77,16 @@ def _label(
 
 
 def sheet(rows: Sequence[Sequence[Image.Image]], titles: Sequence[str]) -> Image.Image:
-    """Arrange pictures of equal size in rows, with a title above each column."""
+    """Arrange pictures of equal size in rows, with a title above each column, if there are titles."""
     width, height = rows[0][0].size
     font = ImageFont.load_default(size=TITLE_SIZE)
-    size = len(rows[0]) * (width + MARGIN) + MARGIN, TITLE_HEIGHT + len(rows) * (height + MARGIN)
+    top = TITLE_HEIGHT if titles else MARGIN
+    size = len(rows[0]) * (width + MARGIN) + MARGIN, top + len(rows) * (height + MARGIN)
     out = Image.new("RGB", size, BACKGROUND)
     draw = ImageDraw.Draw(out)
     for j, title in enumerate(titles):
         draw.text((MARGIN + j * (width + MARGIN) + 4, 4), title, font=font, fill=TEXT)
     for i, row in enumerate(rows):
         for j, image in enumerate(row):
-            out.paste(image, (MARGIN + j * (width + MARGIN), TITLE_HEIGHT + i * (height + MARGIN)))
+            out.paste(image, (MARGIN + j * (width + MARGIN), top + i * (height + MARGIN)))
     return out
