@@ -30,6 +30,8 @@ from ocjax.extraction.objects import Objects, whose
 from ocjax.extraction.records import constant
 from ocjax.extraction.registry import load
 
+__all__ = ["CAPACITY", "FIELDS", "Environment", "Field", "GymnaxEnvironment", "ObjectObservation", "State", "fields", "observation"]
+
 CAPACITY = 16_384  # bytes of a saved emulator; they are 14.4 kB and fill up to a few hundred more
 _DEGREES = 22.5  # of a compass point
 _KEEP = -1  # in the place of a number of no-ops: a game that is over stays over

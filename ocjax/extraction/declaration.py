@@ -19,6 +19,8 @@ from ocjax.extraction.categories import ATTRIBUTES, Category, names_by_alias
 from ocjax.vision.rules import Blobs, Rule
 from ocjax.vision.shades import Saver, Shades
 
+__all__ = ["Declaration", "Decode", "GameError", "Slices", "check_decode"]
+
 Decode = Callable[[Any], Mapping[str, Box]]
 
 
