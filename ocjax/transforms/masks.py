@@ -12,22 +12,22 @@ from jax import lax
 from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects, whose
 
-__all__ = ["KINDS", "Kind", "area_weights", "masks", "num_planes", "resize"]
+__all__ = ["KINDS", "MaskKind", "area_weights", "masks", "num_planes", "resize"]
 
-Kind = Literal["object", "binary", "class", "planes"]
+MaskKind = Literal["object", "binary", "class", "planes"]
 KINDS = ("object", "binary", "class", "planes")
 _DIRECT = 8  # rows of a resizing pattern up to which sums of slices are faster than a matrix product
 _WORD = 32  # bits, one per column of the output
 
 
-def num_planes(game: Declaration, kind: Kind, pixels: bool = False) -> int:
+def num_planes(game: Declaration, kind: MaskKind, pixels: bool = False) -> int:
     """Number of planes of a game's masks: one, or one per category for "planes", plus one with `pixels`."""
     return (len(game.categories) if kind == "planes" else 1) + pixels
 
 
 def masks(
     objects: Objects,
-    kind: Kind,
+    kind: MaskKind,
     *,
     gray: jax.Array | None = None,
     size: tuple[int, int] | None = (84, 84),
