@@ -295,8 +295,7 @@ LIVES = Bounds((BLUE, WEAK), (20, 187, 76, 192), value=Gauge(8, 5, 2))
 
 GAME = Game(
     name="Alien",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     categories=(

@@ -301,8 +301,7 @@ LIVES = Bounds(YELLOW, (116, 174, 149, 183), value=Gauge(16, 1, 9))
 
 GAME = Game(
     name="Amidar",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     categories=(

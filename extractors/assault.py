@@ -323,8 +323,7 @@ HEALTH = Bounds(HEAT, (90, 190, 160, 204), value=Gauge(4))
 
 GAME = Game(
     name="Assault",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     categories=(

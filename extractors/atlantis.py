@@ -316,8 +316,7 @@ SCORE = Bounds(GOLD, (55, 188, 103, 198), value=Digits(FONT, range(56, 104, 8), 
 
 GAME = Game(
     name="Atlantis",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     categories=(

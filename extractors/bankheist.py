@@ -237,8 +237,7 @@ def _saver_key(m: Ram) -> jax.Array:
 
 GAME = Game(
     name="BankHeist",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     saver=Saver(_saver_key, (12, 11), 128, mask=SAVER_MASK),

@@ -295,8 +295,7 @@ LIVES = Cells(TEXT, tuple(range(65, 105, 8)), (190,) * 5, 6, 5, whole=False)
 
 GAME = Game(
     name="BattleZone",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     categories=(

@@ -333,8 +333,7 @@ SECTOR = Bounds(42, (56, 20, 110, 30), value=Digits(FONT, (92, 100), 21))
 
 GAME = Game(
     name="BeamRider",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     categories=(

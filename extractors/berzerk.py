@@ -296,8 +296,7 @@ BONUS = Bounds(
 
 GAME = Game(
     name="Berzerk",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     categories=(

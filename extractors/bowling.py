@@ -201,8 +201,7 @@ def _saver_key(m: Ram) -> jax.Array:
 
 GAME = Game(
     name="Bowling",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     saver=Saver(_saver_key, (158, 208), 38, mask=0xF7),

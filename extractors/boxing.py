@@ -127,8 +127,7 @@ CLOCK = Bounds(
 
 GAME = Game(
     name="Boxing",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     categories=(

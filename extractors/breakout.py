@@ -24,6 +24,7 @@ from ocjax.console.fonts import DIGITS_3X5, Digits, hex_font, score_box
 from ocjax.console.ops import pick, reached
 from ocjax.console.palette import NTSC
 from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.rules import Blobs, Bounds, Cells
 from ocjax.vision.shades import Saver
@@ -135,8 +136,7 @@ def _saver_key(m: Ram) -> jax.Array:
 
 GAME = Game(
     name="Breakout",
-    rom="breakout",
-    md5="f34f08e5eb96e500e851a80be3277a56",
+    rom=Rom("breakout", "f34f08e5eb96e500e851a80be3277a56"),
     ram=Ram,
     decode=decode,
     saver=Saver(_saver_key, (8, 0), 0),

@@ -236,8 +236,7 @@ BAR = Bounds(BARS, (0, 203, 160, 208), value=Gauge(4))
 
 GAME = Game(
     name="Carnival",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     screen=(214, 160),

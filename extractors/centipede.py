@@ -304,8 +304,7 @@ SCORPION_SEEN = Bounds(SCORPION, FIELD, min_size=(8, 6))
 
 GAME = Game(
     name="Centipede",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     categories=(

@@ -311,8 +311,7 @@ def _saver_key(m: Ram) -> jax.Array:
 
 GAME = Game(
     name="ChopperCommand",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     saver=Saver(_saver_key, (8, 15), 136, mask=SAVER_MASK, taken=(136, 38)),

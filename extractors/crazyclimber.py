@@ -319,8 +319,7 @@ facing = functools.partial(Category, attributes=("orientation",))
 
 GAME = Game(
     name="CrazyClimber",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     categories=(

@@ -305,8 +305,7 @@ SAVER = Shades((32, 35), (GIRDERS, *OTHERS), ((GIRDERS,), *((color,) for color i
 
 GAME = Game(
     name="DonkeyKong",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     shades=SAVER,

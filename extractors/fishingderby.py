@@ -277,8 +277,7 @@ RIGHT_LINE = Bounds(BLACK, LINES, ignore=(*PIERS, *BARS), exclude=("Shark",))
 
 GAME = Game(
     name="FishingDerby",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     categories=(

@@ -126,8 +126,7 @@ def _number(right: int) -> Digits:
 
 GAME = Game(
     name="Freeway",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     categories=(

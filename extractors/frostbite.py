@@ -253,8 +253,7 @@ DEGREES = Bounds(BIRD, (22, 22, 46, 30), value=Digits(FONT, (22, 30), 22))
 
 GAME = Game(
     name="Frostbite",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     categories=(

@@ -305,8 +305,7 @@ SCORE = Bounds(DIGITS, (57, 10, 105, 19), value=Digits(FONT, SCORE_LEFTS, SCORE_
 
 GAME = Game(
     name="Gopher",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     categories=(

@@ -339,8 +339,7 @@ POWER = Bounds(YELLOW, (49, 145, 128, 150))  # what is left, before the red rest
 POWER_BAR = Bounds((YELLOW, RED), (49, 145, 128, 150), value=Gauge(1, full=78, of=POWER))
 GAME = Game(
     name="Hero",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     categories=(

@@ -227,8 +227,7 @@ def _number(color: int, lefts: tuple[int, ...], top: int, weights: tuple[int, ..
 
 GAME = Game(
     name="IceHockey",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     categories=(

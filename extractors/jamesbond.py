@@ -303,8 +303,7 @@ POINTS = Bounds(0x18, (54, 15, 102, 22), value=Digits(FONT, range(54, 102, 8), 1
 
 GAME = Game(
     name="Jamesbond",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     shades=NIGHT,

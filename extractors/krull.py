@@ -287,8 +287,7 @@ LYSSA = figure(BRIDE, FIELD, shapes=Shape(w=(5, 8), h=(8, 17)))
 GREY = 142, 142, 142
 GAME = Game(
     name="Krull",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     categories=(

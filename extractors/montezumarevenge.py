@@ -319,8 +319,7 @@ POINTS = Bounds(0x0E, (56, 6, 104, 14), value=Digits(FONT, range(56, 104, 8), 6)
 PART_RGB = dict.fromkeys(PARTS, (66, 158, 130)) | {"Barrier": (232, 204, 99)}
 GAME = Game(
     name="MontezumaRevenge",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     categories=(

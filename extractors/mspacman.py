@@ -300,8 +300,7 @@ LIVES = Bounds(LIFE, (0, 172, 100, 184), value=Gauge(16, 7, 2))
 
 GAME = Game(
     name="MsPacman",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     categories=(

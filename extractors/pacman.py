@@ -184,8 +184,7 @@ facing = functools.partial(Category, attributes=("orientation",))
 
 GAME = Game(
     name="Pacman",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     screen=(250, 160),

@@ -284,8 +284,7 @@ def _saver_key(m: Ram) -> jax.Array:
 
 GAME = Game(
     name="Pitfall",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     saver=Saver(_saver_key, (29, 193), 12, mask=SAVER_MASK, taken=(12, 14, 24, 66)),

@@ -19,6 +19,7 @@ from ocjax.console.boxes import Box, box
 from ocjax.console.fonts import DIGITS_3X5, Digits, hex_font, score_box
 from ocjax.console.ram import RamMap, byte
 from ocjax.console.registers import wrap
+from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.rules import Bounds
 
@@ -114,8 +115,7 @@ def _number(lefts: tuple[int, int], colors: tuple[int, ...]) -> Bounds:
 
 GAME = Game(
     name="Pong",
-    rom="pong",
-    md5="60e0ea3cbe0913d39803477945e9e5ec",
+    rom=Rom("pong", "60e0ea3cbe0913d39803477945e9e5ec"),
     ram=Ram,
     decode=decode,
     categories=(

@@ -295,8 +295,7 @@ def _carried(name: str) -> Blobs | Bounds:
 
 GAME = Game(
     name="PrivateEye",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     categories=(

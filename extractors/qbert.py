@@ -283,8 +283,7 @@ ICONS = Bounds(CUBE_COLORS, (33, 17, 73, 28), value=Gauge(8, 8, 2))
 
 GAME = Game(
     name="Qbert",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     categories=(

@@ -316,8 +316,7 @@ def _saver_key(m: Ram) -> jax.Array:
 
 GAME = Game(
     name="Riverraid",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     saver=Saver(_saver_key, (98, 165), 28, mask=SAVER_MASK, taken=(132, 28, 12, 0, 16)),

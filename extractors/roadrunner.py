@@ -330,8 +330,7 @@ POINTS = Bounds(YELLOW, (55, 0, 103, 2), value=SCORE_DIGITS)
 SEED_POINTS = Bounds(BLACK, (70, 182, 95, 187), value=Digits(BONUS_FONT, (76, 79, 83, 87), 182))
 GAME = Game(
     name="RoadRunner",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     categories=(

@@ -240,8 +240,7 @@ def _saver_key(m: Ram) -> jax.Array:
 
 GAME = Game(
     name="Seaquest",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     saver=Saver(_saver_key, (100, 9), 26, mask=SAVER_MASK, taken=(6, 8)),

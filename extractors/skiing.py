@@ -236,8 +236,7 @@ CLOCK = Bounds(BLACK, (20, 14, 140, 26), value=read_clock(weights=UNITS))
 
 GAME = Game(
     name="Skiing",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     categories=(

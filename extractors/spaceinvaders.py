@@ -279,8 +279,7 @@ def _saver_key(m: Ram) -> jax.Array:
 
 GAME = Game(
     name="SpaceInvaders",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     saver=Saver(_saver_key, (10, 195), 226, mask=0xF7),

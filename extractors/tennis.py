@@ -152,8 +152,7 @@ def _saver_key(m: Ram) -> jax.Array:
 
 GAME = Game(
     name="Tennis",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     saver=Saver(_saver_key, (70, 198), 76, mask=SAVER_MASK),

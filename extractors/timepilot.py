@@ -319,8 +319,7 @@ POINTS = Bounds((GOLD, TEXT), (56, 7, 104, 17), value=Digits(FONT, range(56, 104
 
 GAME = Game(
     name="TimePilot",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     shades=BY_ERA,

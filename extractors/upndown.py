@@ -301,8 +301,7 @@ ICONS = Bounds(54, tuple((x, 196, x + 4, 204) for x in range(16, 48, 8)))
 
 GAME = Game(
     name="UpNDown",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     categories=(

@@ -265,8 +265,7 @@ def _monster(name: str, color: int, pixels: tuple[int, int], doc: str) -> Catego
 
 GAME = Game(
     name="Venture",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     categories=(

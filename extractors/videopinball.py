@@ -282,8 +282,7 @@ def _saver_key(m: Ram) -> jax.Array:
 
 GAME = Game(
     name="VideoPinball",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     saver=Saver(_saver_key, (158, 190), BLUE, mask=SAVER_MASK, beside=(5, 3)),

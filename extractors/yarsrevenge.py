@@ -324,8 +324,7 @@ LIVES = Bounds(TEXT, (95, 74, 103, 81), value=Digits(FONT, (95,), 74, required=T
 
 GAME = Game(
     name="YarsRevenge",
-    rom=ROM.name,
-    md5=ROM.md5,
+    rom=ROM,
     ram=Ram,
     decode=decode,
     categories=(

@@ -16,6 +16,8 @@ from ocjax.console.ram import RAM_SIZE
 from ocjax.extraction.game import Game
 from ocjax.extraction.registry import as_game
 
+__all__ = ["addresses", "games", "labels"]
+
 # AtariARI's code labels two more games than its paper.
 _NOT_IN_PAPER = ("BattleZone", "Skiing")
 

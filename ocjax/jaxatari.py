@@ -30,6 +30,8 @@ from ocjax.extraction.objects import Objects, whose
 from ocjax.extraction.records import constant
 from ocjax.extraction.registry import load
 
+__all__ = ["CAPACITY", "FIELDS", "Environment", "GymnaxEnvironment", "ObjectObservation", "ObservedField", "State", "fields", "observation"]
+
 CAPACITY = 16_384  # bytes of a saved emulator; they are 14.4 kB and fill up to a few hundred more
 _DEGREES = 22.5  # of a compass point
 _KEEP = -1  # in the place of a number of no-ops: a game that is over stays over
@@ -50,7 +52,7 @@ class ObjectObservation(NamedTuple):
 
 
 @dataclasses.dataclass(frozen=True)
-class Field:
+class ObservedField:
     """A field of JAXAtari's observation of a game.
 
     Args:
@@ -71,17 +73,17 @@ class Field:
 
 
 # The observations of JAXAtari's `jax_<game>.py`, in the order of their fields. Directions are those of its lanes, the top one first.
-FIELDS: Mapping[str, Mapping[str, Field]] = {
+FIELDS: Mapping[str, Mapping[str, ObservedField]] = {
     "Pong": {
-        "player": Field("Player", size=(4, 16)),
-        "enemy": Field("Enemy", size=(4, 16), absent=(16, 115)),
-        "ball": Field("Ball", size=(2, 4), absent=(78, 115)),
-        "score_player": Field("PlayerScore", value=True),
-        "score_enemy": Field("EnemyScore", value=True),
+        "player": ObservedField("Player", size=(4, 16)),
+        "enemy": ObservedField("Enemy", size=(4, 16), absent=(16, 115)),
+        "ball": ObservedField("Ball", size=(2, 4), absent=(78, 115)),
+        "score_player": ObservedField("PlayerScore", value=True),
+        "score_enemy": ObservedField("EnemyScore", value=True),
     },
     "Freeway": {
-        "chicken": Field("Chicken"),
-        "car": Field("Car", 10, {"visual_id": tuple(range(10)), "orientation": (270.0,) * 5 + (90.0,) * 5}, (8, 10)),
+        "chicken": ObservedField("Chicken"),
+        "car": ObservedField("Car", 10, {"visual_id": tuple(range(10)), "orientation": (270.0,) * 5 + (90.0,) * 5}, (8, 10)),
     },
 }
 
@@ -100,9 +102,9 @@ def _observation_type(name: str, fields: tuple[str, ...]) -> Any:
     return namedtuple(f"{name}Observation", fields)
 
 
-def fields(game: Declaration) -> Mapping[str, Field]:
+def fields(game: Declaration) -> Mapping[str, ObservedField]:
     """The fields of a game's observation: those of `FIELDS`, or else a field for each category, by its name in lower case."""
-    named = {constant(c.name): Field(c.name, None if c.count == 1 else c.count) for c in game.categories}
+    named = {constant(c.name): ObservedField(c.name, None if c.count == 1 else c.count) for c in game.categories}
     return FIELDS.get(game.name, named)
 
 
@@ -124,7 +126,7 @@ def observation(objects: Objects) -> Any:
     return _observation_type(game.name, tuple(named))(*(_field(objects.of(game, f.category), f, game) for f in named.values()))
 
 
-def _field(part: Objects, field: Field, game: Declaration) -> Any:
+def _field(part: Objects, field: ObservedField, game: Declaration) -> Any:
     if field.value:
         return part.value[..., 0]
     count = field.count or 1

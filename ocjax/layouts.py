@@ -22,6 +22,8 @@ from ocjax.extraction.objects import Objects, whose
 from ocjax.extraction.registry import as_game
 from ocjax.transforms.game_objects import NS_MEANING, ORIENTATION, POSITION, WIDTH
 
+__all__ = ["blendrl", "blendrl_slots", "declared_slots", "nudge", "ocatari", "ocatari_slots"]
+
 _FIELDS = {POSITION: ("x", "y"), ORIENTATION: ("orientation",), WIDTH: ("w",)}  # of `ns_state`
 
 # BlendRL's slots of games that it defines for OCAtari 1, in the order of the rows.

@@ -13,11 +13,13 @@ from ocjax.extraction.game import Game
 from ocjax.extraction.registry import UnknownGameError, load
 from ocjax.files import npz, writing
 
+__all__ = ["ARRAYS", "Recording", "RecordingError", "join", "read"]
+
 ARRAYS = ("rams", "screens", "previous", "shown", "previous_shown", "drawn", "rewards", "lives", "resets", "ends")
-NUMBERS = {"rewards": "if", "lives": "iu"}  # kinds of dtype; all other arrays are uint8 or bool
-BOOLS = ("resets", "ends")
-XOR = {"previous": "screens", "previous_shown": "shown"}  # stored as exclusive or with the other: nearly all zero, a tenth of the size
-FACTS = ("game", "md5", "frame_skip", "settings")
+_NUMBERS = {"rewards": "if", "lives": "iu"}  # kinds of dtype; all other arrays are uint8 or bool
+_BOOLS = ("resets", "ends")
+_XOR = {"previous": "screens", "previous_shown": "shown"}  # stored as exclusive or with the other: nearly all zero, a tenth of the size
+_FACTS = ("game", "md5", "frame_skip", "settings")
 
 
 class RecordingError(ValueError):
@@ -80,7 +82,7 @@ class Recording:
             OSError: the file cannot be written.
         """
         arrays = self.arrays
-        for name, other in XOR.items():
+        for name, other in _XOR.items():
             if name in arrays:
                 arrays[name] = arrays[other] ^ arrays[name]
         if "drawn" in arrays:
@@ -134,7 +136,7 @@ def read(path: str | Path, game: str | None = None) -> Recording:
         raise RecordingError(f"{path} has no array 'rams' (uint8 [n, {RAM_SIZE}])")
     for name, array in arrays.items():
         _check_array(path, name, array, _shapes(name, len(arrays["rams"]), found))
-    for name, other in XOR.items():
+    for name, other in _XOR.items():
         if name in arrays:
             if other not in arrays or arrays[other].shape != arrays[name].shape:
                 raise RecordingError(f"{path}: {name} is stored as exclusive or with {other}, which must be there and have the same shape")
@@ -149,10 +151,10 @@ def _load_file(path: Path) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]
     if not path.exists():
         raise FileNotFoundError(f"no recording {path}")
     try:
-        stored = npz.read(path, {*ARRAYS, *FACTS}.__contains__)
+        stored = npz.read(path, {*ARRAYS, *_FACTS}.__contains__)
     except npz.NpzError as error:
         raise RecordingError(f"{path} is not a readable .npz recording: {error}") from error
-    arrays, facts = ({k: stored[k] for k in names if k in stored} for names in (ARRAYS, FACTS))
+    arrays, facts = ({k: stored[k] for k in names if k in stored} for names in (ARRAYS, _FACTS))
     for name, fact in facts.items():
         if fact.shape != ():
             raise RecordingError(f"{path}: {name} must be a single value, got {fact.dtype} {list(fact.shape)}")
@@ -199,9 +201,9 @@ def _shapes(name: str, n: int, game: Game) -> list[tuple[int, ...]]:
 
 
 def _check_array(path: Path, name: str, array: np.ndarray, shapes: Sequence[tuple[int, ...]]) -> None:
-    if name in NUMBERS:
-        fits, expected = array.dtype.kind in NUMBERS[name], "numbers"
-    elif name in BOOLS:
+    if name in _NUMBERS:
+        fits, expected = array.dtype.kind in _NUMBERS[name], "numbers"
+    elif name in _BOOLS:
         fits, expected = array.dtype == np.bool_, "bool"
     else:
         fits, expected = array.dtype == np.uint8, "uint8"

@@ -22,6 +22,8 @@ with extras():
     from stable_baselines3.common.monitor import Monitor  # pyright: ignore[reportMissingImports]
     from stable_baselines3.common.vec_env import VecEnv  # pyright: ignore[reportMissingImports]
 
+__all__ = ["ObjectVecEnv", "make_vec_env"]
+
 _INFO = ("lives", "frame_number", "episode_return", "episode_length")
 
 

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import jax
+import platformdirs
 
 MIN_CACHED_SECONDS = 0.2  # compilations that take longer are kept on disk
 RETAIN_MEMORY = "OCJAX_RETAIN_MEMORY"  # environment variable: 1 asks for `retain_freed_memory` on import
@@ -27,12 +28,12 @@ def use_compilation_cache() -> Path:
     `JAX_COMPILATION_CACHE_DIR` or the program has chosen. The `ocjax` command calls it. To empty the cache, delete the folder.
 
     Returns:
-        The folder: `~/.cache/ocjax/xla`, or `ocjax/xla` in `$XDG_CACHE_HOME`, unless another one was chosen.
+        The folder, unless another one was chosen: `ocjax/xla` in the user's cache, such as `~/.cache/ocjax/xla`.
     """
     chosen: str | None = jax.config.jax_compilation_cache_dir  # pyright: ignore[reportAttributeAccessIssue]
     if chosen is not None:
         return Path(chosen)
-    folder = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "ocjax" / "xla"
+    folder = platformdirs.user_cache_path("ocjax", appauthor=False) / "xla"
     jax.config.update("jax_compilation_cache_dir", str(folder))
     jax.config.update("jax_persistent_cache_min_compile_time_secs", MIN_CACHED_SECONDS)
     return folder

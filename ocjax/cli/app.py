@@ -23,7 +23,7 @@ COMMANDS = {  # the module of each subcommand in this package
     "ram": "ram",
 }
 SUMMARIES = {  # the first line of each subcommand's help
-    "games": "List the supported games and their objects.",
+    "games": "List the supported games, or show everything that is known about one.",
     "demo": "Play a game with random actions, time both extraction methods, and draw the objects that they find.",
     "render": "Draw objects over the frames of a recording.",
     "record": "Create the small recordings that the tests of a game use.",

@@ -8,6 +8,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+__all__ = ["WIDTH", "Area", "Box", "Number", "box", "check_area", "choose"]
+
 WIDTH = 160  # columns of the ALE screen
 
 Number = jax.Array | np.ndarray | int | bool

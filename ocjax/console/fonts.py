@@ -13,6 +13,8 @@ import numpy as np
 from ocjax.console.boxes import WIDTH, Box, Number, box
 from ocjax.console.ops import div
 
+__all__ = ["BASE", "DIGITS_3X5", "Digits", "Font", "hex_font", "score_box"]
+
 BASE = 10
 
 

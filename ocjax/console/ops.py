@@ -10,6 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+__all__ = ["among", "div", "lookup", "mod", "pick", "reached"]
+
 
 def pick(index: jax.Array, values: Sequence[int]) -> jax.Array:
     """`values[index]` for a short table; an index that is out of range takes the last entry."""

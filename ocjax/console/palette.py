@@ -11,6 +11,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+__all__ = ["NTSC", "PAL", "PaletteError", "check_rgb", "is_color", "packed", "to_index", "to_rgb"]
+
 _NTSC_EVEN = """
     000000 4a4a4a 6f6f6f 8e8e8e aaaaaa c0c0c0 d6d6d6 ececec
     484800 69690f 86861d a2a22a bbbb35 d2d240 e8e84a fcfc54

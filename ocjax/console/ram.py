@@ -20,6 +20,8 @@ import jax
 import jax.numpy as jnp
 from jax import lax
 
+__all__ = ["RAM_SIZE", "Field", "Place", "RamMap", "bcd", "bits", "byte", "high", "low", "signed"]
+
 RAM_SIZE = 128
 
 Place = int | tuple[int, ...]

@@ -11,6 +11,24 @@ import jax.numpy as jnp
 from ocjax.console.boxes import WIDTH
 from ocjax.console.ops import mod, pick
 
+__all__ = [
+    "COARSE",
+    "EDGE_CUTS",
+    "NUSIZ_COPIES",
+    "NUSIZ_SPACING",
+    "NUSIZ_WIDTH",
+    "copies",
+    "larger_part",
+    "mirrored",
+    "modulo_screen",
+    "packed_position",
+    "player_width",
+    "position",
+    "signed_nibble",
+    "spacing",
+    "wrap",
+]
+
 COARSE = 15  # pixels that the beam moves during one turn of the positioning loop
 NUSIZ_COPIES = (1, 2, 2, 3, 2, 1, 3, 1)
 NUSIZ_SPACING = (0, 16, 32, 16, 64, 0, 32, 0)  # pixels from one copy to the next

@@ -23,8 +23,10 @@ from ocjax.console.boxes import Box, Number, box
 from ocjax.console.fonts import Font
 from ocjax.console.ops import lookup, pick
 
-PLAYER = 8  # dots of a row of a player's picture
-FEW = 8  # pictures up to which selects are faster than a gather: Asterix' REM takes 0.049 us a state instead of 0.052
+__all__ = ["Pictures", "Rom", "RomError", "read_rom", "rom_path"]
+
+_PLAYER = 8  # dots of a row of a player's picture
+_FEW = 8  # pictures up to which selects are faster than a gather: Asterix' REM takes 0.049 us a state instead of 0.052
 
 
 class RomError(ValueError):
@@ -163,7 +165,7 @@ def _extent(rows: np.ndarray) -> int:
     ink = int(np.bitwise_or.reduce(rows))
     if not ink:
         return 0
-    left, right = PLAYER - ink.bit_length(), PLAYER - ((ink & -ink).bit_length() - 1)
+    left, right = _PLAYER - ink.bit_length(), _PLAYER - ((ink & -ink).bit_length() - 1)
     used = np.flatnonzero(rows)
     return left | (right - left) << 4 | int(used[0]) << 8 | int(np.ptp(used) + 1) << 16
 
@@ -185,7 +187,7 @@ class Pictures:
 
     def extent(self, index: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
         """First column, first row, width and height of the pictures at an index, int32 each; out of range, of the nearest picture."""
-        few = len(self.packed) <= FEW
+        few = len(self.packed) <= _FEW
         p = pick(jnp.maximum(index, 0), self.packed.tolist()) if few else lookup(self.packed, index)
         return p & 15, p >> 8 & 255, p >> 4 & 15, p >> 16
 
@@ -200,5 +202,5 @@ class Pictures:
             fields: `valid`, `value`, `orientation` and `color` of the box.
         """
         left, top, width, height = self.extent(index)
-        left = jnp.where(mirrored, PLAYER - left - width, left)
+        left = jnp.where(mirrored, _PLAYER - left - width, left)
         return box(x + zoom * left, y + top, zoom * width, height, **fields)

@@ -15,7 +15,7 @@ from gymnasium import spaces
 from ocjax._extras import require
 from ocjax.console.ram import RAM_SIZE
 from ocjax.datasets import columns, shards
-from ocjax.datasets.generation import Report, open_dataset
+from ocjax.datasets.generation import open_dataset
 from ocjax.datasets.plans import Plan
 from ocjax.emulators.start import action_set, load_emulator
 from ocjax.envs import Settings
@@ -24,11 +24,12 @@ from ocjax.extraction.game import Game
 from ocjax.files import writing
 from ocjax.files.inputs import MINARI
 from ocjax.files.minari import new_dataset
+from ocjax.files.pipeline import Progress
 
 CSV_COLUMNS = ("INDEX", "OBS", "HUD", "RAM", "VIS")
 
 
-def export(folder: str | Path, out: str | Path, *, report: Report | None = None) -> None:
+def export(folder: str | Path, out: str | Path, *, report: Progress | None = None) -> None:
     """Export a dataset, completely or not at all.
 
     A `.csv` file has the columns of the dataset of the OCAtari paper: `INDEX` (`episode_step`, five digits each), `OBS` (a list of the
@@ -60,7 +61,7 @@ def export(folder: str | Path, out: str | Path, *, report: Report | None = None)
         raise ValueError(f"the output must end in .csv or be {MINARI}ID, got {out}")
 
 
-def _write_csv(folder: Path, plan: Plan, report: Report | None, file: BinaryIO) -> None:
+def _write_csv(folder: Path, plan: Plan, report: Progress | None, file: BinaryIO) -> None:
     out = io.TextIOWrapper(file, "utf-8", newline="", write_through=True)
     writer = csv.writer(out, lineterminator="\n")
     colors = np.array([f"{r}, {g}, {b}" for r, g, b in np.asarray(registry.load(plan.game).palette)], object)
@@ -88,7 +89,7 @@ def _listed(objects: list[dict[str, Any]]) -> str:
     return f"[{', '.join(texts)}]"
 
 
-def _to_minari(folder: Path, plan: Plan, name: str, report: Report | None) -> None:
+def _to_minari(folder: Path, plan: Plan, name: str, report: Progress | None) -> None:
     game, settings = registry.load(plan.game), Settings(**plan.settings)
     height, width = game.screen
     boxes: dict[str, spaces.Space] = {

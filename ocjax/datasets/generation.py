@@ -11,13 +11,12 @@ from ocjax.datasets import datasheet, shards
 from ocjax.datasets.plans import DatasetError, Plan, code, versions
 from ocjax.extraction import registry
 from ocjax.files import cluster, writing
+from ocjax.files.pipeline import Progress
 
 PLAN, SHEET = "dataset.json", "README.md"
 
-Report = Callable[[int, int], object]  # called with how many states are done, and how many there are
 
-
-def generate(plan: Plan, folder: str | Path, *, ray: str | None = None, report: Report | None = None) -> None:
+def generate(plan: Plan, folder: str | Path, *, ray: str | None = None, report: Progress | None = None) -> None:
     """Make a dataset. The same plan gives the same bytes.
 
     The folder gets `dataset.json` (the plan), `data/*.parquet` (the shards, each of which appears when it is complete) and at last
@@ -44,7 +43,7 @@ def generate(plan: Plan, folder: str | Path, *, ray: str | None = None, report: 
     _finish(folder, plan)
 
 
-def relabel(folder: str | Path, *, ray: str | None = None, report: Report | None = None) -> None:
+def relabel(folder: str | Path, *, ray: str | None = None, report: Progress | None = None) -> None:
     """Write the objects of a dataset anew with the present decoders, and its datasheet.
 
     Frames, RAM and the choice of sequences stay as they are. Each shard is replaced when its new version is complete. Called again after an
@@ -124,7 +123,7 @@ def _differences(path: Path, plan: Plan) -> list[str]:
     return [key for key in {**new, **old} if key not in old or key not in new or old[key] != new[key]]
 
 
-def _run(task: Callable[[int], object], numbers: list[int], plan: Plan, ray: str | None, report: Report | None) -> None:
+def _run(task: Callable[[int], object], numbers: list[int], plan: Plan, ray: str | None, report: Progress | None) -> None:
     """Execute a task for each of the shards of these numbers."""
     states = [shard.states for shard in plan.shards]
     done = plan.states - sum(states[k] for k in numbers)

@@ -13,11 +13,11 @@ from ocjax.extraction.game import Game
 from ocjax.play.policies import Policy, make_policy
 from ocjax.play.stepping import steps
 
-Sequence = dict[str, np.ndarray]  # successive states of one instance: arrays [n, ...]
+Stretch = dict[str, np.ndarray]  # successive states of one instance: arrays [n, ...]
 NO_ACTION = -1  # of the first state of an episode
 
 
-def play(game: Game, plan: Plan, shard: Shard) -> Iterator[list[Sequence]]:
+def play(game: Game, plan: Plan, shard: Shard) -> Iterator[list[Stretch]]:
     """Play the states of a shard.
 
     Args:

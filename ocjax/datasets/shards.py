@@ -51,7 +51,7 @@ def make(folder: Path, plan: Plan, number: int) -> None:
     _write(path, pa.concat_tables(itertools.chain.from_iterable(kept)), game, facts)
 
 
-def _table(game: Game, plan: Plan, shard: Shard, states: playing.Sequence, found: Labels) -> Any:
+def _table(game: Game, plan: Plan, shard: Shard, states: playing.Stretch, found: Labels) -> Any:
     """States and their objects as a table."""
     pa = require("pyarrow")
     names = np.repeat(np.array([name for name, _ in plan.policies], object), [n for _, n in plan.policies])

@@ -23,7 +23,7 @@ from ocjax.emulators import states as saved
 from ocjax.emulators.checks import NOT_RESET, action_array, integer, is_integer, mask_array, seed_list
 from ocjax.emulators.hooks import Hook, pickled_hooks
 from ocjax.emulators.memory import check_memory, shared_memory
-from ocjax.emulators.pool import EmulatorPool, Report
+from ocjax.emulators.pool import EmulatorPool, StartReport
 from ocjax.emulators.process import WorkerError, Workers
 from ocjax.emulators.settings import Settings
 from ocjax.emulators.start import action_set, check_rom, load_emulator
@@ -177,7 +177,7 @@ class AlePool(EmulatorPool):
             for block in _even_blocks(self.num_envs, num_workers):
                 self._workers.start(file, dataclasses.replace(config, block=block), self._commands.finished)
 
-    def reset(self, seeds: Sequence[int | None] | None = None, mask: np.ndarray | None = None, report: Report | None = None) -> None:
+    def reset(self, seeds: Sequence[int | None] | None = None, mask: np.ndarray | None = None, report: StartReport | None = None) -> None:
         """Start new episodes; see `EmulatorPool.reset`.
 
         Seeds are used as in ale-py's Gymnasium environments: equal seeds give equal episodes. An emulator that gets a seed, or is reset
@@ -322,23 +322,23 @@ class AlePool(EmulatorPool):
             raise
         self._ready, self._local_steps = ready, self._local_steps + (command == interface.STEP)
 
-    def _execute(self, command: bytes, report: Report | None = None) -> None:
+    def _execute(self, command: bytes, report: StartReport | None = None) -> None:
         """Give a command and wait for it."""
         self._start(command)
         self._finish(report)
 
-    def _execute_all(self, command: bytes, report: Report | None = None) -> None:
+    def _execute_all(self, command: bytes, report: StartReport | None = None) -> None:
         """Give a command that makes the emulators ready, and wait for it."""
         self._ready = False
         self._execute(command, report)
         self._ready = True
 
-    def _finish(self, report: Report | None = None) -> None:
+    def _finish(self, report: StartReport | None = None) -> None:
         """Wait for a command. If it takes long, report how many emulators have loaded their ROM."""
         for _ in self._completed(report):
             pass
 
-    def _completed(self, report: Report | None = None) -> Iterator[int]:
+    def _completed(self, report: StartReport | None = None) -> Iterator[int]:
         """Wait for a command: yield the index of each worker that has executed it."""
         start = time.monotonic()
 

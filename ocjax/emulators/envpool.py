@@ -15,7 +15,7 @@ import numpy as np
 from gymnasium.error import AlreadyPendingCallError, NoAsyncCallError
 
 from ocjax.emulators.checks import NOT_RESET, action_array, index_array, seed_list
-from ocjax.emulators.pool import EmulatorPool, Report
+from ocjax.emulators.pool import EmulatorPool, StartReport
 from ocjax.emulators.process import WorkerError
 from ocjax.emulators.settings import Settings
 from ocjax.emulators.start import action_set, load_emulator
@@ -118,7 +118,7 @@ class EnvpoolPool(EmulatorPool):
             **self._options,
         )
 
-    def reset(self, seeds: Sequence[int | None] | None = None, mask: np.ndarray | None = None, report: Report | None = None) -> None:
+    def reset(self, seeds: Sequence[int | None] | None = None, mask: np.ndarray | None = None, report: StartReport | None = None) -> None:
         """Start new episodes in all environments; see `EmulatorPool.reset`. Seeds are possible the first time only; nothing is reported."""
         if mask is not None and not mask.all():
             raise ValueError("envpool restarts all environments or none: use backend='ale' for reset_mask")

@@ -12,7 +12,7 @@ from ocjax.emulators.states import States
 from ocjax.emulators.worker.interface import EmulatorArrays
 from ocjax.extraction.game import Game
 
-Report = Callable[[int], None]  # called with the number of emulators that have started
+StartReport = Callable[[int], None]  # called with the number of emulators that have started
 
 
 class EmulatorPool(Uncopied, ABC):
@@ -37,7 +37,7 @@ class EmulatorPool(Uncopied, ABC):
     shards: list[slice]
 
     @abstractmethod
-    def reset(self, seeds: Sequence[int | None] | None = None, mask: np.ndarray | None = None, report: Report | None = None) -> None:
+    def reset(self, seeds: Sequence[int | None] | None = None, mask: np.ndarray | None = None, report: StartReport | None = None) -> None:
         """Start new episodes, and wait until they have started.
 
         Args:

@@ -7,11 +7,11 @@ from contextlib import ExitStack, contextmanager
 from rich.console import Console
 from rich.progress import Progress
 
-from ocjax.emulators.pool import Report
+from ocjax.emulators.pool import StartReport
 
 
 @contextmanager
-def start_bar(num_envs: int) -> Iterator[Report | None]:
+def start_bar(num_envs: int) -> Iterator[StartReport | None]:
     """A callback for `EmulatorPool.reset` that shows how many of the emulators have started; None where there is no terminal."""
     if not sys.stderr.isatty():
         yield None

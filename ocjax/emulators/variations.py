@@ -15,6 +15,7 @@ import numpy as np
 from ocjax.console.ram import RAM_SIZE
 
 __all__ = [
+    "Variation",
     "always_lower_player",
     "color_all_blocks_red",
     "color_player_black",
@@ -75,12 +76,12 @@ def _all(addresses: range, value: int) -> dict[int, int]:
     return dict.fromkeys(addresses, value)
 
 
-BLACK, RED = 0, 48  # colours of the console
+_BLACK, _RED = 0, 48  # colours of the console
 
 no_alien = Variation("Alien", "There are no aliens in the maze.", _all(range(42, 45), 0) | _all(range(49, 52), 0))
 obelix = Variation("Asterix", "The player is Obelix, as in a later round.", {54: 5})
-color_player_black = Variation("Boxing", "The player is black, like the enemy.", {1: BLACK})
-color_all_blocks_red = Variation("Breakout", "All blocks are red.", _all(range(64, 70), RED))
+color_player_black = Variation("Boxing", "The player is black, like the enemy.", {1: _BLACK})
+color_all_blocks_red = Variation("Breakout", "All blocks are red.", _all(range(64, 70), _RED))
 invisible_player = Variation("ChopperCommand", "The player's helicopter is not drawn, and the score is darker.", {118: 38})
 no_barrel = Variation("DonkeyKong", "There are no barrels.", {25: 255})
 stopped_cars = Variation(

@@ -186,7 +186,7 @@ class Masks(Computed):
 
     needs_objects = True
 
-    kind: masks.Kind = "object"
+    kind: masks.MaskKind = "object"
     _: KW_ONLY
     size: tuple[int, int] | None = (84, 84)
     draw: Literal["output", "screen"] = "output"

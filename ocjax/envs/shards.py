@@ -64,7 +64,7 @@ def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
 
 
 @dataclass(frozen=True)
-class Shard:
+class EnvShard:
     """The state of one block of environments, which is extracted as soon as their workers have finished the step.
 
     A step makes new shards, which replace all the old ones at once at its end, so an interrupted step can be repeated.

@@ -21,7 +21,7 @@ from ocjax.envs.features import Vector
 from ocjax.envs.observations import Computed
 from ocjax.envs.requests import Mode, Request, requested_kinds, required_screens
 from ocjax.envs.rewards import BatchedReward, RewardFunction, batched
-from ocjax.envs.shards import FRAMES, Observed, Shard, concatenate_rows, make_observer, row, select_rows
+from ocjax.envs.shards import FRAMES, EnvShard, Observed, concatenate_rows, make_observer, row, select_rows
 from ocjax.extraction.objects import Objects
 from ocjax.transforms.drawing import overlay
 from ocjax.transforms.game_objects import GameObject, views
@@ -89,12 +89,12 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         self._steps = pool.steps  # how many steps of the pool the shards have seen
         self._actions = np.zeros(self.num_envs, np.int32)  # of the last step
 
-    def _make_shard(self, rows: slice) -> Shard:
+    def _make_shard(self, rows: slice) -> EnvShard:
         sources = {"ram", "started", *required_screens(self.mode, self.kinds)}
         arrays = {name: getattr(self.pool, name)[rows] for name in sources}
         size = rows.stop - rows.start
         memory = {name: kind.initial(self.game, self.mode, size) for name, kind in self.kinds.items() if isinstance(kind, Computed)}
-        return Shard(rows, arrays, memory)
+        return EnvShard(rows, arrays, memory)
 
     @property
     def tensors(self) -> Objects | dict[str, Objects]:
@@ -158,16 +158,16 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
                 )
         return out[""] if self._single else out
 
-    def _updated(self, shard: Shard, mask: np.ndarray | None = None) -> Shard:
+    def _updated(self, shard: EnvShard, mask: np.ndarray | None = None) -> EnvShard:
         """A shard with its present state extracted; with a mask, bool `[N]`, only that of the environments in it."""
         return shard.updated(self._observe(shard.arrays, shard.memory), None if mask is None else mask[shard.rows])
 
-    def _observation(self, shards: Sequence[Shard]) -> Any:
+    def _observation(self, shards: Sequence[EnvShard]) -> Any:
         """The observation of shards, after all of them have been computed, so that nothing is left to compute after the step."""
         jax.block_until_ready([shard.carry() for shard in shards])
         return self._assemble([(Observed(s.computed or {}, s.memory, s.objects), s.arrays) for s in shards])
 
-    def _replace(self, shards: list[Shard], ended: np.ndarray) -> None:
+    def _replace(self, shards: list[EnvShard], ended: np.ndarray) -> None:
         """End a call with a new state, at once: nothing can interrupt the assignment of attributes in one statement."""
         steps = self.pool.steps
         self._shards, self._ended, self._steps, self._current = shards, ended, steps, True
@@ -290,7 +290,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         return result
 
     def _object_reward(
-        self, reward_fn: BatchedReward, shards: Sequence[Shard], terminal: dict[str, Objects], ended: np.ndarray
+        self, reward_fn: BatchedReward, shards: Sequence[EnvShard], terminal: dict[str, Objects], ended: np.ndarray
     ) -> np.ndarray:
         """The rewards of a step by the reward function, 0 where the step began a game; `terminal` are the objects of games that ended."""
         name = "vem" if self.mode == "vem" else "rem"
@@ -315,7 +315,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         info = self._final_info(ended) | self._final_objects(ended, objects)
         return {"final_obs": observations, "_final_obs": ended.copy(), "final_info": info, "_final_info": ended.copy()}, objects
 
-    def _terminal_arrays(self, shard: Shard, ended: np.ndarray) -> dict[str, np.ndarray]:
+    def _terminal_arrays(self, shard: EnvShard, ended: np.ndarray) -> dict[str, np.ndarray]:
         """A shard's arrays as they were before new episodes began in the environments of the mask, bool `[B]`."""
         final = self.pool.arrays.final
         return {
@@ -365,7 +365,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         self.pool.set_ram(ram, mask)
         self._shards = [self._with_new_ram(shard) for shard in self._shards]
 
-    def _with_new_ram(self, shard: Shard) -> Shard:
+    def _with_new_ram(self, shard: EnvShard) -> EnvShard:
         """A shard with REM's objects from the present RAM."""
         if "rem" not in shard.objects:
             return shard

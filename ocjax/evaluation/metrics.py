@@ -42,8 +42,8 @@ __all__ = [
 ]
 
 THRESHOLDS = tuple(np.linspace(0.5, 0.95, 10).tolist())  # IoU thresholds of COCO
-RECALLS = np.linspace(0, 1, 101)  # recall levels of COCO
-ROUNDING = 1e-12  # a recall this far below a level still reaches it
+_RECALLS = np.linspace(0, 1, 101)  # recall levels of COCO
+_ROUNDING = 1e-12  # a recall this far below a level still reaches it
 SCORE_NAMES, LIVES_NAMES = ("Score", "PlayerScore", "P1Score"), ("Lives", "Life", "Live")
 
 
@@ -281,7 +281,7 @@ def _interpolated_precision(scores: np.ndarray, hits: np.ndarray, count: int) ->
     out = np.zeros(hits.shape[1])
     for t in range(len(out)):
         best = np.maximum.accumulate(precision[::-1, t])[::-1]
-        out[t] = np.append(best, 0)[np.searchsorted(recall[:, t], RECALLS - ROUNDING)].mean()
+        out[t] = np.append(best, 0)[np.searchsorted(recall[:, t], _RECALLS - _ROUNDING)].mean()
     return out
 
 

@@ -9,6 +9,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+import platformdirs
 
 from ocjax.evaluation import metrics, ocatari_peer_program
 from ocjax.evaluation.metrics import Detections
@@ -40,7 +41,7 @@ class OcatariMethod:
 
 def default_environment() -> Path:
     """The folder of the virtual environment unless another is given: in the user's cache."""
-    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "ocjax" / f"ocatari-{VERSION}"
+    return platformdirs.user_cache_path("ocjax", appauthor=False) / f"ocatari-{VERSION}"
 
 
 def interpreter(environment: Path | None = None) -> Path:

@@ -13,7 +13,7 @@ from ocjax.evaluation import metrics
 from ocjax.evaluation.metrics import Agreement
 from ocjax.evaluation.ocatari_peer import OcatariMethod
 from ocjax.evaluation.tables import Cell, Table, is_number
-from ocjax.evaluation.worst_frames import Picture, worst_frames
+from ocjax.evaluation.worst_frames import WorstFrame, worst_frames
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
 from ocjax.recordings import Recording
@@ -57,7 +57,7 @@ class Evaluation:
     coverage: tuple[float, float] | None
     ocatari: dict[str, OcatariMethod]
     ocatari_agreement: Agreement | None
-    worst_frames: tuple[Picture, ...]
+    worst_frames: tuple[WorstFrame, ...]
 
 
 # ---------------------------------------------------------------------------------------------------------------- measure

@@ -17,7 +17,7 @@ COLORS_IN_FILE = 64
 
 
 @dataclasses.dataclass(frozen=True)
-class Picture:
+class WorstFrame:
     """A frame with its boxes drawn: misses in red, false detections in yellow, agreed boxes in grey."""
 
     caption: str
@@ -26,7 +26,7 @@ class Picture:
 
 def worst_frames(
     recording: Recording, counts: Agreement, left: Detections, right: Detections, before: Detections | None
-) -> tuple[Picture, ...]:
+) -> tuple[WorstFrame, ...]:
     """Draw the frames with the most disagreements, spread over the recording.
 
     Args:
@@ -51,7 +51,7 @@ def _frame(d: Detections, i: int) -> Detections:
     return Detections(d.xywh[i : i + 1], d.label[i : i + 1], d.categories)
 
 
-def _draw(recording: Recording, i: int, left: Detections, right: Detections, before: Detections | None) -> Picture:
+def _draw(recording: Recording, i: int, left: Detections, right: Detections, before: Detections | None) -> WorstFrame:
     mine, theirs = _frame(left, i), _frame(right, i)
     pairs = match(mine, theirs)
     confirmed = pairs >= 0
@@ -71,7 +71,7 @@ def _draw(recording: Recording, i: int, left: Detections, right: Detections, bef
             draw.rectangle((2 * SCALE * x - 1, SCALE * y - 1, 2 * SCALE * (x + w), SCALE * (y + h)), outline=color)
     file = io.BytesIO()
     image.quantize(COLORS_IN_FILE).save(file, "PNG", optimize=True)
-    return Picture(f"sample {i}: false {_names(mine, false)}; missed {_names(theirs, missed)}", file.getvalue())
+    return WorstFrame(f"sample {i}: false {_names(mine, false)}; missed {_names(theirs, missed)}", file.getvalue())
 
 
 def _names(d: Detections, columns: np.ndarray) -> str:

@@ -11,6 +11,8 @@ import numpy as np
 from ocjax.console import palette
 from ocjax.vision.rules import Bounds, ByColor, Cells, Rule
 
+__all__ = ["ATTRIBUTES", "Category", "display", "names_by_alias"]
+
 ATTRIBUTES = ("orientation", "value")
 
 

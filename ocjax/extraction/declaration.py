@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import inspect
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields
 from typing import Any, Self
 
 import jax
@@ -15,9 +15,12 @@ import numpy as np
 from ocjax.console import palette
 from ocjax.console.boxes import WIDTH, Box
 from ocjax.console.ram import RAM_SIZE, RamMap
+from ocjax.console.rom import Rom
 from ocjax.extraction.categories import ATTRIBUTES, Category, names_by_alias
 from ocjax.vision.rules import Blobs, Rule
 from ocjax.vision.shades import Saver, Shades
+
+__all__ = ["Declaration", "Decode", "GameError", "Slices", "check_decode"]
 
 Decode = Callable[[Any], Mapping[str, Box]]
 
@@ -47,14 +50,13 @@ class Slices(Mapping[str, slice]):
         return repr(self._slots)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False, repr=False)
 class Declaration:
     """The ROM, address map, decoder and categories of a game.
 
     Args:
         name: as in Gymnasium's "ALE/<name>-v5".
-        rom: ALE's name of the ROM.
-        md5: MD5 checksum of the ROM that the decoder was written for.
+        rom: the ROM that the decoder was written for. The attribute `rom` is ALE's name of it, and `md5` its MD5 checksum.
         ram: the address map.
         decode: function that maps the RAM of one state, wrapped in the address map, to a `Box` for every category.
         categories: the categories, display (`hud`) categories last.
@@ -62,6 +64,10 @@ class Declaration:
         shades: colours that change from level to level, if any.
         saver: its screen saver, if it changes the colours.
         pal: whether the ROM is made for PAL consoles, which have another palette.
+        hud: whether the display categories are included.
+
+    Raises:
+        GameError: a ValueError; the declaration is invalid.
     """
 
     name: str
@@ -70,17 +76,34 @@ class Declaration:
     ram: type[RamMap]
     decode: Decode
     categories: tuple[Category, ...]
-    screen: tuple[int, int] = (210, WIDTH)
-    shades: Shades | None = None
-    saver: Saver | None = None
-    pal: bool = False
-    hud: bool = field(default=True, kw_only=True)
+    screen: tuple[int, int]
+    shades: Shades | None
+    saver: Saver | None
+    pal: bool
+    hud: bool
 
-    def __post_init__(self) -> None:
-        if self.hud:
+    def __init__(
+        self,
+        name: str,
+        rom: Rom,
+        ram: type[RamMap],
+        decode: Decode,
+        categories: tuple[Category, ...],
+        *,
+        screen: tuple[int, int] = (210, WIDTH),
+        shades: Shades | None = None,
+        saver: Saver | None = None,
+        pal: bool = False,
+        hud: bool = True,
+    ) -> None:
+        if not isinstance(rom, Rom):
+            raise GameError(f"{name}: rom: must be a Rom(name, md5), got {rom!r}")
+        vars(self).update(name=name, rom=rom.name, md5=rom.md5, ram=ram, decode=decode, categories=categories)
+        vars(self).update(screen=screen, shades=shades, saver=saver, pal=pal, hud=hud)
+        if hud:
             _validate(self)
         else:
-            object.__setattr__(self, "categories", tuple(c for c in self.categories if not c.hud))
+            vars(self).update(categories=tuple(c for c in categories if not c.hud))
 
     @functools.cached_property
     def slices(self) -> Mapping[str, slice]:
@@ -112,9 +135,14 @@ class Declaration:
         """N, the number of slots."""
         return sum(c.count for c in self.categories)
 
+    def replaced(self, **changes: Any) -> Self:
+        """The same game with other arguments."""
+        same = {field.name: getattr(self, field.name) for field in fields(self) if field.name not in ("rom", "md5")}
+        return type(self)(**{**same, "rom": Rom(self.rom, self.md5), **changes})
+
     def without_hud(self) -> Self:
         """The same game without its display categories; its slots are a prefix of this game's."""
-        return replace(self, hud=False)
+        return self.replaced(hud=False)
 
 
 # ------------------------------------------------------------------------------------------------------------ validation

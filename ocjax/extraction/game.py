@@ -25,7 +25,7 @@ from ocjax.extraction.objects import Objects
 __all__ = ["Category", "Game", "GameError", "display"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False, repr=False)
 class Game(Declaration):
     """A game whose objects can be extracted. `ocjax.load` returns one; `Declaration` explains its fields."""
 

@@ -9,6 +9,8 @@ import pkgutil
 import re
 from pathlib import Path
 
+__all__ = ["PRESETS", "env_id", "games", "modules", "register"]
+
 
 @functools.cache
 def modules() -> tuple[str, ...]:

@@ -14,6 +14,8 @@ from ocjax.extraction import display, records
 from ocjax.extraction.categories import Category
 from ocjax.extraction.declaration import Declaration
 
+__all__ = ["Objects", "check_objects", "velocity", "whose"]
+
 
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass(frozen=True, repr=False)

@@ -13,6 +13,25 @@ from ocjax._extras import require
 from ocjax.extraction.declaration import Declaration
 from ocjax.vision.unknown import UNKNOWN, UNKNOWN_VALUE
 
+__all__ = [
+    "COMPASS",
+    "FIELDS",
+    "Fields",
+    "arrow",
+    "atoms",
+    "by_category",
+    "columns",
+    "constant",
+    "frame",
+    "has",
+    "no_objects",
+    "of_slots",
+    "of_state",
+    "per_state",
+    "row_names",
+    "text",
+]
+
 COMPASS = tuple("N NNE NE ENE E ESE SE SSE S SSW SW WSW W WNW NW NNW".split())  # the compass points 0-15
 
 

@@ -11,6 +11,8 @@ from ocjax.extraction import names
 from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.game import Game, GameError
 
+__all__ = ["UnknownGameError", "as_game", "load"]
+
 
 class UnknownGameError(ValueError):
     """There is no game of that name; the message suggests similar names."""

@@ -30,11 +30,11 @@ BLOCK_ROWS = {"rem": 65_536, "vem": 2_048}  # of a file of the work folder
 BATCH = {"rem": 4_096, "vem": 256}  # rows of a call, per device; more take longer a row
 PLAN = "plan.json"
 
-Report = Callable[[int, int], object]  # called with how many rows are done, and how many there are
+Progress = Callable[[int, int], object]  # called with how many rows are done, and how many there are
 
 
 @dataclasses.dataclass(frozen=True)
-class Plan:
+class ExtractionPlan:
     """What an extraction is. It is written to the work folder, and one that goes on must have the same."""
 
     input: str
@@ -66,7 +66,7 @@ def extract(
     array: str | None = None,
     hud: bool = True,
     ray: str | None = None,
-    report: Report | None = None,
+    report: Progress | None = None,
 ) -> None:
     """Extract the objects of all rows of an input, with REM from RAM or with VEM from frames.
 
@@ -246,7 +246,7 @@ def _wrong_colors(game: Game) -> Callable[[np.ndarray], jax.Array]:
     return jax.jit(lambda frames: (palette.to_rgb(palette.to_index(frames, own), own) != frames).any(axis=(1, 2, 3)))
 
 
-def _plan(rows: Input, source: str | Path, array: str | None, game: Game, method: str, *, hud: bool) -> Plan:
+def _plan(rows: Input, source: str | Path, array: str | None, game: Game, method: str, *, hud: bool) -> ExtractionPlan:
 
     path = Path(source)
     stat = path.stat() if path.is_file() else None
@@ -254,10 +254,10 @@ def _plan(rows: Input, source: str | Path, array: str | None, game: Game, method
     name = str(path.resolve()) if path.exists() else str(source)
     inner = max(1, math.prod(rows.batch[1:]))  # blocks are whole entries of the first dimension
     block_rows = max(1, BLOCK_ROWS[method] // inner) * inner
-    return Plan(name, array, rows.rows, stamp, game.name, game.md5, hud, method, block_rows, importlib.metadata.version("ocjax"))
+    return ExtractionPlan(name, array, rows.rows, stamp, game.name, game.md5, hud, method, block_rows, importlib.metadata.version("ocjax"))
 
 
-def _prepare(folder: Path, plan: Plan) -> None:
+def _prepare(folder: Path, plan: ExtractionPlan) -> None:
     """Make the work folder, or check that it is of this extraction."""
     path = folder / PLAN
     if any(folder.glob("*.npz")) and path.read_text() != plan.to_json():
@@ -270,7 +270,7 @@ def _part(folder: Path, k: int) -> Path:
     return folder / f"{k:06}.npz"
 
 
-def _blocks(rows: Input, game: Game, plan: Plan, folder: Path) -> Iterator[int]:
+def _blocks(rows: Input, game: Game, plan: ExtractionPlan, folder: Path) -> Iterator[int]:
     """Extract the blocks that are missing; yields how many rows are done after each block.
 
     A block is written while the next one is extracted.
@@ -289,14 +289,14 @@ def _blocks(rows: Input, game: Game, plan: Plan, folder: Path) -> Iterator[int]:
             writing.result()
 
 
-def _extract_block(rows: Input, game: Game, plan: Plan, call: Callable[[np.ndarray], Objects], k: int) -> Block:
+def _extract_block(rows: Input, game: Game, plan: ExtractionPlan, call: Callable[[np.ndarray], Objects], k: int) -> Block:
     start = k * plan.block_rows
     block = rows.read(start, min(start + plan.block_rows, plan.rows))
     check_colors(block, game, rows.name, start)
     return compact(call(block))
 
 
-def _blocks_on_cluster(plan: Plan, folder: Path, address: str) -> Iterator[int]:
+def _blocks_on_cluster(plan: ExtractionPlan, folder: Path, address: str) -> Iterator[int]:
     """Like `_blocks`, with the machines of a Ray cluster."""
     sizes = [min(plan.block_rows, plan.rows - k * plan.block_rows) for k in range(plan.blocks)]
     missing = [k for k in range(plan.blocks) if not _part(folder, k).exists()]
@@ -307,7 +307,7 @@ def _blocks_on_cluster(plan: Plan, folder: Path, address: str) -> Iterator[int]:
         yield done
 
 
-def _write_block(plan: Plan, folder: Path, k: int) -> None:
+def _write_block(plan: ExtractionPlan, folder: Path, k: int) -> None:
     """Extract a block in a process of a cluster, unless another one did."""
     if _part(folder, k).exists():
         return

@@ -57,13 +57,13 @@ __all__ = [
 
 AVAILABLE_GAMES = list(games())
 # The methods of each mode, the first for `objects`. "revised" is what versions before 2 called "ram".
-METHODS = {"ram": ("rem",), "revised": ("rem",), "vision": ("vem",), "both": ("rem", "vem")}
-OBSERVATIONS = ("ori", "dqn", "obj")
-FADE = (0.05, 0.1, 0.25, 0.6)  # weights of the last four frames in `aggregated_render`
-DQN_SIZE = (84, 84)
-DETERMINISTIC = "Deterministic"  # in the names of environments whose frame skip is not random
+_METHODS = {"ram": ("rem",), "revised": ("rem",), "vision": ("vem",), "both": ("rem", "vem")}
+_OBSERVATIONS = ("ori", "dqn", "obj")
+_FADE = (0.05, 0.1, 0.25, 0.6)  # weights of the last four frames in `aggregated_render`
+_DQN_SIZE = (84, 84)
+_DETERMINISTIC = "Deterministic"  # in the names of environments whose frame skip is not random
 
-_shrink = jax.jit(lambda gray: resize(gray, DQN_SIZE))
+_shrink = jax.jit(lambda gray: resize(gray, _DQN_SIZE))
 
 
 class OCAtari(Uncopied, gym.Env):
@@ -122,7 +122,7 @@ class OCAtari(Uncopied, gym.Env):
         self.game_name = self.game.name
         hooks = named_hooks(hook, self.game_name)
         check_rom(self.game)
-        if DETERMINISTIC in env_name:  # of these ids, which ale-py no longer registers, only the frame skip is special
+        if _DETERMINISTIC in env_name:  # of these ids, which ale-py no longer registers, only the frame skip is special
             kwargs.setdefault("frameskip", 4)
         self._window = Window(self.game_name) if render_oc_overlay and render_mode == "human" else None
         self._env = self._make_env(hooks, kwargs)
@@ -159,7 +159,7 @@ class OCAtari(Uncopied, gym.Env):
         return EnvSpec(f"OCAtari/{self.game_name}-v5", entry_point="ocjax.ocatari:OCAtari", kwargs=kwargs)
 
     def _make_buffers(self, names: set[str]) -> None:
-        self.create_rgb_stack, self.create_dqn_stack, self.create_ns_stack = (name in names for name in OBSERVATIONS)
+        self.create_rgb_stack, self.create_dqn_stack, self.create_ns_stack = (name in names for name in _OBSERVATIONS)
         size = self.buffer_window_size
         self._state_buffer_rgb = deque[np.ndarray](maxlen=size) if self.create_rgb_stack else None
         self._state_buffer_dqn = deque[np.ndarray](maxlen=size) if self.create_dqn_stack else None
@@ -169,7 +169,7 @@ class OCAtari(Uncopied, gym.Env):
         if self.obs_mode == "ori":
             return self._env.observation_space
         if self.obs_mode == "dqn":
-            return gym.spaces.Box(0, 255, (self.buffer_window_size, *DQN_SIZE), np.uint8)
+            return gym.spaces.Box(0, 255, (self.buffer_window_size, *_DQN_SIZE), np.uint8)
         return gym.spaces.Box(0, 255, (self.buffer_window_size, len(self._table.ns_state(self._slots))), np.int64)
 
     def __getattr__(self, name: str) -> Any:
@@ -223,7 +223,7 @@ class OCAtari(Uncopied, gym.Env):
 
     def detect_objects(self) -> None:
         """Detect the objects of the emulator's present state, as every step does; `prev_xy` is then the position of the last detection."""
-        for method in METHODS[self.mode]:
+        for method in _METHODS[self.mode]:
             before = self._seen[method][1] if method in self._seen else None
             now = self.game.rem(self._ale.getRAM()[None]) if method == "rem" else self.game.vem(self._ale.getScreen()[None])
             self._seen[method] = before, now if method == "rem" or before is None else track(before, now)
@@ -240,11 +240,11 @@ class OCAtari(Uncopied, gym.Env):
     @property
     def objects(self) -> list[GameObject]:
         """The objects of the last detection, from RAM or, in mode "vision", from pixels. Each step makes new ones."""
-        return self._objects(METHODS[self.mode][0])
+        return self._objects(_METHODS[self.mode][0])
 
     @objects.setter
     def objects(self, objects: list[GameObject]) -> None:
-        self._lists[METHODS[self.mode][0]] = objects
+        self._lists[_METHODS[self.mode][0]] = objects
 
     @property
     def objects_v(self) -> list[GameObject]:
@@ -306,7 +306,7 @@ class OCAtari(Uncopied, gym.Env):
             return self._window.show(picture)
         return np.asarray(picture).swapaxes(0, 1) if self.render_mode == "rgb_array" else None
 
-    def aggregated_render(self, coefs: Sequence[float] = FADE) -> np.ndarray:
+    def aggregated_render(self, coefs: Sequence[float] = _FADE) -> np.ndarray:
         """The weighted sum of the last frames, int64 `[H, 160, 3]`.
 
         Raises:
@@ -334,17 +334,17 @@ class OCAtari(Uncopied, gym.Env):
 
 
 def _check(mode: str, obs_mode: str, window: int) -> None:
-    if mode not in METHODS:
-        raise ValueError(f"mode must be one of {tuple(METHODS)}, got {mode!r}")
-    if obs_mode not in OBSERVATIONS:
-        raise ValueError(f"obs_mode must be one of {OBSERVATIONS}, got {obs_mode!r}")
+    if mode not in _METHODS:
+        raise ValueError(f"mode must be one of {tuple(_METHODS)}, got {mode!r}")
+    if obs_mode not in _OBSERVATIONS:
+        raise ValueError(f"obs_mode must be one of {_OBSERVATIONS}, got {obs_mode!r}")
     if window < 1:
         raise ValueError(f"buffer_window_size must be at least 1, got {window!r}")
 
 
 def _env_id(env_name: str, game: str) -> str:
     """The id of ale-py's environment of a name. Without a version it is the latest one, as in Gymnasium: "Pong" is "Pong-v4"."""
-    name = env_name.replace("ocjax/", "ALE/").replace(DETERMINISTIC, "")
+    name = env_name.replace("ocjax/", "ALE/").replace(_DETERMINISTIC, "")
     if re.search(r"-v\d+$", name):
         return name
     versions = {spec.version or 0: key for key, spec in gym.registry.items() if key.rpartition("-v")[0] in (name, game)}

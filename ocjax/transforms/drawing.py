@@ -9,9 +9,11 @@ from PIL import Image, ImageDraw, ImageFont
 from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects
 
-MARGIN = 4  # pixels between the pictures of a sheet
-BACKGROUND, TEXT = (40, 40, 40), (255, 255, 255)  # of a sheet
-TITLE_SIZE, TITLE_HEIGHT = 22, 34  # pixels
+__all__ = ["category_colors", "overlay", "sheet"]
+
+_MARGIN = 4  # pixels between the pictures of a sheet
+_BACKGROUND, _TEXT = (40, 40, 40), (255, 255, 255)  # of a sheet
+_TITLE_SIZE, _TITLE_HEIGHT = 22, 34  # pixels
 
 
 def category_colors(game: Declaration) -> dict[str, tuple[int, int, int]]:
@@ -79,14 +81,14 @@ def _label(
 def sheet(rows: Sequence[Sequence[Image.Image]], titles: Sequence[str]) -> Image.Image:
     """Arrange pictures of equal size in rows, with a title above each column, if there are titles."""
     width, height = rows[0][0].size
-    font = ImageFont.load_default(size=TITLE_SIZE)
-    top = TITLE_HEIGHT if titles else MARGIN
-    size = len(rows[0]) * (width + MARGIN) + MARGIN, top + len(rows) * (height + MARGIN)
-    out = Image.new("RGB", size, BACKGROUND)
+    font = ImageFont.load_default(size=_TITLE_SIZE)
+    top = _TITLE_HEIGHT if titles else _MARGIN
+    size = len(rows[0]) * (width + _MARGIN) + _MARGIN, top + len(rows) * (height + _MARGIN)
+    out = Image.new("RGB", size, _BACKGROUND)
     draw = ImageDraw.Draw(out)
     for j, title in enumerate(titles):
-        draw.text((MARGIN + j * (width + MARGIN) + 4, 4), title, font=font, fill=TEXT)
+        draw.text((_MARGIN + j * (width + _MARGIN) + 4, 4), title, font=font, fill=_TEXT)
     for i, row in enumerate(rows):
         for j, image in enumerate(row):
-            out.paste(image, (MARGIN + j * (width + MARGIN), top + i * (height + MARGIN)))
+            out.paste(image, (_MARGIN + j * (width + _MARGIN), top + i * (height + _MARGIN)))
     return out

@@ -13,9 +13,23 @@ from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects, whose
 from ocjax.vision.unknown import UNKNOWN, UNKNOWN_VALUE
 
+__all__ = [
+    "NS_MEANING",
+    "ORIENTATION",
+    "POSITION",
+    "WIDTH",
+    "GameObject",
+    "NoObject",
+    "Orientation",
+    "ValueObject",
+    "object_class",
+    "slots",
+    "views",
+]
+
 POSITION, ORIENTATION, WIDTH = "POSITION", "ORIENTATION", "WIDTH"
 _SAME = 0.8  # the IoU above which two objects are equivalent
-PROPERTIES = ("hud", "category", "x", "y", "w", "h", "prev_x", "prev_y", "dx", "dy", "visible", "rgb", "orientation", "center", "value")
+_PROPERTIES = ("hud", "category", "x", "y", "w", "h", "prev_x", "prev_y", "dx", "dy", "visible", "rgb", "orientation", "center", "value")
 
 # What a category contributes to OCAtari 2.2.1's ns_state, where it is not the position alone.
 NS_MEANING: dict[tuple[str, str], tuple[str, ...]] = {
@@ -174,7 +188,7 @@ class GameObject:
     @property
     def properties(self) -> list[str]:
         """The names of the attributes that describe the object, without the combined ones."""
-        return [*PROPERTIES]
+        return [*_PROPERTIES]
 
     def is_on_top(self, other: "GameObject") -> bool:
         """Whether the top left corner lies in the other object's box, its edges included."""

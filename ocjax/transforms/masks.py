@@ -12,20 +12,22 @@ from jax import lax
 from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects, whose
 
-Kind = Literal["object", "binary", "class", "planes"]
+__all__ = ["KINDS", "MaskKind", "area_weights", "masks", "num_planes", "resize"]
+
+MaskKind = Literal["object", "binary", "class", "planes"]
 KINDS = ("object", "binary", "class", "planes")
-DIRECT = 8  # rows of a resizing pattern up to which sums of slices are faster than a matrix product
-WORD = 32  # bits, one per column of the output
+_DIRECT = 8  # rows of a resizing pattern up to which sums of slices are faster than a matrix product
+_WORD = 32  # bits, one per column of the output
 
 
-def num_planes(game: Declaration, kind: Kind, pixels: bool = False) -> int:
+def num_planes(game: Declaration, kind: MaskKind, pixels: bool = False) -> int:
     """Number of planes of a game's masks: one, or one per category for "planes", plus one with `pixels`."""
     return (len(game.categories) if kind == "planes" else 1) + pixels
 
 
 def masks(
     objects: Objects,
-    kind: Kind,
+    kind: MaskKind,
     *,
     gray: jax.Array | None = None,
     size: tuple[int, int] | None = (84, 84),
@@ -100,7 +102,7 @@ def _covered(xywh: jax.Array, valid: jax.Array, screen: tuple[int, int], size: t
         return bits | jnp.where(inside, own, jnp.uint32(0)), None
 
     bits, _ = lax.scan(add, jnp.zeros((size[0], *columns.shape[1:]), jnp.uint32), (top, bottom, columns))
-    shift = jnp.arange(WORD, dtype=jnp.uint32).reshape(1, 1, 1, WORD)
+    shift = jnp.arange(_WORD, dtype=jnp.uint32).reshape(1, 1, 1, _WORD)
     single = bits.transpose(2, 0, 1)[..., None] >> shift & jnp.uint32(1)
     return single.reshape(*single.shape[:2], -1)[..., : size[1]] > 0
 
@@ -113,10 +115,10 @@ def _touched(start: jax.Array, length: jax.Array, screen: int, out: int) -> tupl
 
 def _columns_below(n: jax.Array, width: int) -> jax.Array:
     """Columns 0 to n - 1 as bits, uint32 `[N, words, B]`, from n, `[N, B]`."""
-    first = jnp.arange(0, width, WORD, dtype=jnp.int32)[None, :, None]
-    inside = jnp.clip(n[:, None] - first, 0, WORD)
-    partly = (jnp.uint32(1) << (inside % WORD).astype(jnp.uint32)) - jnp.uint32(1)
-    return jnp.where(inside == WORD, jnp.uint32(2**WORD - 1), partly)
+    first = jnp.arange(0, width, _WORD, dtype=jnp.int32)[None, :, None]
+    inside = jnp.clip(n[:, None] - first, 0, _WORD)
+    partly = (jnp.uint32(1) << (inside % _WORD).astype(jnp.uint32)) - jnp.uint32(1)
+    return jnp.where(inside == _WORD, jnp.uint32(2**_WORD - 1), partly)
 
 
 def area_weights(n_in: int, n_out: int) -> np.ndarray:
@@ -143,7 +145,7 @@ def resize(images: jax.Array, size: tuple[int, int]) -> jax.Array:
     batch, (height, width) = images.shape[:-2], images.shape[-2:]
     of_rows, of_columns = area_weights(height, size[0]), area_weights(width, size[1])
     groups = images.reshape(*batch, -1, of_rows.shape[1], width)
-    if len(of_rows) <= DIRECT and 255 * of_rows.shape[1] < 2**16:
+    if len(of_rows) <= _DIRECT and 255 * of_rows.shape[1] < 2**16:
         x = jnp.stack([sum(groups[..., i, :].astype(jnp.uint16) * jnp.uint16(w[i]) for i in np.flatnonzero(w)) for w in of_rows], axis=-2)
     else:
         x = jnp.einsum("oh,...hw->...ow", jnp.asarray(of_rows, jnp.float32), groups.astype(jnp.float32))

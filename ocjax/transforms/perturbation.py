@@ -8,7 +8,9 @@ import jax.numpy as jnp
 from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects, whose
 
-INVENTED = (2, 16)  # smallest and largest width and height of an invented object, in pixels
+__all__ = ["perturb"]
+
+_INVENTED = (2, 16)  # smallest and largest width and height of an invented object, in pixels
 
 
 def perturb(key: jax.Array, objects: Objects, *, jitter: int = 0, drop: float = 0.0, swap: float = 0.0, invent: float = 0.0) -> Objects:
@@ -99,7 +101,7 @@ def _invented(key: jax.Array, objects: Objects, game: Declaration, invent: jax.A
     """Which empty slots receive an object, bool `[..., N]`, and a random box for each slot, int16 `[..., N, 4]`."""
     which, sizes, places = jax.random.split(key, 3)
     shape = objects.valid.shape
-    size = jax.random.randint(sizes, (*shape, 2), INVENTED[0], INVENTED[1] + 1, jnp.int32)
+    size = jax.random.randint(sizes, (*shape, 2), _INVENTED[0], _INVENTED[1] + 1, jnp.int32)
     room = jnp.broadcast_to(jnp.array([game.screen[1], game.screen[0]], jnp.int32), size.shape) - size
     corner = jnp.floor(jax.random.uniform(places, size.shape) * (room + 1).astype(jnp.float32)).astype(jnp.int32)
     box = jnp.concatenate([jnp.minimum(corner, room), size], axis=-1).astype(jnp.int16)

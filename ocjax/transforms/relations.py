@@ -9,6 +9,8 @@ import jax.numpy as jnp
 from ocjax.extraction.objects import Objects, check_objects
 from ocjax.vision.unknown import UNKNOWN
 
+__all__ = ["Relations", "relations"]
+
 _POINTS = 16  # of the compass
 
 

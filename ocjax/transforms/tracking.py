@@ -19,10 +19,12 @@ from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects, whose
 from ocjax.extraction.records import FIELDS
 
+__all__ = ["MERGE_RADIUS", "TRACK_RADIUS", "merge_frames", "track"]
+
 MERGE_RADIUS = 5.0  # pixels, for frames that are one emulated frame apart
 TRACK_RADIUS = 16.0  # pixels, for a step of four emulated frames with 4 pixels each
 
-BLOCK = 8  # slots compared at once in the search for the nearest
+_BLOCK = 8  # slots compared at once in the search for the nearest
 
 _NONE = np.int32(np.iinfo(np.int32).max)  # larger than any distance
 _LONGEST = 4 * (WIDTH**2 + 256**2)  # largest squared distance in half pixels
@@ -42,7 +44,7 @@ def _nearest(a: tuple[jax.Array, jax.Array], b: tuple[jax.Array, jax.Array], lim
         int32 `[B, n]`: squared distance times n plus slot, which orders by distance, then slot; `_NONE` where nothing is within reach.
     """
     lanes, n = a[0].shape
-    size = min(n, BLOCK)
+    size = min(n, _BLOCK)
     blocks = -(-n // size)
     x, y = (
         jnp.pad(p, ((0, 0), (0, blocks * size - n)), constant_values=away).T.reshape(blocks, size, lanes, 1)

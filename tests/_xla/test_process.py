@@ -7,9 +7,9 @@ import sys
 from ocjax._xla import process
 
 
-def test_compilation_cache():
+def test_compilation_cache(tmp_path):
     program = "import jax, ocjax; print(ocjax.use_compilation_cache(), jax.config.jax_compilation_cache_dir)"
-    for variables, folder in (({"XDG_CACHE_HOME": "A"}, "A/ocjax/xla"), ({"JAX_COMPILATION_CACHE_DIR": "B"}, "B")):
+    for variables, folder in (({"XDG_CACHE_HOME": str(tmp_path)}, f"{tmp_path}/ocjax/xla"), ({"JAX_COMPILATION_CACHE_DIR": "B"}, "B")):
         run = subprocess.run([sys.executable, "-c", program], env=_without_cache(os.environ) | variables, capture_output=True, text=True)
         assert run.stdout.split() == [folder, folder], run.stderr
 

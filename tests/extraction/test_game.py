@@ -13,6 +13,7 @@ from ocjax.console import palette
 from ocjax.console.boxes import box
 from ocjax.console.fonts import Digits, hex_font
 from ocjax.console.ram import RamMap, byte
+from ocjax.console.rom import Rom
 from ocjax.evaluation import metrics
 from ocjax.extraction.categories import Category, display
 from ocjax.extraction.game import Game, GameError
@@ -42,7 +43,7 @@ CATEGORIES = (
     Category("B", Blobs((20, 22)), count=2, attributes=("value", "orientation")),
     display("H", Bounds(14, (0, 0, 20, 20)), attributes=()),
 )
-GAME = Game(name="Test", rom="pong", md5="0" * 32, ram=Ram, decode=decode, categories=CATEGORIES)
+GAME = Game(name="Test", rom=Rom("pong", "0" * 32), ram=Ram, decode=decode, categories=CATEGORIES)
 
 
 def test_boxes_are_clipped_and_zeroed():
@@ -101,7 +102,7 @@ def test_layout():
 
 
 def test_aliases():
-    game = dataclasses.replace(GAME, categories=(*CATEGORIES[:2], dataclasses.replace(CATEGORIES[2], aliases=("Old", "Older"))))
+    game = GAME.replaced(categories=(*CATEGORIES[:2], dataclasses.replace(CATEGORIES[2], aliases=("Old", "Older"))))
     assert game.slices["Old"] == game.slices["Older"] == game.slices["H"] == slice(3, 4)
     assert "Old" in game.slices
     assert "None" not in game.slices
@@ -118,7 +119,8 @@ def test_aliases():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"md5": "xyz"}, "md5"),
+        ({"rom": Rom("pong", "xyz")}, "md5"),
+        ({"rom": "pong"}, r"must be a Rom\(name, md5\)"),
         ({"name": "no name"}, "name"),
         ({"ram": dict}, "ram"),
         ({"screen": (210, 200)}, "screen"),
@@ -151,7 +153,7 @@ def test_aliases():
 def test_wrong_games(change, message):
     """A decoder is checked before its first use, all else on construction."""
     with pytest.raises(GameError, match=message) as caught:
-        dataclasses.replace(GAME, **change).rem(np.zeros(128, np.uint8))
+        GAME.replaced(**change).rem(np.zeros(128, np.uint8))
     if change.get("name") is None:
         assert "Test" in str(caught.value)
 
@@ -240,7 +242,7 @@ def test_digits_that_are_required():
     glyphs = ("7", "5", *("2",) * 8)
     men = Digits(hex_font(glyphs, 3), (40, 44), 10, weights=(1, 1), base=1, required=True)
     h = display("H", Bounds(14, (40, 10, 48, 11), value=men))
-    game = dataclasses.replace(GAME, categories=(*CATEGORIES[:2], h))
+    game = GAME.replaced(categories=(*CATEGORIES[:2], h))
     frames = np.zeros((3, 210, 160), np.uint8)
     frames[:2, 10, [44, 46]] = 14  # a 1 in the last cell
     frames[1, 10, [40, 42]] = 14
@@ -254,7 +256,7 @@ def test_centered_digits():
     glyphs = ("7", "5", *("2",) * 8)
     number = Digits(hex_font(glyphs, 3), (40, 44, 48, 52), 10, centered=True)
     h = display("H", Bounds(14, (40, 10, 56, 11), value=number))
-    game = dataclasses.replace(GAME, categories=(*CATEGORIES[:2], h))
+    game = GAME.replaced(categories=(*CATEGORIES[:2], h))
     frames = np.zeros((3, 210, 160), np.uint8)
     frames[:, 10, [44, 46]] = 14  # a 1 in the second cell
     frames[:2, 10, 48:51] = 14  # a 0 in the third
@@ -264,7 +266,7 @@ def test_centered_digits():
 
 def test_thin_objects_in_front_of_walls():
     categories = (Category("A", Blobs(14, None, Shape(w=(2, None)), filters=(ShortRuns(2),)), count=3), *CATEGORIES[1:])
-    game = dataclasses.replace(GAME, categories=categories, decode=three)
+    game = GAME.replaced(categories=categories, decode=three)
     frame = np.zeros((210, 160), np.uint8)
     frame[20:28, 40:60] = 14  # a wall
     frame[23:25, 30:50] = 14  # half hidden by it
@@ -276,7 +278,7 @@ def test_thin_objects_in_front_of_walls():
 
 def test_upright_objects_in_front_of_figures():
     categories = (Category("A", Blobs(14, None, Shape(h=(3, None)), filters=(ShortRuns(1, across=True),)), count=3), *CATEGORIES[1:])
-    game = dataclasses.replace(GAME, categories=categories, decode=three)
+    game = GAME.replaced(categories=categories, decode=three)
     frame = np.zeros((210, 160), np.uint8)
     frame[20:28, 29:36] = 14  # a figure
     frame[23:31, 31] = 14  # half hidden by it, beside the next word of the bitmap
@@ -288,7 +290,7 @@ def test_upright_objects_in_front_of_figures():
 
 def test_flat_objects_in_the_colour_of_others():
     rule = Bounds(14, (0, 20, 160, 60), (4, 1), max_size=(150, 1), filters=(LoneRuns(2),))
-    game = dataclasses.replace(GAME, categories=(Category("A", rule), *CATEGORIES[1:]))
+    game = GAME.replaced(categories=(Category("A", rule), *CATEGORIES[1:]))
     frame = np.zeros((210, 160), np.uint8)
     frame[30, 28:40] = frame[30, 50:70] = 14  # across the edges of words
     frame[50, 20:28] = frame[51, 28] = frame[40, 100:140] = frame[41, 139] = 14  # touch others, the first at a corner
@@ -301,7 +303,7 @@ def test_flat_objects_in_the_colour_of_others():
 def test_objects_of_two_shapes():
     across = Blobs((14, 16), None, Shape(w=(4, 6), h=2), filters=(ShortRuns(2),))
     upright = Blobs((14, 16), None, Shape(w=1, h=6), also=(across,))
-    game = dataclasses.replace(GAME, categories=(Category("A", upright, count=3), *CATEGORIES[1:]), decode=three)
+    game = GAME.replaced(categories=(Category("A", upright, count=3), *CATEGORIES[1:]), decode=three)
     frame = np.zeros((210, 160), np.uint8)
     frame[20:40, 40:48] = 14  # a figure
     frame[30:32, 36:40] = 14  # touches it
@@ -313,7 +315,7 @@ def test_objects_of_two_shapes():
 
 def test_a_beam_beside_two_dots():
     categories = (Category("A", Blobs(14, None, Shape(w=(2, None)), filters=(NoPairs(1),)), count=3), *CATEGORIES[1:])
-    game = dataclasses.replace(GAME, categories=categories, decode=three)
+    game = GAME.replaced(categories=categories, decode=three)
     frame = np.zeros((210, 160), np.uint8)
     frame[20, 30:38] = frame[20, 28] = frame[20, 26] = 14  # the dots are as far from the beam as from each other
     frame[40, 60:68] = frame[40, 68] = frame[40, 70] = 14  # one of the dots touches the beam, across the edge of a word
@@ -324,7 +326,7 @@ def test_a_beam_beside_two_dots():
 def test_a_thin_shot_before_a_figure():
     rule = Blobs((14, 16, 18), (0, 20, 160, 60), Shape(w=(1, 8), h=(1, 8)), filters=(Lines(5, rows=(20, 60)),))
     categories = (Category("A", rule, count=3), *CATEGORIES[1:])
-    game = dataclasses.replace(GAME, categories=categories, decode=three)
+    game = GAME.replaced(categories=categories, decode=three)
     frame = np.zeros((210, 160), np.uint8)
     frame[30:34, 40:48], frame[34:38, 40:48] = 16, 18  # a figure
     frame[29 + np.arange(7), 42 + np.arange(7)] = 14
@@ -335,7 +337,7 @@ def test_a_thin_shot_before_a_figure():
 
 def test_figures_of_unequal_height_that_touch():
     rule = Blobs(14, (0, 20, 160, 60), Shape(w=(1, 16), h=(1, 9), split=(8, 9)), then=(Tight(),))
-    game = dataclasses.replace(GAME, categories=(Category("A", rule, count=3), *CATEGORIES[1:]), decode=three)
+    game = GAME.replaced(categories=(Category("A", rule, count=3), *CATEGORIES[1:]), decode=three)
     frame = np.zeros((210, 160), np.uint8)
     frame[30:38, 26:34], frame[29:37, 34:41] = 14, 14
     frame[40:44, 100:103] = 14
@@ -347,7 +349,7 @@ def test_figures_of_unequal_height_that_touch():
 def test_parts_without_pixels_are_dropped():
     """An L in quarters: none at the top right."""
     rule = Blobs(14, (0, 20, 160, 60), Shape(w=(1, 8), h=(1, 8), split=(4, 4)), then=(Tight(),))
-    game = dataclasses.replace(GAME, categories=(Category("A", rule, count=3), *CATEGORIES[1:]), decode=three)
+    game = GAME.replaced(categories=(Category("A", rule, count=3), *CATEGORIES[1:]), decode=three)
     frame = np.zeros((210, 160), np.uint8)
     frame[30:38, 26:30], frame[34:38, 30:34] = 14, 14
     found = game.vem(frame)
@@ -365,7 +367,7 @@ def test_walls_of_known_height():
         most=3,
     )
     categories = (Category("A", walls, count=6), *CATEGORIES[1:])
-    game = dataclasses.replace(GAME, categories=categories, decode=lambda m: decode(m) | {"A": box(jnp.arange(6), 10, 4, 4)})
+    game = GAME.replaced(categories=categories, decode=lambda m: decode(m) | {"A": box(jnp.arange(6), 10, 4, 4)})
     frame = np.zeros((210, 160), np.uint8)
     frame[20:60, 0:8], frame[20:60, 8:40] = 14, 16  # one wall of two colours
     frame[20:60, 50:54] = 14  # too narrow
@@ -380,8 +382,8 @@ def test_walls_of_known_height():
 def test_floors_behind_figures_and_between_walls():
     runs = tuple(Run(14, row, left=(0, 159), width=(12, 160), height=4) for row in (20, 30))
     floors = Runs(runs, most=3, gap=3, columns=(8, 152), then=(Packed(),))
-    game = dataclasses.replace(
-        GAME, categories=(Category("A", floors, count=3), *CATEGORIES[1:]), decode=lambda m: decode(m) | {"A": box(jnp.arange(3), 10, 4, 4)}
+    game = GAME.replaced(
+        categories=(Category("A", floors, count=3), *CATEGORIES[1:]), decode=lambda m: decode(m) | {"A": box(jnp.arange(3), 10, 4, 4)}
     )
     frame = np.zeros((210, 160), np.uint8)
     frame[20:24] = frame[30:34, 20:40] = frame[30:34, 50:70] = 14
@@ -396,8 +398,7 @@ def test_floors_behind_figures_and_between_walls():
 
 def test_each_region_has_its_least_size():
     regions = ((0, 20, 20, 60), (20, 20, 40, 60))
-    game = dataclasses.replace(
-        GAME,
+    game = GAME.replaced(
         categories=(Category("A", Bounds(14, regions, ((4, 8), (4, 4))), count=2), *CATEGORIES[1:]),
         decode=lambda m: decode(m) | {"A": box(jnp.arange(2), 10, 4, 4)},
     )
@@ -413,7 +414,7 @@ def test_objects_of_known_shape_by_their_tips():
     )
     angles = Runs(runs, most=2)
     categories = (Category("A", angles, count=2), *CATEGORIES[1:])
-    game = dataclasses.replace(GAME, categories=categories, decode=lambda m: decode(m) | {"A": box(jnp.arange(2), 10, 4, 4)})
+    game = GAME.replaced(categories=categories, decode=lambda m: decode(m) | {"A": box(jnp.arange(2), 10, 4, 4)})
     frame = np.zeros((210, 160), np.uint8)
     frame[50, 30] = frame[50, 120] = 14
     assert game.vem(frame).xywh[:2].tolist() == [[30, 30, 11, 30], [110, 30, 11, 30]]
@@ -421,7 +422,7 @@ def test_objects_of_known_shape_by_their_tips():
 
 def test_objects_that_are_not_on_other_screens():
     categories = (CATEGORIES[0], dataclasses.replace(CATEGORIES[1], needs=("A",)), CATEGORIES[2])
-    game = dataclasses.replace(GAME, categories=categories)
+    game = GAME.replaced(categories=categories)
     frames = np.zeros((2, 210, 160), np.uint8)
     frames[:, 20:24, [20, 40, 60]] = 22
     frames[0, 50:54, 20:24] = 14
@@ -432,7 +433,7 @@ def test_objects_that_are_not_on_other_screens():
 
 def test_objects_that_are_on_several_screens():
     either = display("H", Bounds(30, (0, 0, 20, 20)), attributes=(), needs=("A", "B"))
-    game = dataclasses.replace(GAME, categories=(*CATEGORIES[:2], either))
+    game = GAME.replaced(categories=(*CATEGORIES[:2], either))
     frames = np.zeros((3, 210, 160), np.uint8)
     frames[:, 4:8, 4:8] = 30
     frames[0, 50:54, 20:24], frames[1, 50:54, 20:24] = 14, 22
@@ -441,7 +442,7 @@ def test_objects_that_are_on_several_screens():
 
 def test_objects_that_share_colours():
     categories = (Category("A", Blobs((14, 16), first=14), count=3), *CATEGORIES[1:])
-    game = dataclasses.replace(GAME, categories=categories, decode=three)
+    game = GAME.replaced(categories=categories, decode=three)
     frame = np.zeros((210, 160), np.uint8)
     frame[20:24, 40:50], frame[24:28, 40:50] = 14, 16
     frame[50:58, 20:30] = 16
@@ -452,7 +453,7 @@ def test_objects_that_share_colours():
 
 def test_objects_of_different_colours_stay_apart():
     categories = (Category("A", Blobs(14, also=(Blobs(16),)), count=3), *CATEGORIES[1:])
-    game = dataclasses.replace(GAME, categories=categories, decode=three)
+    game = GAME.replaced(categories=categories, decode=three)
     frame = np.zeros((210, 160), np.uint8)
     frame[20:24, 40:50], frame[24:28, 44:54] = 16, 14
     frame[10:12, 90:93] = frame[100:103, 0:5] = frame[110:113, 0:5] = 14
@@ -470,8 +471,7 @@ def test_digits_and_gauges_are_read():
     clock = Digits(hex_font(font, 3, (2, 1)), (20, 31), 60, weights=(60, 1))
     game = Game(
         name="Test",
-        rom="pong",
-        md5="0" * 32,
+        rom=Rom("pong", "0" * 32),
         ram=Ram,
         decode=lambda m: {"Two": box(0, 0, 1, 1), "Clock": box(0, 0, 1, 1), "Bar": box(0, 0, 1, 1)},
         categories=(
@@ -507,8 +507,7 @@ def test_digits_and_gauges_are_read():
 
 def test_gauges_of_other_boxes_and_coarse_ones():
     filled = Bounds(20, (0, 50, 60, 60))
-    game = dataclasses.replace(
-        GAME,
+    game = GAME.replaced(
         categories=(
             Category("Bar", Bounds((14, 20), (0, 50, 60, 60), value=Gauge(2, 0, 5, of=filled)), attributes=("value",)),
             Category(
@@ -538,8 +537,7 @@ def test_numbers_beside_signs_and_other_texts():
     sign = (2, 5, 5, 5, 2)
     font = dataclasses.replace(hex_font(pictures, 3, pitch=4), signs=(sign,))
     number = functools.partial(Digits, font, (4, 8), 10)
-    game = dataclasses.replace(
-        GAME,
+    game = GAME.replaced(
         categories=(
             Category("Plain", Bounds(14, (0, 10, 30, 15), value=number()), attributes=("value",)),
             Category("Alone", Bounds(14, (0, 10, 30, 15), value=number(free=(12, 20), required=True)), attributes=("value",)),
@@ -563,7 +561,7 @@ def test_numbers_beside_signs_and_other_texts():
 def test_values_by_color():
     pair = Category("P", Blobs((14, 20, 30)), count=3, attributes=("value",), value=ByColor(((14, 1), (20, 7))))
     like = Category("Q", Blobs((14, 20, 30), (0, 60, 160, 200)), count=3, attributes=("value",), value=ByColor(like=(0, 0, 20, 1)))
-    game = dataclasses.replace(GAME, categories=(pair, like), decode=lambda m: {"P": box(0, 0, 1, 1), "Q": box(0, 0, 1, 1)})
+    game = GAME.replaced(categories=(pair, like), decode=lambda m: {"P": box(0, 0, 1, 1), "Q": box(0, 0, 1, 1)})
     frames = np.zeros((3, 210, 160), np.uint8)
     for i, color in enumerate((14, 20, 30)):
         frames[:, 80, 40 * i + 10] = color
@@ -584,7 +582,7 @@ def test_screen_saver():
 
     saver = Saver(lambda m: jnp.where(m.key > 0, m.key, -1), (0, 0), 4, mask=0xF7, changed=(4, 14, 20))
     categories = tuple(Category(n, Blobs((14, 20, 30), (x, 40, x + 40, 60))) for n, x in (("A", 10), ("B", 50)))
-    game = dataclasses.replace(GAME, ram=Saved, categories=categories, decode=decode, saver=saver)
+    game = GAME.replaced(ram=Saved, categories=categories, decode=decode, saver=saver)
     frames = np.full((4, 210, 160), 4, np.uint8)
     frames[:, 50:54, 20:24] = 14
     frames[:, 50:54, 60:64] = 20
@@ -613,8 +611,7 @@ def test_a_second_pixel_tells_a_saver_from_flashes():
 
 
 def test_the_row_off_which_a_color_is_read():
-    game = dataclasses.replace(
-        GAME,
+    game = GAME.replaced(
         categories=tuple(
             Category(n, Blobs((14, 20, 30)), color_row=row) for n, row in (("A", 0), ("B", 1), ("C", -1), ("D", 9), ("E", -9))
         ),

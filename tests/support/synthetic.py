@@ -8,6 +8,7 @@ from ocjax.console.fonts import DIGITS_3X5, Digits, hex_font, score_box
 from ocjax.console.ops import div, lookup, pick
 from ocjax.console.ram import RamMap, bcd, bits, byte, high, low, signed
 from ocjax.console.registers import packed_position, wrap
+from ocjax.console.rom import Rom
 from ocjax.extraction.categories import Category, display
 from ocjax.extraction.game import Game
 from ocjax.vision.filters import NoLines, ShortRuns
@@ -60,8 +61,7 @@ def decode(m):
 
 GAME = Game(
     name="Synthetic",
-    rom="pong",
-    md5="60e0ea3cbe0913d39803477945e9e5ec",
+    rom=Rom("pong", "60e0ea3cbe0913d39803477945e9e5ec"),
     ram=Ram,
     decode=decode,
     categories=(

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 import ocjax
 from ocjax.console.boxes import box
 from ocjax.console.ram import RamMap, byte
+from ocjax.console.rom import Rom
 from ocjax.extraction.categories import Category
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
@@ -32,15 +33,13 @@ COUNTS = {"One": 1, "Few": 3, "Cell": 4, "Many": 9, "Place": 2}
 RULES = (Blobs(14), Blobs(20), Cells(22, (0, 9, 18, 27), (0, 0, 0, 0), 4, 4), Blobs(24), Bounds(26, ((0, 0, 9, 9), (9, 0, 18, 9))))
 GAME = Game(
     name="Test",
-    rom="pong",
-    md5="0" * 32,
+    rom=Rom("pong", "0" * 32),
     ram=Ram,
     decode=lambda m: {name: box(m.x + jnp.zeros(n, jnp.int32), 10, 4, 4) for name, n in COUNTS.items()},
     categories=tuple(Category(name, rule, count=n) for (name, n), rule in zip(COUNTS.items(), RULES, strict=True)),
 )
 MOVABLE = ("One", "Few", "Many")
-SMALL = dataclasses.replace(
-    GAME,
+SMALL = GAME.replaced(
     decode=lambda m: {name: box(m.x + jnp.zeros(COUNTS[name], jnp.int32), 10, 4, 4) for name in ("Few", "Cell")},
     categories=tuple(c for c in GAME.categories if c.name in ("Few", "Cell")),
 )
@@ -183,8 +182,7 @@ def test_reference(seed, density, span, radius):
 def test_large_category():
     """Chains of ties, in which each round settles only one pair, with as many slots as any game has."""
     n = 200
-    game = dataclasses.replace(
-        GAME,
+    game = GAME.replaced(
         decode=lambda m: {"A": box(m.x + jnp.zeros(n, jnp.int32), 10, 4, 4)},
         categories=(Category("A", Blobs(14), count=n),),
     )

@@ -10,7 +10,7 @@ import numpy as np
 
 from . import snapshot
 from .interface import GRAY, OBSERVED, POOLED, SAME_STEP, SCREENS, STATE_BYTES, CommandArrays, EmulatorArrays, WorkerConfig
-from .snapshot import Snapshot
+from .snapshot import EmulatorState
 
 UNTAKEN = 1e-9  # the acceptable probability that a sticky emulator has not yet taken over a repeated action
 NOOP = 0  # its index in every action set
@@ -257,7 +257,7 @@ class Emulator:
         if self.phase is Phase.NEXT_READY:
             return self.shown_state
         c, state = self.config, self.ale.cloneState(include_rng=True).serialize()
-        return snapshot.pack(c.rom, c.md5, Snapshot(self.phase.value, self.last_action, dict(self.rng.bit_generator.state), state))
+        return snapshot.pack(c.rom, c.md5, EmulatorState(self.phase.value, self.last_action, dict(self.rng.bit_generator.state), state))
 
     def save(self) -> None:
         """Leave the state in the shared memory."""

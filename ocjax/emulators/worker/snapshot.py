@@ -14,7 +14,7 @@ _PHASES = range(1, 5)  # those of an emulator that has loaded its ROM
 _ACTIONS = range(18)
 
 
-class Snapshot(NamedTuple):
+class EmulatorState(NamedTuple):
     """What the future of an emulator depends on."""
 
     phase: int
@@ -23,7 +23,7 @@ class Snapshot(NamedTuple):
     ale: bytes  # ALE's state
 
 
-def pack(rom: str, md5: str, snapshot: Snapshot) -> bytes:
+def pack(rom: str, md5: str, snapshot: EmulatorState) -> bytes:
     """The bytes of a saved emulator."""
     state, increment = (snapshot.generator["state"][name].to_bytes(16, "little") for name in ("state", "inc"))
     left = snapshot.generator["has_uint32"], snapshot.generator["uinteger"]
@@ -31,12 +31,12 @@ def pack(rom: str, md5: str, snapshot: Snapshot) -> bytes:
     return _HEADER.pack(MAGIC, VERSION, rom.encode(), bytes.fromhex(md5), zlib.crc32(body)) + body
 
 
-def unpack(data: bytes) -> Snapshot:
+def unpack(data: bytes) -> EmulatorState:
     """The inverse of `pack`, for bytes that have passed `check`."""
     phase, action, state, increment, has_left, left = _NUMBERS.unpack_from(data, _HEADER.size)
     numbers = {"state": int.from_bytes(state, "little"), "inc": int.from_bytes(increment, "little")}
     generator = {"bit_generator": "PCG64", "state": numbers, "has_uint32": has_left, "uinteger": left}
-    return Snapshot(phase, action, generator, data[_HEADER.size + _NUMBERS.size :])
+    return EmulatorState(phase, action, generator, data[_HEADER.size + _NUMBERS.size :])
 
 
 def check(data: bytes, rom: str, md5: str) -> None:
