@@ -41,6 +41,15 @@ MODULES = (
     "ocjax.transforms.perturbation",
     "ocjax.transforms.relations",
     "ocjax.transforms.tracking",
+    "ocjax.vision.colors",
+    "ocjax.vision.displays",
+    "ocjax.vision.filters",
+    "ocjax.vision.pictures",
+    "ocjax.vision.rules",
+    "ocjax.vision.shades",
+    "ocjax.vision.shapes",
+    "ocjax.vision.steps",
+    "ocjax.vision.unknown",
 )
 
 

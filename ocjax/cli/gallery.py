@@ -25,8 +25,8 @@ def richest(game: Game, objects: Objects, count: int) -> np.ndarray:
         count: number of states, at most B.
     """
     valid = np.asarray(objects.valid)
-    kinds = sum(valid[:, game.slices[c.name]].any(axis=1).astype(int) for c in game.categories)
-    return np.lexsort((np.arange(len(valid)), kinds))[::-1][:count]
+    shown = np.stack([valid[:, slots].any(axis=1) for slots in game.slices.values()])
+    return np.lexsort((np.arange(len(valid)), shown.sum(axis=0)))[::-1][:count]
 
 
 def picture(game: Game, steps: int, *, scale: int = 2, seed: int = 0) -> Image.Image:

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-__all__ = ["among", "div", "lookup", "mod", "pick", "reached"]
+__all__ = ["among", "div", "lookup", "match", "mod", "pick", "reached", "when"]
 
 
 def pick(index: jax.Array, values: Sequence[int]) -> jax.Array:

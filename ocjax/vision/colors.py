@@ -1,5 +1,7 @@
 """Colours as vision rules name them: palette indices."""
 
+__all__ = ["EVEN", "Colors", "color_set"]
+
 EVEN = 0xFE  # an odd palette index shows as the even one below it
 
 Colors = int | tuple[int, ...]

@@ -12,6 +12,8 @@ from ocjax.console.fonts import Digits, Font, score_box
 from ocjax.vision.colors import Colors
 from ocjax.vision.rules import Bounds, Gauge
 
+__all__ = ["IconRow", "NumberDisplay"]
+
 
 @dataclass(frozen=True)
 class NumberDisplay:

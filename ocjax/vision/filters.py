@@ -19,6 +19,8 @@ from ocjax._xla.kernels import materialize
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap
 
+__all__ = ["SLOPES", "Filter", "Lines", "LoneRuns", "NoLines", "NoPairs", "ShortRuns"]
+
 Filter = Callable[[Bitmap, jax.Array], Bitmap]
 SLOPES = 0, 1, -1  # of lines: columns to the right a row
 

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+__all__ = ["PICTURE_WIDTH", "Picture", "check_pictures", "largest", "picture"]
+
 PICTURE_WIDTH = 16  # columns of a picture at most
 
 Picture = tuple[int, ...]  # rows from the top, of `PICTURE_WIDTH` bits; the leftmost column is the highest one

@@ -19,6 +19,8 @@ from ocjax.vision.pictures import Picture, check_pictures
 from ocjax.vision.shapes import ANY_SHAPE, Shape, Span, span
 from ocjax.vision.steps import Step
 
+__all__ = ["Blobs", "Bounds", "ByColor", "Cells", "Gauge", "Rule", "Run", "Runs"]
+
 
 @dataclass(frozen=True)
 class Gauge:

@@ -9,6 +9,8 @@ import jax
 from ocjax.console.boxes import check_area
 from ocjax.vision.colors import Colors, color_set
 
+__all__ = ["Saver", "Shades"]
+
 
 @dataclass(frozen=True)
 class Shades:

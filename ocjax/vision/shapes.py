@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+__all__ = ["ANY_SHAPE", "Range", "Shape", "Span", "limits", "span"]
+
 Range = int | tuple[int, int | None]
 Span = int | tuple[int, int]
 

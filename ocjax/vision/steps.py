@@ -19,6 +19,8 @@ from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.detected import Detected, boxes
 
+__all__ = ["Context", "EndsAbove", "Packed", "Raised", "SideBySide", "Step", "Tight", "tight"]
+
 
 class Context(NamedTuple):
     """What a step may look at."""
