@@ -2,9 +2,11 @@
 
 import jax
 import numpy as np
+import pytest
 
 import ocjax
 from ocjax._xla import batches
+from ocjax.console import rom
 from tests.support.checks import check, host, random_frames, same
 
 
@@ -14,8 +16,14 @@ def unoptimized_jit(f):
 
 
 def test_declaration(game):
-    assert ocjax.load(game.name) is game
-    assert game.num_slots == len(game.slot_category) == len(game.slot_hud)
+    for name in (game.name.lower(), f"ALE/{game.name}-v5", f"{game.name}NoFrameskip-v4"):
+        assert ocjax.load(name) is game
+    assert rom.read_rom(game.rom, game.md5), "ale-py has the ROM that the decoder was written for"
+    names = [c.name for c in game.categories]
+    assert len(set(names)) == len(names)
+    assert names == sorted(names, key=lambda name: game.categories[names.index(name)].hud), "the display's categories are last"
+    ends = np.cumsum([c.count for c in game.categories]).tolist()
+    assert [(game.slices[name].start, game.slices[name].stop) for name in names] == list(zip([0, *ends[:-1]], ends, strict=True))
     assert all(c.doc for c in game.categories), "every category has a line for people"
 
 
@@ -38,6 +46,7 @@ def test_random_frames(game, truth, fuzz):
         check(game, game.vem(random_frames(game, rng, n)), (n,))
 
 
+@pytest.mark.slow
 def test_without_hud_is_a_prefix(game, truth):
     bare = ocjax.load(game.name, hud=False)
     assert not bare.slot_hud.any()
