@@ -29,6 +29,7 @@ def test_code_of_pages(page):
                 names.pop(name).close()
 
 
+@pytest.mark.slow
 def test_blocks_of_the_readme_run_as_they_stand(tmp_path):
     """In order, in one process that knows nothing else."""
     code = "\n".join(BLOCK.findall(README.read_text(encoding="utf-8")))

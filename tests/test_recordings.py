@@ -195,6 +195,7 @@ def short(monkeypatch):
     monkeypatch.setattr(fixtures, "FRAMES", 300)
 
 
+@pytest.mark.slow
 def test_equal_arguments_record_equal_samples(short):
     def record(*seeds):
         return fixtures.record(ocjax.load("Breakout"), 12, seeds=seeds, modes=(0, 4, 8), difficulties=(0, 1))

@@ -516,6 +516,7 @@ def test_wrong_options_are_refused():
     envs.close()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="needs the memory of a process from Linux's /proc")
 def test_many_steps_do_not_leak(request):
     """Memory does not grow, and neither a process nor shared memory remains."""

@@ -263,7 +263,7 @@ def in_a_process(code, *args, **variables):
     assert run.returncode == 0, run.stderr[-2000:]
 
 
-@pytest.mark.parametrize("name", ["rem", "vem"])
+@pytest.mark.parametrize("name", ["rem", pytest.param("vem", marks=pytest.mark.slow)])
 def test_sharding(name):
     """Results follow the sharding of the input along the batch without communication, with automatic and with explicit mesh axes."""
     in_a_process(SHARDED, name, XLA_FLAGS="--xla_force_host_platform_device_count=4")

@@ -67,6 +67,7 @@ def test_compiled_program(name, batch):
     assert given + results + between <= 4 * given
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not os.access(RESET, os.W_OK) or "VmHWM" not in STATUS.read_text(), reason="the system does not tell a process's peak")
 @pytest.mark.parametrize("batch", BATCHES)
 @pytest.mark.parametrize("name", GAMES)
