@@ -10,34 +10,91 @@ import numpy as np
 from ocjax.console.ram import RAM_SIZE
 from ocjax.extraction.game import Game
 
-STATES = 1024
-CHANGED = 32  # of the states that resemble play, one byte in so many is arbitrary
-FRAMES = 64
-RECTANGLES = 24  # on each frame
-SIZES = (8, 40)  # largest side of a rectangle, by turns: as small objects, and as several that touch
+STATES = 24_000
+CHANGED = 24  # of a state that resembles play, one byte in so many is another
+NEAR = 2  # by which half of these are larger or smaller
+MIXED = (8, 2)  # of a mixture of two states, one byte in so many is from the other
+FRAMES = 1024
+CHANGES = 32  # of each frame
+NEXT = ((-1, 0), (1, 0), (0, -1), (0, 1))
+COLORS = 128  # of the console
+SIZES = (8, 40)  # largest side of what is changed, by turns: as small objects, and as several that touch
+FAR = 8  # pixels by which pieces of other frames are moved
 
 
-def _noise(name: str, count: int) -> np.ndarray:
-    """Numbers below 65,536, int64 `[count]`, the same for the same name."""
-    return np.frombuffer(hashlib.shake_256(name.encode()).digest(2 * count), "<u2").astype(np.int64)
+def _noise(name: str, *shape: int) -> np.ndarray:
+    """Numbers below 65,536, int64 of a shape, the same for the same name."""
+    data = hashlib.shake_256(name.encode()).digest(2 * int(np.prod(shape)))
+    return np.frombuffer(data, "<u2").astype(np.int64).reshape(shape)
 
 
 def rams(game: Game, played: np.ndarray) -> np.ndarray:
-    """Arbitrary RAM and, by turns, played states with some arbitrary bytes: uint8 `[n, 128]` -> uint8 `[STATES, 128]`."""
-    out = (_noise(f"{game.name} RAM", STATES * RAM_SIZE) & 255).astype(np.uint8).reshape(STATES, RAM_SIZE)
-    kept = (_noise(f"{game.name} kept", STATES * RAM_SIZE) % CHANGED != 0).reshape(STATES, RAM_SIZE)
-    kept[1::2] = False
-    return np.where(kept, np.resize(played, out.shape), out)
+    """Arbitrary RAM, by turns with played states in which a few bytes are others, or come from another played state, or half of them do.
+
+    Args:
+        game: the game.
+        played: uint8 `[n, 128]`.
+
+    Returns:
+        uint8 `[STATES, 128]`.
+    """
+    anything = _noise(f"{game.name} bytes", STATES, RAM_SIZE)
+    kind = _noise(f"{game.name} kinds", STATES, RAM_SIZE)
+    usual = played[np.arange(STATES) // 4 % len(played)].astype(np.int64)
+    near = usual + anything % (2 * NEAR + 1) - NEAR
+    other = np.where(kind % 2 == 0, near, anything)
+    changed = np.where(kind // 2 % CHANGED == 0, other, usual)
+    others = played[_noise(f"{game.name} others", STATES) % len(played)]
+    mixtures = (np.where(kind % share == 0, others, usual) for share in MIXED)
+    out = np.choose(np.arange(STATES)[:, None] % 4, [anything, changed, *mixtures])
+    return (out & 255).astype(np.uint8)
 
 
 def frames(game: Game, played: np.ndarray) -> np.ndarray:
-    """Played frames on which rectangles of the game's colours are drawn: uint8 `[n, H, 160]` -> uint8 `[FRAMES, H, 160]`."""
+    """Played frames with rectangles, pieces of other played frames, and objects that are larger by a row or column or have another colour.
+
+    Every fourth frame has one of its colours alone, and every fourth all others, so that each colour of a rule is needed somewhere.
+
+    Args:
+        game: the game.
+        played: uint8 `[n, H, 160]`.
+
+    Returns:
+        uint8 `[FRAMES, H, 160]`.
+    """
     height, width = game.screen
-    colors = np.array([0, *sorted({color for c in game.categories for color in c.rule.palette})], np.uint8)
-    out = np.resize(played, (FRAMES, height, width))
-    noise = _noise(f"{game.name} frames", FRAMES * RECTANGLES * 5).reshape(FRAMES, RECTANGLES, 5).tolist()
-    for frame, rectangles in zip(out, noise, strict=True):
-        for k, (x, y, w, h, color) in enumerate(rectangles):
-            left, top, most = x % width, y % height, SIZES[k % 2]
-            frame[top : top + 1 + h % most, left : left + 1 + w % most] = colors[color % len(colors)]
+    colors = np.concatenate([np.resize(np.unique(played), COLORS), np.arange(0, 2 * COLORS, 2)])
+    out = played[np.arange(FRAMES) // 4 % len(played)]
+    noise = _noise(f"{game.name} frames", FRAMES, CHANGES, 7).tolist()
+    for i, (frame, changes) in enumerate(zip(out, noise, strict=True)):
+        own = np.unique(frame)
+        chosen = frame == own[changes[0][0] % len(own)]
+        if i % 4 < 2:
+            frame[chosen if i % 4 else ~chosen] = 0
+            continue
+        for k, (x, y, w, h, *choices) in enumerate(changes):
+            left, top, most = x % width, y % height, SIZES[k // 4 % 2]
+            rows, columns = np.arange(top, min(top + 1 + h % most, height)), np.arange(left, min(left + 1 + w % most, width))
+            frame[np.ix_(rows, columns)] = _changed(frame, rows, columns, k % 4, colors, played, choices)
     return out
+
+
+def _changed(
+    frame: np.ndarray, rows: np.ndarray, columns: np.ndarray, kind: int, colors: np.ndarray, played: np.ndarray, choices: list[int]
+) -> np.ndarray:
+    """What takes the place of some rows and columns of a frame."""
+    piece, color = frame[np.ix_(rows, columns)], colors[choices[0] % len(colors)]
+    background = piece[0, 0]
+
+    def moved(source: np.ndarray, down: int, right: int) -> np.ndarray:
+        return source[np.ix_((rows + down) % source.shape[0], (columns + right) % source.shape[1])]
+
+    match kind:
+        case 0:
+            return np.full_like(piece, color)
+        case 1:
+            return moved(played[choices[0] % len(played)], *(choice % (2 * FAR + 1) - FAR for choice in choices[1:]))
+        case 2:
+            return np.where(piece == background, moved(frame, *NEXT[choices[1] % len(NEXT)]), piece)
+    objects = piece[piece != background]
+    return np.where(piece == objects[choices[1] % len(objects)], color, piece) if len(objects) else piece

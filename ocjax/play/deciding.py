@@ -4,6 +4,7 @@ A decoder is traced once, and every integer in it, in an expression or a table, 
 some states have other objects. An excerpt that has such a state for every integer notices every slip in the game's file.
 """
 
+import itertools
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
@@ -20,6 +21,7 @@ from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
 
 STEPS = (1, -1)
+LITTLE = 0.01
 LARGEST = 512  # entries of a table; larger ones are pictures of the ROM
 BATCH = 64  # states at a time, so that one program serves all recordings
 
@@ -41,14 +43,14 @@ def decoder(game: Game) -> Callable[[jax.Array], Any]:
 
 
 def decisions(game: Game, rams: np.ndarray) -> np.ndarray:
-    """In which states an integer of the decoder that is changed by one changes the objects.
+    """In which states an integer of the decoder that is changed by one changes the objects, or a byte that is read at the next address.
 
     Args:
         game: the game.
         rams: uint8 `[B, 128]`.
 
     Returns:
-        bool `[changes, B]`: for each integer of the decoder, one row for a larger and one for a smaller one.
+        bool `[changes, B]`: for each integer of the decoder, one row for a larger and one for a smaller one; and one for each address.
     """
     traced = jax.make_jaxpr(decoder(game))(np.zeros(RAM_SIZE, np.uint8))
     numbers = np.concatenate([np.ravel(n) for n in _integers(traced)]).astype(np.int32)
@@ -65,13 +67,17 @@ def decisions(game: Game, rams: np.ndarray) -> np.ndarray:
         pairs = zip(outcomes(numbers, rams), usual, strict=True)
         return jnp.stack([(a != b).reshape(len(rams), -1).any(axis=1) for a, b in pairs]).any(axis=0)
 
-    usual, states = outcomes(jnp.asarray(numbers), jnp.asarray(rams)), jnp.asarray(rams)
-    changed = np.empty((len(numbers) * len(STEPS), len(rams)), bool)
-    for k, (i, step) in enumerate((i, step) for i in range(len(numbers)) for step in STEPS):
+    states = jnp.asarray(rams)
+    usual = outcomes(jnp.asarray(numbers), states)
+    changed = []
+    for i, step in itertools.product(range(len(numbers)), STEPS):
         other = numbers.copy()
         other[i] += step
-        changed[k] = differs(other, states, usual)
-    return changed
+        changed.append(np.asarray(differs(other, states, usual)))
+    for address in game.ram.addresses():
+        shifted = states.at[:, address].set(states[:, (address + 1) % RAM_SIZE])
+        changed.append(np.asarray(differs(numbers, shifted, usual)))
+    return np.array(changed)
 
 
 def _is_written(value: Any) -> bool:
@@ -124,8 +130,8 @@ def _evaluate(jaxpr: Jaxpr, consts: Iterable[Any], args: list[Any], take: Callab
     return [v.val if isinstance(v, Literal) else values[v] for v in jaxpr.outvars]
 
 
-def shown(game: Game, rams: np.ndarray, screens: np.ndarray) -> np.ndarray:
-    """What each state shows: `decisions` of REM, and the sizes, places and values that VEM finds.
+def shown(game: Game, rams: np.ndarray, screens: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What each state shows: `decisions` of REM, the sizes, places and values that VEM finds, and the colours on the frame.
 
     Args:
         game: the game.
@@ -133,11 +139,16 @@ def shown(game: Game, rams: np.ndarray, screens: np.ndarray) -> np.ndarray:
         screens: uint8 `[B, H, 160]`, their frames.
 
     Returns:
-        bool `[things, B]`.
+        bool `[things, B]`, and how much each thing counts, float32 `[things]`: all that is no decision little, because there is much of it.
     """
     objects = in_batches(game.vem, screens)
     found = [_occurrences(game, objects, c) for c in game.categories]
-    return np.concatenate([decisions(game, rams), *found])
+    colors = np.zeros((256, len(screens)), bool)
+    for i, screen in enumerate(screens):
+        colors[np.unique(screen), i] = True
+    decided = decisions(game, rams)
+    rows = np.concatenate([decided, *found, colors])
+    return rows, np.where(np.arange(len(rows)) < len(decided), 1, LITTLE).astype(np.float32)
 
 
 def _occurrences(game: Game, objects: Objects, category: Category) -> np.ndarray:
@@ -159,14 +170,15 @@ def in_batches(method: Callable[[np.ndarray], Objects], inputs: np.ndarray) -> O
     return jax.tree.map(lambda *arrays: np.concatenate(arrays)[:n], *parts)
 
 
-def cover(rows: np.ndarray, most: int) -> list[int]:
+def cover(rows: np.ndarray, most: int, weights: np.ndarray) -> list[int]:
     """Few columns that together have a True in as many rows as possible, each the one that adds most.
 
     Args:
         rows: bool `[rows, columns]`.
         most: number of columns at most.
+        weights: how much each row counts, float32 `[rows]`.
     """
-    left = np.ones(len(rows), np.float32)
+    left = weights.copy()
     chosen: list[int] = []
     while len(chosen) < most:
         gain = left @ rows

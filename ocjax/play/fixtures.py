@@ -30,11 +30,11 @@ FRAMES = 3600  # emulated frames of each run: a minute of play
 BOUNDARY_SAMPLES = 30
 BOUNDARY_STEPS = 10_000  # of each instance, after which `record_boundaries` gives up
 BOUNDARY_INSTANCES, BOUNDARY_SKIP = 8, 4
-DECIDING_SAMPLES = 40
+DECIDING_SAMPLES = 64
 DECIDING_INSTANCES, DECIDING_SKIP = 24, 3  # instances at least; there is one for each mode and difficulty
 DECIDING_STEPS = 48_000  # of all instances
 DECIDING_EVERY = 40  # steps of an instance, after which a state is a candidate even if nothing in it is new
-CANDIDATES = 3000
+CANDIDATES = 4000
 EXCERPT = ("rams", "screens", "previous", "drawn", "rewards", "lives")  # arrays of an excerpt
 
 
@@ -201,9 +201,10 @@ def record_deciding(
     every = recordings.join([*known, candidates])
     if every.screens is None:
         raise ValueError("every recording needs frames")
-    shown = deciding.shown(game, every.rams, every.screens)
+    shown, weights = deciding.shown(game, every.rams, every.screens)
     old, new = np.split(shown, [len(every) - len(candidates)], axis=1)
-    chosen = sorted(deciding.cover(new[~old.any(axis=1)], samples))
+    unknown = ~old.any(axis=1)
+    chosen = sorted(deciding.cover(new[unknown], samples, weights[unknown]))
     if not chosen:
         raise ValueError(f"no state of {game.name} shows what the other recordings do not")
     arrays: dict[str, Any] = {name: array[chosen] for name, array in candidates.arrays.items() if name in EXCERPT}

@@ -10,6 +10,9 @@ from ocjax.console import rom
 from tests.support.checks import check, host, random_frames, same
 
 
+ODD_COLORS = {"TimePilot": {3, 5, 7, 9}}  # by which it tells the enemies' planes apart
+
+
 def unoptimized_jit(f):
     """`jax.jit` without optimization of the machine code, which takes a third of the time to compile and computes the same."""
     return jax.jit(f, compiler_options=(batches.compiler_options() or {}) | {"xla_backend_optimization_level": 0})
@@ -25,6 +28,13 @@ def test_declaration(game):
     ends = np.cumsum([c.count for c in game.categories]).tolist()
     assert [(game.slices[name].start, game.slices[name].stop) for name in names] == list(zip([0, *ends[:-1]], ends, strict=True))
     assert all(c.doc for c in game.categories), "every category has a line for people"
+
+
+def test_colors_of_rules_are_even(game):
+    """As all colours on a screen are. An odd index shows as the even one below it, so that a slip would go unnoticed."""
+    rules = [rule for c in game.categories for rule in (c.rule, c.otherwise) if rule is not None]
+    odd = {color for rule in rules for color in rule.palette if color % 2}
+    assert odd == ODD_COLORS.get(game.name, set())
 
 
 def test_truth_is_well_formed(game, truth):
