@@ -62,7 +62,9 @@ def record(
     """
     spec = load_playable(game)
     if deciding and (boundaries or mode or difficulty or len(seed or []) > 1):
-        raise typer.BadParameter("--deciding plays all modes and difficulties with one seed: --boundaries, --mode, --difficulty do not apply")
+        raise typer.BadParameter(
+            "--deciding plays all modes and difficulties with one seed: --boundaries, --mode, --difficulty do not apply"
+        )
     if source and not deciding and (seed or mode or difficulty):
         raise typer.BadParameter("--seed, --mode and --difficulty choose what is played; with --from nothing is")
     if boundaries and (source or mode or difficulty or len(seed or []) > 1):

@@ -9,7 +9,6 @@ from ocjax._xla import batches
 from ocjax.console import rom
 from tests.support.checks import check, host, random_frames, same
 
-
 ODD_COLORS = {"TimePilot": {3, 5, 7, 9}}  # by which it tells the enemies' planes apart
 
 
