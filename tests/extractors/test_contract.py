@@ -7,6 +7,7 @@ import pytest
 import ocjax
 from ocjax._xla import batches
 from ocjax.console import rom
+from ocjax.play.deciding import BATCH, in_batches
 from tests.support.checks import check, host, random_frames, same
 
 ODD_COLORS = {"TimePilot": {3, 5, 7, 9}}  # by which it tells the enemies' planes apart
@@ -37,22 +38,22 @@ def test_colors_of_rules_are_even(game):
 
 
 def test_truth_is_well_formed(game, truth):
-    rem = game.rem(truth["rams"])
+    rem, vem = in_batches(game.rem, truth["rams"]), in_batches(game.vem, truth["screens"])
     check(game, rem, (len(truth["rams"]),))
-    assert (host(rem).orientation >= 0).all()
-    check(game, game.vem(truth["screens"]), (len(truth["screens"]),))
+    assert (rem.orientation >= 0).all()
+    check(game, vem, (len(truth["screens"]),))
 
 
-def test_random_ram(game, truth, fuzz):
-    rng, n = np.random.default_rng(0), len(truth["rams"])  # a batch size that is compiled already
-    for _ in range(0, fuzz, n):
-        check(game, game.rem(rng.integers(0, 256, (n, 128), dtype=np.uint8)), (n,))
+def test_random_ram(game, fuzz):
+    rng = np.random.default_rng(0)
+    for _ in range(0, fuzz, BATCH):
+        check(game, game.rem(rng.integers(0, 256, (BATCH, 128), dtype=np.uint8)), (BATCH,))
 
 
-def test_random_frames(game, truth, fuzz):
-    rng, n = np.random.default_rng(0), len(truth["screens"])
-    for _ in range(0, fuzz, n):
-        check(game, game.vem(random_frames(game, rng, n)), (n,))
+def test_random_frames(game, fuzz):
+    rng = np.random.default_rng(0)
+    for _ in range(0, fuzz, BATCH):
+        check(game, game.vem(random_frames(game, rng, BATCH)), (BATCH,))
 
 
 @pytest.mark.slow
