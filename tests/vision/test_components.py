@@ -182,6 +182,7 @@ def test_worst_cases(search):
     check([np.stack(list(WORST.values()))], (SEARCHES[search],))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "colors"), [("SpaceInvaders", (20,)), ("MsPacman", (38, 184, 88, 70, 42)), ("Skiing", (198, 212, 214, 218))]
 )
