@@ -69,15 +69,19 @@ def decisions(game: Game, rams: np.ndarray) -> np.ndarray:
 
     states = jnp.asarray(rams)
     usual = outcomes(jnp.asarray(numbers), states)
-    changed = []
+    changed = [differs(other, states, usual) for other in _larger_and_smaller(numbers)]
+    for address in game.ram.addresses():
+        shifted = states.at[:, address].set(states[:, (address + 1) % RAM_SIZE])
+        changed.append(differs(numbers, shifted, usual))
+    return np.array(changed)
+
+
+def _larger_and_smaller(numbers: np.ndarray) -> Iterator[np.ndarray]:
+    """The numbers with one of them changed by one."""
     for i, step in itertools.product(range(len(numbers)), STEPS):
         other = numbers.copy()
         other[i] += step
-        changed.append(np.asarray(differs(other, states, usual)))
-    for address in game.ram.addresses():
-        shifted = states.at[:, address].set(states[:, (address + 1) % RAM_SIZE])
-        changed.append(np.asarray(differs(numbers, shifted, usual)))
-    return np.array(changed)
+        yield other
 
 
 def _is_written(value: Any) -> bool:
