@@ -133,6 +133,7 @@ def test_debug_nans(sample, method, whole):
         assert same(whole, getattr(sample, method)(inputs(sample)[method]))
 
 
+@pytest.mark.slow
 def test_no_jit():
     ram = inputs(SYNTHETIC)["rem"][7]
     with jax.disable_jit():
@@ -263,7 +264,8 @@ def in_a_process(code, *args, **variables):
     assert run.returncode == 0, run.stderr[-2000:]
 
 
-@pytest.mark.parametrize("name", ["rem", pytest.param("vem", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["rem", "vem"])
 def test_sharding(name):
     """Results follow the sharding of the input along the batch without communication, with automatic and with explicit mesh axes."""
     in_a_process(SHARDED, name, XLA_FLAGS="--xla_force_host_platform_device_count=4")
