@@ -59,6 +59,7 @@ def compiled(name, batch):
     return sizes.argument_size_in_bytes, sizes.output_size_in_bytes, sizes.temp_size_in_bytes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("batch", BATCHES)
 @pytest.mark.parametrize("name", GAMES)
 def test_compiled_program(name, batch):

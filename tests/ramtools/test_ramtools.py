@@ -66,6 +66,7 @@ def test_correlate_finds_freeway():
     assert {f.offset for f in cars if f.scale == 1 and 108 <= f.source.address < 118} <= {-3, -2}
 
 
+@pytest.mark.slow
 def test_correlate_with_what_the_chip_drew():
     """Without vision rules, on a recording that says that the ball was drawn and nothing else."""
     game = ocjax.load("Pong")

@@ -210,6 +210,7 @@ def test_random_masks(search, mask):
     check([mask], (SEARCHES[search],))
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(first=masks(), second=masks(), third=masks())
 def test_several_masks_at_once(first, second, third):
@@ -300,6 +301,7 @@ def test_only_lines_of_one_colour_are_left(least):
     assert not inner[:, 60:].any()
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=5)
 @given(st.randoms(use_true_random=False))
 def test_tight_boxes(random):
