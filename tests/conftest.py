@@ -18,7 +18,8 @@ settings.load_profile("ocjax")
 
 
 def pytest_addoption(parser):
-    parser.addoption("--fuzz", type=int, default=1_000, help="random RAM states and random frames a game")
+    parser.addoption("--all", action="store_true", help="also the tests that take long, and more random states")
+    parser.addoption("--fuzz", type=int, help="random RAM states and random frames a game; 64 by default, 1,000 with --all")
     parser.addoption("--soak", type=int, default=100_000, help="agent steps in which memory must not grow; CI takes a million")
     parser.addoption("--cleanrl", type=Path, help="a checkout of CleanRL, whose ppo.py is to run")
     parser.addoption("--atari-ari", type=Path, help="a checkout of AtariARI's repository")
@@ -39,8 +40,12 @@ def pytest_generate_tests(metafunc):
 
 
 @pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items):
+def pytest_collection_modifyitems(config, items):
     """One process runs the tests of a module that are of no game, so that fixtures are set up and programs are compiled once."""
+    if not config.getoption("--all"):
+        slow = [item for item in items if item.get_closest_marker("slow")]
+        config.hook.pytest_deselected(items=slow)
+        items[:] = [item for item in items if not item.get_closest_marker("slow")]
     for item in items:
         if item.get_closest_marker("xdist_group") is None:
             item.add_marker(pytest.mark.xdist_group(item.path.stem))
@@ -76,4 +81,4 @@ def truth(game):
 
 @pytest.fixture(scope="session")
 def fuzz(request):
-    return request.config.getoption("--fuzz")
+    return request.config.getoption("--fuzz") or (1_000 if request.config.getoption("--all") else 64)

@@ -5,6 +5,8 @@ import re
 import subprocess
 import sys
 
+import jax
+import numpy as np
 import pytest
 
 import ocjax
@@ -27,6 +29,7 @@ def test_code_of_pages(page):
                 names.pop(name).close()
 
 
+@pytest.mark.slow
 def test_blocks_of_the_readme_run_as_they_stand(tmp_path):
     """In order, in one process that knows nothing else."""
     code = "\n".join(BLOCK.findall(README.read_text(encoding="utf-8")))
@@ -37,6 +40,11 @@ def test_blocks_of_the_readme_run_as_they_stand(tmp_path):
 
 def test_readable_records_of_the_readme():
     game, data = ocjax.load("Pong"), excerpt("Pong")
-    objects = game.rem(data["rams"])
-    for record in objects[0].to_list():
-        assert objects.of(game, record["category"]).x.shape[0] == len(data["rams"])
+    state = jax.tree.map(np.asarray, game.rem(data["rams"]))[0]
+    records = state.to_list()
+    assert [game.slices[r["category"]].start + r["slot"] for r in records] == np.flatnonzero(state.valid).tolist()
+    for record in records:
+        own, slot = state.of(game, record["category"]), record["slot"]
+        assert [record[field] for field in "xywh"] == own.xywh[slot].tolist()
+        assert list(record["rgb"]) == own.rgb[slot].tolist()
+        assert record.get("value", 0) == own.value[slot]

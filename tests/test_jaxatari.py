@@ -72,6 +72,7 @@ def test_keys_choose_the_number_of_noops():
     assert again.frame == states.frame[3]
 
 
+@pytest.mark.slow
 def test_gymnax():
     env = jaxatari.GymnaxEnvironment("Breakout", frame_skip=16)
     assert env.num_actions == 4
@@ -95,6 +96,7 @@ def empty(name, *batch):
     return jax.tree.map(lambda s: jnp.zeros(s.shape, s.dtype), shapes)
 
 
+@pytest.mark.slow
 def test_observations_of_other_games():
     seen = jaxatari.observation(empty("Seaquest", 3))
     assert seen._fields[:3] == ("player", "player_missile", "shark")

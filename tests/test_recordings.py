@@ -195,6 +195,7 @@ def short(monkeypatch):
     monkeypatch.setattr(fixtures, "FRAMES", 300)
 
 
+@pytest.mark.slow
 def test_equal_arguments_record_equal_samples(short):
     def record(*seeds):
         return fixtures.record(ocjax.load("Breakout"), 12, seeds=seeds, modes=(0, 4, 8), difficulties=(0, 1))
@@ -207,6 +208,7 @@ def test_equal_arguments_record_equal_samples(short):
     assert not np.array_equal(other.rams, tape.rams)
 
 
+@pytest.mark.slow
 def test_boundaries_are_first_and_last_states_and_lost_lives():
     tape = fixtures.record_boundaries(ocjax.load("MsPacman"), 9, seed=5)
     assert tape.resets.sum() == tape.ends.sum() == 3

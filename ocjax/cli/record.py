@@ -10,8 +10,10 @@ from ocjax.cli.loading import load_playable
 from ocjax.cli.messages import console, errors_in_one_line
 from ocjax.extraction.game import Game
 from ocjax.files import writing
-from ocjax.play import fixtures
+from ocjax.play import expected, fixtures
 from ocjax.recordings import Recording
+
+DATA = Path("tests", "data")  # the recordings of a checkout
 
 
 def record(
@@ -31,6 +33,17 @@ def record(
     boundaries: Annotated[
         bool, typer.Option("--boundaries", help="Keep first and last states and lost lives. Default --out: tests/data/ends/<Game>.npz.")
     ] = False,
+    deciding: Annotated[
+        bool,
+        typer.Option(
+            "--deciding",
+            help="Keep states of all modes that show what other recordings do not. Default --out: tests/data/modes/<Game>.npz.",
+        ),
+    ] = False,
+    objects: Annotated[
+        bool,
+        typer.Option("--expected", help="Write what REM and VEM report on all of the game's recordings: tests/data/expected/<Game>.txt."),
+    ] = False,
 ) -> None:
     """Create the small recordings that the tests of a game use.
 
@@ -40,19 +53,34 @@ def record(
 
     With --from, takes evenly spaced samples of existing recordings. If these all contain what the video chip drew, so does the result.
 
+    With --deciding, plays all modes and difficulties, and keeps states on which numbers in the game's file decide. With --from, it chooses
+    from these recordings, too.
+
+    With --expected, writes the objects of all recordings of the game as text. Look at what changed before you commit it.
+
     A mode that never draws some objects, such as Breakout's invisible bricks, cannot be checked against pixels: name the other modes.
     """
     spec = load_playable(game)
-    if source and (seed or mode or difficulty):
+    if deciding and (boundaries or mode or difficulty or len(seed or []) > 1):
+        raise typer.BadParameter(
+            "--deciding plays all modes and difficulties with one seed: --boundaries, --mode, --difficulty do not apply"
+        )
+    if source and not deciding and (seed or mode or difficulty):
         raise typer.BadParameter("--seed, --mode and --difficulty choose what is played; with --from nothing is")
     if boundaries and (source or mode or difficulty or len(seed or []) > 1):
         raise typer.BadParameter(
             "--boundaries plays the default mode with one seed: --from, --mode, --difficulty and more seeds do not apply"
         )
-    out = out or _default_excerpt(spec, "ends" if boundaries else "")
+    if objects:
+        return _record_expected(spec)
+    out = out or _default_excerpt(spec, "ends" if boundaries else "modes" if deciding else "")
     with errors_in_one_line():
         writing.check(out)
-        if source:
+        if deciding:
+            known = [recordings.read(path) for path in expected.paths(DATA, spec, other_than=out)]
+            more = [recordings.read(path, spec.name) for path in source or []]
+            tape = fixtures.record_deciding(spec, known, more, samples or fixtures.DECIDING_SAMPLES, seed=(seed or fixtures.SEEDS)[0])
+        elif source:
             tape = fixtures.cut_files([str(path) for path in source], spec, samples or fixtures.SAMPLES)
         elif boundaries:
             tape = fixtures.record_boundaries(spec, samples or fixtures.BOUNDARY_SAMPLES, seed=(seed or fixtures.SEEDS)[0])
@@ -65,8 +93,17 @@ def record(
     writing.announce(console, f"{len(tape)} samples of {spec.name}, {drawn} drawn pixels, {out.stat().st_size / 1000:,.0f} kB", out)
 
 
+def _record_expected(game: Game) -> None:
+    out = DATA / "expected" / f"{game.name}.txt"
+    with errors_in_one_line():
+        writing.check(out)
+        text = expected.describe(game, DATA)
+        writing.write_text(out, text)
+    writing.announce(console, f"Objects on the recordings of {game.name}", out)
+
+
 def _default_excerpt(game: Game, subfolder: str) -> Path:
-    folder = Path("tests", "data", subfolder)
+    folder = DATA / subfolder
     in_checkout = Path("extractors", "__init__.py").exists() and folder.is_dir()
     return (folder if in_checkout else Path()) / f"{game.name}.npz"
 

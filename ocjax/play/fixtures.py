@@ -1,11 +1,13 @@
 """Excerpts: the small recordings of each game that the tests use.
 
 `record` plays a game and keeps a few samples. `cut` picks samples from longer recordings. Both spread the samples over the time of play.
-`record_boundaries` keeps the first and last states of episodes, and states in which a life has just been lost.
+`record_boundaries` keeps the first and last states of episodes, and states in which a life has just been lost. `record_deciding` keeps the
+states, of all modes and difficulties, on which a number in the game's file decides.
 """
 
 import contextlib
 import dataclasses
+import itertools
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -16,6 +18,7 @@ from ocjax import recordings
 from ocjax.emulators.start import variants
 from ocjax.envs import AlePool, Settings
 from ocjax.extraction.game import Game
+from ocjax.play import deciding
 from ocjax.play.policies import HOLD, RandomPolicy
 from ocjax.play.stepping import steps
 from ocjax.recordings import Recording
@@ -27,6 +30,11 @@ FRAMES = 3600  # emulated frames of each run: a minute of play
 BOUNDARY_SAMPLES = 30
 BOUNDARY_STEPS = 10_000  # of each instance, after which `record_boundaries` gives up
 BOUNDARY_INSTANCES, BOUNDARY_SKIP = 8, 4
+DECIDING_SAMPLES = 64
+DECIDING_INSTANCES, DECIDING_SKIP = 24, 3  # instances at least; there is one for each mode and difficulty
+DECIDING_STEPS = 48_000  # of all instances
+DECIDING_EVERY = 40  # steps of an instance, after which a state is a candidate even if nothing in it is new
+CANDIDATES = 4000
 EXCERPT = ("rams", "screens", "previous", "drawn", "rewards", "lives")  # arrays of an excerpt
 
 
@@ -165,6 +173,84 @@ def _boundaries(game: Game, seed: int) -> Iterator[dict[str, Any]]:
             for k in np.flatnonzero(pool.started | ends | (pool.lives < lives)).tolist():
                 yield _sample(pool, k) | {"resets": pool.started[k], "ends": ends[k]}
             lives = np.array(pool.lives)
+
+
+def record_deciding(
+    game: Game, known: Sequence[Recording], more: Sequence[Recording] = (), samples: int = DECIDING_SAMPLES, *, seed: int = SEEDS[0]
+) -> Recording:
+    """Play all modes and difficulties, and keep the states that show most of what other excerpts do not show.
+
+    What a state shows is which integers of the decoder change its objects if they are changed by one, and which sizes, places and values of
+    objects VEM finds in its frame.
+
+    Args:
+        game: the game.
+        known: the other excerpts, with frames.
+        more: recordings to choose from, besides what is played.
+        samples: number of samples at most.
+        seed: of the first emulator and of the actions.
+
+    Returns:
+        A recording with `screens`, `previous`, `rewards` and `lives`, whose samples do not follow on each other.
+
+    Raises:
+        RomError: a wrong ROM.
+        ValueError: a recording has no frames, or no state shows anything new.
+    """
+    candidates = recordings.join([*more, _played(game, seed)])
+    every = recordings.join([*known, candidates])
+    if every.screens is None:
+        raise ValueError("every recording needs frames")
+    shown, weights = deciding.shown(game, every.rams, every.screens)
+    old, new = np.split(shown, [len(every) - len(candidates)], axis=1)
+    unknown = ~old.any(axis=1)
+    chosen = sorted(deciding.cover(new[unknown], samples, weights[unknown]))
+    if not chosen:
+        raise ValueError(f"no state of {game.name} shows what the other recordings do not")
+    arrays: dict[str, Any] = {name: array[chosen] for name, array in candidates.arrays.items() if name in EXCERPT}
+    return Recording(game, **arrays)
+
+
+def _played(game: Game, seed: int) -> Recording:
+    """States of all modes and difficulties: at regular times, around the ends of lives and episodes, and where a byte has a new value."""
+    settings = list(itertools.product(*variants(game)))
+    n = max(DECIDING_INSTANCES, len(settings))
+    modes, difficulties = zip(*(settings[i % len(settings)] for i in range(n)), strict=True)
+    play = Settings(frame_skip=DECIDING_SKIP, repeat_action_probability=0.0)
+    pool = AlePool(game, n, play, screens=("screen",), game_mode=list(modes), game_difficulty=list(difficulties))
+    kept: list[dict[str, Any]] = []
+    try:
+        act = RandomPolicy(len(pool.actions), n, np.random.default_rng(seed), HOLD)
+        pool.reset([seed + i for i in range(n)])
+        for k, total in _notable(game, pool, act):
+            earlier, latest = np.array(pool.screen[k])
+            frames = {"rams": np.array(pool.ram[k]), "screens": latest, "previous": earlier}
+            kept.append(frames | {"rewards": total, "lives": np.int16(pool.lives[k])})
+            if len(kept) == CANDIDATES:
+                break
+    finally:
+        pool.close()
+    arrays: dict[str, Any] = {name: np.array([sample[name] for sample in kept]) for name in kept[0]}
+    return Recording(game, **arrays)
+
+
+def _notable(game: Game, pool: AlePool, act: RandomPolicy) -> Iterator[tuple[int, int]]:
+    """Play, and yield the instance and the sum of rewards of each state to keep."""
+    n, addresses = pool.num_envs, np.array(sorted(game.ram.addresses()))
+    seen = np.zeros((len(addresses), 256), bool)
+    total, lives, resets, ends = np.zeros(n), np.array(pool.lives), np.ones(n, bool), np.zeros(n, bool)
+    for step in track(range(DECIDING_STEPS // n), description=f"playing {game.name}", transient=True):
+        notable = resets | ends | (pool.lives < lives) | (np.arange(n) == step % DECIDING_EVERY)
+        for k in range(n):
+            used = np.arange(len(addresses)), pool.ram[k][addresses]
+            if notable[k] or not seen[used].all():
+                seen[used] = True
+                yield k, int(total[k])
+        lives, resets = np.array(pool.lives), np.array(ends)
+        pool.send(act(pool.ram, pool.started))
+        pool.wait()
+        total = np.where(resets, 0, total + pool.reward)
+        ends = pool.terminated | pool.truncated
 
 
 def cut(recording: Recording, samples: int = SAMPLES) -> Recording:

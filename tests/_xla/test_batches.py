@@ -25,7 +25,7 @@ def test_any_batch():
     assert f(x[:, :0])["sum"].shape == (2, 0)
 
 
-@pytest.mark.parametrize("device", [False, True])
+@pytest.mark.parametrize("device", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_batches_of_many_lengths_share_programs(device):
     compiled = []
 

@@ -14,15 +14,22 @@ torch = pytest.importorskip("torch", reason="the extra `sb3` is not installed")
 sb3 = pytest.importorskip("stable_baselines3", reason="the extra `sb3` is not installed")
 
 
+def check_learning(model, steps):
+    """It takes that many steps, which change the policy, and its numbers stay finite."""
+    before = [p.detach().clone() for p in model.policy.parameters()]
+    model.learn(steps)
+    assert model.num_timesteps == steps
+    after = list(model.policy.parameters())
+    assert any(not torch.equal(a, b) for a, b in zip(before, after, strict=True))
+    assert all(torch.isfinite(p).all() for p in after)
+
+
 def test_stable_baselines3_on_vectors():
     from stable_baselines3.common.env_util import make_vec_env
 
     envs = make_vec_env("ocjax/Pong-v5", n_envs=2, seed=0, env_kwargs={"obs": "vector", "hud": False})
     model = sb3.PPO("MlpPolicy", envs, n_steps=256, batch_size=64, n_epochs=1, device="cpu")
-    before = [p.detach().clone() for p in model.policy.parameters()]
-    model.learn(2_048)
-    assert model.num_timesteps == 2_048
-    assert any(not torch.equal(a, b) for a, b in zip(before, model.policy.parameters(), strict=True))
+    check_learning(model, 2_048)
     envs.close()
 
 
@@ -30,7 +37,7 @@ def test_stable_baselines3_on_objects():
     """The default observation, a Dict of object fields."""
     env = gymnasium.make("ocjax/Freeway-v5")
     model = sb3.PPO("MultiInputPolicy", env, n_steps=256, batch_size=64, n_epochs=1, device="cpu")
-    model.learn(512)
+    check_learning(model, 512)
     env.close()
 
 
@@ -42,7 +49,7 @@ def test_stable_baselines3_with_its_atari_wrapper():
 
     envs = make_atari_env("ocjax/Breakout-v5", n_envs=2, seed=0, env_kwargs={"obs": "pixels", "preset": "noframeskip"})
     model = sb3.PPO("CnnPolicy", envs, n_steps=64, batch_size=64, n_epochs=1, device="cpu")
-    model.learn(256)
+    check_learning(model, 256)
     envs.close()
 
 

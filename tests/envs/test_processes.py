@@ -27,6 +27,7 @@ def run(code, *arguments, seconds=120):
     return done.stdout, done.stderr
 
 
+@pytest.mark.slow
 def test_making_environments_does_not_start_jax():
     out, errors = run("""
         import gymnasium, ocjax
@@ -63,7 +64,7 @@ MADE = [
 ]
 
 
-@pytest.mark.parametrize("made", MADE)
+@pytest.mark.parametrize("made", [MADE[0], *(pytest.param(made, marks=pytest.mark.slow) for made in MADE[1:])])
 def test_environments_run_in_forked_processes(made):
     out, errors = run(FORKS, "", made)
     assert out == "stepped\n", errors
@@ -101,6 +102,7 @@ def test_extraction_is_refused_in_forked_processes():
     assert out.count(REFUSAL) == 3, errors
 
 
+@pytest.mark.slow
 def test_environments_run_in_spawned_processes():
     vectorized = "gymnasium.make_vec('ocjax/Pong-v5', num_envs=2, vectorization_mode='async', vector_kwargs={'context': 'spawn'})"
     out, errors = run(FORKS, COMPUTE, vectorized)

@@ -304,6 +304,7 @@ def test_forked_children_change_nothing():
     assert out.splitlines()[1:] == ["[1 1 1]", "[0, 0, 0]"]
 
 
+@pytest.mark.slow
 def test_workers_end_with_a_killed_parent_whose_forked_child_lives():
     """Even while a hook hangs."""
     out = run("""

@@ -33,7 +33,7 @@ def actions():
     return np.random.default_rng(1).integers(4, size=(400, 4))
 
 
-@pytest.fixture(params=["one shard", "two shards"])
+@pytest.fixture(params=["one shard", pytest.param("two shards", marks=pytest.mark.slow)])
 def num_shards(request, monkeypatch):
     """Results are extracted together, or those of each worker as soon as it has finished."""
     monkeypatch.setattr(ale, "_MIN_SHARD", 64 if request.param == "one shard" else 1)
@@ -516,6 +516,7 @@ def test_wrong_options_are_refused():
     envs.close()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="needs the memory of a process from Linux's /proc")
 def test_many_steps_do_not_leak(request):
     """Memory does not grow, and neither a process nor shared memory remains."""

@@ -19,7 +19,7 @@ from tests.support.synthetic import drawn
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 
-REAL = ("Pong", "MsPacman", "SpaceInvaders")
+REAL = ("Pong", *(pytest.param(name, marks=pytest.mark.slow) for name in ("MsPacman", "SpaceInvaders")))
 SAMPLES = 42  # of which groups of three can be made
 
 
@@ -113,6 +113,7 @@ def test_read_only_input(sample, method, whole):
     assert same(whole, getattr(sample, method)(x))
 
 
+@pytest.mark.slow
 def test_closures_over_arrays(sample, method, whole):
     """An array that a compiled function closes over is a constant of it."""
     x = inputs(sample)[method].copy()
@@ -133,6 +134,7 @@ def test_debug_nans(sample, method, whole):
         assert same(whole, getattr(sample, method)(inputs(sample)[method]))
 
 
+@pytest.mark.slow
 def test_no_jit():
     ram = inputs(SYNTHETIC)["rem"][7]
     with jax.disable_jit():
@@ -263,6 +265,7 @@ def in_a_process(code, *args, **variables):
     assert run.returncode == 0, run.stderr[-2000:]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["rem", "vem"])
 def test_sharding(name):
     """Results follow the sharding of the input along the batch without communication, with automatic and with explicit mesh axes."""
@@ -287,6 +290,7 @@ for types in ((AxisType.Explicit, AxisType.Explicit), (AxisType.Explicit, AxisTy
 """
 
 
+@pytest.mark.slow
 def test_sharding_over_two_mesh_axes():
     """Any axes of the batch may be divided; what is divided within a state is gathered."""
     in_a_process(MESHES, XLA_FLAGS="--xla_force_host_platform_device_count=4")
@@ -310,6 +314,7 @@ assert jax.numpy.arange(3).dtype == np.int64  # what the caller asked for stays
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("when", ["before", "after"])
 def test_x64_for_the_whole_process(when):
     in_a_process(X64, when)

@@ -59,6 +59,7 @@ def compiled(name, batch):
     return sizes.argument_size_in_bytes, sizes.output_size_in_bytes, sizes.temp_size_in_bytes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("batch", BATCHES)
 @pytest.mark.parametrize("name", GAMES)
 def test_compiled_program(name, batch):
@@ -67,6 +68,7 @@ def test_compiled_program(name, batch):
     assert given + results + between <= 4 * given
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not os.access(RESET, os.W_OK) or "VmHWM" not in STATUS.read_text(), reason="the system does not tell a process's peak")
 @pytest.mark.parametrize("batch", BATCHES)
 @pytest.mark.parametrize("name", GAMES)

@@ -42,6 +42,7 @@ def test_extractors_has_one_name():
     assert "ocjax.extractors" in run.stderr or "No module named 'extractors'" in run.stderr
 
 
+@pytest.mark.slow
 def test_scripts_beside_a_folder_named_ocjax(tmp_path):
     """A script in the folder that holds the clone imports the package, not the clone's folder."""
     (tmp_path / "ocjax").mkdir()

@@ -3,15 +3,14 @@
 import collections
 import dataclasses
 
-import jax
 import numpy as np
 import pytest
 
 from ocjax import recordings
 from ocjax.evaluation import metrics
-from ocjax.vision.rules import Bounds
+from ocjax.play.deciding import in_batches
 from ocjax.vision.unknown import UNKNOWN_VALUE
-from tests.support.states import DATA, excerpt
+from tests.support.states import DATA
 
 ON_DRAWN = 0.99  # share of boxes that hold drawn pixels
 IN_COLOR = 0.97  # share of boxes that hold pixels of their objects' colours
@@ -27,6 +26,19 @@ STALE = {
     ("Qbert", "last"): 0.96,
     ("Venture", "lost"): 0.75,
 }
+# Least F1 of the methods in unusual states, where some objects are covered or blink, or the frame is older than the RAM.
+UNUSUAL = {
+    "Amidar": 0.95,
+    "Asteroids": 0.95,
+    "Berzerk": 0.92,
+    "Bowling": 0.89,
+    "Breakout": 0.92,  # modes in which the bricks are not drawn
+    "FishingDerby": 0.96,
+    "Jamesbond": 0.95,
+    "PrivateEye": 0.95,
+    "Venture": 0.93,
+}
+SCORED_OTHERWISE = {"Bowling": {"PlayerScore": 1}, "Jamesbond": {"Score": 1}}  # unusual states: of two players, and with no score shown
 # Objects that the other recordings hardly show, or that are easily taken for others.
 RARE = {
     "BankHeist": ("Points", "Police"),
@@ -61,6 +73,31 @@ EDGES = {
 }
 READ_AT_EDGES = {"Boxing": {"PlayerScore": (UNKNOWN_VALUE,)}, "Pacman": {"Score": (99_999, 0, 23_456)}}  # by VEM, where it differs
 
+# Categories with an object for each life, and how many lives have none.
+ICONS = {
+    "Atlantis": (
+        ("AcropolisCommandPost", "Generator", "DomedPalace", "BridgedBazaar", "AquaPlane"),
+        -1,
+    ),  # the last one's loss ends the game
+    "Assault": (("Lives",), 1),
+    "BankHeist": (("Life",), 0),
+    "BattleZone": (("Life",), 0),
+    "BeamRider": (("Life",), 1),
+    "Centipede": (("Life",), 1),
+    "CrazyClimber": (("Life",), 0),
+    "Gopher": (("Carrot",), 0),
+    "Krull": (("Life_HUD",), 1),
+    "UpNDown": (("Life",), 1),
+}
+# Categories whose value follows the lives: its sign and offset.
+NUMBERS = {
+    "Krull": ("Life_HUD", 1, 0),
+    "Pitfall": ("LifeCount", 1, 0),
+    "VideoPinball": ("LifeUsed", -1, 4),  # the number of the ball
+}
+# Samples in which the game has changed the display and the emulator not yet counted the life.
+EARLY = {"BeamRider": 2, "VideoPinball": 1}
+
 KNOWN = 0.9  # share of VEM's boxes of a category whose values it knows
 # The least share where the screen does not always tell the value: a full display hides it, digits look alike, or something else is shown.
 SELDOM_KNOWN = {
@@ -73,7 +110,11 @@ SELDOM_KNOWN = {
     ("Tennis", "EnemyScore"): 0.3,
     ("TimePilot", "Score"): 0.8,  # a text
 }
+CLOCKS = {("Skiing", "Score")}
+FRAME_OF_A_CLOCK = 2  # hundredths of a second
 NEVER_KNOWN = {"SpaceInvaders": ("Player", "Player2")}  # the value of a cannon is on the screen before a life begins, in Lives
+
+OFF_OBJECTS = {"Hero": 0.25, "Krull": 0.15, "Venture": 0.15}  # share of moved boxes on detections where walls fill much of the screen
 
 UPRIGHT = 0, 8  # orientations that are their own mirror images
 # Categories of which the recordings hold no picture together with its mirror image.
@@ -99,7 +140,7 @@ SHOWN_AS_BACKGROUND = {"ChopperCommand": ("EnemyPlane", "MiniEnemy", "MiniTruck"
 def detected(game, truth):
     """REM's objects, VEM's, and VEM's on the frame before."""
     sources = (game.rem, truth["rams"]), (game.vem, truth["screens"]), (game.vem, truth["previous"])
-    return tuple(jax.tree.map(np.asarray, extract(x)) for extract, x in sources)
+    return tuple(in_batches(extract, x) for extract, x in sources)
 
 
 def steady(game, objects):
@@ -171,13 +212,36 @@ def test_boxes_without_drawn_pixels_are_noticed(game, truth, detected):
     rem, vem, before = detected
     boxes, *detections = map(metrics.detections, (steady(game, rem), vem, before))
     assert share_on_detections(boxes, *detections) >= ON_DETECTED
-    moved = dataclasses.replace(boxes, xywh=(boxes.xywh + np.array([80, 60, 0, 0])) % np.array([160, 200, 999, 999]))
-    assert share_on_detections(moved, *detections) < 0.9
+    shares = []
+    for shift in ((80, 60), (40, 100), (0, 90)):  # one of them puts them where nothing of their kind is
+        moved = (boxes.xywh + np.array([*shift, 0, 0])) % np.array([160, 200, 999, 999])
+        shares.append(share_on_detections(dataclasses.replace(boxes, xywh=moved), *detections))
+    assert min(shares) < OFF_OBJECTS.get(game.name, 0.1), shares
 
 
 def test_score_and_lives_follow_the_emulator(truth, detected):
     shares = metrics.value_shares(detected[0], truth["rewards"], truth["lives"])
     assert all(share == 1 for share in shares.values() if share == share), shares  # nan: never shown
+
+
+def test_icons_show_the_lives(game, truth, detected):
+    """And so do numbers of other names, and the objects that a game counts as lives."""
+    rem = detected[0]
+    if game.name in ICONS:
+        categories, hidden = ICONS[game.name]
+        shown = sum(np.count_nonzero(rem.valid[:, game.slices[category]], axis=1) for category in categories)
+        most = sum(c.count for c in game.categories if c.name in categories)
+        assert np.count_nonzero(shown != np.clip(truth["lives"] - hidden, 0, most)) == EARLY.get(game.name, 0)
+    if game.name in NUMBERS:
+        category, sign, offset = NUMBERS[game.name]
+        own, expected = rem.of(game, category), sign * truth["lives"][:, None] + offset
+        assert np.count_nonzero((own.value != expected) & own.valid) == EARLY.get(game.name, 0)
+
+
+def test_lives_are_checked(game, truth):
+    """In every game in which the emulator counts them."""
+    lives = [c for c in game.categories if c.name in metrics.LIVES_NAMES and c.count == 1 and "value" in c.attributes]
+    assert bool(lives) + (game.name in ICONS.keys() | NUMBERS.keys()) == bool(truth["lives"].any())
 
 
 def test_vem_reads_what_is_shown(game, detected):
@@ -194,12 +258,18 @@ def test_vem_reads_what_is_shown(game, detected):
             least = SELDOM_KNOWN.get((game.name, c.name), KNOWN)
             assert known.mean() >= least, (c.name, known.mean())
             assert least == KNOWN or known.mean() < KNOWN, f"{c.name} needs no exception"
-        if isinstance(c.rule, Bounds) and c.rule.value is not None:
-            s = game.slices[c.name]
-            both = rem.valid[:, s] & vem.valid[:, s] & (vem.value[:, s] != UNKNOWN_VALUE)
-            lag = np.abs(rem.value[:, s] - vem.value[:, s])[both]
-            if len(lag) > 5:
-                assert (lag <= 2).mean() >= 0.95  # two hundredths of a second are one frame of a clock
+        if c.reads_value:
+            wrong = np.abs(differences_of_values(rem.of(game, c), vem.of(game, c)))
+            most = FRAME_OF_A_CLOCK if (game.name, c.name) in CLOCKS else 0
+            assert len(wrong) <= 5 or (wrong <= most).mean() >= 0.95, (c.name, (wrong <= most).mean())
+
+
+def differences_of_values(rem, vem):
+    """REM's values less VEM's where VEM knows them. Of several slots, those with equal boxes are compared, as VEM's have another order."""
+    one = rem.valid.shape[1] == 1
+    pairs = one | (rem.xywh[:, :, None] == vem.xywh[:, None]).all(axis=-1)
+    n, i, j = np.nonzero(pairs & rem.valid[:, :, None] & (vem.valid & (vem.value != UNKNOWN_VALUE))[:, None])
+    return rem.value[n, i] - vem.value[n, j]
 
 
 def test_screen_savers(game):
@@ -222,12 +292,8 @@ def test_screen_savers(game):
 
 def extracted(tape):
     """REM's objects, VEM's, and VEM's on the frame before."""
-    game, n = tape.game, len(tape)
-    size = len(excerpt(game.name)["rams"])  # a batch size that is compiled already
-    sources = (game.rem, tape.rams), (game.vem, tape.screens), (game.vem, tape.previous)
-    batches = [np.resize(np.arange(i, min(i + size, n)), size) for i in range(0, n, size)]
-    found = [[jax.tree.map(np.asarray, extract(x[batch])) for batch in batches] for extract, x in sources]
-    return tuple(jax.tree.map(lambda *parts: np.concatenate(parts)[:n], *parts) for parts in found)
+    sources = (tape.game.rem, tape.rams), (tape.game.vem, tape.screens), (tape.game.vem, tape.previous)
+    return tuple(in_batches(extract, x) for extract, x in sources)
 
 
 def agreement_on(tape):
@@ -241,6 +307,19 @@ def test_rare_objects(game):
     if path.exists():
         f1 = dict(zip(game.slices, agreement_on(recordings.read(path, game.name)).sum(axis=0).f1, strict=True))
         assert all(f1[category] >= 0.95 for category in RARE[game.name]), f1
+
+
+def test_states_of_all_modes(game):
+    """In states that were chosen because they are unusual, the methods agree, and score and lives are right."""
+    tape = recordings.read(DATA / "modes" / f"{game.name}.npz", game.name)
+    rem, vem, before = extracted(tape)
+    counts = metrics.agreement(*map(metrics.detections, (rem, vem, before)))
+    by_category = dict(zip(game.slices, counts.sum(axis=0).f1, strict=True))
+    assert counts.sum().f1 >= UNUSUAL.get(game.name, 0.97), by_category
+    alive = (tape.lives > 0) | (tape.lives.max() == 0)  # after the end, displays may show something else
+    shares = metrics.value_shares(rem[alive], tape.rewards[alive], tape.lives[alive])
+    wrong = {name: round((1 - share) * np.count_nonzero(alive)) for name, share in shares.items() if share < 1}
+    assert wrong == SCORED_OTHERWISE.get(game.name, {})
 
 
 def facings(rem, vem, screens, slots):
@@ -291,7 +370,7 @@ def test_displays_at_their_limits(game):
     assert path.exists() == (game.name in EDGES)
     if path.exists():
         tape = recordings.read(path, game.name)
-        rem, vem = (jax.tree.map(np.asarray, found) for found in (game.rem(tape.rams), game.vem(tape.screens)))
+        rem, vem = in_batches(game.rem, tape.rams), in_batches(game.vem, tape.screens)
         for category, values in EDGES[game.name].items():
             slot = game.slices[category].start
             assert rem.value[:, slot].tolist() == list(values)

@@ -149,7 +149,7 @@ def test_suffixes_may_be_in_upper_case(tmp_path, pong, rams, frames):
     expect(tmp_path / "out.npz", pong, rams)
 
 
-@pytest.mark.parametrize("name", ["Pong", "Asteroids", "Freeway", "PacMan"])
+@pytest.mark.parametrize("name", ["Pong", *(pytest.param(name, marks=pytest.mark.slow) for name in ("Asteroids", "Freeway", "PacMan"))])
 def test_pictures_of_palette_indices(tmp_path, name):
     """Without colours, pictures show `ale.getScreen()`; shades of grey, as of `ale.getScreenGrayscale()`, are refused."""
     game = ocjax.load(name)

@@ -115,6 +115,7 @@ def test_damaged_policies_are_refused(policy, tmp_path):
     assert refused > 100
 
 
+@pytest.mark.slow
 def test_every_instance_plays_equally_many_games(policy, tmp_path, monkeypatch):
     """Games are complete although training ends episodes with lives, and equal seeds play equal games."""
     monkeypatch.setattr("ocjax.play.games.MOST_ENVS", 2)
@@ -155,6 +156,7 @@ def test_games_without_trained_policy():
         play(ocjax.load("Alien"), "trained", 1)
 
 
+@pytest.mark.slow
 def test_play_command(policy, tmp_path):
     path, table, gif = tmp_path / "policy.npz", tmp_path / "returns.csv", tmp_path / "game.gif"
     policy.write(path)

@@ -54,6 +54,7 @@ def test_correlate_finds_values_and_presence(pong_findings):
     assert present.exact > 0.95
 
 
+@pytest.mark.slow
 def test_correlate_finds_freeway():
     tape = rollouts.rollout(ocjax.load("Freeway"), 1200, seed=3)
     found = {(f.object, f.field): f for f in correlate.correlate(tape)}
@@ -65,6 +66,7 @@ def test_correlate_finds_freeway():
     assert {f.offset for f in cars if f.scale == 1 and 108 <= f.source.address < 118} <= {-3, -2}
 
 
+@pytest.mark.slow
 def test_correlate_with_what_the_chip_drew():
     """Without vision rules, on a recording that says that the ball was drawn and nothing else."""
     game = ocjax.load("Pong")
@@ -146,6 +148,7 @@ def test_causes_finds_pong(pong_causes):
     assert pong_causes.pixels[14, 1:21, 100:128].any()
 
 
+@pytest.mark.slow
 def test_causes_finds_freeway():
     found = causes.causes(ocjax.load("Freeway"), values=32, num_envs=32, steps=60)
     effects = {a: {e.category: e for e in es} for a, es in found.effects.items()}
@@ -240,6 +243,7 @@ def test_watch_in_terminal():
     assert "PlayerScore 0" in result.output
 
 
+@pytest.mark.slow
 def test_commands(tmp_path):
     for args, words in (
         (("correlate", DATA / "Pong.npz"), ("present", "Constant")),

@@ -101,6 +101,7 @@ def test_misuse(objects):
         ocjax.perturb(KEY, objects.of(objects.game, "Ball"))
 
 
+@pytest.mark.slow
 def test_environments_observe_perturbed_objects():
     runs = []
     for seed in (0, 0, 1):

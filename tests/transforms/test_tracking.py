@@ -204,6 +204,7 @@ FUNCTIONS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("f", FUNCTIONS.values(), ids=FUNCTIONS)
 def test_batch_is_its_rows(f):
     """A batch gives what its rows give alone, in other batch shapes, and under `vmap`, `jit`, `disable_jit` and `scan`."""

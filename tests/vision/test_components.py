@@ -182,6 +182,7 @@ def test_worst_cases(search):
     check([np.stack(list(WORST.values()))], (SEARCHES[search],))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "colors"), [("SpaceInvaders", (20,)), ("MsPacman", (38, 184, 88, 70, 42)), ("Skiing", (198, 212, 214, 218))]
 )
@@ -209,6 +210,7 @@ def test_random_masks(search, mask):
     check([mask], (SEARCHES[search],))
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(first=masks(), second=masks(), third=masks())
 def test_several_masks_at_once(first, second, third):
@@ -299,6 +301,7 @@ def test_only_lines_of_one_colour_are_left(least):
     assert not inner[:, 60:].any()
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=5)
 @given(st.randoms(use_true_random=False))
 def test_tight_boxes(random):

@@ -1,0 +1,164 @@
+"""Expected objects: all that REM and VEM report on a game's excerpts, as text that a reviewer reads as a diff.
+
+    Ball usually #ececec
+    [ends/Pong.npz]
+    0 rem: Player 140,99,4,16; Ball 78,60,2,4; PlayerScore 116,1,12,20=0
+    0 vem: Ball -
+    [arbitrary]
+    all rem: Player 871/9f86d081; Ball 655/60303ae2; PlayerScore 1024/d7a8fbb3
+
+A line holds the objects of one state: for each category its slots in order, each `x,y,w,h`, then `=value`, `@orientation` (`?` where it is
+unknown) and `#rgb` if it is not the category's usual colour. `-` is a slot without an object; such slots at the end are left out. The line
+of VEM names only the categories in which it differs from REM, and is left out if there are none. Equal texts mean equal fields.
+
+The last section is of states and frames that no game shows (`ocjax.play.arbitrary`): by category the number of objects, and a checksum of
+all their fields.
+"""
+
+import zlib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ocjax import recordings
+from ocjax.extraction.game import Game
+from ocjax.extraction.objects import Objects
+from ocjax.play import arbitrary
+from ocjax.play.deciding import in_batches
+from ocjax.recordings import Recording
+from ocjax.vision.unknown import UNKNOWN, UNKNOWN_VALUE
+
+FOLDERS = ("", "ends", "modes", "rare", "edges", "savers")  # of `tests/data`, in which games have their excerpts
+NOTHING = "-"
+
+Slots = dict[str, tuple[str, ...]]  # the texts of a state's slots by category
+
+
+def paths(data: Path, game: Game, other_than: Path | None = None) -> list[Path]:
+    """The excerpts of a game under `tests/data`, but for one."""
+    every = [data / folder / f"{game.name}.npz" for folder in FOLDERS]
+    return [path for path in every if path.exists() and path != other_than]
+
+
+def describe(game: Game, data: Path) -> str:
+    """The text of a game's expected objects.
+
+    Args:
+        game: the game.
+        data: the folder `tests/data`.
+    """
+    tapes = {path: recordings.read(path, game.name) for path in paths(data, game)}
+    found = {path: (in_batches(game.rem, tape.rams), in_batches(game.vem, _frames(tape))) for path, tape in tapes.items()}
+    usual = _usual_colors(game, [objects for both in found.values() for objects in both])
+    lines = [f"{category} usually {color}" for category, color in usual.items()]
+    for path, (rem, vem) in found.items():
+        lines.append(f"[{path.relative_to(data).as_posix()}]")
+        for i in range(len(tapes[path])):
+            lines += _lines_of_state(str(i), slots_of(game, rem[i], usual), slots_of(game, vem[i], usual))
+    lines.append("[arbitrary]")
+    lines += _checksums(game, list(tapes.values()))
+    return "\n".join(lines) + "\n"
+
+
+def _frames(tape: Recording) -> np.ndarray:
+    if tape.screens is None:
+        raise recordings.RecordingError(f"an excerpt of {tape.game.name} has no frames")
+    return tape.screens
+
+
+def _checksums(game: Game, tapes: list[Recording]) -> Iterator[str]:
+    """The lines about arbitrary states and frames."""
+    rams = arbitrary.rams(game, np.concatenate([tape.rams for tape in tapes]))
+    frames = arbitrary.frames(game, np.concatenate([_frames(tape) for tape in tapes]))
+    for name, method, inputs in (("rem", game.rem, rams), ("vem", game.vem, frames)):
+        found = in_batches(method, inputs)
+        yield f"all {name}: " + "; ".join(f"{c.name} {_checksum(found.of(game, c))}" for c in game.categories)
+
+
+def _checksum(objects: Objects) -> str:
+    """The number of objects, and a checksum of their fields."""
+    fields = (objects.xywh, objects.valid, objects.orientation, objects.value, objects.rgb)
+    data = b"".join(np.ascontiguousarray(field).astype("<i4").tobytes() for field in fields)
+    return f"{np.count_nonzero(objects.valid)}/{zlib.crc32(data):08x}"
+
+
+def _usual_colors(game: Game, found: list[Objects]) -> dict[str, str]:
+    """The most frequent colour of each category that occurs."""
+    out = {}
+    for c in game.categories:
+        s = game.slices[c.name]
+        colors = np.concatenate([o.rgb[:, s][o.valid[:, s]] for o in found])
+        if len(colors):
+            distinct, counts = np.unique(colors, axis=0, return_counts=True)
+            out[c.name] = _hex(distinct[counts.argmax()])
+    return out
+
+
+def _hex(rgb: Any) -> str:
+    return "#" + bytes(rgb.tolist()).hex()
+
+
+def slots_of(game: Game, state: Objects, usual: Mapping[str, str]) -> Slots:
+    """The texts of a state's slots, by category."""
+    out = {}
+    for c in game.categories:
+        s = game.slices[c.name]
+        texts = [_text(state, k, c.attributes, usual.get(c.name)) for k in range(s.start, s.stop)]
+        while texts and texts[-1] == NOTHING:
+            texts.pop()
+        out[c.name] = tuple(texts) or (NOTHING,)
+    return out
+
+
+def _text(state: Objects, k: int, attributes: tuple[str, ...], usual: str | None) -> str:
+    if not state.valid[k]:
+        return NOTHING
+    text = ",".join(map(str, state.xywh[k].tolist()))
+    for name, sign, unknown in (("value", "=", UNKNOWN_VALUE), ("orientation", "@", UNKNOWN)):
+        number = int(getattr(state, name)[k])
+        if name in attributes or number:
+            text += sign + ("?" if number == unknown else str(number))
+    color = _hex(state.rgb[k])
+    return text if color == usual else text + color
+
+
+def _lines_of_state(number: str, rem: Slots, vem: Slots) -> Iterator[str]:
+    there = {c: texts for c, texts in rem.items() if texts != (NOTHING,)}
+    yield f"{number} rem: {_join(there)}".rstrip()
+    different = {c: texts for c, texts in vem.items() if texts != rem[c]}
+    if different:
+        yield f"{number} vem: {_join(different)}"
+
+
+def _join(slots: Slots) -> str:
+    return "; ".join(f"{category} {' '.join(texts)}" for category, texts in slots.items())
+
+
+def differences(expected: str, got: str) -> list[str]:
+    """What two texts of `describe` say differently, one line a slot."""
+    a, b = _entries(expected), _entries(got)
+    return [
+        f"{key}: expected {a.get(key, NOTHING)}, got {b.get(key, NOTHING)}" for key in a | b if a.get(key, NOTHING) != b.get(key, NOTHING)
+    ]
+
+
+def _entries(text: str) -> dict[str, str]:
+    """What a text says, by state, method, category and slot."""
+    out: dict[str, str] = {}
+    states: dict[str, dict[str, list[str]]] = {}
+    section = ""
+    for line in text.splitlines():
+        if line.startswith("["):
+            section = line.strip("[]")
+        elif " usually " in line:
+            category, _, color = line.partition(" usually ")
+            out[f"usual colour of {category}"] = color
+        else:
+            state, method, *rest = line.split(" ", 2)
+            slots = {category: texts for part in "".join(rest).split("; ") if part for category, *texts in [part.split(" ")]}
+            if method == "rem:":
+                states[f"{section} state {state} rem"] = slots
+            states[f"{section} state {state} vem"] = states[f"{section} state {state} rem"] | slots
+    return out | {f"{s} {c} {k}": t for s, slots in states.items() for c, texts in slots.items() for k, t in enumerate(texts)}

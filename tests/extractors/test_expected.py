@@ -1,0 +1,32 @@
+"""Every game's objects on all of its recordings are exactly those that `tests/data/expected` holds."""
+
+from ocjax.play import expected
+from tests.support.states import DATA
+
+
+def test_objects_are_as_expected(game):
+    path = DATA / "expected" / f"{game.name}.txt"
+    command = f"ocjax record {game.name} --expected"
+    assert path.exists(), f"{path} is missing: `{command}` makes it"
+    found = expected.differences(path.read_text(encoding="utf-8"), expected.describe(game, DATA))
+    more = f"and {len(found) - 20} more" if len(found) > 20 else ""
+    assert not found, "\n".join([*found[:20], more, f"If what is new is right: `{command}`"])
+
+
+def test_all_recordings_are_compared():
+    folders = {path.parent.relative_to(DATA).as_posix() for path in DATA.rglob("*.npz")}
+    assert folders == {folder or "." for folder in expected.FOLDERS}
+
+
+def test_differences_name_state_and_slot():
+    old = "Ball usually #ececec\n[ends/Pong.npz]\n0 rem: Player 9,9,4,9; Ball 7,6,2,4 - 1,2,3,4\n1 rem:\n"
+    new = "Ball usually #ececed\n[ends/Pong.npz]\n0 rem: Player 9,9,4,9; Ball 7,6,2,4 5,6,7,8\n0 vem: Ball -\n1 rem:\n1 vem: Ball 1,1,1,1\n"
+    assert expected.differences(old, old) == []
+    assert expected.differences(old, new) == [
+        "usual colour of Ball: expected #ececec, got #ececed",
+        "ends/Pong.npz state 0 rem Ball 1: expected -, got 5,6,7,8",
+        "ends/Pong.npz state 0 rem Ball 2: expected 1,2,3,4, got -",
+        "ends/Pong.npz state 0 vem Ball 0: expected 7,6,2,4, got -",
+        "ends/Pong.npz state 0 vem Ball 2: expected 1,2,3,4, got -",
+        "ends/Pong.npz state 1 vem Ball 0: expected -, got 1,1,1,1",
+    ]
