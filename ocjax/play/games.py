@@ -98,4 +98,4 @@ def _games(pool: AlePool, act: policies.Policy, drawn: list[Image.Image] | None)
 
 def _picture(pool: AlePool) -> Image.Image:
     game = pool.game
-    return overlay(game, np.array(pool.screen[0, -1]), game.rem(np.array(pool.ram[0])), scale=2, labels=False)
+    return overlay(game, np.array(pool.screen[0, -1]), game.rem(np.array(pool.ram[0])), scale=2)

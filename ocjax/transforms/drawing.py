@@ -1,13 +1,15 @@
 """Draw objects over frames."""
 
 import colorsys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects
+from ocjax.extraction.records import COMPASS
 
 __all__ = ["category_colors", "overlay", "sheet"]
 
@@ -44,12 +46,22 @@ def overlay(game: Declaration, frame: np.ndarray, objects: Objects, *, scale: in
         corners = (r["x"] * sx - 1, r["y"] * sy - 1, (r["x"] + r["w"]) * sx, (r["y"] + r["h"]) * sy)
         draw.rectangle(corners, outline=colors[r["category"]], width=max(1, scale // 2))
     for r in records if labels else ():
-        attributes = "".join(f" {r[k]}" for k in ("value", "orientation") if k in r)
+        attributes = _attributes(r)
         if r["category"] not in named or attributes:
             named.add(r["category"])
             place = r["x"] * sx, r["y"] * sy, (r["y"] + r["h"]) * sy
             _label(draw, font, r["category"] + attributes, place, image.size, colors[r["category"]])
     return image
+
+
+def _attributes(record: Mapping[str, Any]) -> str:
+    """What a label says of an object beside its category: " 12" for a number of the display, " value 3, facing NE" for others."""
+    parts = []
+    if "value" in record:
+        parts.append(f"{record['value']}" if record["hud"] else f"value {record['value']}")
+    if "orientation" in record:
+        parts.append(f"facing {COMPASS[record['orientation']]}")
+    return " " * bool(parts) + ", ".join(parts)
 
 
 def _label(
