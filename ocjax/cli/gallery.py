@@ -38,14 +38,14 @@ def picture(game: Game, steps: int, *, scale: int = 2, seed: int = 0) -> Image.I
         scale: see `ocjax.transforms.drawing.overlay`.
         seed: of emulators and actions.
     """
-    rams, frames = _states(game, steps, seed)
+    rams, frames = states(game, steps, seed)
     at = richest(game, game.rem(rams), 1)[0]
     seen = game.rem(rams[at]), game.vem(frames[at])
     columns = [overlay(game, frames[at], jax.tree.map(np.asarray, objects), scale=scale) for objects in seen]
     return sheet([columns], ["REM", "VEM"])
 
 
-def _states(game: Game, steps: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+def states(game: Game, steps: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """RAM uint8 `[B, 128]` and frames uint8 `[B, H, 160]` of states of random play."""
     rng = np.random.default_rng(seed)
     rams, frames = [], []
