@@ -51,13 +51,11 @@ def draw_play(name: str, after: int) -> list[Image.Image]:
 
 def draw_variations() -> Image.Image:
     """Every variation beside the original game, after the same random actions."""
-    names = variations.__all__
     width, height = 2 * 160 + GAP, 210 + LINE
-    image = Image.new("RGB", (PAIRS * (width + GAP) - GAP, -(-len(names) // PAIRS) * height), "white")
+    image = Image.new("RGB", (PAIRS * (width + GAP) - GAP, -(-len(variations.ALL) // PAIRS) * height), "white")
     draw, font = ImageDraw.Draw(image), ImageFont.load_default(size=LINE - 5)
-    for i, name in enumerate(names):
+    for i, (name, variation) in enumerate(variations.ALL.items()):
         x, y = i % PAIRS * (width + GAP), i // PAIRS * height
-        variation = getattr(variations, name)
         draw.text((x, y), f"{variation.game}: {name}", "black", font)
         for k, hook in enumerate((None, variation)):
             image.paste(Image.fromarray(play(variation.game, hook)), (x + 160 * k, y + LINE))

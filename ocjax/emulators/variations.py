@@ -15,6 +15,7 @@ import numpy as np
 from ocjax.console.ram import RAM_SIZE
 
 __all__ = [
+    "ALL",
     "Variation",
     "always_lower_player",
     "color_all_blocks_red",
@@ -97,3 +98,6 @@ red_river = Variation("Riverraid", "The river is red.", {13: 255})
 no_shields = Variation("SpaceInvaders", "The cannon has no shields.", _all(range(43, 70), 0))
 relocate_shields_right = Variation("SpaceInvaders", "The shields are further to the right.", {27: 53})
 always_lower_player = Variation("Tennis", "The player plays in the lower half of the court in all games.", {80: 1})
+
+ALL: Mapping[str, Variation] = {name: value for name, value in list(globals().items()) if isinstance(value, Variation)}
+"""Every variation by its name."""

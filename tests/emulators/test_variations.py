@@ -111,9 +111,9 @@ def test_players():
 
 
 def test_declarations():
-    assert len(variations.__all__) >= 10
-    for name in variations.__all__:
-        v = getattr(variations, name)
+    assert set(variations.ALL) == set(variations.__all__) - {"ALL", "Variation"}
+    assert len(variations.ALL) >= 10
+    for v in variations.ALL.values():
         assert v.game in ocjax.games()
         assert v.doc.endswith(".")
         assert v.writes or v.copies
