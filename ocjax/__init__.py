@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from ocjax.transforms.relations import Relations, relations
     from ocjax.transforms.tracking import merge_frames, track
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __all__ = [
     "Box",
