@@ -21,7 +21,7 @@ from ocjax.agents.ppo import Hyperparameters, Learner, Losses, Rollout
 from ocjax.emulators.settings import settings
 from ocjax.envs import ObjectVectorEnv, Vector, make_vec
 from ocjax.extraction.registry import load
-from ocjax.files import writing
+from ocjax.files import jobs
 from ocjax.play.policies import SavedPolicy
 
 FEATURES = ("x", "y", "dx", "dy", "nx", "ny", "mx", "my", "orientation", "valid")
@@ -102,7 +102,7 @@ class Trainer:
 
     def __init__(self, config: Config, folder: Path) -> None:
         self.config, self.folder = config, folder.resolve()
-        _prepare(self.folder, config)
+        jobs.claim(self.folder, "config.json", config.to_json(), "training", error=TrainingError)
         h, self._objects = config.hyperparameters, config.inputs == "objects"
         game = load(config.game)
         self.game = game.without_hud() if self._objects else game
@@ -243,18 +243,3 @@ def _frames_per_step(skip: int | tuple[int, int]) -> int:
     if not isinstance(skip, int):
         raise TrainingError(f"training needs a preset with a fixed frame skip, got one of {skip}")
     return skip
-
-
-def _prepare(folder: Path, config: Config) -> None:
-    """Create the folder of a training, or check that it holds this one."""
-    path, text = folder / "config.json", config.to_json()
-    if path.exists():
-        if path.read_text() != text:
-            raise TrainingError(
-                f"{folder} holds another training: its config.json differs; continue with its options or use another folder"
-            )
-        return
-    folder.mkdir(parents=True, exist_ok=True)
-    if any(folder.iterdir()):
-        raise TrainingError(f"{folder} is not empty and holds no training: use another folder")
-    writing.write_text(path, text)

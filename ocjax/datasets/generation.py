@@ -1,7 +1,6 @@
 """Make a dataset in a folder, and label one again. Both go on where they were interrupted."""
 
 import functools
-import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,7 +9,7 @@ from ocjax.console import rom
 from ocjax.datasets import datasheet, shards
 from ocjax.datasets.plans import DatasetError, Plan, code, versions
 from ocjax.extraction import registry
-from ocjax.files import cluster, writing
+from ocjax.files import cluster, jobs, writing
 from ocjax.files.pipeline import Progress
 
 PLAN, SHEET = "dataset.json", "README.md"
@@ -38,7 +37,8 @@ def generate(plan: Plan, folder: str | Path, *, ray: str | None = None, report: 
     game, folder = registry.load(plan.game), Path(folder).resolve()
     rom.read_rom(game.rom, game.md5)
     require("pyarrow")
-    _prepare(folder, plan)
+    jobs.claim(folder, PLAN, plan.to_json(), "dataset", error=DatasetError)
+    (folder / "data").mkdir(exist_ok=True)
     _run(functools.partial(shards.make, folder, plan), missing(plan, folder), plan, ray, report)
     _finish(folder, plan)
 
@@ -95,32 +95,6 @@ def open_dataset(folder: str | Path) -> Plan:
 def missing(plan: Plan, folder: Path) -> list[int]:
     """The numbers of the shards that are not there yet."""
     return [s.number for s in plan.shards if not (folder / plan.file(s)).exists()]
-
-
-def _prepare(folder: Path, plan: Plan) -> None:
-    """Make the folder, or check that it holds this dataset."""
-    path = folder / PLAN
-    if folder.exists() and not folder.is_dir():
-        raise DatasetError(f"{folder} is a file, and a dataset is a folder: use another name")
-    if path.exists():
-        if keys := _differences(path, plan):
-            raise DatasetError(
-                f"{folder} holds another dataset, or one of another version: its {PLAN} differs in {', '.join(keys)}. Use another folder"
-            )
-        return
-    if folder.is_dir() and any(folder.iterdir()):
-        raise DatasetError(f"{folder} is not empty and holds no dataset: use another folder")
-    (folder / "data").mkdir(parents=True, exist_ok=True)
-    writing.write_text(path, plan.to_json())
-
-
-def _differences(path: Path, plan: Plan) -> list[str]:
-    """The keys of a plan's file whose values are not those of the plan."""
-    try:
-        old, new = dict(json.loads(path.read_text())), json.loads(plan.to_json())
-    except (ValueError, TypeError) as error:
-        raise DatasetError(f"{path} is damaged: {error}") from error
-    return [key for key in {**new, **old} if key not in old or key not in new or old[key] != new[key]]
 
 
 def _run(task: Callable[[int], object], numbers: list[int], plan: Plan, ray: str | None, report: Progress | None) -> None:

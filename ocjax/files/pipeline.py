@@ -21,7 +21,7 @@ from ocjax.console.ram import RAM_SIZE
 from ocjax.extraction import registry
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
-from ocjax.files import cluster, minari, outputs
+from ocjax.files import cluster, jobs, minari, outputs
 from ocjax.files import writing as output
 from ocjax.files.blocks import Block, compact
 from ocjax.files.inputs import MINARI, Input, InputError, open_input
@@ -258,12 +258,11 @@ def _plan(rows: Input, source: str | Path, array: str | None, game: Game, method
 
 
 def _prepare(folder: Path, plan: ExtractionPlan) -> None:
-    """Make the work folder, or check that it is of this extraction."""
-    path = folder / PLAN
-    if any(folder.glob("*.npz")) and path.read_text() != plan.to_json():
-        raise ValueError(f"{folder} is the work of another extraction, or its input has changed: delete it, or use another output")
-    folder.mkdir(exist_ok=True)
-    output.write_text(path, plan.to_json())
+    """Make the work folder, or check that it is of this extraction; one without results may be of another."""
+    if not any(folder.glob("*.npz")):
+        for left in (folder / PLAN, *folder.glob(".*.tmp")):
+            left.unlink(missing_ok=True)
+    jobs.claim(folder, PLAN, plan.to_json(), "extraction")
 
 
 def _part(folder: Path, k: int) -> Path:
