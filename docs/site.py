@@ -82,7 +82,8 @@ def _page(game: Game) -> Iterator[str]:
         names = " or ".join(f"`{name}`" for name in (c["name"], *c["aliases"]))
         dot = f'<span style="color: rgb{colors[c["name"]]}">■</span>'
         yield f"| {dot} | {names} | {first if end - first == 1 else f'{first}-{end - 1}'} | {attributes} | {c['doc']} |"
-    yield "\nThe coloured squares are the colours of the boxes in the picture.\n"
+    yield "\nThe coloured squares are the colours of the boxes in the picture."
+    yield "Objects in dashed boxes exist, but the game does not draw them on this frame.\n"
     yield "## Accuracy\n\n| figure | % |\n|---|---|"
     yield from (f"| {text} | {about['accuracy'][key]:.2f} |" for key, text in FIGURES.items() if about["accuracy"].get(key) is not None)
     yield "\n[How the figures are measured](../benchmarks.md#accuracy-and-speed-by-game).\n"
@@ -105,7 +106,7 @@ def _picture(game: Game) -> bytes:
     tape = recordings.read(ROOT / "tests" / "data" / f"{game.name}.npz", game.name)
     assert tape.screens is not None
     objects = game.rem(np.asarray(tape.rams))
-    at = int(richest(game, objects, 1)[0])
+    at = int(richest(game, objects, np.asarray(tape.screens), 1)[0])
     image = overlay(game, np.asarray(tape.screens[at]), jax.tree.map(lambda field: np.asarray(field[at]), objects), scale=2)
     out = io.BytesIO()
     image.quantize(64).save(out, "PNG", optimize=True)

@@ -22,7 +22,7 @@ from ocjax.evaluation import tables
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
 from ocjax.files import writing
-from ocjax.transforms.drawing import overlay, sheet
+from ocjax.transforms.drawing import HIDDEN, overlay, sheet
 
 FRAME_SKIP = 4  # emulated frames per agent step
 ROWS = 3  # instances in the picture
@@ -134,6 +134,6 @@ def _spread(seconds: Sequence[float] | np.ndarray, unit: float) -> str:
 
 def picture(shown: Demonstration) -> Image.Image:
     """The last frames of the instances that show most kinds of objects, with those of both methods drawn over them, REM on the left."""
-    instances = richest(shown.game, shown.objects["REM"], min(ROWS, len(shown.frames)))
+    instances = richest(shown.game, shown.objects["REM"], shown.frames, min(ROWS, len(shown.frames)))
     rows = [[overlay(shown.game, shown.frames[i], shown.objects[name][i]) for name in ("REM", "VEM")] for i in instances]
-    return sheet(rows, [f"{shown.game.name}: REM (from RAM)", "VEM (from pixels)"])
+    return sheet(rows, [f"{shown.game.name}: REM (from RAM; {HIDDEN})", "VEM (from pixels)"])

@@ -10,23 +10,28 @@ from ocjax.emulators.ale import AlePool
 from ocjax.emulators.settings import Settings
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
-from ocjax.transforms.drawing import overlay, sheet
+from ocjax.transforms.drawing import HIDDEN, drawn, overlay, sheet
 
 INSTANCES = 8
 EVERY = 10  # agent steps from one state that is looked at to the next
 
 
-def richest(game: Game, objects: Objects, count: int) -> np.ndarray:
-    """The indices of the states in which objects of most categories are valid, the richest one first; of equal ones, the later.
+def richest(game: Game, objects: Objects, frames: np.ndarray, count: int) -> np.ndarray:
+    """The indices of the states in which objects of most categories are drawn, the richest one first.
+
+    Of equal ones, that with fewer objects that the frame does not show comes first, then the later one.
 
     Args:
         game: the objects' game.
         objects: of batch shape `[B]`.
+        frames: uint8 `[B, H, 160]` of palette indices.
         count: number of states, at most B.
     """
-    valid = np.asarray(objects.valid)
-    shown = np.stack([valid[:, slots].any(axis=1) for slots in game.slices.values()])
-    return np.lexsort((np.arange(len(valid)), shown.sum(axis=0)))[::-1][:count]
+    on_host = jax.tree.map(np.asarray, objects)
+    shown = np.stack([drawn(game, frame, state) for frame, state in zip(frames, on_host, strict=True)])
+    kinds = np.stack([shown[:, slots].any(axis=1) for slots in game.slices.values()]).sum(axis=0)
+    hidden = np.count_nonzero(on_host.valid & ~shown, axis=1)
+    return np.lexsort((np.arange(len(frames)), -hidden, kinds))[::-1][:count]
 
 
 def picture(game: Game, steps: int, *, scale: int = 2, seed: int = 0) -> Image.Image:
@@ -39,10 +44,10 @@ def picture(game: Game, steps: int, *, scale: int = 2, seed: int = 0) -> Image.I
         seed: of emulators and actions.
     """
     rams, frames = states(game, steps, seed)
-    at = richest(game, game.rem(rams), 1)[0]
+    at = richest(game, game.rem(rams), frames, 1)[0]
     seen = game.rem(rams[at]), game.vem(frames[at])
     columns = [overlay(game, frames[at], jax.tree.map(np.asarray, objects), scale=scale) for objects in seen]
-    return sheet([columns], ["REM", "VEM"])
+    return sheet([columns], [f"REM ({HIDDEN})", "VEM"])
 
 
 def states(game: Game, steps: int, seed: int) -> tuple[np.ndarray, np.ndarray]:

@@ -11,8 +11,11 @@ from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects
 from ocjax.extraction.records import COMPASS
 
-__all__ = ["category_colors", "overlay", "sheet"]
+__all__ = ["HIDDEN", "category_colors", "drawn", "overlay", "sheet"]
 
+HIDDEN = "dashed: not on this frame"  # the legend of boxes
+
+_DASH = 4  # pixels of a dash and of the gap after it
 _MARGIN = 4  # pixels between the pictures of a sheet
 _BACKGROUND, _TEXT = (40, 40, 40), (255, 255, 255)  # of a sheet
 _TITLE_SIZE, _TITLE_HEIGHT = 22, 34  # pixels
@@ -25,8 +28,24 @@ def category_colors(game: Declaration) -> dict[str, tuple[int, int, int]]:
     return {name: (round(255 * r), round(255 * g), round(255 * b)) for name, (r, g, b) in hues.items()}
 
 
+def drawn(game: Declaration, frame: np.ndarray, objects: Objects) -> np.ndarray:
+    """Which valid objects of one state have a pixel of their colour in their box, bool `[N]`.
+
+    Args:
+        game: the objects' game.
+        frame: uint8 `[H, 160]` of palette indices or `[H, 160, 3]` of RGB.
+        objects: of one state.
+    """
+    rgb = game.palette[frame] if frame.ndim == 2 else frame
+    out = np.zeros(len(objects.valid), bool)
+    for slot in np.flatnonzero(objects.valid):
+        x, y, w, h = np.asarray(objects.xywh[slot]).tolist()
+        out[slot] = (rgb[y : y + h, x : x + w] == np.asarray(objects.rgb[slot])).all(axis=-1).any()
+    return out
+
+
 def overlay(game: Declaration, frame: np.ndarray, objects: Objects, *, scale: int = 3, labels: bool = True) -> Image.Image:
-    """Draw the boxes of the valid objects of one state over its frame.
+    """Draw the boxes of the valid objects of one state over its frame. Boxes of objects that the frame does not show are dashed.
 
     Args:
         game: the objects' game.
@@ -42,9 +61,10 @@ def overlay(game: Declaration, frame: np.ndarray, objects: Objects, *, scale: in
     font = ImageFont.load_default(size=4 * scale + 2)
     colors, named = category_colors(game), set()
     records = objects.to_list()
-    for r in records:
+    shown = drawn(game, frame, objects)[np.asarray(objects.valid)]
+    for r, is_shown in zip(records, shown, strict=True):
         corners = (r["x"] * sx - 1, r["y"] * sy - 1, (r["x"] + r["w"]) * sx, (r["y"] + r["h"]) * sy)
-        draw.rectangle(corners, outline=colors[r["category"]], width=max(1, scale // 2))
+        _frame(draw, corners, colors[r["category"]], max(1, scale // 2), dashed=not is_shown)
     for r in records if labels else ():
         attributes = _attributes(r)
         if r["category"] not in named or attributes:
@@ -52,6 +72,22 @@ def overlay(game: Declaration, frame: np.ndarray, objects: Objects, *, scale: in
             place = r["x"] * sx, r["y"] * sy, (r["y"] + r["h"]) * sy
             _label(draw, font, r["category"] + attributes, place, image.size, colors[r["category"]])
     return image
+
+
+def _frame(draw: ImageDraw.ImageDraw, corners: tuple[int, ...], color: tuple[int, int, int], width: int, *, dashed: bool) -> None:
+    """Draw the edges of a rectangle."""
+    left, top, right, bottom = corners
+    if not dashed:
+        draw.rectangle((left, top, right, bottom), outline=color, width=width)
+        return
+    for x in range(left, right + 1, 2 * _DASH):
+        end = min(x + _DASH, right)
+        draw.line(((x, top), (end, top)), color, width)
+        draw.line(((x, bottom), (end, bottom)), color, width)
+    for y in range(top, bottom + 1, 2 * _DASH):
+        end = min(y + _DASH, bottom)
+        draw.line(((left, y), (left, end)), color, width)
+        draw.line(((right, y), (right, end)), color, width)
 
 
 def _attributes(record: Mapping[str, Any]) -> str:

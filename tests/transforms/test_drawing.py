@@ -1,8 +1,12 @@
-"""Labels of drawn objects."""
+"""Boxes and labels that are drawn over frames."""
 
+import jax
+import numpy as np
 import pytest
 
+import ocjax
 from ocjax.transforms import drawing
+from tests.support.states import excerpt
 
 
 @pytest.mark.parametrize(
@@ -16,3 +20,23 @@ from ocjax.transforms import drawing
 )
 def test_labels_say_what_their_numbers_are(record, text):
     assert drawing._attributes(record) == text
+
+
+def test_objects_that_the_frame_does_not_show_are_dashed():
+    game, data = ocjax.load("Pong"), excerpt("Pong")
+    i = next(i for i, o in enumerate(game.rem(data["rams"])) if bool(o.of("Ball").valid[0]))
+    frame, objects = data["screens"][i], jax.tree.map(np.asarray, game.rem(data["rams"][i]))
+    assert drawing.drawn(game, frame, objects).tolist() == objects.valid.tolist()
+    assert drawing.drawn(game, game.palette[frame], objects).tolist() == objects.valid.tolist()
+    x, y, w, h = objects.xywh[2].tolist()
+    hidden = frame.copy()
+    hidden[y : y + h, x : x + w] = frame[y, x - 4]
+    assert drawing.drawn(game, hidden, objects).tolist() == [True, True, False, True, True]
+
+    def edge(frame):
+        """The distinct colours along the upper edge of the ball's box."""
+        image = np.asarray(drawing.overlay(game, frame, objects, scale=8, labels=False))
+        return len(np.unique(image[8 * y - 1, 16 * x : 16 * (x + w)], axis=0))
+
+    assert edge(frame) == 1
+    assert edge(hidden) > 1
