@@ -1,6 +1,7 @@
 """Python code in the README and the documentation runs as it is written."""
 
 import ast
+import json
 import re
 import subprocess
 import sys
@@ -48,3 +49,14 @@ def test_readable_records_of_the_readme():
         assert [record[field] for field in "xywh"] == own.xywh[slot].tolist()
         assert list(record["rgb"]) == own.rgb[slot].tolist()
         assert record.get("value", 0) == own.value[slot]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("notebook", sorted((ROOT / "docs" / "notebooks").glob("*.ipynb")), ids=lambda path: path.stem)
+def test_notebooks_run(notebook, tmp_path):
+    """The code of a notebook, in a process that knows nothing else."""
+    cells = json.loads(notebook.read_text("utf-8"))["cells"]
+    code = "\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code")
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert notebook.stat().st_size < 400_000
