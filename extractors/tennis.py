@@ -1,19 +1,24 @@
 """Tennis: two players who change ends, a ball and its shadow, and two scores.
 
 Player is pink, Enemy is blue. The boxes of the players hold their rackets. A score is what is on
-the display: points (0, 15, 30, 40), games, or its half of DEUCE or of an advantage. Its value
-counts the points won, four for each game, and none of the games that were lost, so that the
-difference of the values is the sum of the rewards as long as the losers of games had no points; the
-RAM does not keep those. The court, the net and the maker's name are scenery.
+the display: points (0, 15, 30, 40), games, or its half of DEUCE or of an advantage.
+
+Screen: the court, the net and the maker's name are scenery. The net and the edges hide the ball,
+which is valid while it is on the screen.
 
 RAM: ALE's source (points, games), OCAtari 2.2 (what the bytes are) and the ROM's code. Everything
 moves before the frame is drawn, so that the RAM has what is on the screen.
 
-Covered: all modes and difficulties, both ends, the end of the game. The ball is valid while it is
-on the screen; the net hides it, as do the edges. VEM does not see the part of the ball or of its
-shadow that a player covers, and not the ball beside the white lines; it takes the short end of a
-side line at a player's head or racket for a part of him. It reads the scores where the display
-shows the games; where that shows the points of a game, the games that were won are not shown.
+Covered: all modes and difficulties, both ends, the end of the game.
+
+Not exact: the value of a score counts the points won, four for each game, and none of the games
+that were lost. The difference of the values is the sum of the rewards as long as the losers of
+games had no points; the RAM does not keep those.
+
+VEM: it does not see the part of the ball or of its shadow that a player covers, and not the ball
+beside the white lines. It takes the short end of a side line at a player's head or racket for a
+part of him. It reads the scores where the display shows the games; where that shows the points of a
+game, the games that were won are not shown.
 """
 
 import functools
@@ -23,7 +28,7 @@ import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
 from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, lookup
+from ocjax.console.ops import among, lookup, match, when
 from ocjax.console.ram import RamMap, byte
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
@@ -34,45 +39,46 @@ from ocjax.vision.shapes import Shape
 
 ROM = Rom("tennis", "42cdd6a9e42a3639e190722b8ea3fc51")
 FIELD = (8, 14, 160, 192)  # columns 0-7 are blanked by the beam
-PINK = 0x4C
-BLUE = 0x8C
-WHITE = 0x0E
-SHADE = 2
-HEIGHT = 23  # rows of a player
-ENDS = (166, 167)  # row of the top and y together: far, near
-SWINGS = (0x84, 0x6C, 0x5B)  # pictures of the racket
-WIDTHS = (12, 15, 16, 13)  # with the body
-NEAR = range(2, 78)  # `ball_y` at the ends
-FAR = range(91, 172)  # the net hides it between them
-NET_TOP = 99
-GAME_POINTS = 4
-# columns from one score to the other
-SCORE_TOP = 5
-SCORE_ROWS = 7
-HALF_X = 40
-APART = (64, 16)
+PINK = 76
+BLUE = 140
+WHITE = 14
+SHADE = 2  # of the ball's shadow
+
 EAST = 4
 WEST = 12
+HEIGHT = 23  # rows of a player
+WIDTH = 13  # of a player with the racket
+SWING_WIDTHS = {0x5B: 16, 0x6C: 15, 0x84: 12}  # the same, by the racket's picture in a swing
+ENDS = (166, 167)  # row of the top and y together: far, near
+NEAR_YS = range(2, 78)  # `ball_y` at the near end
+FAR_YS = range(91, 172)  # and at the far one; the net hides the ball between them
+NET_TOP = 99
 
+GAME_POINTS = 4  # what a game counts
+SCORE_TOP = 5
+SCORE_ROWS = 7
+HALF_X = 40  # left edge of the display's left half
+HALVES_APART = 64  # columns from its left half to its right one
+SHARED_APART = 16  # the same, while they share one text
 
-def _texts() -> list[int]:
-    """Left edges and, above them, widths of what the halves of the display show; 0: nothing."""
-    out = []
-    for low, high in zip(ROM.bytes(0x73F, 18), ROM.bytes(0x72D, 18), strict=True):
-        rows = ROM.rows(0x700 + int(high), SCORE_ROWS) << 8 | ROM.rows(0x700 + int(low), SCORE_ROWS)
-        ink = int(np.bitwise_or.reduce(rows))
-        left, right = 16 - ink.bit_length(), 16 - ((ink & -ink).bit_length() - 1)
-        out.append(left | right - left << 8 if ink else 0)
-    return out
-
-
-TEXTS = np.array(_texts())
+SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
 LETTER = 8  # the first text that is no number of games, which the ROM has from 0 to 7
 NUMBERS = ROM.bytes(0x73F, LETTER + 1)[[*range(LETTER), LETTER, LETTER]]
 FONT = ROM.font([0x700 + low for low in NUMBERS.tolist()], SCORE_ROWS)
 
 
-SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
+def _texts() -> np.ndarray:
+    """Left edge and width of each text that a half of the display may show; 0: nothing."""
+    out = []
+    for low, high in zip(ROM.bytes(0x73F, 18), ROM.bytes(0x72D, 18), strict=True):
+        rows = ROM.rows(0x700 + int(high), SCORE_ROWS) << 8 | ROM.rows(0x700 + int(low), SCORE_ROWS)
+        ink = int(np.bitwise_or.reduce(rows))
+        left, right = 16 - ink.bit_length(), 16 - ((ink & -ink).bit_length() - 1)
+        out.append((left, right - left) if ink else (0, 0))
+    return np.array(out)
+
+
+TEXT_LEFTS, TEXT_WIDTHS = _texts().T
 
 
 class Ram(RamMap):
@@ -108,10 +114,8 @@ def _players(m: Ram) -> Box:
     """Both players; the body is on the left of the racket, or on the right if they are turned."""
     turned = m.turned != 0
     racket = jnp.where(turned, m.left_part, m.right_part)
-    w = jnp.full(2, WIDTHS[-1])
-    for picture, width in zip(SWINGS, WIDTHS, strict=False):
-        w = jnp.where(racket == picture, width, w)
-    x = m.x - 2 + jnp.where(turned, 16 - w, 0)
+    w = match(*((racket == swing, w) for swing, w in SWING_WIDTHS.items()), otherwise=WIDTH)
+    x = m.x - 2 + when(turned, 16 - w)
     facing, y = jnp.where(turned, WEST, EAST), np.array(ENDS) - m.y
     x, y, w, facing = (jnp.where(m.swapped == 0, v, v[::-1]) for v in (x, y, w, facing))
     return box(x, y, w, HEIGHT, orientation=facing).clip(*FIELD)
@@ -119,34 +123,35 @@ def _players(m: Ram) -> Box:
 
 def _ball(m: Ram) -> Box:
     """The ball and its shadow, which has none of its own while the ball is on the ground."""
-    near = among(m.ball_y, NEAR)
+    near = among(m.ball_y, NEAR_YS)
     y = jnp.where(near, ENDS[1], ENDS[0]) + HEIGHT - m.ball_y
     h = jnp.where(near, 2, jnp.minimum(NET_TOP - y, 2))
-    there = (near | among(m.ball_y, FAR)) & (m.ball_x >= FIELD[0] + 2)
+    there = (near | among(m.ball_y, FAR_YS)) & (m.ball_x >= FIELD[0] + 2)
     there = there & (np.array((True, False)) | (m.ball_y[0] != m.ball_y[1]))
     return box(jnp.repeat(m.ball_x, 2) - 2, y, 2, h, there).clip(*FIELD)
 
 
 def _scores(m: Ram) -> Box:
     """The two halves of the display; they are closer together when it shows one text."""
-    packed = lookup(TEXTS, m.text)
-    apart = jnp.where(m.advantage != 0, APART[1], APART[0])
-    x, w = HALF_X + apart * np.arange(2) + (packed & 255), packed >> 8
+    apart = jnp.where(m.advantage != 0, SHARED_APART, HALVES_APART)
+    x = HALF_X + apart * np.arange(2) + lookup(TEXT_LEFTS, m.text)
+    w = lookup(TEXT_WIDTHS, m.text)
     return box(x, SCORE_TOP, w, SCORE_ROWS, w > 0, value=GAME_POINTS * m.games + m.points)
 
 
-player = functools.partial(Blobs, region=FIELD, shapes=Shape(w=(8, 18), h=(16, 36)))
-sportsman = functools.partial(Category, attributes=("orientation",))
-BALL = Blobs(WHITE, FIELD, Shape(w=(1, 2), h=(1, 2)))
+sportsman = functools.partial(
+    Blobs, region=FIELD, shapes=Shape(w=(8, 18), h=(16, 36)), filters=(NoLines(7),)
+)
+facing = functools.partial(Category, attributes=("orientation",))
 
-
-TENS_X = (HALF_X, HALF_X + APART[0])  # free where the display shows numbers of games
+TENS_X = (HALF_X, HALF_X + HALVES_APART)  # free where the display shows numbers of games
 number = functools.partial(Digits, FONT, top=SCORE_TOP, weights=(GAME_POINTS,), free=TENS_X)
 PLAYER_SCORE = Bounds((PINK, BLUE), (40, 5, 56, 12), value=number(lefts=(48,)))
 ENEMY_SCORE = Bounds((BLUE, PINK), (56, 5, 120, 12), value=number(lefts=(112,)))
 
 
 def _saver_key(m: Ram) -> jax.Array:
+    """What colours are XORed with, or -1 in play."""
     return jnp.where(m.saver_mask == SAVER_MASK, m.saver_key, -1)
 
 
@@ -157,9 +162,9 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (70, 198), 76, mask=SAVER_MASK),
     categories=(
-        sportsman("Player", player(PINK, filters=(NoLines(7),)), doc="the pink player"),
-        sportsman("Enemy", player(BLUE, filters=(NoLines(7),)), doc="the blue player"),
-        Category("Ball", BALL, doc="the ball"),
+        facing("Player", sportsman(PINK), doc="the pink player"),
+        facing("Enemy", sportsman(BLUE), doc="the blue player"),
+        Category("Ball", Blobs(WHITE, FIELD, Shape(w=(1, 2), h=(1, 2))), doc="the ball"),
         Category("BallShadow", Bounds(SHADE, FIELD), doc="its shadow"),
         display("PlayerScore", PLAYER_SCORE, doc="of the pink player"),
         display("EnemyScore", ENEMY_SCORE, doc="of the blue player"),
