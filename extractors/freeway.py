@@ -1,21 +1,23 @@
 """Freeway: two chickens cross a road of ten lanes.
 
-The leftmost eight columns are always black (the beam's late blank); cars drive in and out under
-them and over the right edge. The kerbs, the dashed lines and the copyright line are scenery.
+Screen: the leftmost eight columns are always black (the beam's late blank); cars drive in and out
+under them and over the right edge. The kerbs, the dashed lines and the copyright line are scenery.
+
+Slots: of Car, the lanes' first cars from top to bottom, then the second ones, then the third ones.
+A truck that shows at both edges has its left piece in its lane's second slot.
 
 RAM: ALE's source (scores), OCAtari 2.2 and a public disassembly by Bill Heineman (positions,
 tables), and the ROM's code for the order of a frame: the upper five lanes move after they have been
 drawn, and the digits are looked up every other frame, so the screen lags behind the RAM by what
 has just moved.
 
-Car slots: the lanes' first cars from top to bottom, then the second ones, then the third ones. A
-truck that shows at both edges has its left piece in its lane's second slot.
-
 Covered: all eight modes (lanes of two or three cars at fixed distances, trucks of twice the width,
 random speeds), both difficulties, both chickens, collisions, the flashing scores before the end,
-the end. Not in the RAM: whether a car of the upper lanes has moved in the one frame in 128 in which
-it may have changed its speed (modes 4-7); where a chicken was hit, in the one frame in which it is
-still drawn there but already sent back to the start (difficulty A).
+the end.
+
+Not exact: the RAM does not tell whether a car of the upper lanes has moved in the one frame in 128
+in which it may have changed its speed (modes 4-7), nor where a chicken was hit, in the one frame in
+which it is still drawn there but already sent back to the start (difficulty A).
 """
 
 import jax
@@ -23,10 +25,12 @@ import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
 from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import match, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import modulo_screen
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.rules import Blobs, Bounds
 from ocjax.vision.shapes import Shape
 
@@ -38,33 +42,42 @@ BLACK = 0
 YELLOW = 30
 PINK = 74
 GREY = 6
-CARS = (66, 220, 18, 74, 130, 36, 136, 68, 216, 26)  # colour of each lane's cars, top lane first
-CHICKENS = (44, 108)  # left columns
-DASHES = tuple((x, y, x + 4, y + 1) for x in CHICKENS for y in (102, 104))
-SCORE_RIGHTS = (56, 120)
-SCORE_TOP = 5
+CAR_COLORS = (66, 220, 18, 74, 130, 36, 136, 68, 216, 26)  # of each lane, top lane first
+CHICKEN_LEFTS = (44, 108)
+DASHES = tuple((x, y, x + 4, y + 1) for x in CHICKEN_LEFTS for y in (102, 104))
+SCORES = tuple(NumberDisplay(FONT, right, top=5, digits=2) for right in (56, 120))
 
-LANES = range(9, -1, -1)  # of the RAM's tables, top lane first
+TABLE_ORDER = range(9, -1, -1)  # of the lanes in the RAM's tables, top lane first
 UPPER = 5  # lanes that move after they have been drawn
-TRUCK = 5  # NUSIZ of a player of twice the width
-CLOCK_FLASHES = 30  # from here on the scores flash
-# states of a chicken: the digits still lag behind
-JUST_CROSSED = 143
-SHOWN_NEXT = 142
-HIT = 64  # bit of a chicken's state
+CLOCK_FLASHES = 30  # `clock` from which on the scores flash
+
+
+class Chicken:  # of `Ram.chicken_state`
+    JUST_CROSSED = 143  # the digits still show the score before
+    SHOWN_NEXT = 142  # those of one side still do, by turns
+    HIT = 64  # a bit
+
+
+class Kind:  # of `Ram.car_kind`: NUSIZ
+    TRUCK = 5  # a single player of twice the width
+
+
+# By kind. A lane has no players of four times the width, which would be the last kind.
+LANE_COPIES = (1, 2, 2, 3, 2, 2, 3, 2)  # a truck counts as two cars, its pieces at both edges
+LANE_SPACING = (16, 16, 32, 16, 64, 0, 32, 16)  # pixels from a car to the next one; 0: a truck
 
 
 class Ram(RamMap):
     frame = byte(1)
     chicken_y = byte(14, 15)  # 193 - y
-    car_kind = bits(*(23 + i for i in LANES), first=0, count=3)  # NUSIZ: copies or double width
-    car_pace = bits(*(23 + i for i in LANES), first=4, count=3)  # frames a pixel; 0: two pixels
-    car_timer = byte(*(33 + i for i in LANES))  # frames until the next move
+    car_kind = bits(*(23 + i for i in TABLE_ORDER), first=0, count=3)  # copies or double width
+    car_pace = bits(*(23 + i for i in TABLE_ORDER), first=4, count=3)  # frames a pixel; 0: two
+    car_timer = byte(*(33 + i for i in TABLE_ORDER))  # frames until the next move
     over = byte(102)  # the game has ended, nothing moves
     score = bcd(103, 104)
     clock = byte(105)  # 256 frames each
     chicken_state = byte(106, 107)
-    car_x = byte(*(108 + i for i in LANES))  # x + 3
+    car_x = byte(*(108 + i for i in TABLE_ORDER))  # x + 3
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -73,8 +86,8 @@ def decode(m: Ram) -> dict[str, Box]:
 
 def _chickens(m: Ram) -> Box:
     lifted = (m.chicken_y & 4) != 0  # its feet: the narrower of two pictures
-    hit = (m.chicken_state & HIT) != 0
-    return box(np.array(CHICKENS), 193 - m.chicken_y, jnp.where(lifted | hit, 6, 7), 8)
+    hit = (m.chicken_state & Chicken.HIT) != 0
+    return box(np.array(CHICKEN_LEFTS), 193 - m.chicken_y, jnp.where(lifted | hit, 6, 7), 8)
 
 
 def _cars(m: Ram) -> Box:
@@ -82,46 +95,38 @@ def _cars(m: Ram) -> Box:
     lane, copy = np.arange(30) % 10, np.arange(30) // 10
     first, spacing, copies = (jnp.tile(v, 3) for v in _lanes(m))
     truck = spacing == 0
-    x = modulo_screen(first + spacing * copy) - jnp.where(truck, 160 * copy, 0)
+    x = modulo_screen(first + spacing * copy) - when(truck, 160 * copy)
     # Where a single column of a car shows, it is its nose of 6 rows or its tail of 8.
     nose, tail = np.where(lane < UPPER, 159, 1), np.where(lane < UPPER, 1, 159)
-    inset = jnp.where(truck, 0, jnp.where(x == nose, 2, jnp.where(x == tail, 1, 0)))
+    inset = match((truck, 0), (x == nose, 2), (x == tail, 1), otherwise=0)
     width = jnp.where(truck, 16, 8)
-    y, height, color = 27 + 16 * lane + inset, 10 - 2 * inset, np.array(CARS)[lane]
+    y, height, color = 27 + 16 * lane + inset, 10 - 2 * inset, np.array(CAR_COLORS)[lane]
     return box(x, y, width, height, copy < copies, color=color).clip(*ROAD)
 
 
 def _lanes(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """Of each lane: x + 160 of its first car as drawn, pixels to the next one, number of cars.
-
-    A truck counts as two cars, its pieces at both edges.
-    """
+    """Of each lane: x + 160 of its first car as drawn, pixels to the next one, number of cars."""
     moved = (m.over == 0) & (m.car_timer == jnp.maximum(m.car_pace - 1, 0))
-    step = jnp.where((np.arange(10) < UPPER) & moved, jnp.where(m.car_pace == 0, 2, 1), 0)
-    kind = m.car_kind
-    wide = jnp.where((kind & 3) == 2, 32, jnp.where(kind == TRUCK, 0, 16))
-    spacing = jnp.where(kind == 4, 64, wide)
-    copies = jnp.where(kind == 0, 1, jnp.where((kind == 3) | (kind == 6), 3, 2))
-    return m.car_x + step + jnp.where(kind == TRUCK, 158, 157), spacing, copies
+    step = when((np.arange(10) < UPPER) & moved, jnp.where(m.car_pace == 0, 2, 1))
+    truck = m.car_kind == Kind.TRUCK
+    first = m.car_x + step + jnp.where(truck, 158, 157)
+    return first, pick(m.car_kind, LANE_SPACING), pick(m.car_kind, LANE_COPIES)
 
 
 def _scores(m: Ram) -> Box:
-    state = m.chicken_state
-    old = (state == JUST_CROSSED) | ((state == SHOWN_NEXT) & ((m.frame & 1) == np.arange(2)))
+    old = m.chicken_state == Chicken.JUST_CROSSED
+    waits = (m.frame & 1) == np.arange(2)
+    old = old | ((m.chicken_state == Chicken.SHOWN_NEXT) & waits)
     flash = (m.clock >= CLOCK_FLASHES) & (m.over == 0)
     return score_box(
         FONT,
         jnp.where(old, m.score - 1, m.score),
-        right=np.array(SCORE_RIGHTS),
-        top=SCORE_TOP,
-        digits=2,
+        right=np.array([score.right for score in SCORES]),
+        top=SCORES[0].top,
+        digits=SCORES[0].digits,
         value=m.score,
         color=jnp.where(flash, m.frame, PINK),
     )
-
-
-def _number(right: int) -> Digits:
-    return Digits(FONT, (right - 16, right - 8), SCORE_TOP)
 
 
 GAME = Game(
@@ -132,13 +137,13 @@ GAME = Game(
     categories=(
         Category(
             "Chicken",
-            Bounds(YELLOW, tuple((x, 15, x + 7, 195) for x in CHICKENS), ignore=DASHES),
+            Bounds(YELLOW, tuple((x, 15, x + 7, 195) for x in CHICKEN_LEFTS), ignore=DASHES),
             count=2,
             doc="first player's, second player's",
         ),
         Category(
             "Car",
-            Blobs((BLACK, *CARS), ROAD, Shape(w=(1, 16), h=(1, 10))),
+            Blobs((BLACK, *CAR_COLORS), ROAD, Shape(w=(1, 16), h=(1, 10))),
             count=30,
             color_row=1,  # under the black one
             doc="cars and trucks, up to three a lane",
@@ -147,9 +152,9 @@ GAME = Game(
             "Score",
             Bounds(
                 GREY,
-                tuple((right - 16, SCORE_TOP, right, SCORE_TOP + 8) for right in SCORE_RIGHTS),
+                tuple(score.area for score in SCORES),
                 inverse=True,
-                value=tuple(_number(right) for right in SCORE_RIGHTS),
+                value=tuple(Digits(FONT, score.lefts, score.top) for score in SCORES),
             ),
             count=2,
             doc="roads crossed by each player",
