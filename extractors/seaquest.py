@@ -1,9 +1,12 @@
 """Seaquest: a submarine, divers to be rescued, sharks and enemy submarines in four lanes, oxygen.
 
-A lane has three places for sharks or enemy submarines, which follow each other: slot lane * 3 +
-place, the lowest lane first. It has one diver, or one torpedo of its submarines: slot lane. The
-eight columns at the left edge are blanked by the beam. CollectedDiver has a slot for each diver on
-board. The explosion of the submarine, the waves, the ground and the maker's name are scenery.
+Screen: the eight columns at the left edge are blanked by the beam. The explosion of the submarine,
+the waves, the ground and the maker's name are scenery. Six divers, and oxygen that is low, blink.
+OxygenBarDepleted is background that the bar has left free.
+
+Slots: a lane has three places for sharks or enemy submarines, which follow each other: slot lane *
+3 + place, the lowest lane first. It has one diver, or one torpedo of its submarines: slot lane.
+CollectedDiver has a slot for each diver on board.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 and D. Debro's disassembly (what the bytes are), and
 the ROM's code. Everything moves at F7A6-FB4F, before the frame is drawn at F080-F5AD, so that the
@@ -11,11 +14,11 @@ RAM has what is on the screen; only the submarine's propeller has moved on, ever
 A diver and a torpedo are drawn by the ball, which is moved and resized on each row.
 
 Covered: levels up to 20 and all colours of sharks, the patrol at the surface, divers, surfacing
-with some and with six of them, all ways to die, both difficulties, the end of the game.
-Not exact: VEM does not see a torpedo of which less than three columns are outside the submarine,
-and misses a diver, or takes it for a torpedo, of which only a few pixels are at an edge of the
-screen. Six divers, and oxygen that is low, blink. OxygenBarDepleted is background that the bar has
-left free. The value of Lives is ALE's, one more than the icons; without icons it is not valid.
+with some and with six of them, all ways to die, both difficulties, the end of the game. The value
+of Lives is ALE's, one more than the icons; without icons it is not valid.
+
+VEM: it does not see a torpedo of which less than three columns are outside the submarine, and
+misses a diver, or takes it for a torpedo, of which only a few pixels are at an edge of the screen.
 """
 
 import functools
@@ -25,12 +28,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import pick
+from ocjax.console.ops import match, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import EDGE_CUTS
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.displays import IconRow, NumberDisplay
 from ocjax.vision.filters import ShortRuns
 from ocjax.vision.rules import Blobs, Bounds, Gauge
 from ocjax.vision.shades import Saver
@@ -48,24 +51,33 @@ GRAY = 8
 SEA_BLUE = 134
 NAVY = 130
 FLASH = 14
-SHARK_COLORS = tuple(int(c) & 0xFE for c in ROM.bytes(0xF0F, 8))
-"""Colour of the sharks by the lowest bits of the level."""
+LANES = 4
+LANE_TOPS = 137 - 24 * np.arange(LANES)  # the lowest lane first
+LANE_ROWS = 15
+LANE_OF = np.arange(12) // 3  # of the slots of sharks and enemy submarines
+PLACE_OF = np.arange(12) % 3
+
 VIEW = (8, 0, 160, 210)
 SEA = (8, 57, 160, 162)
-LANES = tuple((8, 137 - 24 * lane, 160, 152 - 24 * lane) for lane in range(4))
-LANE = np.arange(12) // 3
-PLACE = np.arange(12) % 3
-LANE_Y = 137 - 24 * np.arange(4)
-LANE_ROWS = 15
-ICONS_X = 58 + 8 * np.arange(6)
-SCORE_LEFTS = range(58, 106, 8)
+LANE_AREAS = tuple((8, y, 160, y + LANE_ROWS) for y in LANE_TOPS.tolist())
+FOOT = (53, 57)  # rows at the foot of the waves
+BOARD_LEFTS = 58 + 8 * np.arange(6)  # of the divers on board
 BAR = (49, 170, 112, 175)
-SUBMARINE = 4  # `look`, or more; sharks have less
+FULL_BAR = 63  # pixels
+FULL_TANK = 64  # `oxygen`
+
+SCORE = NumberDisplay(FONT, right=106, top=9, digits=6)
+LIVES = IconRow(58, 22, width=7, height=8, pitch=8)
+
+SHARK_COLORS = tuple(int(c) & 0xFE for c in ROM.bytes(0xF0F, 8))  # by the level's lowest bits
 FLASHES = 15  # least `dying` at which the submarine is whole
 SURFACE = 13  # `y` at the surface
-FOOT = (53, 57)  # rows at the foot of the waves
 EAST = 4
 WEST = 12
+
+
+class Look:  # of `Ram.look`
+    SUBMARINE = 4  # or more; sharks have less
 
 
 def _rows(pointers: int, index: int, height: int) -> np.ndarray:
@@ -75,31 +87,38 @@ def _rows(pointers: int, index: int, height: int) -> np.ndarray:
 
 def _ball_rows(look: int) -> np.ndarray:
     """Rows of what the ball draws: on each row it moves, and is off or 1 to 8 pixels wide."""
-    x, out = 2, []
-    for move, shape in zip(
-        _rows(0xF7E, look, LANE_ROWS), _rows(0xF92, look, LANE_ROWS), strict=True
-    ):
-        x -= ((int(move) >> 4) ^ 8) - 8
-        dots = (1 << (1 << (int(shape) >> 4 & 3))) - 1
-        width = dots.bit_length()
-        out.append(dots << 8 - x - width if shape & 2 and 0 <= x <= 8 - width else 0)
+    left, out = 2, []
+    moves, shapes = _rows(0xF7E, look, LANE_ROWS), _rows(0xF92, look, LANE_ROWS)
+    for move, shape in zip(moves.tolist(), shapes.tolist(), strict=True):
+        left -= ((move >> 4) ^ 8) - 8
+        width = 1 << (shape >> 4 & 3)
+        dots = (1 << width) - 1
+        out.append(dots << 8 - left - width if shape & 2 and 0 <= left <= 8 - width else 0)
     return np.array(out)
 
 
 SUBS = ROM.pictures([0xD00 + int(low) for low in ROM.bytes(0xCFB, 3)], 12)
-PATROLS = Pictures.of([_rows(0xCFB, look, 12)[:7] & cut for cut in EDGE_CUTS for look in range(3)])
-ENEMIES = Pictures.of(
-    [_rows(0xFA2, look, LANE_ROWS) & cut for cut in EDGE_CUTS for look in range(8)]
+# What the edges of the screen leave of the pictures, by columns beyond and look.
+PATROL_LOOKS = 3
+PATROLS = Pictures.of(
+    [_rows(0xCFB, look, 12)[:7] & cut for cut in EDGE_CUTS for look in range(PATROL_LOOKS)]
 )
-BALLS = Pictures.of([_ball_rows(look) & cut for cut in EDGE_CUTS for look in range(16)])
+ENEMY_LOOKS = 8
+ENEMY_PICTURES = Pictures.of(
+    [_rows(0xFA2, look, LANE_ROWS) & cut for cut in EDGE_CUTS for look in range(ENEMY_LOOKS)]
+)
+BALL_LOOKS = 16
+BALL_PICTURES = Pictures.of(
+    [_ball_rows(look) & cut for cut in EDGE_CUTS for look in range(BALL_LOOKS)]
+)
 
 SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
 
 
 class Ram(RamMap):
+    clock = byte(1)
     saver_key = byte(5)  # what colours are XORed with
     saver_mask = byte(6)  # what they are masked with: 0xFF in play
-    clock = byte(1)
     enemy_x = byte(30, 31, 32, 33)  # of the first place, modulo 256; lowest lane first
     shown = bits(40, 41, 42, 43, count=3)  # places that are taken and on the screen, last one first
     score = bcd((56, 57, 58))
@@ -123,31 +142,29 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     enemies, balls = _enemies(m), _balls(m)
-    width = jnp.minimum(m.oxygen, 63)
-    used = BAR[0] + jnp.where(m.oxygen > 0, width, -1)
-    score_right = SCORE_LEFTS[-1] + FONT.width
+    submarines = m.look >= Look.SUBMARINE
     return {
         "Player": _player(m),
         "PlayerMissile": _torpedo(m),
-        "Shark": enemies.where(jnp.repeat(m.look, 3) < SUBMARINE),
-        "Submarine": enemies.where(jnp.repeat(m.look, 3) >= SUBMARINE),
-        "Diver": balls.where(m.look < SUBMARINE),
-        "EnemyMissile": balls.where(m.look >= SUBMARINE),
+        "Shark": enemies.where(~jnp.repeat(submarines, 3)),
+        "Submarine": enemies.where(jnp.repeat(submarines, 3)),
+        "Diver": balls.where(~submarines),
+        "EnemyMissile": balls.where(submarines),
         "SurfaceSubmarine": _patrol(m),
-        "CollectedDiver": box(ICONS_X, 178, 8, 9, np.arange(6) < m.divers),
-        "OxygenBar": box(BAR[0], BAR[1], width, 5, m.oxygen > 0, value=m.oxygen),
-        "OxygenBarDepleted": box(used, BAR[1], BAR[2] - used, 5, value=64 - m.oxygen),
-        "Lives": box(58, 22, 8 * m.icons - 1, 8, m.icons > 0, value=m.icons + 1),
-        "PlayerScore": score_box(FONT, m.score, right=score_right, top=9, digits=6, value=m.score),
+        "CollectedDiver": box(BOARD_LEFTS, 178, 8, 9, np.arange(6) < m.divers),
+        "OxygenBar": _oxygen(m),
+        "OxygenBarDepleted": _used_oxygen(m),
+        "Lives": LIVES.box(m.icons, value=m.icons + 1),
+        "PlayerScore": SCORE.box(m.score),
     }
 
 
-def _facing(left: jax.Array) -> jax.Array:
+def _compass(leftward: jax.Array) -> jax.Array:
     """The compass point; 1 stands for something that looks to the left."""
-    return jnp.where(left == 1, WEST, EAST)
+    return jnp.where(leftward == 1, WEST, EAST)
 
 
-def _beyond(x: jax.Array) -> jax.Array:
+def _cut_off(x: jax.Array) -> jax.Array:
     """Columns of a picture beyond the right edge, or less than zero beyond the left one."""
     return jnp.clip(x - 152, 0, 8) - jnp.clip(8 - x, 0, 8)
 
@@ -159,12 +176,16 @@ def _propeller(m: Ram) -> jax.Array:
 
 def _player(m: Ram) -> Box:
     """The submarine; the four rows at the foot of the waves hide it."""
-    there = ((m.dying == 0) | (m.dying >= FLASHES)) & (m.y >= SURFACE)
-    left, facing = m.looks_left == 1, _facing(m.looks_left)
-    color = jnp.where(m.dying == 0, GOLD, jnp.where(m.dying & 1 == 1, FLASH, BLACK))
     whole = SUBS.box(
-        _propeller(m), m.x, m.y + 33, mirrored=left, zoom=2, valid=there, orientation=facing
+        _propeller(m),
+        m.x,
+        m.y + 33,
+        mirrored=m.looks_left == 1,
+        zoom=2,
+        valid=((m.dying == 0) | (m.dying >= FLASHES)) & (m.y >= SURFACE),
+        orientation=_compass(m.looks_left),
     )
+    color = match((m.dying == 0, GOLD), ((m.dying & 1) == 1, FLASH), otherwise=BLACK)
     top, bottom = whole.y, whole.y + whole.h
     top = jnp.where(top >= FOOT[0], jnp.maximum(top, FOOT[1]), top)
     bottom = jnp.where(bottom <= FOOT[1], jnp.minimum(bottom, FOOT[0]), bottom)
@@ -182,59 +203,75 @@ def _torpedo(m: Ram) -> Box:
 
 
 def _enemies(m: Ram) -> Box:
-    x = (jnp.repeat(m.enemy_x, 3) + 16 * PLACE) & 255
-    there = (jnp.repeat(m.shown, 3) >> (2 - PLACE) & 1) == 1
-    look, left = jnp.repeat(m.look, 3), jnp.repeat(m.leftward, 3)
-    y = LANE_Y[LANE] + jnp.where(look < SUBMARINE, m.bob, 0)
-    beyond = _beyond(x)
-    picture = 8 * (8 + jnp.where(left == 1, -beyond, beyond)) + look
-    facing, color = _facing(left), _enemy_color(m)
-    return ENEMIES.box(
-        picture, x, y, mirrored=left == 1, valid=there, orientation=facing, color=color
+    """Sharks or enemy submarines."""
+    x = (jnp.repeat(m.enemy_x, 3) + 16 * PLACE_OF) & 255
+    look, leftward = jnp.repeat(m.look, 3), jnp.repeat(m.leftward, 3)
+    beyond = _cut_off(x)
+    cut = 8 + jnp.where(leftward == 1, -beyond, beyond)
+    return ENEMY_PICTURES.box(
+        ENEMY_LOOKS * cut + look,
+        x,
+        LANE_TOPS[LANE_OF] + when(look < Look.SUBMARINE, m.bob),
+        mirrored=leftward == 1,
+        valid=(jnp.repeat(m.shown, 3) >> (2 - PLACE_OF) & 1) == 1,
+        orientation=_compass(leftward),
+        color=_enemy_color(m, look),
     )
 
 
-def _enemy_color(m: Ram) -> jax.Array:
-    """The colours of the lanes' enemies."""
-    submarine = jnp.repeat(m.look, 3) >= SUBMARINE
-    return pick(jnp.where(submarine, 8, m.level_color), (*SHARK_COLORS, GRAY))
+def _enemy_color(m: Ram, look: jax.Array) -> jax.Array:
+    gray = len(SHARK_COLORS)
+    index = jnp.where(look >= Look.SUBMARINE, gray, m.level_color)
+    return pick(index, (*SHARK_COLORS, GRAY))
 
 
 def _balls(m: Ram) -> Box:
     """Divers, or torpedoes of enemy submarines."""
-    picture = 16 * (8 + _beyond(m.ball_x)) + m.ball_look
-    return BALLS.box(picture, m.ball_x, LANE_Y, valid=(m.ball_x > 0) & (m.ball_x < 160))
+    picture = BALL_LOOKS * (8 + _cut_off(m.ball_x)) + m.ball_look
+    there = (m.ball_x > 0) & (m.ball_x < 160)
+    return BALL_PICTURES.box(picture, m.ball_x, LANE_TOPS, valid=there)
 
 
 def _patrol(m: Ram) -> Box:
     """The enemy submarine at the surface, which goes to the left."""
-    picture = 3 * (8 - _beyond(m.patrol_x)) + _propeller(m)
+    picture = PATROL_LOOKS * (8 - _cut_off(m.patrol_x)) + _propeller(m)
     there = (m.patrol_x > 0) & (m.patrol_x < 160)
     return PATROLS.box(picture, m.patrol_x, 46, mirrored=True, valid=there)
 
 
+def _oxygen(m: Ram) -> Box:
+    width = jnp.minimum(m.oxygen, FULL_BAR)
+    return box(BAR[0], BAR[1], width, 5, m.oxygen > 0, value=m.oxygen)
+
+
+def _used_oxygen(m: Ram) -> Box:
+    """What is right of the bar; without oxygen it begins a column further left."""
+    left = BAR[0] + jnp.where(m.oxygen > 0, jnp.minimum(m.oxygen, FULL_BAR), -1)
+    return box(left, BAR[1], BAR[2] - left, 5, value=FULL_TANK - m.oxygen)
+
+
 facing = functools.partial(Category, attributes=("orientation",))
 
-PLAYER = Bounds(
+HULL = Bounds(
     (GOLD, FLASH, BLACK),
     (20, 44, 151, 162),
     ignore=((8, 55, 160, 56),),
     exclude=("PlayerMissile",),
     min_size=(3, 3),
 )
-TORPEDO = Blobs(GOLD, SEA, Shape(w=(3, 8), h=1), filters=(ShortRuns(1),))
+SHOT = Blobs(GOLD, SEA, Shape(w=(3, 8), h=1), filters=(ShortRuns(1),))
 SHARKS = Blobs(tuple(sorted(set(SHARK_COLORS))), SEA, Shape(w=(1, 8), h=(1, 7)), gap=(0, 1))
 ENEMY_SUBS = Blobs(GRAY, SEA, Shape(w=(1, 8), h=(1, 11)))
-DIVERS = Bounds(SEA_BLUE, LANES, exclude=("EnemyMissile",))
+DIVERS = Bounds(SEA_BLUE, LANE_AREAS, exclude=("EnemyMissile",))
 TORPEDOES = Blobs(SEA_BLUE, SEA, Shape(w=(4, 6), h=4), gap=(2, 2))
-BOARD = Bounds(NAVY, tuple((int(x), 178, int(x) + 8, 187) for x in ICONS_X))
-USED = Bounds(RED, (48, 170, 112, 175), value=Gauge(1, 0, 1, full=64))
-OXYGEN = Bounds((WHITE, FLASH), BAR, value=Gauge(1, full=63))
-LIVES = Bounds(YELLOW, (50, 20, 110, 31), value=Gauge(8, -1, 1))
-SCORE = Bounds(YELLOW, (58, 9, 106, 17), value=Digits(FONT, SCORE_LEFTS, 9))
+BOARD = Bounds(NAVY, tuple((x, 178, x + 8, 187) for x in BOARD_LEFTS.tolist()))
+BAR_LEFT = Bounds((WHITE, FLASH), BAR, value=Gauge(1, full=FULL_BAR))
+BAR_USED = Bounds(RED, (48, 170, 112, 175), value=Gauge(1, 0, 1, full=FULL_TANK))
+ICONS = LIVES.rule(YELLOW, (50, 20, 110, 31), single=2)
 
 
 def _saver_key(m: Ram) -> jax.Array:
+    """What colours are XORed with, or -1 in play."""
     return jnp.where(m.saver_mask == SAVER_MASK, m.saver_key, -1)
 
 
@@ -245,18 +282,18 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (100, 9), 26, mask=SAVER_MASK, taken=(6, 8)),
     categories=(
-        facing("Player", PLAYER, doc="the submarine"),
-        Category("PlayerMissile", TORPEDO, doc="its torpedo"),
+        facing("Player", HULL, doc="the submarine"),
+        Category("PlayerMissile", SHOT, doc="its torpedo"),
         facing("Shark", SHARKS, count=12, doc="lane * 3 + place, the lowest lane first"),
         facing("Submarine", ENEMY_SUBS, count=12, doc="lane * 3 + place, the lowest lane first"),
         Category("Diver", DIVERS, count=4, doc="divers to be rescued: lane"),
         Category("EnemyMissile", TORPEDOES, count=4, doc="torpedoes of submarines: lane"),
         Category("SurfaceSubmarine", Bounds(GRAY, (8, 44, 160, FOOT[0])), doc="the patrol"),
         display("CollectedDiver", BOARD, count=6, attributes=(), blinks=True, doc="on board"),
-        display("OxygenBar", OXYGEN, blinks=True, doc="oxygen that is left, 0-64"),
+        display("OxygenBar", BAR_LEFT, blinks=True, doc="oxygen that is left, 0-64"),
         # No graphics object draws it, but the background's colour does; so it blinks for good.
-        display("OxygenBarDepleted", USED, blinks=True, doc="oxygen that was used"),
-        display("Lives", LIVES, doc="one more than the icons"),
-        display("PlayerScore", SCORE, doc="points"),
+        display("OxygenBarDepleted", BAR_USED, blinks=True, doc="oxygen that was used"),
+        display("Lives", ICONS, doc="one more than the icons"),
+        display("PlayerScore", SCORE.rule(YELLOW), doc="points"),
     ),
 )
