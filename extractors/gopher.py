@@ -1,9 +1,11 @@
 """Gopher: a farmer guards three carrots from a gopher, which digs tunnels and holes to get them.
 
-What is dug is drawn by the playfield, piece by piece, and the slots are its pieces: Floor has the
-40 columns of the tunnel from the left, Hole the three pieces of each of six holes, the upper row
-first. A duck may bring a seed, of a single pixel, which the farmer catches and plants as a carrot.
+Screen: a duck may bring a seed, of a single pixel, which the farmer catches and plants as a carrot.
 The grass, the dirt that is not dug and a dash at the left edge are scenery.
+
+Slots: what is dug is drawn by the playfield, piece by piece, and the slots are its pieces: Floor
+has the 40 columns of the tunnel from the left, Hole the three pieces of each of six holes, the
+upper row first.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 and D. Debro's disassembly (what the bytes are), and
 the ROM's code. The duck, the seed, the dirt and the farmer's arms change before a frame is drawn,
@@ -11,73 +13,93 @@ the farmer's and the gopher's places after it. `decode` undoes the gopher's last
 
 Covered: modes 0 and 2, all difficulties, ducks and seeds, lost carrots, the end of the game. The
 score is not valid on the one frame of a game's start that shows a text in its place.
-Not in RAM: whether the farmer has just moved by a column, for the joystick is nowhere noted; which
-of a few columns the gopher came from when it stops at a hole or leaves the tunnel, and which way it
-faced before it turned at a hole; where it was when it has just been hit; the farmer and the holes
-on the one frame after which a new round begins.
+
+Not exact: the RAM does not tell whether the farmer has just moved by a column, for the joystick is
+nowhere noted; which of a few columns the gopher came from when it stops at a hole or leaves the
+tunnel, and which way it faced before it turned at a hole; where it was when it has just been hit;
+the farmer and the holes on the one frame after which a new round begins.
 """
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import among, lookup
+from ocjax.console.ops import among, lookup, match, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.rules import Bounds, Cells
 
 ROM = Rom("gopher", "c16c79aad6272baffb8aae9a7fff0864")
 FONT = ROM.font(0xC01, rows=9, stride=10)
 
 BLACK = 0
-GOPHER = 240
-DUG = 44
-DIGITS = 40
-DUG_RGB = (223, 183, 85)
+BROWN = 240
+SAND = 44
+YELLOW = 40
+SAND_RGB = (223, 183, 85)
 CARROT_COLORS = (196, 36, 38, 52)
 DUCK_COLORS = (14, 140, 252, 40)
-SCORE_LEFTS = range(57, 105, 8)
-SCORE_TOP = 10
+
+SCORE = NumberDisplay(FONT, right=105, top=10, digits=6)
 CARROT_LEFTS = np.array((92, 76, 60))
 UNDERGROUND = 148  # first row below the farmer
 EAST = 4
 WEST = 12
-DARK = 128  # of `idle`: from here on the screen is black
 
-# Values of `state`, and of `clock` when a game was just chosen or the gopher has just gone.
-CHOSEN = 6
-PLAY = 7
-TAKEN = 8
-GONE = 9
-EMPTY = 10
-RENEWED = 11
-CHOSEN_AT = 0x10
-GONE_AT = 0x88
-
-# Values of `height`: in the tunnel, upright from 7 on, peeping out of a hole, running outside.
-TUNNEL = 0
-UPRIGHT = 7
-HALF_WAY = 22
-PEEPING = 34
-OUTSIDE = 35
-TAUNT = 28  # `taunt` when it begins
-# values of `gopher_x`
-START = 147
-LEFT_END = 3
-RIGHT_END = 148
 GOALS = ROM.bytes(0xBEF, 16)  # `gopher_x` at the six holes, the first two again, the carrots
 HOLES = 6
-DIG = 0x71  # value of `sounds`
+DARK = 128  # `idle` from which on the screen is black
+TAUNT_BEGINS = 28  # `taunt`
+DIG_NOTE = 113  # of `sounds`
+SET_ON_ITS_WAY = 128  # least `plan` of a gopher that does not turn on digging
+WINGS_SPREAD = 0xDC  # `duck_wings`
+DUCK_COMES = 32  # `duck_on`
 
-# What the gopher looks like at each height, and then: the other phase of its run in the tunnel
-# and outside, two phases of its taunt.
-RUN_2 = 36
-OUTSIDE_2 = 37
-TAUNT_1 = 38
-TAUNT_2 = 39
-NOTHING = 0xF87  # blank rows
+
+class State:  # of `Ram.state`
+    CHOSEN = 6
+    PLAY = 7
+    TAKEN = 8  # a carrot
+    GONE = 9  # the gopher
+    EMPTY = 10
+    RENEWED = 11
+
+
+class Clock:  # of `Ram.clock`
+    CHOSEN = 16  # a game has just been chosen
+    GONE = 136  # the gopher has just gone
+
+
+class Height:  # of `Ram.height`
+    TUNNEL = 0
+    UPRIGHT = 7  # from here on
+    HALF_WAY = 22
+    PEEPING = 34  # out of a hole
+    OUTSIDE = 35
+
+
+class GopherX:  # of `Ram.gopher_x`
+    LEFT_END = 3
+    START = 147
+    RIGHT_END = 148
+
+
+class SeedY:  # of `Ram.seed_y`
+    DUCK = 18  # up to here the seed is in the rows of the duck
+    ABOVE_FARMER = 59
+    NONE = 128  # or more
+
+
+class Phase:  # pictures of the gopher after those of each height
+    RUN_2 = 36  # the other phase of its run in the tunnel
+    OUTSIDE_2 = 37  # and outside
+    TAUNT_1 = 38
+    TAUNT_2 = 39
+
+
+BLANK = 0xF87  # address of blank rows
 
 
 def _gopher_rows(height: int) -> np.ndarray:
@@ -85,22 +107,22 @@ def _gopher_rows(height: int) -> np.ndarray:
 
     The game draws it in three parts: the grass, the upper dirt and the tunnel.
     """
-    upright = NOTHING - height
-    upright_feet = upright - 12 if height < HALF_WAY else NOTHING
+    body = BLANK - height
+    feet = body - 12 if height < Height.HALF_WAY else BLANK
     parts = {
-        OUTSIDE: (0xFA9, NOTHING, NOTHING),
-        RUN_2: (NOTHING, NOTHING, 0xFBA),
-        OUTSIDE_2: (0xFBA, NOTHING, NOTHING),
-        TAUNT_1: (0xFCA, NOTHING - PEEPING, NOTHING),
-        TAUNT_2: (0xFD9, NOTHING - PEEPING, NOTHING),
+        Height.OUTSIDE: (0xFA9, BLANK, BLANK),
+        Phase.RUN_2: (BLANK, BLANK, 0xFBA),
+        Phase.OUTSIDE_2: (0xFBA, BLANK, BLANK),
+        Phase.TAUNT_1: (0xFCA, BLANK - Height.PEEPING, BLANK),
+        Phase.TAUNT_2: (0xFD9, BLANK - Height.PEEPING, BLANK),
     }
-    running = (NOTHING, NOTHING, 0xFAA)
-    default = running if height < UPRIGHT else (upright + 22, upright, upright_feet)
+    running = (BLANK, BLANK, 0xFAA)
+    default = running if height < Height.UPRIGHT else (body + 22, body, feet)
     starts = parts.get(height, default)
     return np.concatenate([ROM.rows(s, n) for s, n in zip(starts, (13, 22, 12), strict=True)])
 
 
-GOPHERS = Pictures.of(map(_gopher_rows, range(TAUNT_2 + 1)))
+GOPHERS = Pictures.of(map(_gopher_rows, range(Phase.TAUNT_2 + 1)))
 
 # The six registers of a row of dirt: the bits of each from left to right that hold the columns of
 # the tunnel, and the first columns of the holes.
@@ -169,66 +191,90 @@ def _dug(m: Ram, rows: slice, columns: tuple[tuple[int, ...] | range, ...]) -> j
 
 def _hit(m: Ram) -> jax.Array:
     """Whether the gopher was hit after the frame was drawn: the score does not show it yet."""
-    return (m.state == PLAY) & (m.hundreds_shown != 10 * m.score_hundreds)
+    return (m.state == State.PLAY) & (m.hundreds_shown != 10 * m.score_hundreds)
 
 
 def _gopher(m: Ram) -> Box:
-    x, height, mirrored = _gopher_drawn(m)
-    picture = _gopher_picture(m, height)
-    first, top, width, rows = GOPHERS.extent(picture)
-    double = among(height, range(UPRIGHT)) | (height == OUTSIDE)
+    x, height, faces_right = _as_drawn(m)
+    first, top, width, rows = GOPHERS.extent(_gopher_picture(m, height))
+    double = among(height, range(Height.UPRIGHT)) | (height == Height.OUTSIDE)
     zoom = jnp.where(double, 2, 1)
-    left = x - jnp.where(double, 3, 4) + zoom * jnp.where(mirrored, 8 - first - width, first)
-    there = ~among(m.state, (GONE, EMPTY, RENEWED)) | ((m.state == GONE) & (m.clock == GONE_AT))
-    facing = jnp.where(mirrored, EAST, WEST)
-    return box(left, UNDERGROUND + top, zoom * width, rows, there, orientation=facing)
+    left = x - jnp.where(double, 3, 4) + zoom * jnp.where(faces_right, 8 - first - width, first)
+    away = among(m.state, (State.GONE, State.EMPTY, State.RENEWED))
+    just_gone = (m.state == State.GONE) & (m.clock == Clock.GONE)
+    there = ~away | just_gone
+    compass = jnp.where(faces_right, EAST, WEST)
+    return box(left, UNDERGROUND + top, zoom * width, rows, there, orientation=compass)
 
 
 def _gopher_picture(m: Ram, height: jax.Array) -> jax.Array:
-    running = (m.height == TUNNEL) | (m.height == OUTSIDE)
-    changed = (m.state == PLAY) & running & ((m.clock & 3) == 0)
+    running = among(m.height, (Height.TUNNEL, Height.OUTSIDE))
+    changed = (m.state == State.PLAY) & running & ((m.clock & 3) == 0)
     second = (m.run_phase != 0) ^ changed
-    picture = jnp.where(second & (height == TUNNEL), RUN_2, height)
-    picture = jnp.where(second & (height == OUTSIDE), OUTSIDE_2, picture)
-    left = m.taunt + 1
-    taunts = (m.height == PEEPING) & (left <= TAUNT)
-    taunt = jnp.where(among(left, (*range(7, 14), *range(21, 29))), TAUNT_1, TAUNT_2)
-    return jnp.where(taunts, taunt, picture)
+    frames = m.taunt + 1
+    taunts = (m.height == Height.PEEPING) & (frames <= TAUNT_BEGINS)
+    first_taunt = among(frames, (*range(7, 14), *range(21, 29)))
+    return match(
+        (taunts & first_taunt, Phase.TAUNT_1),
+        (taunts, Phase.TAUNT_2),
+        (second & (height == Height.OUTSIDE), Phase.OUTSIDE_2),
+        (second & (height == Height.TUNNEL), Phase.RUN_2),
+        otherwise=height,
+    )
 
 
-def _gopher_drawn(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
+def _as_drawn(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Where the gopher was drawn, at what height and whether facing right."""
-    x, height, mirrored = m.gopher_x, m.height, m.mirrored
-    at_goal = x == lookup(GOALS, m.goal) + mirrored
-    emerged = (height == OUTSIDE) & jnp.any(x == GOALS[:HOLES] + mirrored)
-    planned = (height == TUNNEL) & _planned(m)
-    waits = (height == PEEPING) & (m.taunt < TAUNT)
-    climbs = at_goal & (height < OUTSIDE) & ~planned & ~waits
-    starts = (x == START) & (mirrored == 0)
+    played, hit = m.state == State.PLAY, _hit(m)
+    x, height, turned = _step_back(m)
+    x = match((hit, _hole_of_farmer(m) + m.mirrored), (played, x), otherwise=m.gopher_x)
+    height = match((hit, Height.PEEPING), (played, height), otherwise=m.height)
+    return x, height, (m.mirrored == 1) ^ (turned & played & ~hit)
+
+
+def _step_back(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
+    """Where the gopher was before its step, at what height, and whether it has turned since."""
+    x, height = m.gopher_x, m.height
+    at_goal = x == lookup(GOALS, m.goal) + m.mirrored
+    emerged = (height == Height.OUTSIDE) & jnp.any(x == GOALS[:HOLES] + m.mirrored)
+    planned = (height == Height.TUNNEL) & _has_new_plan(m)
+    waits = (height == Height.PEEPING) & (m.taunt < TAUNT_BEGINS)
+    climbs = at_goal & (height < Height.OUTSIDE) & ~planned & ~waits
+    starts = (x == GopherX.START) & (m.mirrored == 0)
     runs = ~(climbs | emerged | planned | waits | starts)
-    stopped = climbs & (m.climb > 0) & (height == TUNNEL + 1)
+    stopped = climbs & (m.climb > 0) & (height == Height.TUNNEL + 1)
+    before_stop = jnp.where(m.mirrored == 1, x - 3, x + 1)
+    old_x = match((stopped, before_stop), (runs, _run_back(m)), otherwise=x)
+    old_height = match(
+        (climbs, _climb_back(m)),
+        (emerged, Height.PEEPING),
+        otherwise=height,
+    )
+    turned = runs & (height == Height.TUNNEL) & _digs(m) & (m.plan < SET_ON_ITS_WAY)
+    return old_x, old_height, turned
 
-    drawn_x = jnp.where(runs, _run_back(m), x)
-    drawn_x = jnp.where(stopped, jnp.where(mirrored == 1, x - 3, x + 1), drawn_x)
-    down = jnp.where(height == HALF_WAY, height, height + 1)  # it waits for a frame there
-    below = jnp.where(m.climb > 0, height - 1, down)
-    drawn_height = jnp.where(climbs, below, jnp.where(emerged, PEEPING, height))
-    sound = jnp.where(np.arange(2) == m.channel, m.sounds, 0)
-    dug = jnp.any((sound == DIG) & (m.lengths == 0))
-    turned = runs & (height == TUNNEL) & dug & (m.plan < 128)
 
-    played, hit = m.state == PLAY, _hit(m)
-    drawn_x = jnp.where(hit, _hole_of_farmer(m) + mirrored, jnp.where(played, drawn_x, x))
-    drawn_height = jnp.where(hit, PEEPING, jnp.where(played, drawn_height, height))
-    return drawn_x, drawn_height, (mirrored == 1) ^ (turned & played & ~hit)
+def _climb_back(m: Ram) -> jax.Array:
+    """The height before a step up or down; half-way down it waits for a frame."""
+    down = jnp.where(m.height == Height.HALF_WAY, m.height, m.height + 1)
+    return jnp.where(m.climb > 0, m.height - 1, down)
+
+
+def _digs(m: Ram) -> jax.Array:
+    """Whether the sound of digging has just begun."""
+    last = when(np.arange(2) == m.channel, m.sounds)
+    return jnp.any((last == DIG_NOTE) & (m.lengths == 0))
 
 
 def _run_back(m: Ram) -> jax.Array:
     """Where the gopher was before a step; it leaves at one end and comes back at the other."""
-    left = m.leftward == 1
-    back = jnp.where(left, m.gopher_x + 2, m.gopher_x - 2)
-    back = jnp.where(left & (m.gopher_x == RIGHT_END), LEFT_END, back)
-    return jnp.where(~left & (m.gopher_x == LEFT_END), RIGHT_END - 2, back)
+    leftward = m.leftward == 1
+    return match(
+        (leftward & (m.gopher_x == GopherX.RIGHT_END), GopherX.LEFT_END),
+        (leftward, m.gopher_x + 2),
+        (m.gopher_x == GopherX.LEFT_END, GopherX.RIGHT_END - 2),
+        otherwise=m.gopher_x - 2,
+    )
 
 
 def _hole_of_farmer(m: Ram) -> jax.Array:
@@ -237,71 +283,68 @@ def _hole_of_farmer(m: Ram) -> jax.Array:
     return jnp.max(jnp.where(away == jnp.min(away), GOALS[:HOLES], 0))
 
 
-def _planned(m: Ram) -> jax.Array:
+def _has_new_plan(m: Ram) -> jax.Array:
     """Whether the gopher has just made a new plan: it is a copy of the random numbers."""
-    return (((m.plan ^ m.random[0]) & 0x7F) == 0) & (((m.goal_seen ^ m.random[1]) & 0x83) == 0)
+    same_plan = ((m.plan ^ m.random[0]) & 0x7F) == 0
+    return same_plan & (((m.goal_seen ^ m.random[1]) & 0x83) == 0)
 
 
 def _carrots(m: Ram) -> Box:
     """The carrots as they are drawn: the first one from the left, and copies of it."""
-    first = jnp.where(m.carrots_drawn == 0, 0, jnp.where(m.carrots_drawn == 32, 1, 2))
+    first = match((m.carrots_drawn == 0, 0), (m.carrots_drawn == 32, 1), otherwise=2)
     place = 2 - np.arange(3) - first
     second = (m.carrot_copies & 1) == 1
     copy = (place == 0) | ((place == 1) & second) | ((place == 2) & (m.carrot_copies > 1))
-    there = (m.carrots > 0) | (m.state == TAKEN)
+    there = (m.carrots > 0) | (m.state == State.TAKEN)
     return box(CARROT_LEFTS, 151, 8, 27, copy & there)
 
 
 def _duck(m: Ram) -> Box:
-    """The duck."""
-    wide = m.duck_wings == 0xDC
+    """The duck; spread wings are a column wider than folded ones."""
+    wide = m.duck_wings == WINGS_SPREAD
     left = m.duck_x - 12 + jnp.where((m.duck_leftward == 1) | wide, 0, 1)
-    facing = jnp.where(m.duck_leftward == 1, WEST, EAST)
+    compass = jnp.where(m.duck_leftward == 1, WEST, EAST)
     width = jnp.where(wide, 16, 15)
-    return box(left, 31, width, 18, (m.duck_on > 0) & ~_duck_to_come(m), orientation=facing)
+    return box(left, 31, width, 18, (m.duck_on > 0) & ~_duck_to_come(m), orientation=compass)
 
 
 def _duck_to_come(m: Ram) -> jax.Array:
     """Whether the hit that is not drawn yet has made the duck come."""
-    return _hit(m) & (m.duck_on == 32) & ((m.duck_x == 12) | (m.duck_x == 148))
+    return _hit(m) & (m.duck_on == DUCK_COMES) & among(m.duck_x, (12, 148))
 
 
 def _seed(m: Ram) -> Box:
     """The seed. The game switches it on in the middle of a row, and off in that of the next."""
     y, x = m.seed_y, m.seed_x - 5
-    in_duck, at_farmer = y <= 18, y >= 60
-    late = jnp.where((in_duck & (x < 37)) | (at_farmer & (x < 25)), 1, 0)
-    there = (y < 128) & ~_duck_to_come(m)
+    in_duck, at_farmer = y <= SeedY.DUCK, y > SeedY.ABOVE_FARMER
+    late = when((in_duck & (x < 37)) | (at_farmer & (x < 25)), 1)
+    there = (y < SeedY.NONE) & ~_duck_to_come(m)
     top = y + jnp.where(in_duck, 30, 36) + late
-    height = jnp.where(y == 18, 7 - late, jnp.where((y == 59) & (x < 25), 2, 1))
+    height = match(
+        (y == SeedY.DUCK, 7 - late),
+        ((y == SeedY.ABOVE_FARMER) & (x < 25), 2),
+        otherwise=1,
+    )
     return box(x, top, 1, height, there)
 
 
 def _score(m: Ram) -> Box:
     """The score, which lags behind by a frame where the gopher was hit."""
-    shown = m.score - jnp.where(_hit(m), 100, 0)
-    text = (m.state < CHOSEN) | ((m.state == CHOSEN) & (m.clock == CHOSEN_AT))
-    return score_box(
-        FONT,
-        jnp.maximum(shown, 0),
-        right=SCORE_LEFTS[-1] + FONT.width,
-        top=SCORE_TOP,
-        digits=6,
-        value=m.score,
-        valid=~text,
-    )
+    shown = m.score - when(_hit(m), 100)
+    just_chosen = (m.state == State.CHOSEN) & (m.clock == Clock.CHOSEN)
+    text = (m.state < State.CHOSEN) | just_chosen
+    return SCORE.box(jnp.maximum(shown, 0), value=m.score, valid=~text)
 
 
-FARMER = Bounds((BLACK, DUG), (0, 96, 160, 146), inverse=True)
-RODENT = Bounds(GOPHER, (0, UNDERGROUND, 160, 195))
-DUCK = Bounds(DUCK_COLORS, (0, 31, 160, 49))
-CARROTS = Bounds(CARROT_COLORS, tuple((int(x), 151, int(x) + 8, 178) for x in CARROT_LEFTS))
-HOLES_SEEN = tuple(
+FARMER = Bounds((BLACK, SAND), (0, 96, 160, 146), inverse=True)
+RODENT = Bounds(BROWN, (0, UNDERGROUND, 160, 195))
+BIRD = Bounds(DUCK_COLORS, (0, 31, 160, 49))
+PLANTS = Bounds(CARROT_COLORS, tuple((x, 151, x + 8, 178) for x in CARROT_LEFTS.tolist()))
+HOLE_AREAS = tuple(
     (int(x), int(y), int(x) + 8, int(y + h)) for x, y, h in zip(HOLE_X, HOLE_Y, HOLE_H, strict=True)
 )
-PIECES = Bounds((DUG, GOPHER), HOLES_SEEN, min_size=(8, 7))
-TUNNELS = Cells((DUG, GOPHER), tuple(range(0, 160, 4)), (183,) * 40, 4, 12)
-SCORE = Bounds(DIGITS, (57, 10, 105, 19), value=Digits(FONT, SCORE_LEFTS, SCORE_TOP, required=True))
+PIECES = Bounds((SAND, BROWN), HOLE_AREAS, min_size=(8, 7))
+TUNNELS = Cells((SAND, BROWN), tuple(range(0, 160, 4)), (183,) * 40, 4, 12)
 
 GAME = Game(
     name="Gopher",
@@ -311,11 +354,11 @@ GAME = Game(
     categories=(
         Category("Player", FARMER, rgb=(84, 92, 214), doc="the farmer"),
         Category("Gopher", RODENT, attributes=("orientation",), doc="the gopher"),
-        Category("Carrot", CARROTS, count=3, doc="carrots, from right to left; lives"),
-        Category("Bird", DUCK, attributes=("orientation",), rgb=(236, 236, 236), doc="the duck"),
-        Category("Seed", Bounds(DUG, (0, 31, 160, 146)), doc="a seed of a carrot"),
-        Category("Hole", PIECES, count=18, rgb=DUG_RGB, doc="dug pieces of six, upper row first"),
+        Category("Carrot", PLANTS, count=3, doc="carrots, from right to left; lives"),
+        Category("Bird", BIRD, attributes=("orientation",), rgb=(236, 236, 236), doc="the duck"),
+        Category("Seed", Bounds(SAND, (0, 31, 160, 146)), doc="a seed of a carrot"),
+        Category("Hole", PIECES, count=18, rgb=SAND_RGB, doc="dug pieces of six, upper row first"),
         Category("Floor", TUNNELS, count=40, doc="dug columns of the tunnel"),
-        display("Score", SCORE, doc="points"),
+        display("Score", SCORE.rule(YELLOW, required=True), doc="points"),
     ),
 )
