@@ -1,90 +1,116 @@
 """Berzerk: a human and up to eight robots in the rooms of a maze, a shot of each side, Evil Otto.
 
-Robot slots are the game's own list, from top to bottom, which closes its gaps. A robot stays valid
-while it explodes. Nobody is drawn or valid while a room appears; the score is, also while lives or
-a bonus are shown in its place. Otto and the human share a sprite and are drawn in turn. The walls
-are scenery.
+Screen: nobody is drawn or valid while a room appears; the score is valid, also while lives or a
+bonus are shown in its place. A robot stays valid while it explodes. Otto and the human share a
+sprite and are drawn in turn. The walls are scenery.
+
+Slots: those of Enemy are the game's own list, from top to bottom, which closes its gaps.
 
 RAM: ALE's source (score, lives), AtariARI, OCAtari 2.2 (positions), a public disassembly by Dennis
 Debro (names), and the ROM's code. The human, his shot and Otto move after the frame was drawn, so
 the screen lags behind the RAM by their last step.
 
 Covered: rooms of all colours, scrolling, deaths, bonus, lives, game over, ALE's modes (Otto, robots
-that do not shoot, extra lives). Not in RAM: a shot on the frame on which it hits (5 % of the frames
-with the human's shot), the pose before a shot or a death, to which side the human looked before he
-turned. On the frame on which a room is left, or a life lost, the room is still on the screen, but
-the rows of the human and of the first robot are cleared, and the way of a robot's shot. The human
-is not valid then, nor is the first robot, unless the second one is in the second row: then the
-first one is where it began (99.7 % are right). A robot beside the shot and the human's column tell
-its way (97 %). The next frame shows nobody. VEM takes a shot that touches a robot for a part of it,
-too, and does not see one that flies up or down where a robot's body covers it, nor the true length
-of one in line with an arm (5 % each of the frames with such a shot). Its box of the human reaches
-to a shot of which a wall leaves less than six rows (1 of 13,000 frames).
-"""
+that do not shoot, extra lives).
 
-import functools
+Not exact: the RAM does not tell about a shot on the frame on which it hits (5 % of the frames with
+the human's shot), the pose before a shot or a death, and to which side the human looked before he
+turned.
+
+On the frame on which a room is left, or a life lost, the room is still on the screen, but the rows
+of the human and of the first robot are cleared, and the way of a robot's shot. The human is not
+valid then, nor is the first robot, unless the second one is in the second row: then the first one
+is where it began (99.7 % are right). A robot beside the shot and the human's column tell its way
+(97 %). The next frame shows nobody.
+
+VEM: it takes a shot that touches a robot for a part of it, too, and does not see one that flies up
+or down where a robot's body covers it, nor the true length of one in line with an arm (5 % each of
+the frames with such a shot). Its box of the human reaches to a shot of which a wall leaves less
+than six rows (1 of 13,000 frames).
+"""
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, Font, score_box
-from ocjax.console.ops import among, pick
+from ocjax.console.fonts import Digits, Font
+from ocjax.console.ops import among, match, pick, when
 from ocjax.console.ram import RamMap, bcd, byte
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.filters import ShortRuns
 from ocjax.vision.rules import Blobs, Bounds, Colors
 from ocjax.vision.shapes import Shape
 
 ROM = Rom("berzerk", "136f75c4dd02c29283752b7e5799f978")
-# low bytes of glyphs' addresses
-ZERO = 0x16
-ONE = 0x1D
-BLANK = 0x5C
-MAN = 0x63
-COPYRIGHT = 0x6A
-GLYPH_PAGE = 0xC00
-FONT = ROM.font(GLYPH_PAGE + ZERO, rows=7)
-CELLS = tuple(range(55, 103, 8))
-LINE_TOP = 183
+HUMAN_COLOR = 60  # also Otto's and of the human's shot
+TEXT = 28
+ROOM_COLORS = (26, 54, 12, 202, 76, 168, 252, 88)  # of robots and their shots, by room
+FIELD = (0, 5, 160, 179)
+FIELD_BOTTOM = 177  # of what shows of the human
+LEFT_WALL = 8  # its right edge
 
-# `state`
-IN_ROOM = 2
-LEAVES = 255
+
+class Glyph:  # of `Ram.glyph`: low bytes of addresses
+    ZERO = 0x16
+    ONE = 0x1D
+    BLANK = 0x5C
+    MAN = 0x63
+    COPYRIGHT = 0x6A
+
+
+GLYPH_PAGE = 0xC00
+FONT = ROM.font(GLYPH_PAGE + Glyph.ZERO, rows=7)
+CELLS = tuple(range(55, 103, 8))
+LINE = (55, 183, 104, 190)
+LINE_TOP = 183
+SCORE = NumberDisplay(FONT, right=103, top=LINE_TOP, digits=6)
+
 APPEARED = 255  # `appearing` once the room is there
-LAST_FRAME = 1  # `frame` when the room has been left, but is still on the screen
-ROOM_BEGINS = 53  # `frame` on the first frame of a room, which does not show anybody yet
 NO_ROBOT = 127  # `robot_y`, of this and all later slots
 TOP_ROW = 5  # `robot_y` where robots begin
 SECOND_ROW = range(15, 22)  # with a few steps down
-# `missile_way`
-NO_MISSILE = 0
-NO_MISSILE_YET = 15
-GUN = 4  # `missile_x` less `robot_x` where a shot leaves a robot upright
-OTTO_COMES = 3  # `otto`, or more
-# bits of ways
-UP = 1
-DOWN = 2
-LEFT = 4
-RIGHT = 8
-VERTICAL = UP | DOWN
-
-FIRES = 254  # `shot_sound` on the frame after which the shot leaves the gun
-WALL = 8  # right edge of the wall at the left
+ABOVE_HEAD = 4  # `missile_x` less `robot_x` where a shot leaves a robot upright
+OTTO_COMES = 3  # least `otto` with him in the room
+OTTO_FALLS = 128  # least `otto_way` on his way down
+JUST_FIRED = 254  # `shot_sound` on the frame after which the shot leaves the gun
 STEP_PACE = 112  # added to `pace` on each frame
-HIT = 3  # least poses of the human
-SHOCK = 6  # 0 to 2 walk
-AIMS = range(0x31, 0x50)  # pictures of the human, as distances from the first one
-FIRST_PICTURE = 0xA9
-TALL_POSES = (15, 17, 20, 22)  # of robots
-SPARK = 23  # a spark is the end of an explosion
+FIRST_PICTURE = 0xA9  # of the human, low byte of its address
+AIMING = range(49, 80)  # bytes from the first picture to those that aim
 
-HUMAN = 60
-TEXT = 28
-ROBOTS = (26, 54, 12, 202, 76, 168, 252, 88)  # by room
-FIELD = (0, 5, 160, 179)
-LINE = (55, 183, 104, 190)
+
+class State:  # of `Ram.state`
+    IN_ROOM = 2
+    LEAVES = 255
+
+
+class Frame:  # of `Ram.frame`
+    LAST = 1  # the room has been left, but is still on the screen
+    ROOM_BEGINS = 53  # the first frame of a room, which does not show anybody yet
+
+
+class Missile:  # of `Ram.missile_way`, besides bits of ways
+    NONE = 0
+    NONE_YET = 15
+
+
+class Way:  # bits of `Ram.way`, `shot_way` and `missile_way`
+    UP = 1
+    DOWN = 2
+    LEFT = 4
+    RIGHT = 8
+    VERTICAL = UP | DOWN
+
+
+class Pose:  # of `Ram.pose`: 0 to 2 walk
+    HIT = 3  # from here on
+    SHOCK = 6  # from here on, by turns
+
+
+class RobotPose:  # of `Ram.robot_pose`
+    TALL = (15, 17, 20, 22)  # of explosions
+    SPARK = 23  # the end of an explosion
 
 
 class Ram(RamMap):
@@ -120,21 +146,21 @@ class Ram(RamMap):
     glyph = byte(106, 108, 110, 112, 114, 116)  # in the line below, low bytes of addresses
     otto = byte(118)
     shot_sound = byte(119)
-    otto_way = byte(121)  # 128 and more: falls
+    otto_way = byte(121)
 
 
 def decode(m: Ram) -> dict[str, Box]:
     present = _present(m)
-    left = (m.state == LEAVES) & (m.frame == LAST_FRAME) & (m.appearing == APPEARED)
-    color = pick(m.level - jnp.where(left, 1, 0) >> 1 & 7, ROBOTS)
+    left = (m.state == State.LEAVES) & (m.frame == Frame.LAST) & (m.appearing == APPEARED)
+    color = pick(m.level - when(left, 1) >> 1 & 7, ROOM_COLORS)
     return {
         "Player": _human(m).where(present),
         "Enemy": _robots(m, left, color).where(present | left),
         "PlayerMissile": _shot(m).where(present),
         "EnemyMissile": _missile(m, color, left).where(present | left),
         "EvilOtto": _otto(m).where(present),
-        "Copyright": box(63, LINE_TOP, 40, 7, m.glyph[1] == COPYRIGHT),
-        "PlayerScore": _score(m),
+        "Copyright": box(63, LINE_TOP, 40, 7, m.glyph[1] == Glyph.COPYRIGHT),
+        "PlayerScore": SCORE.box(m.score, valid=m.score > 0),
         "BonusPoints": _bonus(m),
         "Lives": _lives(m),
     }
@@ -142,48 +168,55 @@ def decode(m: Ram) -> dict[str, Box]:
 
 def _present(m: Ram) -> jax.Array:
     """Whether a room is there with everybody in it."""
-    first_frame = (m.frame == ROOM_BEGINS) & (m.missile_way == NO_MISSILE_YET)
+    first_frame = (m.frame == Frame.ROOM_BEGINS) & (m.missile_way == Missile.NONE_YET)
     first_frame = first_frame & (m.missile_wait == 0)
-    return (m.state == IN_ROOM) & (m.appearing == APPEARED) & ~first_frame
+    return (m.state == State.IN_ROOM) & (m.appearing == APPEARED) & ~first_frame
 
 
 def _step(way: jax.Array) -> tuple[jax.Array, jax.Array]:
     """One step that way, to the right and down."""
-    dx = jnp.where((way & RIGHT) > 0, 1, jnp.where((way & LEFT) > 0, -1, 0))
-    vertical = way & VERTICAL
-    return dx, jnp.where(vertical == UP, -1, jnp.where(vertical == DOWN, 1, 0))
+    dx = match(((way & Way.RIGHT) > 0, 1), ((way & Way.LEFT) > 0, -1), otherwise=0)
+    up_or_down = way & Way.VERTICAL
+    return dx, match((up_or_down == Way.UP, -1), (up_or_down == Way.DOWN, 1), otherwise=0)
 
 
 def _human(m: Ram) -> Box:
-    walks = m.pose < HIT
-    moved = (m.pace < STEP_PACE) & walks
+    moved = (m.pace < STEP_PACE) & (m.pose < Pose.HIT)
     dx, dy = _step(m.way)
-    x = m.x + 3 - jnp.where(moved, dx, 0)
-    y = m.y + 5 - jnp.where(moved, dy, 0)
-    shocked = (m.pose >= SHOCK) & ((m.pose & 2) == 0)
+    x = m.x + 3 - when(moved, dx)
+    y = m.y + 5 - when(moved, dy)
+    shocked = (m.pose >= Pose.SHOCK) & ((m.pose & 2) == 0)
     first, last = _human_columns(m, moved, shocked)
-    left = x + jnp.where((m.way & LEFT) > 0, 7 - last, first)
+    left = x + jnp.where((m.way & Way.LEFT) > 0, 7 - last, first)
     top, height = jnp.where(shocked, y - 2, y), jnp.where(shocked, 24, 20)
-    return box(left, top, last - first + 1, height).clip(0, 0, 160, 177)
+    return box(left, top, last - first + 1, height).clip(0, 0, 160, FIELD_BOTTOM)
 
 
 def _human_columns(m: Ram, moved: jax.Array, shocked: jax.Array) -> tuple[jax.Array, jax.Array]:
     """First and last column of the human's picture."""
+    hit, aims = m.pose >= Pose.HIT, _aims(m)
+    aims_down = aims & ((m.way & Way.VERTICAL) == Way.DOWN)
+    turn = _walking_pose(m, moved)
+    walk = pick(turn, (1, 1, 0)), pick(turn, (6, 5, 7))
+    first = match((shocked, 0), (hit, 1), (aims_down, 2), (aims, 3), otherwise=walk[0])
+    last = match((shocked, 7), (hit | aims, 6), otherwise=walk[1])
+    return first, last
+
+
+def _aims(m: Ram) -> jax.Array:
+    """Whether the human stands and aims."""
     picture = (m.figure + m.figure_row - FIRST_PICTURE) & 255  # of the next frame
     # The pace begins anew while the trigger is pressed: this is its second frame.
     just_aimed = (m.pace == 2 * STEP_PACE) & (m.shot > 0)
-    aims = among(picture, AIMS) | just_aimed
-    aims_down = (m.way & VERTICAL) == DOWN
+    return among(picture, AIMING) | just_aimed
+
+
+def _walking_pose(m: Ram, moved: jax.Array) -> jax.Array:
+    """The pose of a walking human, 0 to 2, before what the pace has added."""
     steps_next = ((m.pace - STEP_PACE) & 255) < STEP_PACE
     steps_next = steps_next & ((m.pace != STEP_PACE) | (m.pose > 0))
-    turn = m.pose + jnp.where(moved, 1, 0) + jnp.where(steps_next, 1, 0)
-    turn = jnp.where(turn >= 3, turn - 3, turn)
-    first, last = pick(turn, (1, 1, 0)), pick(turn, (6, 5, 7))
-    first = jnp.where(aims, jnp.where(aims_down, 2, 3), first)
-    last = jnp.where(aims, 6, last)
-    hit = m.pose >= HIT
-    first, last = jnp.where(hit, 1, first), jnp.where(hit, 6, last)
-    return jnp.where(shocked, 0, first), jnp.where(shocked, 7, last)
+    turn = m.pose + when(moved, 1) + when(steps_next, 1)
+    return jnp.where(turn >= 3, turn - 3, turn)
 
 
 def _robots(m: Ram, left: jax.Array, color: jax.Array) -> Box:
@@ -192,14 +225,13 @@ def _robots(m: Ram, left: jax.Array, color: jax.Array) -> Box:
     It is known if the second one is in the second row: they begin one to a row, and are sorted.
     """
     number = np.arange(8)
-    first = jnp.where(left & ~among(m.robot_y[1], SECOND_ROW), 1, 0)
+    first = when(left & ~among(m.robot_y[1], SECOND_ROW), 1)
     row = jnp.where(left & (number == 0), TOP_ROW, m.robot_y)
     count = jnp.min(jnp.where(row == NO_ROBOT, number, 8))
-    is_spark = m.robot_pose == SPARK
-    is_tall = functools.reduce(jnp.logical_or, (m.robot_pose == pose for pose in TALL_POSES))
+    is_spark = m.robot_pose == RobotPose.SPARK
     x = m.robot_x + jnp.where(is_spark, 8, 6)
     y = 2 * row + jnp.where(is_spark, 10, 4)
-    height = jnp.where(is_spark, 4, jnp.where(is_tall, 18, 16))
+    height = match((is_spark, 4), (among(m.robot_pose, RobotPose.TALL), 18), otherwise=16)
     there = (number >= first) & (number < count)
     return box(x, y, jnp.where(is_spark, 4, 8), height, there, color=color)
 
@@ -210,53 +242,51 @@ def _shot(m: Ram) -> Box:
     A gun that touches the wall at the left fires on every frame, and the new shot is where the last
     one was drawn. Any other new shot is not drawn yet.
     """
-    fires, in_wall = m.shot_sound == FIRES, m.shot_x + 2 < WALL
+    fired, in_wall = m.shot_sound == JUST_FIRED, m.shot_x + 2 < LEFT_WALL
     dx, dy = _step(m.shot_way)
-    x, y = m.shot_x - jnp.where(fires, 0, 2 * dx), m.shot_y - jnp.where(fires, 0, dy)
+    x, y = m.shot_x - when(~fired, 2 * dx), m.shot_y - when(~fired, dy)
     width, height = jnp.where(dx != 0, 4, 1), jnp.where(dx != 0, 2, 6)
-    return box(x + 2, 2 * y + 1, width, height, (m.shot > 0) & (~fires | in_wall))
+    return box(x + 2, 2 * y + 1, width, height, (m.shot > 0) & (~fired | in_wall))
 
 
 def _missile(m: Ram, color: jax.Array, left: jax.Array) -> Box:
     """A robot's shot. When the room is left, its way is cleared: most fly across."""
-    flies = (m.missile_way != NO_MISSILE) & (m.missile_way != NO_MISSILE_YET)
+    flies = ~among(m.missile_way, (Missile.NONE, Missile.NONE_YET))
     there = jnp.where(left, ~among(m.missile_pause, (0, 255)) & (m.missile_y > 0), flies)
     # It is upright if the human is in its columns, or near and a robot has its gun there.
-    distance, gun = jnp.abs(m.x - m.missile_x), jnp.any(m.robot_x + GUN == m.missile_x)
-    upright = left & ((distance <= 4) | (gun & (distance <= 12)))
-    across = ((m.missile_way & VERTICAL) != 0) & ~upright
-    width, height = jnp.where(across, 4, 1), jnp.where(across, 2, 6)
+    distance = jnp.abs(m.x - m.missile_x)
+    from_robot = jnp.any(m.robot_x + ABOVE_HEAD == m.missile_x)
+    upright = left & ((distance <= 4) | (from_robot & (distance <= 12)))
+    sideways = ((m.missile_way & Way.VERTICAL) != 0) & ~upright
+    width, height = jnp.where(sideways, 4, 1), jnp.where(sideways, 2, 6)
     return box(m.missile_x + 2, 2 * m.missile_y, width, height, there, color=color)
 
 
 def _otto(m: Ram) -> Box:
-    squashed = (m.otto_y == m.otto_low) & (m.otto_way < 128)
+    squashed = (m.otto_y == m.otto_low) & (m.otto_way < OTTO_FALLS)
     y = m.otto_y + jnp.where(squashed, 9, 3)
     return box(m.otto_x + 3, y, 8, jnp.where(squashed, 10, 16), m.otto >= OTTO_COMES)
 
 
-def _score(m: Ram) -> Box:
-    shows = m.score > 0
-    return score_box(FONT, m.score, right=103, top=LINE_TOP, digits=6, valid=shows, value=m.score)
-
-
 def _bonus(m: Ram) -> Box:
-    there = (m.glyph[1] == ZERO) & (m.glyph[5] == BLANK)
-    narrow = jnp.where(m.glyph[0] == ONE, 1, 0)
+    """The bonus, of two digits; a 1 in front is a column narrower."""
+    there = (m.glyph[1] == Glyph.ZERO) & (m.glyph[5] == Glyph.BLANK)
+    narrow = when(m.glyph[0] == Glyph.ONE, 1)
     return box(56 + narrow, LINE_TOP, 14 - narrow, 7, there, value=10 * m.killed)
 
 
 def _lives(m: Ram) -> Box:
-    men = jnp.sum(jnp.where(m.glyph == MAN, 1, 0))
+    """The men in the line; one more is in play."""
+    men = jnp.sum(when(m.glyph == Glyph.MAN, 1))
     return box(104 - 8 * men, LINE_TOP, 8 * men - 2, 7, men > 0, value=m.lives + 1)
 
 
-def _men() -> Digits:
+def _count_men() -> Digits:
     """How VEM counts the men of the line: each of their pictures counts 1, and one is not shown."""
-    man = tuple(ROM.rows(GLYPH_PAGE + MAN, 7).tolist())
+    man = tuple(ROM.rows(GLYPH_PAGE + Glyph.MAN, 7).tolist())
     no_picture = (0,) * 6 + (1,)
-    font = Font((no_picture, man, *(no_picture,) * 8))
-    return Digits(font, CELLS, LINE_TOP, weights=(1,) * 6, base=1, required=True)
+    glyphs = Font((no_picture, man, *(no_picture,) * 8))
+    return Digits(glyphs, CELLS, LINE_TOP, weights=(1,) * 6, base=1, required=True)
 
 
 def _across(colors: Colors, shape: Shape, connectivity: int = 8) -> Blobs:
@@ -272,26 +302,26 @@ UPRIGHT = Shape(w=1, h=6)  # a shot that flies up or down
 # shot makes them longer, or a robot's other parts cut it to five.
 ACROSS_ROBOT = Shape(w=1, h=(7, 10)), Shape(w=1, h=5)
 
-number = functools.partial(Digits, FONT, top=LINE_TOP, required=True)
-
 # The human is never drawn together with Otto, who has his colour and fewer rows.
-PLAYER = Bounds(HUMAN, FIELD, min_size=(3, 17), exclude=("PlayerMissile",))
-ENEMY = Blobs(ROBOTS, FIELD, Shape(w=(4, 12), h=(4, 24)))
+PLAYER = Bounds(HUMAN_COLOR, FIELD, min_size=(3, 17), exclude=("PlayerMissile",))
+ENEMY = Blobs(ROOM_COLORS, FIELD, Shape(w=(4, 12), h=(4, 24)))
 # Of an arm and the shot beside it, the left part counts: most of these shots are at the left wall.
-LEFT_PART = _across(HUMAN, Shape(w=(4, 6), h=(2, 3), split=(4, 2)), connectivity=4)
-SHOT = Blobs(HUMAN, FIELD, UPRIGHT, also=(LEFT_PART,))
-MISSILE = Blobs(
-    ROBOTS,
+LEFT_PART = _across(HUMAN_COLOR, Shape(w=(4, 6), h=(2, 3), split=(4, 2)), connectivity=4)
+PLAYER_MISSILE = Blobs(HUMAN_COLOR, FIELD, UPRIGHT, also=(LEFT_PART,))
+ENEMY_MISSILE = Blobs(
+    ROOM_COLORS,
     FIELD,
     ACROSS_ROBOT,
     filters=(ShortRuns(1, across=True),),
-    also=(Blobs(ROBOTS, FIELD, UPRIGHT), _across(ROBOTS, Shape(w=(3, 6), h=(2, 3)))),
+    also=(Blobs(ROOM_COLORS, FIELD, UPRIGHT), _across(ROOM_COLORS, Shape(w=(3, 6), h=(2, 3)))),
 )
-OTTO = Blobs(HUMAN, FIELD, Shape(w=8, h=(10, 16), pixels=(60, 90)))
+EVIL_OTTO = Blobs(HUMAN_COLOR, FIELD, Shape(w=8, h=(10, 16), pixels=(60, 90)))
 NOTICE = Bounds(TEXT, LINE, min_size=(40, 7), max_size=(40, 7))
-POINTS = Bounds(TEXT, LINE, value=number(lefts=CELLS))
-BONUS = Bounds(
-    TEXT, (55, 183, 71, 190), min_size=(13, 7), value=number(lefts=CELLS[:2], free=CELLS[2:])
+BONUS_POINTS = Bounds(
+    TEXT,
+    (55, 183, 71, 190),
+    min_size=(13, 7),
+    value=Digits(FONT, CELLS[:2], LINE_TOP, free=CELLS[2:], required=True),
 )
 
 GAME = Game(
@@ -302,12 +332,17 @@ GAME = Game(
     categories=(
         Category("Player", PLAYER, doc="the human"),
         Category("Enemy", ENEMY, count=8, doc="robots, from the top"),
-        Category("PlayerMissile", SHOT, doc="the human's shot"),
-        Category("EnemyMissile", MISSILE, doc="a robot's shot"),
-        Category("EvilOtto", OTTO, doc="comes when the human is slow"),
+        Category("PlayerMissile", PLAYER_MISSILE, doc="the human's shot"),
+        Category("EnemyMissile", ENEMY_MISSILE, doc="a robot's shot"),
+        Category("EvilOtto", EVIL_OTTO, doc="comes when the human is slow"),
         display("Copyright", NOTICE, attributes=(), doc="before the first points"),
-        display("PlayerScore", POINTS, blinks=True, doc="hidden between rooms"),
-        display("BonusPoints", BONUS, doc="for all robots"),
-        display("Lives", Bounds(TEXT, LINE, value=_men()), doc="between rooms"),
+        display(
+            "PlayerScore",
+            SCORE.rule(TEXT, LINE, required=True),
+            blinks=True,
+            doc="hidden between rooms",
+        ),
+        display("BonusPoints", BONUS_POINTS, doc="for all robots"),
+        display("Lives", Bounds(TEXT, LINE, value=_count_men()), doc="between rooms"),
     ),
 )
