@@ -1,22 +1,28 @@
 """Bank Heist: a getaway car, three banks, the police cars that come out of them, and dynamite.
 
-Fuel, spare cars and the loot stand outside the maze. The game keeps four records: the getaway car,
-and three of which each is in turn a bank, the points for its robbery, a police car, and its
-explosion. The slots of Bank, Points, Police and Explosion are these three. Whoever shares lines
-with two others is drawn in turn with them. After an explosion the streets flash; when they are as
-grey as banks, points and explosions, these do not show and are not valid. Walls hide dynamite.
-Scenery: the maze, the empty part of the tank, the mark beside it (how full it will be after this
-city), the spark where dynamite was.
+Screen: fuel, spare cars and the loot stand outside the maze. Whoever shares lines with two others
+is drawn in turn with them. After an explosion the streets flash; when they are as grey as banks,
+points and explosions, these do not show and are not valid. Walls hide dynamite. Scenery: the maze,
+the empty part of the tank, the mark beside it (how full it will be after this city), the spark
+where dynamite was.
+
+Slots: the game keeps four records: the getaway car, and three of which each is in turn a bank, the
+points for its robbery, a police car, and its explosion. The slots of Bank, Points, Police and
+Explosion are these three.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (positions, kinds), and the ROM's code. It moves cars
 after they were drawn, but before that it leaves their positions as coded for the video chip (x) and
 in the pointers to their pictures (y, and which picture).
 
 Covered: all cities, robberies, explosions, wrecks, empty tanks, game over, ALE's modes and
-difficulties. Not in RAM: the brightness of the streets on the frame of an explosion. Not covered:
-the changing colours after nine minutes without input, and the copyright line that takes turns with
-the score after the game (Score is not valid then). VEM reports a third police car where two touch
-around a corner, and misses points of which the car covers more than about half.
+difficulties.
+
+Not exact: the RAM does not tell the brightness of the streets on the frame of an explosion. Not
+covered are the changing colours after nine minutes without input, and the copyright line that takes
+turns with the score after the game (Score is not valid then).
+
+VEM: it reports a third police car where two touch around a corner, and misses points of which the
+car covers more than about half.
 """
 
 import functools
@@ -27,7 +33,7 @@ import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
 from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, div, lookup, pick
+from ocjax.console.ops import among, div, lookup, match, pick, when
 from ocjax.console.ram import RamMap, bcd, byte
 from ocjax.console.registers import packed_position
 from ocjax.console.rom import Rom
@@ -42,39 +48,45 @@ DIGIT_AT = (0xF46, 0xF20, 0xF33, 0xF3A, 0xF59, 0xF2D, 0xF52, 0xF1A, 0xF4C, 0xF40
 DOLLAR = tuple(ROM.rows(0xF26, 7).tolist())
 FONT = replace(ROM.font(DIGIT_AT, rows=7), signs=(DOLLAR,))
 
-# of pictures; banks' also has the wreck
-BANK_PAGE = 0xFD
-CAR_PAGE = 0xFE
-POINTS_PAGE = 0xFF
-PICTURE = 12  # bytes
-SIDE_CARS = 0xBC  # low bytes
-FRONT_CARS = 0xBC + PICTURE  # the second ones are two pictures further
-EXPLOSION = 0x83  # low bytes
-POINTS = 0x8F  # the points' pictures are those for 10, 20, ...
-AWAY = 0x88  # `y`, or more, of who is not in the maze
-DRAWN = range(-6, 3)  # where a record that is drawn beside dynamite begins, from there
-OUTSIDE = 12  # columns beside the maze's outer wall
-DROPPED = 84  # `fuse`: on the frame of the drop
-LIT = range(63, 84)  # while dynamite is shown
-COPYRIGHT = 0xAB  # `shown_high`
+PICTURE_BYTES = 12  # from one picture to the next
 
-GREY = 6
-BLUE = 130
+
+class Page:  # of `Ram.page`
+    BANK = 0xFD  # and of the wreck
+    CAR = 0xFE
+    POINTS = 0xFF  # and of the explosion
+
+
+class Low:  # low bytes of the addresses of pictures
+    EXPLOSION = 0x83
+    FRONT_CARS = 0xC8  # the second one is two pictures further
+
+
+AWAY = 136  # least `y` of who is not in the maze
+ALONGSIDE = range(-6, 3)  # rows from dynamite to a record that is drawn beside it
+OUTSIDE = 12  # columns beside the maze's outer wall
+DROPPED = 84  # `fuse` on the frame of the drop
+LIT = range(63, 84)  # `fuse` while dynamite is shown
+COPYRIGHT = 171  # `shown_high`
+
+GREY = 6  # banks, points, explosions
+BLUE = 130  # police cars
 BLACK = 0
-RED = 66
-CAR = (36, 64)  # the second one while there is little fuel
-WALL = (22, 42, 46, 118, 182)
+RED = 66  # fuel
+CAR_COLORS = (36, 64)  # the second one while there is little fuel
+WALL_SHADES = (22, 42, 46, 118, 182)
 WALL_COLORS = ROM.bytes(0xDDC, 4).tolist()  # by maze, without the brightness
 MAZE_TOP = 37
-STREETS = (8, 38, 152, 176)
-# of four columns by eight rows of pixels
-MAZE_ROWS = 17
+MAZE_ROWS = 17  # of eight rows of pixels each
+MAZE_COLUMNS = 40  # of four columns of pixels each
 GATE_ROWS = (5, 9)
+STREETS = (8, 38, 152, 176)
 ICON_X = 90 + 16 * (np.arange(6) % 3)
 ICON_Y = np.where(np.arange(6) < 3, 27, 15)
+TANK_ROWS = 25
 
 
-def _walls() -> np.ndarray:
+def _maze_rows() -> np.ndarray:
     """The left half of each row of the four mazes, the leftmost of 20 columns in bit 19.
 
     The ROM has the inner 16 columns. The outer four are empty up to a wall with two gates.
@@ -88,15 +100,15 @@ def _walls() -> np.ndarray:
     return columns.dot(1 << np.arange(20)[::-1]).T.ravel()
 
 
-WALLS = _walls()  # by 17 * maze + row
+WALLS = _maze_rows()  # by MAZE_ROWS * maze + row
 
 SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
 
 
 class Ram(RamMap):
-    saver_key = byte(4)  # what colours are XORed with
-    saver_mask = byte(3)  # what they are masked with: 0xFF in play
     city = byte(0)
+    saver_mask = byte(3)  # what colours are masked with: 0xFF in play
+    saver_key = byte(4)  # what they are XORed with
     frame = byte(6)
     # The car's record, then the three others.
     y = byte(8, 9, 10, 11)  # y - 37; already moved on
@@ -123,13 +135,13 @@ def decode(m: Ram) -> dict[str, Box]:
     color = m.car_color ^ jnp.maximum(_saver_key(m), 0)
     player, others = replace(records[0], color=color), records[1:]
     page = m.page[1:]
-    is_points = (page == POINTS_PAGE) & (_low_byte(m)[1:] != EXPLOSION)
-    is_burst = (page != CAR_PAGE) & (page != BANK_PAGE) & ~is_points
+    is_points = (page == Page.POINTS) & (_low_byte(m)[1:] != Low.EXPLOSION)
+    is_burst = (page != Page.CAR) & (page != Page.BANK) & ~is_points
     visible = ~_streets_are_grey(m)
     return {
         "Player": player,
-        "Bank": others.where(visible & (page == BANK_PAGE)),
-        "Police": others.where(page == CAR_PAGE),
+        "Bank": others.where(visible & (page == Page.BANK)),
+        "Police": others.where(page == Page.CAR),
         "Dynamite": _dynamite(m, records),
         "Points": others.where(visible & is_points),
         "Explosion": others.where(visible & is_burst),
@@ -147,22 +159,25 @@ def _low_byte(m: Ram) -> jax.Array:
 def _records(m: Ram) -> Box:
     """Boxes of the four records where they were drawn."""
     starts = m.place == 0  # nobody has moved yet, and the car shows its side
-    is_car = (m.page == CAR_PAGE) & ~starts
+    is_car = (m.page == Page.CAR) & ~starts
     second = (m.frame & 4) == 0  # of two pictures
-    front_picture = FRONT_CARS + jnp.where(second, 2 * PICTURE, 0)
-    side_y = ((front_picture - m.picture) & 255) - PICTURE
+    front_picture = Low.FRONT_CARS + when(second, 2 * PICTURE_BYTES)
+    side_y = ((front_picture - m.picture) & 255) - PICTURE_BYTES
     is_front = is_car & (m.y - side_y > 6)
-    y = jnp.where(is_car, jnp.where(is_front, side_y + PICTURE, side_y), m.y)
-    x = jnp.where(starts, m.x, packed_position(m.place) - 1 + jnp.where(is_front, 1, 0))
-
-    picture = _low_byte(m)
-    amount = div(picture + 1, PICTURE) - 12  # of points, in tens less 1
-    wide = (amount == 0) | (amount == 3) | (amount == 5)  # 10, 40, 60
-    narrow = (m.page == POINTS_PAGE) & (picture != EXPLOSION) & ~wide
-    width = jnp.where(is_front, 6, jnp.where(narrow, 7, 8))
-    is_wreck = (m.page == BANK_PAGE) & (np.arange(4) == 0)
+    y = match((is_front, side_y + PICTURE_BYTES), (is_car, side_y), otherwise=m.y)
+    x = jnp.where(starts, m.x, packed_position(m.place) - 1 + when(is_front, 1))
+    width = match((is_front, 6), (_has_narrow_points(m), 7), otherwise=8)
+    is_wreck = (m.page == Page.BANK) & (np.arange(4) == 0)
     height = jnp.where((is_front & second) | is_wreck, 6, 7)
     return box(x, y + MAZE_TOP, width, height, m.y < AWAY)
+
+
+def _has_narrow_points(m: Ram) -> jax.Array:
+    """Whether a record shows points that are a column narrower than 10, 40 and 60."""
+    low = _low_byte(m)
+    tens = div(low + 1, PICTURE_BYTES) - 11
+    is_points = (m.page == Page.POINTS) & (low != Low.EXPLOSION)
+    return is_points & ~among(tens, (1, 4, 6))
 
 
 def _streets_are_grey(m: Ram) -> jax.Array:
@@ -173,33 +188,39 @@ def _streets_are_grey(m: Ram) -> jax.Array:
 
 
 def _dynamite(m: Ram, records: Box) -> Box:
-    """What the walls leave of it: they have the same colour."""
-    x, width = m.dynamite_x - 1, jnp.where(((m.fuse + 1) & 2) > 0, 4, 8)
-    row = jnp.minimum(m.dynamite_y >> 3, MAZE_ROWS - 1)
-    walls = lookup(WALLS, MAZE_ROWS * (m.city & 3) + row)
-    column = (x >> 2) + np.arange(3)
-    bit = jnp.maximum(19 - column, column - 20)  # the right half mirrors the left one
-    free = (walls >> jnp.clip(bit, 0, 31) & 1) == 0
-    edges = 4 * column
-    left = jnp.where(free[0], x, jnp.where(free[1], edges[1], edges[2]))
-    second = free[1] & (edges[1] < x + width)
-    third = free[2] & (edges[2] < x + width)
-    end = jnp.where(third, edges[2] + 4, jnp.where(second, edges[2], edges[1]))
-    right = jnp.minimum(x + width, end)
-    there = (m.fuse >= LIT.start) & (m.fuse < LIT.stop)
+    left, right = _dynamite_columns(m)
     # While two records are drawn beside it, its end ($F7FE) comes too late for the first columns.
-    beside = records.valid & among(records.y - m.dynamite_y - MAZE_TOP, DRAWN)
-    longer = (x < OUTSIDE) & (jnp.sum(jnp.where(beside, 1, 0)) > 1)
+    beside = records.valid & among(records.y - m.dynamite_y - MAZE_TOP, ALONGSIDE)
+    longer = (m.dynamite_x - 1 < OUTSIDE) & (jnp.sum(when(beside, 1)) > 1)
     height, color = jnp.where(longer, 3, 2), pick(m.city & 3, WALL_COLORS) | m.flash
+    there = among(m.fuse, LIT)
     return box(left, m.dynamite_y + MAZE_TOP, right - left, height, there, color=color)
 
 
+def _dynamite_columns(m: Ram) -> tuple[jax.Array, jax.Array]:
+    """Left and right edge of what the walls, which have its colour, leave of dynamite."""
+    x, width = m.dynamite_x - 1, jnp.where(((m.fuse + 1) & 2) > 0, 4, 8)
+    row = jnp.minimum(m.dynamite_y >> 3, MAZE_ROWS - 1)
+    column = (x >> 2) + np.arange(3)  # the columns of the maze where it may be
+    half = MAZE_COLUMNS // 2
+    bit = jnp.maximum(half - 1 - column, column - half)  # the right half mirrors the left one
+    maze_row = lookup(WALLS, MAZE_ROWS * (m.city & 3) + row)
+    free = (maze_row >> jnp.clip(bit, 0, 31) & 1) == 0
+    edges = 4 * column
+    left = match((free[0], x), (free[1], edges[1]), otherwise=edges[2])
+    in_second = free[1] & (edges[1] < x + width)
+    in_third = free[2] & (edges[2] < x + width)
+    end = match((in_third, edges[2] + 4), (in_second, edges[2]), otherwise=edges[1])
+    return left, jnp.minimum(x + width, end)
+
+
 def _tank(m: Ram) -> Box:
-    # Dropping dynamite takes half a unit of fuel, which does not show yet.
+    """The fuel; half a unit that dropping dynamite has just taken still shows."""
     just_dropped = (m.fuse == DROPPED) & (m.waits == 0) & (m.used_low < 128)
-    used = m.used - jnp.where(just_dropped, 1, 0)
+    used = m.used - when(just_dropped, 1)
     inset = jnp.clip(used - 16, 0, 2)
-    return box(42 + inset, 12 + used, 8 - inset, 25 - used, value=25 - used)
+    rows = TANK_ROWS - used
+    return box(42 + inset, 12 + used, 8 - inset, rows, value=rows)
 
 
 def _score(m: Ram) -> Box:
@@ -214,8 +235,8 @@ three = functools.partial(Category, count=3)
 sprites = functools.partial(Blobs, shapes=Shape(w=(1, 8), h=(1, 7)))
 
 POLICE = Blobs(BLUE, STREETS, Shape(w=(3, 16), h=(3, 14), split=(8, 7)))  # two may touch
-DYNAMITE = Blobs(
-    WALL, (0, 38, 160, 176), Shape(w=(2, 8), h=(2, 3)), gap=(4, 0), filters=(ShortRuns(3),)
+STICKS = Blobs(
+    WALL_SHADES, (0, 38, 160, 176), Shape(w=(2, 8), h=(2, 3)), gap=(4, 0), filters=(ShortRuns(3),)
 )
 COVERED = sprites(GREY, STREETS, gap=(2, 0), shapes=Shape(w=(7, 8), h=7, pixels=(10, 40)))
 LOOT = sprites(
@@ -226,12 +247,13 @@ LOOT = sprites(
     also=(COVERED,),  # by the car
 )
 BURST = sprites(GREY, STREETS, gap=(1, 0), shapes=Shape(w=8, h=7, pixels=(25, 36)))
-ICONS = Cells(CAR[0], tuple(ICON_X.tolist()), tuple(ICON_Y.tolist()), 8, 7, whole=False)
-TANK = Bounds(RED, (42, 12, 50, 37), value=Gauge(1, side="h"))
-SCORE = Bounds(BLACK, (50, 179, 112, 186), value=Digits(FONT, range(57, 105, 8), 179))
+ICONS = Cells(CAR_COLORS[0], tuple(ICON_X.tolist()), tuple(ICON_Y.tolist()), 8, 7, whole=False)
+FUEL = Bounds(RED, (42, 12, 50, 37), value=Gauge(1, side="h"))
+AMOUNT = Bounds(BLACK, (50, 179, 112, 186), value=Digits(FONT, range(57, 105, 8), 179))
 
 
 def _saver_key(m: Ram) -> jax.Array:
+    """What colours are XORed with, or -1 in play."""
     return jnp.where(m.saver_mask == SAVER_MASK, m.saver_key, -1)
 
 
@@ -242,18 +264,18 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (12, 11), 128, mask=SAVER_MASK),
     categories=(
-        Category("Player", sprites(CAR, STREETS), doc="the car, or its wreck"),
+        Category("Player", sprites(CAR_COLORS, STREETS), doc="the car, or its wreck"),
         three(
             "Bank",
             sprites(GREY, STREETS, shapes=Shape(w=(1, 8), h=(1, 7), pixels=34)),
             doc="to be robbed",
         ),
         three("Police", POLICE, doc="police cars"),
-        Category("Dynamite", DYNAMITE, doc="dropped behind the car"),
+        Category("Dynamite", STICKS, doc="dropped behind the car"),
         three("Points", LOOT, doc="for what was robbed or blown up"),
         three("Explosion", BURST, doc="of a police car"),
         display("Life", ICONS, count=6, attributes=(), doc="a car each"),
-        display("Gas_Tank", TANK, doc="fuel; value: 0-25"),
-        display("Score", SCORE, doc="with its $"),
+        display("Gas_Tank", FUEL, doc="fuel; value: 0-25"),
+        display("Score", AMOUNT, doc="with its $"),
     ),
 )
