@@ -1,19 +1,23 @@
 """Ms. Pac-Man: a maze of pills, four power pills, up to four ghosts, a fruit that wanders through.
 
-Score, lives and the level's fruit stand below. The walls, all other pixels in the pills' colour,
-are scenery. A slot of Pill is a place that has a pill in any of the four mazes. Ghosts on the same
-rows, also in one place of the pen, share a sprite and are drawn in turn, as are fruit and player;
-of the power pills the left and the right ones are drawn for eight frames each. The `value` of Score
-is the emulator's: the extra life at 10,000 points is a 1 in the last digit, which shows as 0.
+Screen: score, lives and the level's fruit stand below. The walls, all other pixels in the pills'
+colour, are scenery. Ghosts on the same rows, also in one place of the pen, share a sprite and are
+drawn in turn, as are fruit and player; of the power pills the left and the right ones are drawn for
+eight frames each.
+
+Slots: a slot of Pill is a place that has a pill in any of the four mazes.
 
 RAM: OCAtari, AtariARI and ALE; the rest was read from the ROM. The screen shows the positions from
 before the frame's last move, so `decode` takes that move back. The RAM has a bit for every place of
 every row, the same in all mazes; where the maze has a wall, the bit says nothing.
 
 Covered: four mazes, seven fruits, modes 0 to 3 (four, one, two, three ghosts), start, deaths, pen,
-tunnels (the larger part of whoever is cut in two), game over. Not in RAM: which way somebody came
-around a corner or to a wall, when a slower stretch after a pill ends, where a life ended on the one
-frame on which the next begins. The player is 1-2 pixels off in 4 % of frames, a ghost in 1-2 %.
+tunnels (the larger part of whoever is cut in two), game over. The `value` of Score is the
+emulator's: the extra life at 10,000 points is a 1 in the last digit, which shows as 0.
+
+Not exact: the RAM does not tell which way somebody came around a corner or to a wall, when a slower
+stretch after a pill ends, where a life ended on the one frame on which the next begins. The player
+is 1-2 pixels off in 4 % of frames, a ghost in 1-2 %.
 """
 
 import functools
@@ -23,13 +27,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import among, div, lookup, mod, pick
+from ocjax.console.ops import among, div, lookup, match, mod, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte, high
 from ocjax.console.registers import larger_part
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge
+from ocjax.vision.displays import IconRow, NumberDisplay
+from ocjax.vision.rules import Blobs, Cells
 from ocjax.vision.shapes import Shape
 
 ROM = Rom("ms_pacman", "87e79cd41ce136fd4f72cc6e2c161bee")
@@ -37,16 +41,29 @@ FONT = ROM.font(0x92B, rows=7, stride=8)
 # Three pictures of the player for each way, then the seven fruits, 12 empty rows below each.
 PICTURES = ROM.pictures(range(0xE0C, 0xE0C + 19 * 22, 22), 10, top_first=True)
 FIRST_FRUIT = 12
-UP, RIGHT, DOWN, LEFT = range(4)  # ways
-# modes of a ghost
-EYES = 4
-EYES_ENTER_PEN = 6
-IN_PEN = 7
-MOVES = 255  # `event` while everything moves
-NEW_LIFE = 35  # `event` from the start of another life or level on
-DYING = range(0x4E, 0x80)  # `event` while the player turns around
-SLOWED = 2  # `chews` of the player after a pill
-EATS = 3  # and on the frame on which it was eaten
+
+
+class Way:  # of `Ram.way` and `ghost_way`: clockwise, from up; odd ones go sideways
+    UP = 0
+    DOWN = 2
+
+
+class Mode:  # of `Ram.ghost_mode`
+    EYES = 4
+    EYES_ENTER_PEN = 6
+    IN_PEN = 7
+
+
+class Event:  # of `Ram.event`
+    NEW_LIFE = 35  # from the start of another life or level on
+    DYING = range(78, 128)  # the player turns around
+    MOVES = 255  # everything moves
+
+
+class Chew:  # of `Ram.chews`
+    SLOWED = 2  # after a pill
+    EATS = 3  # on the frame on which it is eaten
+
 
 # The ways out of every place, a bit each from UP in the highest: by maze, row and column. The two
 # halves of a maze mirror each other, and only the left one is here, with two columns beyond it.
@@ -63,33 +80,40 @@ def _places() -> np.ndarray:
     return np.concatenate([half, half[:, :, ::-1]], axis=2)
 
 
-PLACES = _places()
-MASKS = (PLACES << np.array(PLACE_BITS)).sum(axis=2).astype(np.int32)  # bits by maze and row
-USED = np.asarray(PLACES.any(axis=0))
+PILL_PLACES = _places()
+MASKS = (PILL_PLACES << np.array(PLACE_BITS)).sum(axis=2).astype(np.int32)  # bits by maze and row
+USED = np.asarray(PILL_PLACES.any(axis=0))  # places that have a pill in any maze
 
 # The fruit's paths, two bits a step: four of every maze, and last the way around the pen.
 FRUIT_PATHS = ROM.data[0x1D6A:0x1DAE].view(">i4")
 AROUND_PEN = len(FRUIT_PATHS) - 1
 # How many rows the fruit bounces down in each of eight phases: to the side, down, up.
 BOUNCES = ROM.data[0x1DB2:0x1DCA].view(np.int8)
-BOUNCE_ASIDE, BOUNCE_DOWN, BOUNCE_UP = range(0, 24, 8)
+BOUNCE_ASIDE = 0
+BOUNCE_DOWN = 8
+BOUNCE_UP = 16
 # Of 16 frames, a bit for those on which each of the ghosts takes a second step.
 SECOND_STEPS = np.array((0, 0x0040, 0x0404, 0x1101), np.int32)
-PEN_LEFT = 0x52
-PEN_MIDDLE = 0x58
-PEN_RIGHT = 0x5E
-PEN_TOP = 0x42
-PEN_BOTTOM = 0x50
+# The pen as `ghost_x` and `ghost_y` of ghosts in it.
+PEN_LEFT = 82
+PEN_MIDDLE = 88
+PEN_RIGHT = 94
+PEN_TOP = 66
+PEN_BOTTOM = 80
+TUNNEL_LEFT = 18  # least `ghost_x` outside of the tunnel at the left
+TUNNEL_RIGHT = 171  # least `ghost_x` in the tunnel at the right
+RIGHT_HALF = 96  # least `x`
 
-# colours
-MAZES = (74, 138, 8, 214)
-GHOSTS = (38, 184, 88, 70)
-SCARED = 150
-ENDING = 12
-FRUITS = (68, 68, 54, 22, 68, 214, 40)
-PLAYER = 42
-LIFE = 24
-SCORE = 40
+MAZE_COLORS = (74, 138, 8, 214)
+GHOST_COLORS = (38, 184, 88, 70)
+SCARED_COLOR = 150
+ENDING_COLOR = 12  # of a scared ghost that flashes
+FRUIT_COLORS = (68, 68, 54, 22, 68, 214, 40)
+PLAYER_COLOR = 42
+LIFE_COLOR = 24
+SCORE_COLOR = 40
+SCORE = NumberDisplay(FONT, right=103, top=187, digits=6)
+LIVES = IconRow(12, 173, width=7, height=10, pitch=16)
 FIELD = (0, 2, 160, 171)
 ICON_FIELD = (100, 172, 160, 184)
 COLUMNS = (*range(8, 80, 8), *range(84, 156, 8))
@@ -135,8 +159,8 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     playing, i3 = m.demo == 0, np.arange(3)
-    fruits, maze = _fruits(m), pick(m.maze, MAZES)
-    icons = (m.ghosts >= i3) & (m.ghosts < 3)
+    fruits, maze = _fruits(m), pick(m.maze, MAZE_COLORS)
+    counted = (m.ghosts >= i3) & (m.ghosts < 3)
     power = playing & ((m.power >> np.arange(4) & 1) == 1)
     return {
         "Player": _player(m),
@@ -145,36 +169,39 @@ def decode(m: Ram) -> dict[str, Box]:
         "Pill": box(np.array(PILL_X), np.array(PILL_Y), 4, 2, _pills(m) & playing, color=maze),
         "Fruit": fruits[:1],
         "FruitIcon": fruits[1:],
-        "GhostIcon": box(138 - 15 * m.ghosts + 16 * i3, 173, 8, 10, icons),
-        "Score": score_box(FONT, m.score, right=103, top=187, digits=6, value=m.score),
-        "Life": box(12, 173, 16 * m.icons - 9, 10, m.icons > 0, value=m.lives + 1),
+        "GhostIcon": box(138 - 15 * m.ghosts + 16 * i3, 173, 8, 10, counted),
+        "Score": SCORE.box(m.score),
+        "Life": LIVES.box(m.icons, value=m.lives + 1),
     }
 
 
 def _player(m: Ram) -> Box:
-    last, dying = m.frame - 1, _dying(m)
+    last, dies = m.frame - 1, _dying(m)
     chew = pick(last >> 2 & 3, (0, 1, 2, 1))
-    way = jnp.where(dying, last >> 3 & 3, m.way)  # she dies turning round and round
-    (x, y), picture = _player_before(m), 3 * way + jnp.where(dying, 1, chew)
-    return _picture(picture, larger_part(x - 12, 8), y + 1, orientation=4 * way)
+    way = jnp.where(dies, last >> 3 & 3, m.way)  # she dies turning round and round
+    (x, y), shape = _player_before(m), 3 * way + jnp.where(dies, 1, chew)
+    return _picture(shape, larger_part(x - 12, 8), y + 1, orientation=4 * way)
 
 
 def _ghosts(m: Ram) -> Box:
     number, (x, y) = np.arange(4), _ghosts_before(m)
-    eyes = (m.ghost_scared == 0) & ((m.ghost_mode == EYES) | (m.ghost_mode == EYES_ENTER_PEN))
+    scared = m.ghost_scared == 1
+    only_eyes = ~scared & among(m.ghost_mode, (Mode.EYES, Mode.EYES_ENTER_PEN))
     # The first row of the eyes is empty; that of a ghost is not drawn on the places' own lines.
-    late = jnp.where(eyes | (mod(y, 12) == 0), 1, 0)
-    kind = jnp.where(m.ghost_scared == 1, jnp.where(m.scare & 0x32 == 0, 5, 4), number)
-    color = pick(kind, (*GHOSTS, SCARED, ENDING))
-    height = jnp.where(eyes, 5, 10 - late)
+    late = when(only_eyes | (mod(y, 12) == 0), 1)
+    color = match(
+        (scared & ((m.scare & 0x32) == 0), ENDING_COLOR),
+        (scared, SCARED_COLOR),
+        otherwise=np.array(GHOST_COLORS),
+    )
+    height = jnp.where(only_eyes, 5, 10 - late)
     there = (number <= m.ghosts) & ~_dying(m)
     return box(larger_part(x - 12, 8), y + 1 + late, 8, height, there, color=color)
 
 
 def _pills(m: Ram) -> jax.Array:
-    free = jnp.asarray(MASKS[3])
-    for maze in range(3):
-        free = jnp.where(m.maze == maze, MASKS[maze], free)
+    """Whether each place of the mazes has a pill."""
+    free = match(*((m.maze == maze, MASKS[maze]) for maze in range(3)), otherwise=MASKS[3])
     rows = m.pills & free
     bit = np.int32(1) << np.array(PLACE_BITS, np.int32)
     return jnp.concatenate([rows[i] & bit[USED[i]] for i in range(len(USED))]) != 0
@@ -186,80 +213,99 @@ def _fruits(m: Ram) -> Box:
     x = jnp.stack([larger_part(x - 12, 8), jnp.int32(126)])
     y = jnp.stack([y + 1, jnp.int32(173)])
     there = jnp.stack([(m.fruit_x > 0) & ~_dying(m), m.ghosts == 3])
-    color = pick(m.fruit, FRUITS)
+    color = pick(m.fruit, FRUIT_COLORS)
     return _picture(FIRST_FRUIT + m.fruit, x, y, valid=there, color=color)
 
 
 def _picture(index: jax.Array, x: jax.Array, y: jax.Array, **fields: Any) -> Box:
+    """The box of a picture, which loses its last row on some lines."""
     left, top, width, height = PICTURES.extent(index)
-    lost = jnp.where((mod(y, 12) == 6) & (top + height == 10), 1, 0)  # the last row, on some lines
+    lost = when((mod(y, 12) == 6) & (top + height == 10), 1)
     return box(x + left, y + top, width, height - lost, **fields)
 
 
 def _dying(m: Ram) -> jax.Array:
     """Whether the player turns around; as the next life begins, the frame still shows that."""
     phase = m.frame & 7
-    reborn = (m.event == NEW_LIFE) & (phase == 1) & (m.eaten > 0)
-    return among(m.event - jnp.where(phase == 0, 1, 0), DYING) | reborn
+    reborn = (m.event == Event.NEW_LIFE) & (phase == 1) & (m.eaten > 0)
+    return among(m.event - when(phase == 0, 1), Event.DYING) | reborn
 
 
 def _moving(m: Ram) -> jax.Array:
-    return (m.event == MOVES) & (m.demo == 0)
+    """Whether everything moves."""
+    return (m.event == Event.MOVES) & (m.demo == 0)
 
 
 def _step(way: jax.Array) -> tuple[jax.Array, jax.Array]:
     """One pixel that way."""
     sideways = (way & 1) == 1
-    return jnp.where(sideways, 2 - way, 0), jnp.where(sideways, 0, way - 1)
+    return when(sideways, 2 - way), when(~sideways, way - 1)
 
 
 def _player_before(m: Ram) -> tuple[jax.Array, jax.Array]:
     """The player moves on even frames unless a wall has been ahead."""
     (dx, dy), sideways = _step(m.way), m.way & 1
-    moves = _moving(m) & ((m.frame & 1) == 0) & (~_stands(m) | (m.chews == EATS))
-    steps = jnp.where((m.frame & 2) > 0, 2 - sideways, jnp.where(m.chews == SLOWED, 1, 2))
-    steps = jnp.where(moves, steps, 0)
+    moved = _moving(m) & ((m.frame & 1) == 0) & (~_stands(m) | (m.chews == Chew.EATS))
+    steps = match(
+        (~moved, 0),
+        ((m.frame & 2) > 0, 2 - sideways),
+        (m.chews == Chew.SLOWED, 1),
+        otherwise=2,
+    )
     return m.x - steps * dx, m.y - steps * dy
 
 
 def _stands(m: Ram) -> jax.Array:
     """Whether the player is in the middle of a place that has no exit ahead."""
-    sideways, right = (m.way & 1) == 1, m.x >= 0x60
-    column = jnp.where(right, 21 - (m.x >> 3), m.x >> 3)
-    pair = lookup(EXITS, 84 * m.maze + 6 * div(m.y, 12) + (column >> 1))
-    exits = jnp.where((column & 1) == 1, pair, pair >> 4)
-    ahead = jnp.where(right & sideways, m.way ^ 2, m.way)  # mirrored
-    in_half = jnp.where(right, (m.x & 7) == 6, m.x == PEN_MIDDLE)
-    in_middle = jnp.where(m.x < PEN_MIDDLE, (m.x & 7) == 2, in_half)
-    in_middle = jnp.where(sideways, in_middle, mod(m.y, 12) == 2)
-    return in_middle & ((exits >> (3 - ahead) & 1) == 0)
+    sideways, in_right_half = (m.way & 1) == 1, m.x >= RIGHT_HALF
+    ahead = jnp.where(in_right_half & sideways, m.way ^ 2, m.way)  # mirrored
+    in_middle = match(
+        (~sideways, mod(m.y, 12) == 2),
+        (m.x < PEN_MIDDLE, (m.x & 7) == 2),
+        (in_right_half, (m.x & 7) == 6),
+        otherwise=m.x == PEN_MIDDLE,
+    )
+    return in_middle & ((_exits(m, in_right_half) >> (3 - ahead) & 1) == 0)
+
+
+def _exits(m: Ram, in_right_half: jax.Array) -> jax.Array:
+    """The ways out of the player's place, as of its mirror image in the left half."""
+    place = jnp.where(in_right_half, 21 - (m.x >> 3), m.x >> 3)
+    pair = lookup(EXITS, 84 * m.maze + 6 * div(m.y, 12) + (place >> 1))
+    return jnp.where((place & 1) == 1, pair, pair >> 4)
 
 
 def _ghosts_before(m: Ram) -> tuple[jax.Array, jax.Array]:
     """Ghosts move on odd frames, one or two pixels."""
     steps = _ghost_steps(m)
     (way_x, way_y), x, y = _step(m.ghost_way), m.ghost_x, m.ghost_y
-    in_pen, enters = m.ghost_mode == IN_PEN, m.ghost_mode == EYES_ENTER_PEN
+    inside = m.ghost_mode == Mode.IN_PEN
+    enters = m.ghost_mode == Mode.EYES_ENTER_PEN
     for n in (1, 2):
         pen_x, pen_y = _pen_step(x, y, m.ghost_leaves == 1)
-        dx = jnp.where(in_pen, pen_x, jnp.where(enters, 0, way_x))
-        dy = jnp.where(in_pen, pen_y, jnp.where(enters, 1, way_y))
-        x = jnp.where(steps >= n, x - dx, x)
-        y = jnp.where(steps >= n, y - dy, y)
+        dx = match((inside, pen_x), (enters, 0), otherwise=way_x)
+        dy = match((inside, pen_y), (enters, 1), otherwise=way_y)
+        x, y = x - when(steps >= n, dx), y - when(steps >= n, dy)
     return x, y
 
 
 def _ghost_steps(m: Ram) -> jax.Array:
+    """How many pixels each ghost has moved."""
     number, sideways, scared = np.arange(4), (m.ghost_way & 1) == 1, m.ghost_scared == 1
     second = (SECOND_STEPS >> (m.frame & 14) & 1) > 0
-    second = second | (~sideways & (((m.frame + number) & 2) > 0)) | (m.ghost_mode == EYES)
-    steps = jnp.where(second & ~scared, 2, 1)
-    in_tunnel = (m.ghost_x < 0x12) | (m.ghost_x >= 0xAB)
+    second = second | (~sideways & (((m.frame + number) & 2) > 0)) | (m.ghost_mode == Mode.EYES)
+    twice = second & ~scared
+    in_tunnel = (m.ghost_x < TUNNEL_LEFT) | (m.ghost_x >= TUNNEL_RIGHT)
     waits = m.waits >> (3 - number) & 1
-    steps = jnp.where(in_tunnel, jnp.where(steps == 2, 1, 1 - waits), steps)
     rests = (m.fruit == 0) & ((m.frame & 30) == 30)
     rests = rests | (scared & sideways & ((m.frame & 6) == 0))
-    return jnp.where(_moving(m) & ((m.frame & 1) == 1) & ~rests, steps, 0)
+    return match(
+        (~_moving(m) | ((m.frame & 1) == 0) | rests, 0),
+        (in_tunnel & ~twice, 1 - waits),
+        (in_tunnel, 1),
+        (twice, 2),
+        otherwise=1,
+    )
 
 
 def _pen_step(x: jax.Array, y: jax.Array, leaves: jax.Array) -> tuple[jax.Array, jax.Array]:
@@ -267,9 +313,8 @@ def _pen_step(x: jax.Array, y: jax.Array, leaves: jax.Array) -> tuple[jax.Array,
     left, bottom = (x == PEN_LEFT) & (y > PEN_TOP), (y == PEN_BOTTOM) & (x > PEN_LEFT)
     right = (x == PEN_RIGHT) & (y < PEN_BOTTOM)
     up = jnp.where(leaves, y < PEN_TOP, right)
-    around_x = jnp.where(left, 0, jnp.where(bottom, 1, -1))
-    dx = jnp.where(up, 0, jnp.where(leaves, -1, around_x))
-    dy = jnp.where(up, -1, jnp.where(left & ~leaves, 1, 0))
+    dx = match((up, 0), (leaves, -1), (left, 0), (bottom, 1), otherwise=-1)
+    dy = match((up, -1), (left & ~leaves, 1), otherwise=0)
     return dx, dy
 
 
@@ -278,25 +323,26 @@ def _fruit_before(m: Ram) -> tuple[jax.Array, jax.Array]:
     loops = m.fruit_loops == 1
     leaves = ~loops & (m.fruit_enters == 0)
     path = lookup(FRUIT_PATHS, jnp.where(loops, AROUND_PEN, 4 * m.maze + m.fruit_path))
-    way = jnp.where(m.fruit_step < 16, path >> (30 - 2 * (m.fruit_step & 15)) & 3, UP)
+    way = jnp.where(m.fruit_step < 16, path >> (30 - 2 * (m.fruit_step & 15)) & 3, Way.UP)
     way = jnp.where(leaves, way ^ 2, way)  # the same path backwards
     phase = jnp.where(leaves, 7 - m.fruit_phase, m.fruit_phase)
-    bounces = jnp.where(way == DOWN, BOUNCE_DOWN, BOUNCE_UP)
-    bounces = jnp.where((way & 1) == 1, BOUNCE_ASIDE, bounces)
+    bounce = match(
+        ((way & 1) == 1, BOUNCE_ASIDE), (way == Way.DOWN, BOUNCE_DOWN), otherwise=BOUNCE_UP
+    )
     moved = _moving(m) & ((m.frame & 3) == 0)
-    dx, dy = _step(way)[0], lookup(BOUNCES, bounces + phase)
+    dx, dy = _step(way)[0], lookup(BOUNCES, bounce + phase)
     bounced = moved & (loops | (m.fruit_step > 0))
-    return m.fruit_x - jnp.where(moved, dx, 0), m.fruit_y - jnp.where(bounced, dy, 0)
+    return m.fruit_x - when(moved, dx), m.fruit_y - when(bounced, dy)
 
 
 sprites = functools.partial(Blobs, shapes=Shape(w=(4, 8), h=(5, 10)))
-GHOST_RULE = sprites((*GHOSTS, SCARED, ENDING), FIELD, gap=(2, 0))
-POWER_RULE = Cells(MAZES, POWER_X, POWER_Y, 4, 7, margin=(2, 0))
-PILL_RULE = Cells(MAZES, PILL_X, PILL_Y, 4, 2, whole=False, margin=(2, 1))
 fruit_in = functools.partial(Blobs, (68, 54, 22, 214, 40), shapes=Shape(w=(5, 8), h=(8, 10)))
-ICONS = sprites(GHOSTS[0], ICON_FIELD)
-POINTS = Bounds(SCORE, (48, 186, 104, 195), value=Digits(FONT, range(55, 103, 8), 187))
-LIVES = Bounds(LIFE, (0, 172, 100, 184), value=Gauge(16, 7, 2))
+GHOST_RULE = sprites((*GHOST_COLORS, SCARED_COLOR, ENDING_COLOR), FIELD, gap=(2, 0))
+POWER_RULE = Cells(MAZE_COLORS, POWER_X, POWER_Y, 4, 7, margin=(2, 0))
+PILL_RULE = Cells(MAZE_COLORS, PILL_X, PILL_Y, 4, 2, whole=False, margin=(2, 1))
+GHOST_ICONS = sprites(GHOST_COLORS[0], ICON_FIELD)
+POINTS = SCORE.rule(SCORE_COLOR, (48, 186, 104, 195))
+LIFE_ICONS = LIVES.rule(LIFE_COLOR, (0, 172, 100, 184), single=2)
 
 GAME = Game(
     name="MsPacman",
@@ -304,14 +350,18 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", sprites(PLAYER, FIELD), attributes=("orientation",), doc="Ms. Pac-Man"),
+        Category(
+            "Player", sprites(PLAYER_COLOR, FIELD), attributes=("orientation",), doc="Ms. Pac-Man"
+        ),
         Category("Ghost", GHOST_RULE, count=4, blinks=True, doc="orange, cyan, pink, red"),
         Category("PowerPill", POWER_RULE, count=4, blinks=True, doc="two right, two left"),
         Category("Pill", PILL_RULE, count=len(PILL_X), doc="places of all mazes"),
         Category("Fruit", fruit_in(FIELD), doc="in the maze"),
         display("FruitIcon", fruit_in(ICON_FIELD), attributes=(), doc="the level's, below"),
-        display("GhostIcon", ICONS, count=3, attributes=(), doc="as many as ghosts in modes 1-3"),
+        display(
+            "GhostIcon", GHOST_ICONS, count=3, attributes=(), doc="as many as ghosts in modes 1-3"
+        ),
         display("Score", POINTS, doc="points"),
-        display("Life", LIVES, doc="all icons; value: lives"),
+        display("Life", LIFE_ICONS, doc="all icons; value: lives"),
     ),
 )
