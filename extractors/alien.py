@@ -1,12 +1,14 @@
 """Alien: a crewman in a ship's maze of eggs, three aliens, a pulsar that makes them weak.
 
-The crewman also has a flame-thrower and finds a rocket; score and lives stand below. Alien slots
-are the game's records (cyan, yellow, pink); in the bonus screen after the last egg they are its
-rows, left ones first. Egg slots are the rows of the left half, then those of the right half, by
-column in each row. The eggs of both halves are drawn in turn, as missiles, so they have whatever
-colours the sprites of their rows have (`_alien.py`). The flame takes the pulsar's record, so there
-is no pulsar while the flame-thrower fires, and the crewman has its colour. The prize of the bonus
-screen is a Rocket. The walls are scenery.
+Screen: the crewman also has a flame-thrower and finds a rocket; score and lives stand below. The
+prize of the bonus screen is a Rocket. The walls are scenery. The eggs of both halves are drawn in
+turn, as missiles, so they have whatever colours the sprites of their rows have (`_alien.py`). The
+flame takes the pulsar's record, so there is no pulsar while the flame-thrower fires, and the
+crewman has its colour.
+
+Slots: those of Alien are the game's records (cyan, yellow, pink); in the bonus screen after the
+last egg they are its rows, left ones first. Those of Egg are the rows of the left half, then those
+of the right half, by column in each row.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (positions, eggs), and the ROM's code. A frame moves
 the aliens, works out the chip's positions, draws, and then moves the crewman and chooses the
@@ -14,15 +16,19 @@ pictures. So his column is read from the chip's position, his row from the copy 
 test keeps, his picture from both, and other pictures from the frame counter's previous value.
 
 Covered: all four modes and difficulties, deaths, weak aliens, tunnels, flame, rocket, bonus
-screens, resets, the game's end. The frame on which a life, a level or a bonus screen ends takes so
-long that the emulator cuts it off: the picture is the old one, but RAM has been set up for what the
-next frame shows, rolled up by 39 lines. It tells the eggs, the pulsar's home, and the lives on that
-picture, but no longer where the crewman and the rows of the aliens were, or whether there was a
-rocket: none of them is valid then. Not in RAM: the row of an alien that is removed on this very
-frame; in the bonus screen whether the crewman stood still. Half of the aliens there have the
-crewman's colours: VEM, which tells figures by colour, takes one of those for the crewman, and bits
-of them for eggs. It does not see the smallest figures in the tunnel. When weak aliens
-flash, REM has the new colour a frame early.
+screens, resets, the game's end.
+
+Not exact: the frame on which a life, a level or a bonus screen ends takes so long that the emulator
+cuts it off: the picture is the old one, but RAM has been set up for what the next frame shows,
+rolled up by 39 lines. It tells the eggs, the pulsar's home, and the lives on that picture, but no
+longer where the crewman and the rows of the aliens were, or whether there was a rocket: none of
+them is valid then. Nor does the RAM tell the row of an alien that is removed on this very frame,
+and in the bonus screen whether the crewman stood still. When weak aliens flash, REM has the new
+colour a frame early.
+
+VEM: half of the aliens of the bonus screen have the crewman's colours. VEM, which tells figures by
+colour, takes one of those for the crewman, and bits of them for eggs. It does not see the smallest
+figures in the tunnel.
 """
 
 import functools
@@ -32,7 +38,7 @@ import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box, choose
 from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, pick
+from ocjax.console.ops import among, match, pick, when
 from ocjax.console.ram import RamMap, bits, byte
 from ocjax.console.registers import packed_position, position
 from ocjax.console.rom import Rom
@@ -63,15 +69,9 @@ EGG_PLACES = [
 EGG_X, EGG_Y = zip(*EGG_PLACES, strict=True)
 EGG_BITS = (2, 4, 6, 3, 5, 7)  # by column
 DIGIT_VALUES = (100000, 10000, 1000, 100, 10, 1)
-BLANK = 0x80  # digit that is not shown
+BLANK = 128  # digit that is not shown
 
-# `scene`
-IN_MAZE = 0
-BONUS = 2
-BONUS_MOVES = 3
-PAIRS_MOVED = 64  # `state`
-WAY_UP = 1
-WAY_DOWN = 3
+PAIRS_MOVED = 64  # `state` on frames on which they do
 # `pulsar_x` and `pulsar_y` of the places of pulsars, by `pulsars`; the first one is nowhere.
 PULSAR_X = ROM.bytes(0xEE3, 4).tolist()
 PULSAR_Y = ROM.bytes(0xFF6, 4).tolist()
@@ -85,13 +85,27 @@ TUNNEL_INSETS = (2, 2, 2, 1, 0)
 TUNNEL_HEIGHTS = (5, 5, 7, 9, 11)
 DEATH_INSETS = (3, 2, 1, 0)
 TUNNEL = 55  # its row
+LOWEST_STEP = 19  # `y` in the bonus screen that he does not step below
 TUNNEL_ENDS = (17, 136)  # and columns of the player's sprite
-# `colors`, `dying`
-PLAYER_FIGURE = 3
-PULSAR_FIGURE = 4
-ROCKET_FIGURE = 5
 OVERWRITTEN = 240  # `old_y` on frames without collision test
 NOT_DRAWN = 96  # `line` while a frame is prepared
+
+
+class Scene:  # of `Ram.scene`
+    MAZE = 0
+    BONUS = 2
+    BONUS_MOVES = 3  # the bonus screen, while all move
+
+
+class Way:  # of `Ram.ways`
+    UP = 1
+    DOWN = 3
+
+
+class Figure:  # a record of `Ram.colors` and `Ram.dying`; aliens come first
+    PLAYER = 3
+    PULSAR = 4
+    ROCKET = 5
 
 
 class Ram(RamMap):
@@ -128,17 +142,17 @@ class Ram(RamMap):
 def decode(m: Ram) -> dict[str, Box]:
     x = 17 + position(m.coarse, m.fine)
     is_next = m.line == NOT_DRAWN  # of the next frame, which is not yet on the screen
-    maze, bonus = m.scene == IN_MAZE, _bonus(m)
+    maze, bonus = m.scene == Scene.MAZE, _bonus(m)
     lost = jnp.where(is_next & maze & (m.eaten > 0), 1, 0)
     flame = _flame(m) & maze & ~is_next
     pulsar = _pulsar(m, x[4], _pulsar_y(m))
     at_home = _pulsar(m, 17 + pick(m.pulsars, PULSAR_X), pick(m.pulsars, PULSAR_Y))
-    colors = jnp.where(flame & (np.arange(7) == PLAYER_FIGURE), ORANGE, m.colors)
+    colors = jnp.where(flame & (np.arange(7) == Figure.PLAYER), ORANGE, m.colors)
     return {
-        "Player": _player(m, x[3], colors[PLAYER_FIGURE]).where((maze | bonus) & ~is_next),
+        "Player": _player(m, x[3], colors[Figure.PLAYER]).where((maze | bonus) & ~is_next),
         "Alien": _aliens(m, x[:3]).where(~is_next),
         "Pulsar": choose(is_next, at_home, pulsar).where(~flame & maze),
-        "Flame": box(x[4], 197 - 2 * _pulsar_y(m), 8, 5, flame, color=m.colors[PULSAR_FIGURE]),
+        "Flame": box(x[4], 197 - 2 * _pulsar_y(m), 8, 5, flame, color=m.colors[Figure.PULSAR]),
         "Rocket": _rocket(m, x[5]).where(~is_next),
         "Egg": _eggs(m, colors).where(maze),
         "Score": _score(m),
@@ -147,7 +161,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _bonus(m: Ram) -> jax.Array:
-    return (m.scene == BONUS) | (m.scene == BONUS_MOVES)
+    return (m.scene == Scene.BONUS) | (m.scene == Scene.BONUS_MOVES)
 
 
 def _last_frame(m: Ram) -> jax.Array:
@@ -157,7 +171,7 @@ def _last_frame(m: Ram) -> jax.Array:
 
 def _moved(m: Ram) -> jax.Array:
     """Whether the pairs of aliens and the player have moved in the bonus screen, bool `[2]`."""
-    return (m.carried >> 2 < m.speeds) & (m.scene == BONUS_MOVES) & (m.pause == 0)
+    return (m.carried >> 2 < m.speeds) & (m.scene == Scene.BONUS_MOVES) & (m.pause == 0)
 
 
 def _y(m: Ram) -> jax.Array:
@@ -180,17 +194,19 @@ def _flame(m: Ram) -> jax.Array:
 
 
 def _player(m: Ram, x: jax.Array, color: jax.Array) -> Box:
-    step = jnp.where((m.ways[1] == WAY_DOWN) & (m.y > 19), -1, 0)
-    step = jnp.where(m.ways[1] == WAY_UP, 1, step)
-    bonus_y = m.y - jnp.where(_moved(m)[1], step, 0)
+    way = m.ways[1]
+    step = match((way == Way.UP, 1), ((way == Way.DOWN) & (m.y > LOWEST_STEP), -1), otherwise=0)
+    bonus_y = m.y - when(_moved(m)[1], step)
     top = jnp.where(_bonus(m), 196 - 2 * bonus_y, 197 - 2 * _y(m))
-    dies = (m.dying == PLAYER_FIGURE) & (m.pause > 0) & (m.old_y == OVERWRITTEN)
+    dies = (m.dying == Figure.PLAYER) & (m.pause > 0) & (m.old_y == OVERWRITTEN)
     depth = jnp.minimum(x - TUNNEL_ENDS[0], TUNNEL_ENDS[1] - x)
     in_tunnel = (_y(m) == TUNNEL) & (depth < len(TUNNEL_INSETS))
-    inset = pick(_last_frame(m) >> 2 & 3, WALK_INSETS)
-    inset = jnp.where(in_tunnel, pick(depth, TUNNEL_INSETS), inset)
-    inset = jnp.where(dies, pick(m.pause + 1 >> 3, DEATH_INSETS), inset)
-    height = jnp.where(dies, 11, jnp.where(in_tunnel, pick(depth, TUNNEL_HEIGHTS), 13))
+    inset = match(
+        (dies, pick(m.pause + 1 >> 3, DEATH_INSETS)),
+        (in_tunnel, pick(depth, TUNNEL_INSETS)),
+        otherwise=pick(_last_frame(m) >> 2 & 3, WALK_INSETS),
+    )
+    height = match((dies, 11), (in_tunnel, pick(depth, TUNNEL_HEIGHTS)), otherwise=13)
     return box(x + inset, top, 8 - 2 * inset, height, color=color)
 
 
@@ -204,16 +220,15 @@ def _aliens(m: Ram, x: jax.Array) -> Box:
 
 def _three(m: Ram, x: jax.Array) -> tuple[jax.Array, ...]:
     """The aliens in the maze: left, top, width, height, whether they are there."""
-    inset, height = jnp.zeros_like(m.pictures), jnp.full_like(m.pictures, 11)
-    for picture, (columns, rows) in ALIEN_SIZES.items():
-        inset = jnp.where(m.pictures == picture, columns, inset)
-        height = jnp.where(m.pictures == picture, rows, height)
+    sizes = [(m.pictures == picture, *size) for picture, size in ALIEN_SIZES.items()]
+    inset = match(*((shown, columns) for shown, columns, _ in sizes), otherwise=0)
+    height = match(*((shown, rows) for shown, _, rows in sizes), otherwise=11)
     walks = among(m.pictures, ALIEN_WALKS)
-    narrow = walks & _narrow(m)
-    left = jnp.where(narrow, 1 - m.turned[:3], inset)
-    width = jnp.where(narrow, 7, 8 - 2 * inset)
+    in_narrow_pose = walks & _narrow(m)
+    left = jnp.where(in_narrow_pose, 1 - m.turned[:3], inset)
+    width = jnp.where(in_narrow_pose, 7, 8 - 2 * inset)
     height = jnp.where(walks, 13, height)
-    there = (m.alien_y > 0) & (m.scene == IN_MAZE)
+    there = (m.alien_y > 0) & (m.scene == Scene.MAZE)
     return x + left, 196 - 2 * m.alien_y, width, height, jnp.where(there, 1, 0)
 
 
@@ -245,15 +260,15 @@ def _pairs(m: Ram) -> tuple[jax.Array, ...]:
 def _pulsar(m: Ram, x: jax.Array, y: jax.Array) -> Box:
     large = (m.frame - 1 & 8) == 0
     turned = m.turned[4] == 1
-    inset = jnp.where(turned, jnp.where(large, 0, 1), jnp.where(large, 1, 2))
-    color = m.colors[PULSAR_FIGURE]
+    inset = 2 - when(turned, 1) - when(large, 1)
+    color = m.colors[Figure.PULSAR]
     return box(x + inset, 197 - 2 * y, jnp.where(large, 7, 5), 5, y > 0, color=color)
 
 
 def _rocket(m: Ram, x: jax.Array) -> Box:
     """In the maze, or the prize of the bonus screen."""
-    found = (m.rocket_y > 0) & (m.scene == IN_MAZE)
-    rocket = box(x, 197 - 2 * m.rocket_y, 8, 5, found, color=m.colors[ROCKET_FIGURE])
+    found = (m.rocket_y > 0) & (m.scene == Scene.MAZE)
+    rocket = box(x, 197 - 2 * m.rocket_y, 8, 5, found, color=m.colors[Figure.ROCKET])
     prize = box(77, 19, 8, 5, m.prize > 0, color=m.colors[0])
     return choose(_bonus(m), prize, rocket)
 
@@ -277,21 +292,21 @@ def _lives(m: Ram, lives: jax.Array) -> Box:
     return box(21, 187, 8 * lives - 11, 5, lives > 1, value=m.lives, color=m.colors[DISPLAY])
 
 
-PLAYER = Blobs((BLUE, ORANGE), MAZE, Shape(w=(2, 10), h=(7, 15)), exclude=("Egg",), gap=(2, 2))
-ALIENS = Blobs(
+PLAYER_RULE = Blobs((BLUE, ORANGE), MAZE, Shape(w=(2, 10), h=(7, 15)), exclude=("Egg",), gap=(2, 2))
+ALIENS_RULE = Blobs(
     (CYAN, YELLOW, PINK, WEAK, WHITE),
     MAZE,
     Shape(w=(4, 12), h=(7, 16)),
     exclude=("Egg",),
     gap=(1, 1),
 )
-PULSAR = Blobs(ORANGE, MAZE, Shape(w=(5, 7), h=(4, 5)), exclude=("Egg",), gap=(2, 2))
-FLAME = Blobs(ORANGE, MAZE, Shape(w=8, h=(4, 5)), exclude=("Egg",), gap=(2, 2))
-ROCKET = Blobs((YELLOW, CYAN), MAZE, Shape(w=8, h=(4, 5)), exclude=("Egg",), gap=(2, 2))
+PULSAR_RULE = Blobs(ORANGE, MAZE, Shape(w=(5, 7), h=(4, 5)), exclude=("Egg",), gap=(2, 2))
+FLAME_RULE = Blobs(ORANGE, MAZE, Shape(w=8, h=(4, 5)), exclude=("Egg",), gap=(2, 2))
+ROCKET_RULE = Blobs((YELLOW, CYAN), MAZE, Shape(w=8, h=(4, 5)), exclude=("Egg",), gap=(2, 2))
 EGG_COLORS = (CYAN, YELLOW, PINK, ORANGE, BLUE, WEAK, WHITE)
-EGGS = Cells(EGG_COLORS, EGG_X, EGG_Y, 1, 2, margin=(0, 1))
-SCORE = Bounds((BLUE, WEAK), (22, 176, 70, 183), value=Digits(FONT, range(22, 63, 8), 176))
-LIVES = Bounds((BLUE, WEAK), (20, 187, 76, 192), value=Gauge(8, 5, 2))
+EGGS_RULE = Cells(EGG_COLORS, EGG_X, EGG_Y, 1, 2, margin=(0, 1))
+POINTS = Bounds((BLUE, WEAK), (22, 176, 70, 183), value=Digits(FONT, range(22, 63, 8), 176))
+ICONS = Bounds((BLUE, WEAK), (20, 187, 76, 192), value=Gauge(8, 5, 2))
 
 GAME = Game(
     name="Alien",
@@ -299,13 +314,13 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER, doc="crewman"),
-        Category("Alien", ALIENS, count=12, doc="cyan, yellow, pink; all are blue while weak"),
-        Category("Pulsar", PULSAR, doc="makes aliens weak"),
-        Category("Flame", FLAME, doc="of the flame-thrower"),
-        Category("Rocket", ROCKET, doc="bonus"),
-        Category("Egg", EGGS, count=len(EGG_X), doc="what is left of them"),
-        display("Score", SCORE, doc="points"),
-        display("Life", LIVES, doc="lives"),
+        Category("Player", PLAYER_RULE, doc="crewman"),
+        Category("Alien", ALIENS_RULE, count=12, doc="cyan, yellow, pink; all are blue while weak"),
+        Category("Pulsar", PULSAR_RULE, doc="makes aliens weak"),
+        Category("Flame", FLAME_RULE, doc="of the flame-thrower"),
+        Category("Rocket", ROCKET_RULE, doc="bonus"),
+        Category("Egg", EGGS_RULE, count=len(EGG_X), doc="what is left of them"),
+        display("Score", POINTS, doc="points"),
+        display("Life", ICONS, doc="lives"),
     ),
 )
