@@ -1,13 +1,15 @@
 """Centipede: a shooter, mushrooms, a centipede of up to nine segments, spider, flea and scorpion.
 
-The screen has 20 zones of nine rows. A zone shows one thing besides mushrooms: one chain of
+Screen: it has 20 zones of nine rows. A zone shows one thing besides mushrooms: one chain of
 segments, by turns if it holds several, or the spider, the flea or the scorpion in front of them. So
-CentipedeSegment is hidden for a few frames now and then. Its slots are the game's records; when a
-segment is shot, those behind it move up. Mushroom has a slot for each place: row * 16 + place from
-the left, places of even rows being four columns further right. Eight colours change places from
-level to level. Mushrooms of a row that the scorpion has crossed shine in the clock's colours. The
-explosion of the shooter, the points shown for a spider, the sparkle of mushrooms that are counted
-after a death, and the figure in front of the score of the easy game are scenery.
+CentipedeSegment is hidden for a few frames now and then. Eight colours change places from level to
+level. Mushrooms of a row that the scorpion has crossed shine in the clock's colours. The explosion
+of the shooter, the points shown for a spider, the sparkle of mushrooms that are counted after a
+death, and the figure in front of the score of the easy game are scenery.
+
+Slots: those of CentipedeSegment are the game's records; when a segment is shot, those behind it
+move up. Mushroom has a slot for each place: row * 16 + place from the left, places of even rows
+being four columns further right.
 
 RAM: ALE's source (score, lives), D. Debro's disassembly (what the bytes are), and the ROM's code:
 the kernel at F003 in bank 0, movements at F136-F8C4, hits and the centipede's steps at F8C7-FE24 in
@@ -17,9 +19,13 @@ all, just after a shot.
 
 Covered: both modes, all eight sets of colours, all creatures, deaths, the count of mushrooms, new
 centipedes, the end of the game. CCGameObject is OCAtari's base class. Ground has one slot.
-Not in RAM: the shot on the frame on which it hits; what it hits there; whether a segment that has
-none behind it has just turned (taken to be so next to a mushroom in its last row). VEM does not see
-a mushroom that is partly covered, and takes the shooter for shorter in front of some places.
+
+Not exact: the RAM does not tell the shot on the frame on which it hits; what it hits there; whether
+a segment that has none behind it has just turned (taken to be so next to a mushroom in its last
+row).
+
+VEM: it does not see a mushroom that is partly covered, and takes the shooter for shorter in front
+of some places.
 """
 
 import functools
@@ -29,11 +35,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import pick
+from ocjax.console.fonts import Digits
+from ocjax.console.ops import match, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte, signed
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.rules import Blobs, Bounds, Cells
 from ocjax.vision.shades import Shades
 from ocjax.vision.shapes import Shape
@@ -42,59 +49,62 @@ from ocjax.vision.steps import SideBySide
 ROM = Rom("centipede", "91c2098e88a6b13f977af8c003e0bca5")
 FIGURE = tuple(ROM.rows(0xF69, 7).tolist())  # in front of the score of the easy game
 FONT = replace(ROM.font(0xF1C, rows=7), signs=(FIGURE,))
+# The colours of the first level. Each of the next levels begins one colour later.
 COLORS = tuple(int(c) & 0xFE for c in ROM.bytes(0xFC9, 8))
-"""The colours of the first level. Each of the next levels begins one colour later."""
-OF_SHOOTER = 0
-OF_FLEA = 1
-OF_CENTIPEDE = 3
-OF_SPIDER = 5
-OF_GROUND = 6
-OF_SCORPION = 7
-MUSHROOM = COLORS[OF_SHOOTER]
-FLEA = COLORS[OF_FLEA]
-CENTIPEDE = COLORS[OF_CENTIPEDE]
-SPIDER = COLORS[OF_SPIDER]
-SCORPION = COLORS[OF_SCORPION]
-KEYS = tuple(COLORS[i + OF_GROUND & 7] & 0xF0 | 6 for i in range(8))
+
+
+class Color:  # index of `COLORS` in the first level
+    SHOOTER = 0  # and mushrooms
+    FLEA = 1
+    CENTIPEDE = 3
+    SPIDER = 5
+    GROUND = 6
+    SCORPION = 7
+
+
+MUSHROOM_COLOR = COLORS[Color.SHOOTER]
+FLEA_COLOR = COLORS[Color.FLEA]
+CENTIPEDE_COLOR = COLORS[Color.CENTIPEDE]
+SPIDER_COLOR = COLORS[Color.SPIDER]
+SCORPION_COLOR = COLORS[Color.SCORPION]
+KEYS = tuple(COLORS[i + Color.GROUND & 7] & 0xF0 | 6 for i in range(8))
 SHADES = Shades((80, 183), KEYS, tuple(COLORS[i:] + COLORS[:i] for i in range(8)))
 BLACK = 0
 VIOLET_RGB = (188, 144, 252)
 SHINING = tuple(range(14, 256, 16))  # of a row that the scorpion has crossed
 
-# zones are counted from the bottom
-LEFT = 16
+LEFT = 16  # of the field
 TOP = 5
-ZONE = 9
-ZONES = 20
+ZONE = 9  # rows
+ZONES = 20  # counted from the bottom
 FIELD = (16, 5, 144, 182)
 MUSHROOM_ROWS = 19
 PLACES = 16
 ROWS, COLUMNS = np.divmod(np.arange(MUSHROOM_ROWS * PLACES), PLACES)
 MUSHROOM_X = LEFT + 8 * COLUMNS + np.where(ROWS % 2 == 0, 4, 0)
 MUSHROOM_Y = TOP + 2 + ZONE * ROWS
+# Bits of mushrooms in their bytes, two bytes a row, eight places each.
 EVEN_ROW = (6, 4, 2, 0, 1, 3, 5, 7)
 ODD_ROW = (7, 5, 3, 1, 0, 2, 4, 6)
 BITS = np.where(ROWS % 2 == 0, np.tile(EVEN_ROW, 38), np.tile(ODD_ROW, 38))
-"""Bit of each mushroom in its byte: two bytes a row, eight places each."""
-SEGMENTS = np.arange(9)
-SCORE_LEFTS = range(100, 148, 8)
+NUMBERS = np.arange(9)  # of the segments
 SCORE_Y = 187
+SCORE = NumberDisplay(FONT, right=148, top=SCORE_Y, digits=6)
 
 PICTURES = [0xE00 + int(low) for low in ROM.bytes(0xF70, 14)]
 FLEAS = ROM.pictures(PICTURES[:2], 6)
 SPIDERS = ROM.pictures(PICTURES[2:6], 6)
 SCORPIONS = ROM.pictures(PICTURES[10:], 6)  # two pictures of each direction
 
-NONE = 255  # `spider`, `scorpion_x`
+NONE = 255  # `spider` or `scorpion_x` without one
 NO_FLEA = 128  # `flea_x`, or more
-TITLE = 0xE0  # `score_high`
-STANDS = 3  # lowest bits of `clock` while nothing of the centipede moves
-# `x` and state of the second segment of a new centipede
-START = 0x44
-SECOND = 0xB3
+TITLE = 224  # `score_high`
+RESTS = 3  # lowest bits of `clock` while nothing of the centipede moves
+SECOND_X = 68  # `segment_x` of the second segment of a new centipede
+SECOND_STATE = 179  # and its `second_state`
 JUST_HIT = 1  # `hit_sound`
 EXPLOSION = 37  # `kernel_count` of a frame that shows the explosion in the shooter's place
-LATE = 3  # least `x` at which a picture's first row is written in time
+IN_TIME = 3  # least `x` at which a picture's first row is written in time
 
 
 class Ram(RamMap):
@@ -166,13 +176,17 @@ def _exploded(m: Ram) -> jax.Array:
 
 def _player(m: Ram) -> Box:
     """The shooter: three steps of the count, or those that are left of them after the shot."""
-    first = jnp.where(m.shot_row > 0, 3 * m.shot_row, 0)
-    first = jnp.maximum(m.player_y - 1, first)
     last = m.player_y + 2
-    first = jnp.where(first < last, first, last - 3)
+    below_shot = jnp.maximum(m.player_y - 1, when(m.shot_row > 0, 3 * m.shot_row))
+    first = jnp.where(below_shot < last, below_shot, last - 3)
     top = _step_row(first)
     return box(
-        m.player_x + LEFT, top, 4, _step_row(last) - top, ~_exploded(m), color=_color(m, OF_SHOOTER)
+        m.player_x + LEFT,
+        top,
+        4,
+        _step_row(last) - top,
+        ~_exploded(m),
+        color=_color(m, Color.SHOOTER),
     )
 
 
@@ -182,7 +196,7 @@ def _shot(m: Ram) -> Box:
     near = m.player_y < 3 * m.shot_row - 2
     x = jnp.where(near, m.player_x, m.shot_x) + LEFT
     there = (m.shot_row > 0) & ~_exploded(m)
-    return box(x, top, 1, 9 * m.shot_row + 1 - top, there, color=_color(m, OF_SHOOTER))
+    return box(x, top, 1, 9 * m.shot_row + 1 - top, there, color=_color(m, Color.SHOOTER))
 
 
 def _zone_y(row: jax.Array) -> jax.Array:
@@ -192,16 +206,16 @@ def _zone_y(row: jax.Array) -> jax.Array:
 
 def _segments(m: Ram) -> Box:
     """The segments before they moved on, which the game does after it has drawn them."""
-    stands = (m.dying > 0) | ((m.clock & 7) == STANDS)
+    stands = (m.dying > 0) | ((m.clock & 7) == RESTS)
     moved = ~stands & ((m.fast == 1) | ((m.clock & 1) == 0))
     turned = moved & _turned(m)
     x = m.segment_x - jnp.where(moved & ~turned, 1 - 2 * m.leftward, 0)
     row = m.segment_row + jnp.where(turned, 1 - 2 * m.upward, 0)
     follows = (m.follows == 1) & (_shifted(row, -1) == row)
-    alone = ~follows & ~(_shifted(follows, 1) & (m.last_segment > SEGMENTS))
-    late = jnp.where(alone & (x < LATE), 1, 0)
-    there = (m.last_segment >= SEGMENTS) & (m.counting == 0) & ~_just_created(m)
-    return box(LEFT + x, _zone_y(row) + late, 4, 6 - late, there, color=_color(m, OF_CENTIPEDE))
+    alone = ~follows & ~(_shifted(follows, 1) & (m.last_segment > NUMBERS))
+    late = jnp.where(alone & (x < IN_TIME), 1, 0)
+    there = (m.last_segment >= NUMBERS) & (m.counting == 0) & ~_just_created(m)
+    return box(LEFT + x, _zone_y(row) + late, 4, 6 - late, there, color=_color(m, Color.CENTIPEDE))
 
 
 def _just_created(m: Ram) -> jax.Array:
@@ -211,11 +225,11 @@ def _just_created(m: Ram) -> jax.Array:
     extra segment of an odd number tells whether it was drawn.
     """
     x, clock = m.segment_x[1], m.clock - 1
-    moved_before = ((clock & 7) != STANDS) & ((m.fast[1] == 1) | ((clock & 1) == 0))
+    moved_before = ((clock & 7) != RESTS) & ((m.fast[1] == 1) | ((clock & 1) == 0))
     odd = (m.easy == 1) | (((18 - m.wave) & 2) > 0)
     unmarked = odd & (m.extra_row != ZONES - 1)
-    at_start = (x == START) | ((x == START - 1) & (moved_before | unmarked))
-    return at_start & (m.second_state == SECOND)
+    at_start = (x == SECOND_X) | ((x == SECOND_X - 1) & (moved_before | unmarked))
+    return at_start & (m.second_state == SECOND_STATE)
 
 
 def _shifted(values: jax.Array, by: int) -> jax.Array:
@@ -228,7 +242,7 @@ def _turned(m: Ram) -> jax.Array:
 
     The segment behind is still in the old row then. Where none is behind, an obstacle tells.
     """
-    followed = (m.last_segment > SEGMENTS) & (_shifted(m.follows, 1) == 1)
+    followed = (m.last_segment > NUMBERS) & (_shifted(m.follows, 1) == 1)
     behind = _shifted(m.segment_row, 1) != m.segment_row
     return ((m.segment_x & 3) == 0) & jnp.where(followed, behind, _obstacle(m))
 
@@ -237,27 +251,32 @@ def _obstacle(m: Ram) -> jax.Array:
     """Whether something stood in a segment's way in the row above or below, from where it came."""
     row = m.segment_row + 1 - 2 * m.upward
     column = (m.segment_x >> 2) - 1 + 2 * m.leftward  # it now goes the other way
-    words = m.mushrooms[0::2] | m.mushrooms[1::2] << 8
+    mushroom = _has_mushroom(m, row, column)
+    return mushroom | (column < 0) | (column >= 2 * PLACES)
+
+
+def _has_mushroom(m: Ram, row: jax.Array, column: jax.Array) -> jax.Array:
+    """Whether a mushroom is in some zones and columns; a row has one place for two columns."""
+    words = m.mushrooms[0::2] | m.mushrooms[1::2] << 8  # a row each
     rows = np.arange(MUSHROOM_ROWS, 0, -1)[:, None]
-    word = jnp.sum(jnp.where(rows == row[None], words[:, None], 0), axis=0)
+    word = jnp.sum(when(rows == row[None], words[:, None]), axis=0)
     place = column & 15
-    bit = jnp.where(place < 8, 7 - place, place - 8) + jnp.where(column > 15, 8, 0)
-    mushroom = ((word >> bit & 1) == 1) & ((column + row & 1) == 0)
-    return mushroom | (column < 0) | (column > 31)
+    bit = jnp.where(place < 8, 7 - place, place - 8) + when(column > 15, 8)
+    return ((word >> bit & 1) == 1) & ((column + row & 1) == 0)
 
 
 def _spider(m: Ram) -> Box:
     points = (m.spider_points > 0) & (m.hit_sound != JUST_HIT)
     there = (m.spider != NONE) & ~points & (m.dying == 0)
     x, y, picture = LEFT + m.spider_x, _zone_y(m.spider_row), m.clock >> 3 & 3
-    return SPIDERS.box(picture, x, y, valid=there, color=_color(m, OF_SPIDER))
+    return SPIDERS.box(picture, x, y, valid=there, color=_color(m, Color.SPIDER))
 
 
 def _flea(m: Ram) -> Box:
     """The flea; at the left edge its first row is written too late."""
     x, y, picture = LEFT + m.flea_x, _zone_y(m.flea_row), 1 - (m.clock >> 1 & 1)
-    flea = FLEAS.box(picture, x, y, valid=m.flea_x < NO_FLEA, color=_color(m, OF_FLEA))
-    late = jnp.where(m.flea_x < LATE, 1, 0)
+    flea = FLEAS.box(picture, x, y, valid=m.flea_x < NO_FLEA, color=_color(m, Color.FLEA))
+    late = jnp.where(m.flea_x < IN_TIME, 1, 0)
     return replace(flea, y=flea.y + late, h=flea.h - late)
 
 
@@ -265,42 +284,40 @@ def _scorpion(m: Ram) -> Box:
     x, y = LEFT + m.scorpion_x, _zone_y(m.scorpion_row)
     picture = m.scorpion_left + 2 * (m.clock >> 3 & 1)
     there = m.scorpion_x != NONE
-    return SCORPIONS.box(picture, x, y, valid=there, color=_color(m, OF_SCORPION))
+    return SCORPIONS.box(picture, x, y, valid=there, color=_color(m, Color.SCORPION))
 
 
 def _mushrooms(m: Ram) -> Box:
     there = (jnp.repeat(m.mushrooms, 8) >> BITS & 1) == 1
-    return box(MUSHROOM_X, MUSHROOM_Y, 4, 3, there, color=_color(m, OF_SHOOTER))
+    return box(MUSHROOM_X, MUSHROOM_Y, 4, 3, there, color=_color(m, Color.SHOOTER))
 
 
 def _score(m: Ram) -> Box:
     """The score: at least two digits, in the easy game with a figure in the first digit's place."""
-    right = SCORE_LEFTS[-1] + FONT.width
-    digits = score_box(FONT, m.score, right=right, top=SCORE_Y, digits=6, value=m.score)
-    left = jnp.where(m.score < 10, SCORE_LEFTS[-2], digits.x)
-    left = jnp.where(m.easy == 1, SCORE_LEFTS[0], left)
+    digits, lefts = SCORE.box(m.score), SCORE.lefts
+    left = match((m.easy == 1, lefts[0]), (m.score < 10, lefts[-2]), otherwise=digits.x)
     return replace(digits, x=left, w=digits.x + digits.w - left)
 
 
 LIFE_X = LEFT + 8 * np.arange(7)
 LIFE_REGIONS = tuple((int(x), SCORE_Y, int(x) + 4, SCORE_Y + 7) for x in LIFE_X)
-shooter = functools.partial(Blobs, MUSHROOM, (16, 139, 144, 181))
-TOUCHING = shooter(gap=(0, 3), exclude=("Mushroom",), shapes=Shape(w=4, h=(4, 9)))
-SHOOTER = shooter(connectivity=4, shapes=Shape(w=4, h=9, pixels=36), also=(TOUCHING,))
-PAINT = (MUSHROOM, *SHINING)
+shooters = functools.partial(Blobs, MUSHROOM_COLOR, (16, 139, 144, 181))
+TOUCHING = shooters(gap=(0, 3), exclude=("Mushroom",), shapes=Shape(w=4, h=(4, 9)))
+SHOOTER_RULE = shooters(connectivity=4, shapes=Shape(w=4, h=9, pixels=36), also=(TOUCHING,))
+PAINT = (MUSHROOM_COLOR, *SHINING)
 SHOT_AREA = (16, 6, 144, 181)
-SHOT = Blobs(PAINT, SHOT_AREA, Shape(w=1, h=(4, 9)), exclude=("Mushroom",))
+SHOT_RULE = Blobs(PAINT, SHOT_AREA, Shape(w=1, h=(4, 9)), exclude=("Mushroom",))
 ZONE_REGIONS = tuple((16, y, 144, y + 6) for y in range(TOP, TOP + ZONE * ZONES, ZONE))
-CHAINS = Bounds(CENTIPEDE, ZONE_REGIONS, min_size=(3, 4), then=(SideBySide(4),))
+CHAINS = Bounds(CENTIPEDE_COLOR, ZONE_REGIONS, min_size=(3, 4), then=(SideBySide(4),))
 CELLS_X = tuple(MUSHROOM_X.tolist())
 CELLS_Y = tuple(MUSHROOM_Y.tolist())
-MUSHROOMS = Cells(PAINT, CELLS_X, CELLS_Y, 4, 3, exclude=("Player",))
+MUSHROOM_RULE = Cells(PAINT, CELLS_X, CELLS_Y, 4, 3, exclude=("Player",))
 SPARE = Bounds(BLACK, LIFE_REGIONS, inverse=True)
 LINE = Bounds(BLACK, (16, 183, 144, 185), inverse=True)
-POINTS = Bounds(BLACK, (100, 187, 148, 194), inverse=True, value=Digits(FONT, SCORE_LEFTS, SCORE_Y))
-SPIDER_SEEN = Bounds(SPIDER, FIELD, min_size=(8, 5))
-FLEA_SEEN = Blobs(FLEA, FIELD, Shape(w=(4, 5), h=(5, 6)))
-SCORPION_SEEN = Bounds(SCORPION, FIELD, min_size=(8, 6))
+POINTS = Bounds(BLACK, SCORE.area, inverse=True, value=Digits(FONT, SCORE.lefts, SCORE.top))
+SPIDER_SEEN = Bounds(SPIDER_COLOR, FIELD, min_size=(8, 5))
+FLEA_SEEN = Blobs(FLEA_COLOR, FIELD, Shape(w=(4, 5), h=(5, 6)))
+SCORPION_SEEN = Bounds(SCORPION_COLOR, FIELD, min_size=(8, 6))
 
 GAME = Game(
     name="Centipede",
@@ -308,13 +325,13 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", SHOOTER, doc="the shooter"),
-        Category("Projectile", SHOT, doc="its shot"),
+        Category("Player", SHOOTER_RULE, doc="the shooter"),
+        Category("Projectile", SHOT_RULE, doc="its shot"),
         Category("CentipedeSegment", CHAINS, count=9, blinks=True, doc="in the game's order"),
         Category("Spider", SPIDER_SEEN, doc="the spider"),
         Category("Flea", FLEA_SEEN, doc="the flea, which drops mushrooms"),
         Category("Scorpion", SCORPION_SEEN, doc="the scorpion, which poisons a row"),
-        Category("Mushroom", MUSHROOMS, count=304, doc="row from the top * 16 + place"),
+        Category("Mushroom", MUSHROOM_RULE, count=304, doc="row from the top * 16 + place"),
         display("Ground", LINE, attributes=(), doc="the line under the field"),
         display("Life", SPARE, count=7, attributes=(), rgb=VIOLET_RGB, doc="spare lives"),
         display("Score", POINTS, rgb=VIOLET_RGB, doc="points, below 1,000,000"),
