@@ -85,8 +85,8 @@ TUNNEL_INSETS = (2, 2, 2, 1, 0)
 TUNNEL_HEIGHTS = (5, 5, 7, 9, 11)
 DEATH_INSETS = (3, 2, 1, 0)
 TUNNEL = 55  # its row
-LOWEST_STEP = 19  # `y` in the bonus screen that he does not step below
 TUNNEL_ENDS = (17, 136)  # and columns of the player's sprite
+LOWEST_STEP = 19  # `y` in the bonus screen that he does not step below
 OVERWRITTEN = 240  # `old_y` on frames without collision test
 NOT_DRAWN = 96  # `line` while a frame is prepared
 
