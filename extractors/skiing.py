@@ -1,14 +1,16 @@
 """Skiing: a skier, and gates of two flags, moguls and trees that scroll up.
 
-The gates to go and the clock stand above. Slots are the game's eight records: two gates (Flag: the
-left and the right flag of each), two moguls, four trees. After the last gate one gate's record is a
-mogul (the third slot); in downhill games the gates' records are trees (the last two slots). The
-`orientation` of the player is where the skis point, compass point 12 (west) over 8 (straight down)
-to 4 (east), from the game's 16 headings. The upper number is two objects: Gates, whose `value` is
-what it shows, and Score, the name that OCAtari gives it, whose `value` is the sum of the emulator's
-rewards: minus the hundredths of a second so far (the emulator ends a run with five seconds for
-every gate missed, as the game's clock does). That of Clock is the hundredths that it shows; Score
-is a step ahead, as the reward is. The black frame and the maker's name are scenery.
+Screen: the gates to go and the clock stand above. The upper number is two objects: Gates, whose
+`value` is what it shows, and Score, the name that OCAtari gives it, whose `value` is the sum of the
+emulator's rewards: minus the hundredths of a second so far (the emulator ends a run with five
+seconds for every gate missed, as the game's clock does). That of Clock is the hundredths that it
+shows; Score is a step ahead, as the reward is. The black frame and the maker's name are scenery.
+
+Slots: they are the game's eight records: two gates (Flag: the left and the right flag of each), two
+moguls, four trees. After the last gate one gate's record is a mogul (the third slot); in downhill
+games the gates' records are trees (the last two slots). The `orientation` of the player is where
+the skis point, compass point 12 (west) over 8 (straight down) to 4 (east), from the game's 16
+headings.
 
 RAM: ALE's source, OCAtari 2.2, AtariARI, and the game's display program. The records go round: the
 list in RAM moves up by one with every shift, which byte 16 counts. The frame shows the state before
@@ -17,8 +19,10 @@ shows one frame late. Boxes are tight around what the borders leave: a tree that
 border or the playfield's top is as narrow as the rows that remain.
 
 Covered: the slalom that ALE starts (there is one mode), downhill by editing RAM, crashes, both
-borders, the end of the run. Not in RAM: which way the latest turn went, so the skier's picture is
-one frame early when it changes.
+borders, the end of the run.
+
+Not exact: the RAM does not tell which way the latest turn went, so the skier's picture is one frame
+early when it changes.
 """
 
 import functools
@@ -27,32 +31,44 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, Font, score_box
-from ocjax.console.ops import div, lookup, pick
+from ocjax.console.fonts import Digits, Font
+from ocjax.console.ops import div, lookup, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte, signed
 from ocjax.console.registers import wrap
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.rules import Blobs, Bounds
 from ocjax.vision.shapes import Shape
 
 ROM = Rom("skiing", "b76fbadc8ffb1f83e2ca08b6fb4d6c9f")
 DIGIT_ROWS = ROM.bytes(0x700, 7 * 16).reshape(7, 16)[::-1, :10]  # of all digits, the top ones first
 FONT = Font(tuple(map(tuple, DIGIT_ROWS.T.tolist())), dots=6)
+GATES = NumberDisplay(FONT, right=81, top=6, digits=2)
 
-# `state`
-SKIING = 0
-ENDED = 255
+
+class Thing:  # what a record shows
+    GATE = 0
+    MOGUL = 1
+    TREE = 2
+
+
 EVENT = 224  # `event` on the frame of a crash or of a passed gate
-GATE, MOGUL, TREE = range(3)  # what a record shows
 LAST_GATE = 4  # kind of a record
-FRAME_TIME = 0xAA  # of a frame's 1 2/3 hundredths, the part behind the point, of 256
+
+
+class State:  # of `Ram.state`
+    SKIING = 0
+    ENDED = 255
+
+
+FRAME_TIME = 170  # of a frame's 1 2/3 hundredths, the part behind the point, of 256
 MIRRORED = 4  # kind, or more, of a record whose x counts from the right border
 NO_OBJECT = 32  # `last_row`, or more
 WIDE_TREE = 16  # rows at the foot of a tree that are drawn twice as wide as the rows above
 STRAIGHT = 7  # slope: straight down
-DOWN = 3  # poses
-LYING = 4  # before them those for lesser slopes
+DOWN = 3  # pose of who skis straight down; before it those for lesser slopes
+LYING = 4  # pose
 
 FIELD = (8, 32, 152, 178)
 PINK = 72
@@ -64,9 +80,9 @@ GREENS = (198, 212, 214, 218)
 
 # Of the slots of Flag, Mogul and Tree: what they show, their record, the distance from its x, and
 # their colour, if it is not the last gate's.
-SHOWN = np.repeat([GATE, MOGUL, TREE], [4, 3, 6])
-RECORD = (0, 0, 4, 4, *(1, 5, 0), *(2, 3, 6, 7, 0, 4))
-SHIFT = np.array((1, 33, 1, 33, *[2] * 9))
+THINGS = np.repeat([Thing.GATE, Thing.MOGUL, Thing.TREE], [4, 3, 6])
+SLOT_RECORDS = (0, 0, 4, 4, *(1, 5, 0), *(2, 3, 6, 7, 0, 4))
+SHIFTS = np.array((1, 33, 1, 33, *[2] * 9))
 COLORS = (*[BLUE] * 4, *(12, 10, 10), *(214, 212, 218, 198, 198, 198))
 
 
@@ -103,11 +119,12 @@ PICTURES = (
     np.concatenate([TREE_TOP, _dots(0x77F, WIDE_TREE, 2)]),
 )
 TABLES = [_cuts(picture) for picture in PICTURES]
-HEIGHT = np.array([len(picture) for picture in PICTURES])[SHOWN]
-WIDTH = np.array([picture.shape[1] for picture in PICTURES])[SHOWN]
-CUTS = np.concatenate([table.ravel() for table in TABLES])
+HEIGHTS = np.array([len(picture) for picture in PICTURES])[THINGS]
+WIDTHS = np.array([picture.shape[1] for picture in PICTURES])[THINGS]
+CUT_TABLE = np.concatenate([table.ravel() for table in TABLES])
 MIDDLES = [table.size // 2 for table in TABLES]  # of the tables: nothing is cut
-UNCUT = (np.cumsum([0, *(table.size for table in TABLES[:2])]) + MIDDLES)[SHOWN]  # in `CUTS`
+BEGINS = np.cumsum([0, *(table.size for table in TABLES[:-1])])  # of the tables in `CUT_TABLE`
+UNCUT = (BEGINS + MIDDLES)[THINGS]  # index in `CUT_TABLE`
 
 
 class Ram(RamMap):
@@ -134,29 +151,38 @@ class Ram(RamMap):
 def decode(m: Ram) -> dict[str, Box]:
     objects = _objects(m)
     hundredths = m.time - 4000 * div(m.time, 10000)
-    latest = jnp.where(m.fraction < FRAME_TIME, 2, 1)  # hundredths since the frame was drawn
-    shown = jnp.where(m.state == SKIING, jnp.maximum(hundredths - latest, 0), hundredths)
-    shown_late = (m.event == EVENT) & (m.crashed == 0)
-    gates = m.gates + jnp.where(shown_late, 1, 0)
-    number = functools.partial(score_box, FONT, gates, right=81, top=6, digits=2)
+    gates = _shown_gates(m)
     return {
         "Player": _player(m),
         "Flag": objects[:4],
         "Mogul": objects[4:7],
         "Tree": objects[7:],
-        "Score": number(value=-hundredths),
-        "Gates": number(value=gates),
-        "Clock": box(59, 16, 38, 7, value=shown),
+        "Score": GATES.box(gates, value=-hundredths),
+        "Gates": GATES.box(gates),
+        "Clock": box(59, 16, 38, 7, value=_shown_time(m, hundredths)),
     }
+
+
+def _shown_gates(m: Ram) -> jax.Array:
+    """The gates to go; one that was just passed still shows."""
+    just_passed = (m.event == EVENT) & (m.crashed == 0)
+    return m.gates + when(just_passed, 1)
+
+
+def _shown_time(m: Ram, hundredths: jax.Array) -> jax.Array:
+    """The clock before what was added since the frame was drawn."""
+    latest = jnp.where(m.fraction < FRAME_TIME, 2, 1)
+    runs = m.state == State.SKIING
+    return jnp.where(runs, jnp.maximum(hundredths - latest, 0), hundredths)
 
 
 def _last_step(m: Ram) -> tuple[jax.Array, jax.Array]:
     """How far the skier moved to the right and the hill up since the frame was drawn."""
-    skiing = m.state == SKIING
+    runs = m.state == State.SKIING
     # Whoever would leave the hill with the next step stands still.
     ahead = m.x + m.step[0]
-    moved = skiing & (m.scroll_x == 0) & (ahead >= 8) & (ahead < 144)
-    return jnp.where(moved, m.step[0], 0), jnp.where(skiing, m.step[1], 0)
+    moved = runs & (m.scroll_x == 0) & (ahead >= 8) & (ahead < 144)
+    return when(moved, m.step[0]), when(runs, m.step[1])
 
 
 def _player(m: Ram) -> Box:
@@ -185,7 +211,9 @@ def _records(m: Ram) -> jax.Array:
 
     Record k is at (turn + 7 - k) modulo 8 of the list.
     """
-    turn = jnp.where(m.state == ENDED, m.turn + 1, m.turn)  # the run ended before the list moved
+    turn = jnp.where(
+        m.state == State.ENDED, m.turn + 1, m.turn
+    )  # the run ended before the list moved
     records = (m.last_row | m.object_x << 8 | m.object_y << 16 | m.kind << 24)[::-1]
     for shift in (1, 2, 4):
         records = jnp.where((turn & shift) > 0, jnp.roll(records, shift), records)
@@ -195,23 +223,23 @@ def _records(m: Ram) -> jax.Array:
 def _objects(m: Ram) -> Box:
     """Tight boxes of what the playfield leaves of four flags, three moguls and six trees."""
     records = _records(m)
-    record = jnp.stack([records[k] for k in RECORD])
+    record = jnp.stack([records[k] for k in SLOT_RECORDS])
     last_row, y, kind = record & 255, record >> 16 & 255, record >> 24 & 7
-    shows = jnp.where((kind & 2) == 2, TREE, kind & 1)
+    shows = jnp.where((kind & 2) == 2, Thing.TREE, kind & 1)
     is_mirrored = kind >= MIRRORED
     left, above, right, below = FIELD  # left and right are at the same distance from the middle
     x = _object_x(record >> 8 & 255, last_row)
-    x = jnp.where(is_mirrored, 160 - WIDTH - x, x)
+    x = jnp.where(is_mirrored, 160 - WIDTHS - x, x)
     end = 180 + last_row - y + _last_step(m)[1]
-    y = end - HEIGHT
+    y = end - HEIGHTS
     rows = jnp.minimum(y - above, 0) + jnp.maximum(end - below, 0)
-    columns = jnp.minimum(x - left, 0) + jnp.maximum(x + WIDTH - right, 0)
-    rows, columns = jnp.clip(rows, -HEIGHT, HEIGHT), jnp.clip(columns, -WIDTH, WIDTH)
-    rest = lookup(CUTS, rows * (2 * WIDTH + 1) + columns + UNCUT)
+    columns = jnp.minimum(x - left, 0) + jnp.maximum(x + WIDTHS - right, 0)
+    rows, columns = jnp.clip(rows, -HEIGHTS, HEIGHTS), jnp.clip(columns, -WIDTHS, WIDTHS)
+    rest = lookup(CUT_TABLE, rows * (2 * WIDTHS + 1) + columns + UNCUT)
     width = rest >> 10 & 31
     x = x + (rest & 31)
     x = jnp.where(is_mirrored, 160 - width - x, x)
-    exists = (last_row < NO_OBJECT) & (shows == SHOWN)
+    exists = (last_row < NO_OBJECT) & (shows == THINGS)
     color = jnp.where(kind == LAST_GATE, RED, np.array(COLORS))
     return box(x, y + (rest >> 5 & 31), width, rest >> 15, exists, color=color)
 
@@ -219,7 +247,7 @@ def _objects(m: Ram) -> Box:
 def _object_x(x: jax.Array, last_row: jax.Array) -> jax.Array:
     """Left edges of the slots' pictures, from the border from which x counts."""
     # Without its narrow part a tree is five columns to the left.
-    x = wrap(x + jnp.where((SHOWN == TREE) & (last_row >= WIDE_TREE), -3, SHIFT))
+    x = wrap(x + jnp.where((THINGS == Thing.TREE) & (last_row >= WIDE_TREE), -3, SHIFTS))
     # What begins in the right border may show at the left one.
     return jnp.where(x >= FIELD[2], x - 160, x)
 
@@ -229,9 +257,8 @@ BUMP = Blobs(GRAYS, FIELD, Shape(w=(1, 16), h=(1, 6)), gap=(8, 4))
 TREES = Blobs(GREENS, FIELD, Shape(w=(1, 16), h=(1, 30)), gap=(8, 4))
 UNITS = (6000, 1000, 100, 10, 1)  # hundredths of a 1 in each of the clock's digits
 read_clock = functools.partial(Digits, FONT, (59, 68, 75, 84, 91), 16)
-gates_number = functools.partial(Bounds, BLACK, (20, 4, 140, 14))
-SCORE = gates_number(value=read_clock(weights=tuple(-unit for unit in UNITS)))
-GATES = gates_number(value=Digits(FONT, (67, 75), 6))
+UPPER = (20, 4, 140, 14)  # around the gates to go
+REWARDS = Bounds(BLACK, UPPER, value=read_clock(weights=tuple(-unit for unit in UNITS)))
 CLOCK = Bounds(BLACK, (20, 14, 140, 26), value=read_clock(weights=UNITS))
 
 GAME = Game(
@@ -249,8 +276,8 @@ GAME = Game(
         Category("Flag", FLAG, count=4, doc="left and right one of two gates"),
         Category("Mogul", BUMP, count=3, doc="bump in the snow"),
         Category("Tree", TREES, count=6, doc="two more in downhill games"),
-        display("Score", SCORE, doc="gates to go; value: the rewards, minus the hundredths"),
-        display("Gates", GATES, doc="gates to go"),
+        display("Score", REWARDS, doc="gates to go; value: the rewards, minus the hundredths"),
+        display("Gates", GATES.rule(BLACK, UPPER), doc="gates to go"),
         display("Clock", CLOCK, doc="hundredths of a second"),
     ),
 )
