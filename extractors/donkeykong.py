@@ -1,52 +1,60 @@
 """DonkeyKong: Mario, four barrels or fireballs, a hammer, Donkey Kong, Pauline, two boards.
 
-The first board has slanted girders and barrels, the second one (blue) fireballs and eight rivets,
-which Mario takes out by walking over them. Slots of Ladder and Platform: those of the first board,
-then those of the second. Ladder has broken ones, too, each from its first rung to its last. A held
-hammer is drawn in the rows where it hung, whatever floor Mario is on. While a game is played, the
-bonus is displayed (Timer), between lives and games the Score, which stays valid and keeps its
-value. Lives are ALE's; none are shown, and Life is not valid, at 0. Scenery: none.
+Screen: the first board has slanted girders and barrels, the second one (blue) fireballs and eight
+rivets, which Mario takes out by walking over them. Ladder has broken ones, too, each from its first
+rung to its last. A held hammer is drawn in the rows where it hung, whatever floor Mario is on.
+While a game is played, the bonus is displayed (Timer), between lives and games the Score, which
+stays valid and keeps its value. Lives are ALE's; none are shown, and Life is not valid, at 0.
+
+Slots: of Ladder and Platform, those of the first board, then those of the second.
 
 RAM: ALE's source (score, lives), D. Debro's disassembly (what the records are) and the ROM's code.
 Obstacles move before the frame is drawn. Mario, the hammer and the bonus change after it, and
 `decode` takes that back.
 
 Covered: both boards, the only mode and difficulty, jumps, ladders, the hammer, rivets, lost lives,
-the end of the game, frame skips 3 and 4. Not in the RAM: whether Mario took a step on the third
-frames, on which he may walk or climb, unless he jumps, the step sounds, or nothing is touched;
-`decode` assumes that he did. Nor is it there that he turned or ended a jump, or where the hammer
-was before it was taken on this frame. When a life ends, the RAM is set up anew before its last
-frame is drawn, which shows the barrels, but not Mario: the column of each floor's last obstacle
-gives their rows, save on ladders. Without a barrel on the lowest floor or a new game, it cannot be
-told from the next frame. VEM sees no hammer that touches a ladder, less of a ladder or barrel that
-something covers, no fireballs without rivets, and not the colours of a game that is left alone.
+the end of the game, frame skips 3 and 4.
+
+Not exact: the RAM does not tell whether Mario took a step on the third frames, on which he may walk
+or climb, unless he jumps, the step sounds, or nothing is touched; `decode` assumes that he did. Nor
+is it there that he turned or ended a jump, or where the hammer was before it was taken on this
+frame. When a life ends, the RAM is set up anew before its last frame is drawn, which shows the
+barrels, but not Mario: the column of each floor's last obstacle gives their rows, save on ladders.
+Without a barrel on the lowest floor or a new game, it cannot be told from the next frame.
+
+VEM: it sees no hammer that touches a ladder, less of a ladder or barrel that something covers, no
+fireballs without rivets, and not the colours of a game that is left alone.
 """
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import among, lookup, pick, reached
+from ocjax.console.ops import among, lookup, match, pick, reached, when
 from ocjax.console.ram import RamMap, bcd, bits, byte, high
 from ocjax.console.registers import position
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge
 from ocjax.vision.shades import Shades
 from ocjax.vision.shapes import Shape
 
 ROM = Rom("donkey_kong", "36b20c427975760cb9cf4a47e41369e4")
 FONT = ROM.font(0xC00, rows=7, stride=8)
-HEAD = (0, 0, 0, 1, 2, 2, 0)
-FEET = (17, 17, 17, 17, 16, 17, 17)
-"""First row of Mario's pictures and the one below: four of walking, jumping, climbing, standing."""
-JUMPS = 4
-CLIMBS = 5
-STANDS = 6
 
-GIRDERS = 106  # colours of the two boards
-BLUE = 138  # and of the score
+
+class Pose:  # of Mario; before them four of walking
+    JUMPS = 4
+    CLIMBS = 5
+    STANDS = 6
+
+
+HEADS = (0, 0, 0, 1, 2, 2, 0)  # first row of Mario's picture, by pose
+FEET = (17, 17, 17, 17, 16, 17, 17)  # the row below it
+
+GIRDERS = 106  # colour of the first board
+BLUE = 138  # of the second one, and of the score
 RED = 70
 WHITE = 14
 BOOTS = 166
@@ -59,31 +67,31 @@ BOARD = (28, 40, 132, 196)
 KONG_AT = (34, 15, 50, 34)
 PAULINE_AT = (63, 18, 71, 34)
 DRUM = (36, 181, 44, 192)
-LIVES = ((112, 23, 128, 31),)
-TOP = 7
-NUMBER = {"right": 103, "top": TOP, "leading_zeros": True}  # how Score and Timer are drawn
-SCORE_LEFTS = range(55, 103, 8)
-TIMER_LEFTS = range(71, 103, 8)
+LIFE_AREA = ((112, 23, 128, 31),)
+SCORE = NumberDisplay(FONT, right=103, top=7, digits=6, leading_zeros=True)
+TIMER = NumberDisplay(FONT, right=103, top=7, digits=4, leading_zeros=True)
 
 PLATFORMS = (
     *((32, 35, 80, 37), (32, 60, 120, 65), (40, 81, 128, 93), (32, 109, 120, 121)),
     *((40, 137, 128, 149), (32, 165, 120, 177), (32, 193, 128, 195)),
 )
+# Column, first rung and the row below the last one of the first board's ladders.
 LADDERS = (
     *((32, 40, 57), (76, 40, 57), (76, 68, 85), (108, 68, 81), (48, 92, 109), (68, 92, 109)),
     *((100, 88, 113), (64, 116, 141), (88, 120, 137), (108, 120, 137), (48, 148, 165)),
     *((80, 148, 169), (72, 176, 193), (108, 176, 193)),
 )
-"""Column, first rung and the row below the last one of the first board's ladders."""
-BLUE_PLATFORMS = tuple((32, y, 128, y + 5 - 3 * (y < 60)) for y in (35, 60, 88, 116, 144, 172))
+BLUE_PLATFORMS = (
+    (32, 35, 128, 37),  # Donkey Kong's, which is thinner
+    *((32, y, 128, y + 5) for y in range(60, 173, 28)),
+)
 BLUE_LADDERS = tuple((x, y, y + 17) for y in range(40, 153, 28) for x in (40, 60, 96, 116))
 GIRDERS_AT = np.array(PLATFORMS + BLUE_PLATFORMS)
 LADDERS_AT = np.array([(x, top, x + 4, bottom) for x, top, bottom in LADDERS + BLUE_LADDERS])
 BENDS = ROM.bytes(0xDF8, 7)  # `x` where the girders of the first board step
-UPPER_ENDS = ROM.bytes(0xACD, 34)
-LOWER_ENDS = ROM.bytes(0xB00, 34)
-"""`y` of Mario at the ends of the ladders."""
-FLOORS = tuple(range(0x16, 0xA0, 0x1C))  # least `y` of the floors below the uppermost one
+UPPER_ENDS = ROM.bytes(0xACD, 34)  # `y` of Mario at the upper ends of the ladders
+LOWER_ENDS = ROM.bytes(0xB00, 34)  # and at the lower ones
+FLOORS = tuple(range(22, 160, 28))  # least `y` of the floors below the uppermost one
 RIVET_X = np.array([52, 104] * 4)
 RIVET_Y = np.repeat([144, 116, 88, 60], 2)
 
@@ -92,15 +100,31 @@ EMPTY = 93  # `lowest_row` without an obstacle
 PLAYING = 128  # least value of `state`
 MOVED = 2  # `wait` on a frame on which Mario may have moved
 WHOLE = 13  # `ladder` below which a barrel rolls down it
-JUMP = 31  # `air` when a jump has just begun
+JUST_JUMPED = 31  # `air` when a jump has just begun
 RISE = 7  # rows of a jump
-# `sound`
-STEP = 2
-POINTS = 3
 NO_HAMMER = 112  # `hammer` of one that was used up
 NORTH = 0
 EAST = 4
 WEST = 12
+
+
+class Sound:  # of `Ram.sound`
+    NONE = 0
+    STEP = 2
+    POINTS = 3
+
+
+class Heading:  # of `Ram.heading`
+    LEFT = 0
+    RIGHT = 8
+    LADDER = 128  # from here on, on a ladder
+    DOWN = 254
+    UP = 255
+
+
+class Stick:  # bits of `Ram.control`; 0: pushed
+    LEFT = 64
+    RIGHT = 128
 
 
 class Ram(RamMap):
@@ -118,7 +142,7 @@ class Ram(RamMap):
     board = byte(16)
     girders = byte(26)  # their colour; others in the screen saver
     x = byte(19)  # x + 4
-    heading = byte(20)  # 0 left, 8 right, 254 down, 255 up a ladder
+    heading = byte(20)
     hammer = byte(21)  # its picture, low byte of an address
     y = byte(27)  # of Mario, y - 22
     hammer_x = byte(28)  # x + 6
@@ -173,7 +197,7 @@ def _in_play(m: Ram) -> jax.Array:
 
 def _life_over(m: Ram) -> jax.Array:
     """Whether the frame is the last one of a life, without Mario, though the RAM is set up anew."""
-    game_over = (m.state == 0) & (m.sound == POINTS) & (m.sound_left == 31)
+    game_over = (m.state == 0) & (m.sound == Sound.POINTS) & (m.sound_left == 31)
     shown = (m.obstacle_y == 0).all() & (m.lowest_row != EMPTY)
     return game_over | shown | ((m.state >= PLAYING) & ~_in_play(m))
 
@@ -181,22 +205,27 @@ def _life_over(m: Ram) -> jax.Array:
 def _step(m: Ram) -> tuple[jax.Array, jax.Array]:
     """Columns and rows that Mario has moved since the frame was drawn."""
     in_air = m.air > 0
-    left = jnp.where(in_air, (m.control & 0x40) == 0, m.heading == 0)
-    right = ~left & jnp.where(in_air, (m.control & 0x80) == 0, m.heading == 8)
-    climbs = ~in_air & (m.heading >= 128)
+    left = jnp.where(in_air, (m.control & Stick.LEFT) == 0, m.heading == Heading.LEFT)
+    right = ~left & jnp.where(in_air, (m.control & Stick.RIGHT) == 0, m.heading == Heading.RIGHT)
+    climbs = ~in_air & (m.heading >= Heading.LADDER)
     at = jnp.where(climbs, m.y, m.x)
-    quiet = (m.sound == 0) | (m.sound == STEP)
-    sounds = (m.sound == STEP) & (m.sound_left == 1)
+    quiet = among(m.sound, (Sound.NONE, Sound.STEP))
+    sounds = (m.sound == Sound.STEP) & (m.sound_left == 1)
     moved = jnp.where(quiet & ((at & 3) == 0), sounds, ~_at_ladder_end(m))
     moved = (moved | in_air) & ~_at_side(m, left, right)
     moved = moved & (m.wait == MOVED) & (m.idle == 0) & (m.dying == 0) & _in_play(m)
-    dx = jnp.where(right, 1, 0) - jnp.where(left, 1, 0)
-    dy = jnp.where(m.heading == 255, -1, 1)
-    bend = (dx != 0) & among(m.x + jnp.where(left, 1, 0), BENDS.tolist()) & (m.board == 0)
+    dx = when(right, 1) - when(left, 1)
+    climbed = jnp.where(m.heading == Heading.UP, -1, 1)
+    dy = jnp.where(climbs, climbed, _slope(m, dx))
+    return when(moved, dx), when(moved, dy)
+
+
+def _slope(m: Ram, dx: jax.Array) -> jax.Array:
+    """Rows that a step along a floor goes down, where its girders step."""
+    bend = (dx != 0) & among(m.x + when(dx < 0, 1), BENDS.tolist()) & (m.board == 0)
     floor = _floor(m)
-    slope = jnp.where((floor & 1) == 0, dx, -dx)
-    slope = jnp.where(bend & (floor > 0) & (floor < 5), slope, 0)
-    return jnp.where(moved, dx, 0), jnp.where(moved, jnp.where(climbs, dy, slope), 0)
+    slanted = (floor > 0) & (floor < 5)
+    return when(bend & slanted, jnp.where((floor & 1) == 0, dx, -dx))
 
 
 def _floor(m: Ram) -> jax.Array:
@@ -207,26 +236,34 @@ def _floor(m: Ram) -> jax.Array:
 def _at_side(m: Ram, left: jax.Array, right: jax.Array) -> jax.Array:
     """Whether Mario is at the end of a girder and cannot go on to the left or right."""
     even = (_floor(m) & 1) == 0
-    first = jnp.where(even | (m.board == 1), 0x24, 0x29)
-    last = jnp.where(even & (m.board == 0), 0x75, 0x7C)
+    first = jnp.where(even | (m.board == 1), 36, 41)
+    last = jnp.where(even & (m.board == 0), 117, 124)
     return ((m.x == first) & left) | ((m.x == last) & right)
 
 
 def _at_ladder_end(m: Ram) -> jax.Array:
-    end = jnp.where(m.heading == 255, *(lookup(e, m.at_ladder) for e in (UPPER_ENDS, LOWER_ENDS)))
-    return (m.y == end) & (m.heading >= 254)
+    end = jnp.where(
+        m.heading == Heading.UP, *(lookup(e, m.at_ladder) for e in (UPPER_ENDS, LOWER_ENDS))
+    )
+    return (m.y == end) & (m.heading >= Heading.DOWN)
 
 
 def _mario(m: Ram, dx: jax.Array, dy: jax.Array) -> Box:
-    jumps = (m.air > 0) & (m.air < JUMP)
-    y = m.y - dy + jnp.where(m.air == JUMP, RISE, 0)
-    ends = (y == lookup(UPPER_ENDS, m.at_ladder)) | (y == lookup(LOWER_ENDS, m.at_ladder))
-    pose = jnp.where(jumps, JUMPS, (m.walk - dx & 6) >> 1)
-    pose = jnp.where(m.heading >= 128, jnp.where(ends, STANDS, CLIMBS), pose)
-    facing = jnp.where(m.heading >= 128, NORTH, jnp.where(m.heading == 0, WEST, EAST))
-    head, feet = pick(pose, HEAD), pick(pose, FEET)
-    mario = box(m.x - dx - 4, y + 22 + head, 8, feet - head, ~_life_over(m), orientation=facing)
-    return mario.clip(*BOARD)
+    jumps = (m.air > 0) & (m.air < JUST_JUMPED)
+    y = m.y - dy + when(m.air == JUST_JUMPED, RISE)
+    at_end = (y == lookup(UPPER_ENDS, m.at_ladder)) | (y == lookup(LOWER_ENDS, m.at_ladder))
+    on_ladder = m.heading >= Heading.LADDER
+    pose = match(
+        (on_ladder & at_end, Pose.STANDS),
+        (on_ladder, Pose.CLIMBS),
+        (jumps, Pose.JUMPS),
+        otherwise=(m.walk - dx & 6) >> 1,
+    )
+    compass = match((on_ladder, NORTH), (m.heading == Heading.LEFT, WEST), otherwise=EAST)
+    top, bottom = pick(pose, HEADS), pick(pose, FEET)
+    there = ~_life_over(m)
+    whole = box(m.x - dx - 4, y + 22 + top, 8, bottom - top, there, orientation=compass)
+    return whole.clip(*BOARD)
 
 
 def _obstacles(m: Ram) -> Box:
@@ -252,8 +289,8 @@ def _hammer(m: Ram, dx: jax.Array) -> Box:
     """The hammer; it swings while it is held."""
     held = m.hammer_time > 0
     forward = held & ((m.clock - 1 & 8) > 0)
-    x = m.hammer_x - jnp.where(held, dx, 0)
-    x = x - jnp.where(forward, jnp.where(m.heading == 0, 7, 5), 6)
+    aside = match((~forward, 6), (m.heading == Heading.LEFT, 7), otherwise=5)
+    x = m.hammer_x - when(held, dx) - aside
     size = jnp.where(forward, 6, 4)
     there = m.hammer != NO_HAMMER
     return box(x, jnp.where(forward, 75, 68), size, jnp.where(forward, 6, 7), there)
@@ -275,27 +312,25 @@ def _lives(m: Ram) -> Box:
 
 def _score(m: Ram) -> Box:
     points = 100 * m.score
-    return score_box(FONT, points, digits=6, value=points, **NUMBER)
+    return SCORE.box(points)
 
 
 def _timer(m: Ram) -> Box:
     """The bonus, which is counted down after the frame is drawn."""
     shown = 100 * (m.bonus + jnp.where((m.clock & 127) == 0, 1, 0))
-    return score_box(FONT, shown, digits=4, value=shown, valid=_in_play(m), **NUMBER)
+    return TIMER.box(shown, valid=_in_play(m))
 
 
 BOTH = (GIRDERS, BLUE)
 SMALL = Blobs(OBSTACLE, BOARD, Shape(w=(6, 8), h=(5, 8)))
 HUNG = (20, 66, 140, 82)
-HAMMER = Blobs((OBSTACLE, *BOTH), HUNG, Shape(w=(4, 6), h=(6, 7), pixels=(14, 24)))
-MARIO = Bounds((RED, WHITE, BOOTS), BOARD)
-RIVETS = Cells(BLUE, tuple(RIVET_X.tolist()), tuple(RIVET_Y.tolist()), 4, 1)
-POINTS_SEEN = Bounds(BLUE, (55, 7, 103, 14), value=Digits(FONT, SCORE_LEFTS, TOP))
-BONUS_SEEN = Bounds(GREEN, (71, 7, 103, 14), value=Digits(FONT, TIMER_LEFTS, TOP))
-FIRST = ((GIRDERS,),)  # the boards' colours
-SECOND = ((BLUE,),)  # one entry for each region
-LADDER_COLORS = FIRST * len(LADDERS) + SECOND * len(BLUE_LADDERS)
-PLATFORM_COLORS = FIRST * len(PLATFORMS) + SECOND * len(BLUE_PLATFORMS)
+HAMMER_RULE = Blobs((OBSTACLE, *BOTH), HUNG, Shape(w=(4, 6), h=(6, 7), pixels=(14, 24)))
+MARIO_RULE = Bounds((RED, WHITE, BOOTS), BOARD)
+RIVET_RULE = Cells(BLUE, tuple(RIVET_X.tolist()), tuple(RIVET_Y.tolist()), 4, 1)
+FIRST_BOARD = ((GIRDERS,),)  # colours of a region
+SECOND_BOARD = ((BLUE,),)
+LADDER_COLORS = FIRST_BOARD * len(LADDERS) + SECOND_BOARD * len(BLUE_LADDERS)
+PLATFORM_COLORS = FIRST_BOARD * len(PLATFORMS) + SECOND_BOARD * len(BLUE_PLATFORMS)
 RUNGS = Bounds(LADDER_COLORS, tuple(map(tuple, LADDERS_AT.tolist())))
 BEAMS = Bounds(PLATFORM_COLORS, PLATFORMS + BLUE_PLATFORMS)
 
@@ -310,18 +345,18 @@ GAME = Game(
     decode=decode,
     shades=SAVER,
     categories=(
-        Category("Player", MARIO, attributes=("orientation",), doc="Mario; north on a ladder"),
+        Category("Player", MARIO_RULE, attributes=("orientation",), doc="Mario; north on a ladder"),
         Category("Barrel", SMALL, count=4, needs=("OilDrum",), doc="on the first board"),
         Category("Fireball", SMALL, count=4, needs=("Rivet",), doc="on the second board"),
-        Category("Hammer", HAMMER, doc="on its place, or held"),
-        Category("Rivet", RIVETS, count=8, doc="lowest girder first, left before right"),
+        Category("Hammer", HAMMER_RULE, doc="on its place, or held"),
+        Category("Rivet", RIVET_RULE, count=8, doc="lowest girder first, left before right"),
         Category("DonkeyKong", Bounds(KONG, KONG_AT), doc="the ape"),
         Category("Girlfriend", Bounds(PAULINE, PAULINE_AT), doc="Pauline"),
         Category("OilDrum", Bounds(GIRDERS, DRUM), doc="stack at the lower left"),
         Category("Ladder", RUNGS, count=34, doc="whole or broken; upper first, board by board"),
         Category("Platform", BEAMS, count=13, doc="girders, upper first, board by board"),
-        display("Life", Bounds(BOTH, LIVES, value=Gauge(8, 4, 1)), doc="lives that are left"),
-        display("Score", POINTS_SEEN, blinks=True, doc="points"),
-        display("Timer", BONUS_SEEN, doc="bonus that is left"),
+        display("Life", Bounds(BOTH, LIFE_AREA, value=Gauge(8, 4, 1)), doc="lives that are left"),
+        display("Score", SCORE.rule(BLUE), blinks=True, doc="points"),
+        display("Timer", TIMER.rule(GREEN), doc="bonus that is left"),
     ),
 )
