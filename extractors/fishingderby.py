@@ -1,10 +1,12 @@
 """FishingDerby: two anglers on piers, their poles and lines, six fish, a shark, and two scores.
 
-A fish keeps its slot, its row from the top, also while it is pulled up. The hook is not drawn apart
-from its line, so a hook's box is that of the line below the pole. The hook is at its bottom; the
-orientation, south-east, south or south-west, tells on which side of the pole's end. What the bars
-of the piers hide of fish, shark and lines is not in their boxes; what these hide of each other is.
-The anglers, the piers, the waves and the maker's name are scenery.
+Screen: the hook is not drawn apart from its line, so a hook's box is that of the line below the
+pole. The hook is at its bottom; the orientation, south-east, south or south-west, tells on which
+side of the pole's end. What the bars of the piers hide of fish, shark and lines is not in their
+boxes; what these hide of each other is. The anglers, the piers, the waves and the maker's name are
+scenery. A fish that was caught or eaten is not valid until it comes back.
+
+Slots: a fish keeps its slot, its row from the top, also while it is pulled up.
 
 RAM: ALE's source (scores), OCAtari 2.2 and D. Debro's disassembly (what the records are), and the
 ROM's code. The positions in the chip's coding (bytes 42, 43, 76-89) are those on the screen. Fish,
@@ -13,11 +15,13 @@ positions, the poles' ends from the slopes' distances, and the hooks' depths fro
 ran down while the lines were drawn.
 
 Covered: all four difficulties, fish that are pulled up, caught and eaten, the end of the game.
-Not in RAM: the button with which the left angler pulls faster, so a fish on his hook may be drawn a
-row lower where the hook's depth does not tell; whether a fish has taken a hook on this very frame,
-on which it is a row lower, too; whether the last point of a catch is already on the screen. A fish
-that was caught or eaten is not valid until it comes back. VEM sees neither two fish that touch nor
-a hook behind fish and shark.
+
+Not exact: the RAM does not tell the button with which the left angler pulls faster, so a fish on
+his hook may be drawn a row lower where the hook's depth does not tell; whether a fish has taken a
+hook on this very frame, on which it is a row lower, too; whether the last point of a catch is
+already on the screen.
+
+VEM: it sees neither two fish that touch nor a hook behind fish and shark.
 """
 
 import functools
@@ -28,12 +32,12 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 from ocjax.console.boxes import Box, Number, box
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import div, lookup
+from ocjax.console.ops import div, lookup, match, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import NUSIZ_COPIES, NUSIZ_SPACING, NUSIZ_WIDTH, mirrored, position
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.filters import NoLines
 from ocjax.vision.rules import Blobs, Bounds
 from ocjax.vision.shapes import Shape
@@ -46,29 +50,34 @@ YELLOW = 28
 RED = 66
 GREEN = 198
 LINE_TOP = 39
-STEPS = 49
-ABOVE = 17  # steps of a line above the depth 0
-TO_RIGHT = 15  # `line_side`
-NEAR = 64  # columns from the left at which the shark makes the right angler pull fast
+STEPS = 49  # of the drawing loop, down to the lowest depth
+STEPS_ABOVE = 17  # of a line above the depth 0
+FISH_STEPS = 7  # in a row of fish
+SHARK_NEAR = 64  # column left of which the shark makes the right angler pull fast
 BARS = tuple((x, 61, x + 4, 190) for x in (16, 24, 132, 140))  # of the piers; fish are behind them
 PIERS = ((8, 39, 28, 61), (132, 39, 152, 61))  # with the anglers
-LINES = (12, 39, 148, 190)
+LINE_AREA = (12, 39, 148, 190)
 POLES = ((16, 38, 80, 39), (80, 38, 144, 39))
-SCORE_LEFTS = ((40, 48), (104, 112))
-SCORE_TOP = 8
+SCORES = tuple(NumberDisplay(FONT, right, top=8, digits=2) for right in (56, 120))
 
 EAST = 4
 SOUTH = 8
 WEST = 12
-EMPTY = 0x50  # `picture`
-ROWS = np.arange(6)
-FACES_LEFT = 0xCE  # `shark_shape`
-BAND = 14  # rows of a picture
-FISH_Y = 96
+FISH_ROWS = np.arange(6)
+FISH_Y = 96  # of the uppermost fish
+ROWS_APART = 16  # from a fish to the next one
 SHARK_Y = 80
-APART = 16
-PULLED_Y = 80
-BRIGHT = 61  # columns left of this show a line for one row more
+PULLED_Y = 80  # of a fish where `pulled_y` is 0
+PICTURE_ROWS = 14
+LATE_END = 61  # columns left of this show a line for one row more
+EMPTY_PICTURE = 80  # `picture`
+SHARK_LEFT = 0xCE  # `shark_shape` of a shark that faces left
+
+
+class Side:  # of `Ram.line_side`, which is 1 on the left
+    RIGHT = 15
+
+
 WATER = ~np.isin(np.arange(160), [x for left, _, right, _ in BARS for x in range(left, right)])
 
 
@@ -85,8 +94,8 @@ def _player(row: int, nusiz: int) -> np.ndarray:
 
 def _shark_rows(picture: int, shape: int) -> np.ndarray:
     """A picture of the shark, which every row draws with another size at another place."""
-    rows, shapes = ROM.rows([picture, shape], BAND)
-    if shape & 0xFF == FACES_LEFT:
+    rows, shapes = ROM.rows([picture, shape], PICTURE_ROWS)
+    if shape & 0xFF == SHARK_LEFT:
         rows = np.asarray(mirrored(rows))
     moves = -((shapes >> 4 ^ 8) - 8)
     places = 16 + np.concatenate([[0], np.cumsum(moves)[:-1]])
@@ -101,18 +110,19 @@ def _visible(pictures: list[np.ndarray], offset: int) -> np.ndarray:
         pictures: bool `[rows, columns]` each.
         offset: column at which their first columns are at position 0.
     """
-    out = []
-    for picture in pictures:
-        for x in range(160):
-            at = x + offset + np.arange(picture.shape[1])
-            seen = picture & (WATER[np.clip(at, 0, 159)] & (at >= 0) & (at < 160))
-            rows, columns = np.flatnonzero(seen.any(axis=1)), at[seen.any(axis=0)]
-            if not len(rows):
-                out.append(0)
-                continue
-            width, height = columns[-1] - columns[0] + 1, rows[-1] - rows[0] + 1
-            out.append(columns[0] | rows[0] << 8 | width << 16 | height << 24)
-    return np.array(out, np.int32)
+    boxes = [_visible_part(picture, x + offset) for picture in pictures for x in range(160)]
+    return np.array(boxes, np.int32)
+
+
+def _visible_part(picture: np.ndarray, x: int) -> int:
+    """The box of what shows between the bars of a picture at a column, a byte a number."""
+    at = x + np.arange(picture.shape[1])
+    seen = picture & (WATER[np.clip(at, 0, 159)] & (at >= 0) & (at < 160))
+    rows, columns = np.flatnonzero(seen.any(axis=1)), at[seen.any(axis=0)]
+    if not len(rows):
+        return 0
+    width, height = columns[-1] - columns[0] + 1, rows[-1] - rows[0] + 1
+    return columns[0] | rows[0] << 8 | width << 16 | height << 24
 
 
 def _bitmaps(rows: np.ndarray) -> list[np.ndarray]:
@@ -122,16 +132,16 @@ def _bitmaps(rows: np.ndarray) -> list[np.ndarray]:
 
 
 START = ROM.bytes(0x6D2, 6)[::-1]  # columns of the fish
-SPREAD, TOGETHER = ROM.rows([0x760, 0x780], BAND)  # the tail
-FISH = _visible(_bitmaps(TOGETHER) + _bitmaps(SPREAD), 0)
-SHARK = _visible([_shark_rows(p, s) for p in (0x7C0, 0x7A0) for s in (0x7DC, 0x7CE)], -16)
+SPREAD_TAIL, CLOSED_TAIL = ROM.rows([0x760, 0x780], PICTURE_ROWS)  # the tail
+FISH_BOXES = _visible(_bitmaps(CLOSED_TAIL) + _bitmaps(SPREAD_TAIL), 0)
+SHARK_BOXES = _visible([_shark_rows(p, s) for p in (0x7C0, 0x7A0) for s in (0x7DC, 0x7CE)], -16)
 
 
 class Ram(RamMap):
     clock = byte(1)
     random = byte(2)
     line_slope = byte(28, 29)  # columns in 256 steps
-    line_side = bits(30, 31, first=4, count=4)  # 1: the line goes to the left, 15: to the right
+    line_side = bits(30, 31, first=4, count=4)  # where the line goes
     pole_x = byte(23, 24)  # x + 1 of its end; already moved on
     hook_x = byte(32, 33)
     line_reach = byte(34, 35)  # columns from the pole's end to the hook; 1 more to the right
@@ -184,38 +194,40 @@ def _faces_left(m: Ram, x: jax.Array) -> jax.Array:
     turned round by chance since then.
     """
     moved = m.x - x
-    turned = ((m.clock & 7) == 6 - ROWS) & (((m.random ^ m.clock) & 7) == 0)
+    turned = ((m.clock & 7) == 6 - FISH_ROWS) & (((m.random ^ m.clock) & 7) == 0)
     faces_left = jnp.where(turned & (m.over == 0), 1 - m.faces_left, m.faces_left)
-    return jnp.where(moved == -1, 1, jnp.where(moved == 1, 0, faces_left))
+    return match((moved == -1, 1), (moved == 1, 0), otherwise=faces_left)
 
 
 def _fish(m: Ram, x: jax.Array, shark_x: jax.Array) -> Box:
     """The fish in their rows, and the one that is pulled up."""
     faces_left = _faces_left(m, x)
     fresh = jnp.all(x == START)  # no fish has moved yet
-    pulled = (m.pulled_y > 0) & (jnp.where(m.puller == 1, m.hooked[1], m.hooked[0]) == 6 - ROWS)
+    pulled = (m.pulled_y > 0) & (
+        jnp.where(m.puller == 1, m.hooked[1], m.hooked[0]) == 6 - FISH_ROWS
+    )
     x = jnp.where(pulled, position(m.pulled_coarse, m.pulled_fine) - 46, x)
-    fast = jnp.where(m.puller == 1, shark_x < NEAR, m.depth_before - m.depth == 18)
+    fast = jnp.where(m.puller == 1, shark_x < SHARK_NEAR, m.depth_before - m.depth == 18)
     step = jnp.where(fast | ((m.clock & 3) == 0), 1, 0)  # since it was drawn
-    y = jnp.where(pulled, PULLED_Y + m.pulled_y + step, FISH_Y + APART * ROWS)
+    y = jnp.where(pulled, PULLED_Y + m.pulled_y + step, FISH_Y + ROWS_APART * FISH_ROWS)
     spread = jnp.where(fresh, 1, x >> 1 & 1)
-    fish = _boxes(FISH, 2 * spread + faces_left, x, y)
-    there = (pulled | (m.picture[:6] != EMPTY)) & (m.coarse[:6] > 0)
+    fish = _boxes(FISH_BOXES, 2 * spread + faces_left, x, y)
+    there = (pulled | (m.picture[:6] != EMPTY_PICTURE)) & (m.coarse[:6] > 0)
     return replace(fish, orientation=jnp.where(faces_left == 1, WEST, EAST)).where(there)
 
 
 def _shark(m: Ram, x: jax.Array) -> Box:
     """The shark, which is not drawn before its first move."""
     first = (x[6] == START[0]) & jnp.all(jnp.abs(x[:6] - START) <= 2)
-    faces_left = jnp.where(m.shark_shape == FACES_LEFT, 1, 0)
-    shark = _boxes(SHARK, 2 * (x[6] >> 1 & 1) + faces_left, x[6], SHARK_Y)
+    faces_left = jnp.where(m.shark_shape == SHARK_LEFT, 1, 0)
+    shark = _boxes(SHARK_BOXES, 2 * (x[6] >> 1 & 1) + faces_left, x[6], SHARK_Y)
     facing = jnp.where(faces_left == 1, WEST, EAST)
-    return replace(shark, orientation=facing).where((m.picture[6] != EMPTY) & ~first)
+    return replace(shark, orientation=facing).where((m.picture[6] != EMPTY_PICTURE) & ~first)
 
 
 def _line_tops(m: Ram) -> jax.Array:
     """Columns of the poles' ends."""
-    drawn = m.hook_x + jnp.where(m.line_side == TO_RIGHT, 1 - m.line_reach, m.line_reach)
+    drawn = m.hook_x + jnp.where(m.line_side == Side.RIGHT, 1 - m.line_reach, m.line_reach)
     return jnp.where(m.over == 0, drawn, m.pole_x) - 1
 
 
@@ -226,23 +238,28 @@ def _lines(m: Ram, top_x: jax.Array) -> Box:
     ends behind a bar of a pier, the last step beside the bar is its end.
     """
     depth = jnp.minimum(m.count_down + STEPS & 0xFF, STEPS - 1)
-    side = jnp.where(m.line_side == TO_RIGHT, 1, -1)
-    x = top_x + side * _aside(m, depth)
-    bar = jnp.where(side > 0, (x & ~3) - top_x, top_x - (x | 3))  # columns to its near edge
-    beside = lax.div(256 * bar - 1, jnp.maximum(m.line_slope, 1)) - ABOVE
-    end = jnp.where(_behind_bar(x), jnp.clip(beside, 0, depth), depth)
+    side = jnp.where(m.line_side == Side.RIGHT, 1, -1)
+    end = _visible_depth(m, depth, top_x, side)
     hook_x = top_x + side * _aside(m, end)
-    band = div(end, 7)
-    bottom = np.array((81, 80)) + APART * band + 2 * (end - 7 * band)
-    bottom = bottom + jnp.where((hook_x < BRIGHT) | (end < depth), 1, 0)
+    band = div(end, FISH_STEPS)
+    bottom = np.array((81, 80)) + ROWS_APART * band + 2 * (end - FISH_STEPS * band)
+    bottom = bottom + when((hook_x < LATE_END) | (end < depth), 1)
     left, width = jnp.minimum(top_x, hook_x), jnp.abs(hook_x - top_x) + 1
     towards = SOUTH - 2 * jnp.sign(hook_x - top_x)
     return box(left, LINE_TOP, width, bottom - LINE_TOP, orientation=towards)
 
 
+def _visible_depth(m: Ram, depth: jax.Array, top_x: jax.Array, side: jax.Array) -> jax.Array:
+    """The depth to which the lines show."""
+    x = top_x + side * _aside(m, depth)
+    bar = jnp.where(side > 0, (x & ~3) - top_x, top_x - (x | 3))  # columns to its near edge
+    beside = lax.div(256 * bar - 1, jnp.maximum(m.line_slope, 1)) - STEPS_ABOVE
+    return jnp.where(_behind_bar(x), jnp.clip(beside, 0, depth), depth)
+
+
 def _aside(m: Ram, depth: jax.Array) -> jax.Array:
     """Columns from the upper ends of the lines to where they are at depths."""
-    return (ABOVE + depth) * m.line_slope >> 8
+    return (STEPS_ABOVE + depth) * m.line_slope >> 8
 
 
 def _behind_bar(x: jax.Array) -> jax.Array:
@@ -253,15 +270,7 @@ def _score(m: Ram, player: int) -> Box:
     """A score, which may count up after it is drawn."""
     counts = (m.clock & 3) == player
     shown = m.score[player] - jnp.where(counts & (m.caught[player] > 0) & (m.over == 0), 1, 0)
-    right = SCORE_LEFTS[player][-1] + 8
-    return score_box(
-        FONT, jnp.maximum(shown, 0), right=right, top=SCORE_TOP, digits=2, value=m.score[player]
-    )
-
-
-def _number(player: int) -> Bounds:
-    left, right = SCORE_LEFTS[player]
-    return Bounds(RED, (left, 8, right + 8, 16), value=Digits(FONT, (left, right), SCORE_TOP))
+    return SCORES[player].box(jnp.maximum(shown, 0), value=m.score[player])
 
 
 facing = functools.partial(Category, attributes=("orientation",))
@@ -272,8 +281,8 @@ SHALLOWS = (20, 80, 140, 93)
 SHARKS = Blobs(
     BLACK, SHALLOWS, Shape(w=(4, 40), h=(5, 13)), gap=(4, 2), filters=(NoLines(2),), ignore=BARS
 )
-LEFT_LINE = Bounds((GREEN, YELLOW), LINES, ignore=(*PIERS, *BARS), exclude=("Fish",))
-RIGHT_LINE = Bounds(BLACK, LINES, ignore=(*PIERS, *BARS), exclude=("Shark",))
+LEFT_LINE = Bounds((GREEN, YELLOW), LINE_AREA, ignore=(*PIERS, *BARS), exclude=("Fish",))
+RIGHT_LINE = Bounds(BLACK, LINE_AREA, ignore=(*PIERS, *BARS), exclude=("Shark",))
 
 GAME = Game(
     name="FishingDerby",
@@ -287,7 +296,7 @@ GAME = Game(
         facing("PlayerTwoHook", RIGHT_LINE, doc="the right line, from pole to hook"),
         Category("PlayerOnePole", Bounds(BLACK, POLES[0]), doc="the left pole"),
         Category("PlayerTwoPole", Bounds(BLACK, POLES[1]), doc="the right pole"),
-        display("ScorePlayerOne", _number(0), doc="points of the left angler"),
-        display("ScorePlayerTwo", _number(1), doc="points of the right angler"),
+        display("ScorePlayerOne", SCORES[0].rule(RED), doc="points of the left angler"),
+        display("ScorePlayerTwo", SCORES[1].rule(RED), doc="points of the right angler"),
     ),
 )
