@@ -1,21 +1,24 @@
 """Pac-Man: a maze of wafers, four power pills, four ghosts and the vitamin.
 
-Score and lives stand below. The walls, all other pixels in the wafers' colour, are scenery. The
-ghosts take turns, each is drawn on every fourth frame; of the power pills the left and the right
-ones are drawn for eight frames each. Who is in the tunnel between top and bottom is not valid
-while nothing of him shows.
+Screen: score and lives stand below. The walls, all other pixels in the wafers' colour, are scenery.
+The ghosts take turns, each is drawn on every fourth frame; of the power pills the left and the
+right ones are drawn for eight frames each. Who is in the tunnel between top and bottom is not valid
+while nothing of him shows. On the frame on which a life begins, the screen still shows how the last
+one ended; nobody is valid.
 
-RAM: OCAtari and ALE's source (score, lives), J. Mathes' disassembly of a hack (names of bytes), and
-the ROM's code: f0f4-f37a draws, f930-f983 moves the ghost whose turn it is before that, f621-f7bd
-moves Pac-Man after it. The remainders of his place by the maze's grid are from before the move, so
-that `decode` takes the move back. A wafer's bit is at the place that the ROM's own tables tell.
-
-On the frame on which a life begins, the screen still shows how the last one ended; nobody is valid.
+RAM: the ROM is made for PAL consoles. OCAtari and ALE's source (score, lives), J. Mathes'
+disassembly of a hack (names of bytes), and the ROM's code: f0f4-f37a draws, f930-f983 moves the
+ghost whose turn it is before that, f621-f7bd moves Pac-Man after it. The remainders of his place by
+the maze's grid are from before the move, so that `decode` takes the move back. A wafer's bit is at
+the place that the ROM's own tables tell.
 
 Covered: modes 0 to 7, both difficulties, scared ghosts, eyes, tunnel, deaths, cleared mazes, game
-over. Not exact: Pac-Man's width while only some rows of him are in the tunnel, and on the frame on
-which he turns around; what was eaten on this very frame; for VEM a ghost that touches a power pill,
-and whoever is behind a ghost. The ROM is made for PAL consoles.
+over.
+
+Not exact: Pac-Man's width while only some rows of him are in the tunnel, and on the frame on which
+he turns around; what was eaten on this very frame.
+
+VEM: it is wrong about a ghost that touches a power pill, and about whoever is behind a ghost.
 """
 
 import functools
@@ -24,12 +27,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import mod, pick
+from ocjax.console.ops import match, mod, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge
+from ocjax.vision.displays import IconRow, NumberDisplay
+from ocjax.vision.rules import Blobs, Bounds, Cells
 from ocjax.vision.shapes import Shape
 
 ROM = Rom("pacman", "fc2233fc116faef0d3c31541717ca2db")
@@ -37,7 +40,7 @@ FONT = ROM.font([0xE00 + int(low) for low in ROM.bytes(0xEF9, 10)], rows=7)
 BITS = tuple(int(mask) for mask in ROM.bytes(0xE6D, 8))
 
 
-def _wafers() -> dict[tuple[int, int], tuple[int, int]]:
+def _wafer_places() -> dict[tuple[int, int], tuple[int, int]]:
     """Left and top of every wafer, by its byte and the mask of its bit."""
     places = {}
     for row in range(8):
@@ -50,40 +53,46 @@ def _wafers() -> dict[tuple[int, int], tuple[int, int]]:
     return places
 
 
-WAFERS = {bit: xy for bit, xy in sorted(_wafers().items()) if bit not in ((2, 1), (6, 128))}
-"""All but two bits, which are never set: their places belong to the pen."""
+NEVER_SET = ((2, 1), (6, 128))  # their places belong to the pen
+WAFERS = {bit: xy for bit, xy in sorted(_wafer_places().items()) if bit not in NEVER_SET}
 WAFER_BYTE, WAFER_MASK = (tuple(bit[i] for bit in WAFERS) for i in (0, 1))
 WAFER_X, WAFER_Y = (tuple(xy[i] for xy in WAFERS.values()) for i in (0, 1))
 
 # The mouth's four phases, then how Pac-Man dies, the last picture first.
 LOOK_LOWS = (*ROM.bytes(0xDC5, 4), *ROM.bytes(0xDFD, 16))
 LOOKS = ROM.pictures([0xD00 + int(low) for low in LOOK_LOWS], 7)
-DYING = 4
+FIRST_DYING = 4  # index of the pictures of how he dies
+
+
+class State:  # bits of `Ram.state`
+    MOVES = 16  # in the tunnel
+    TUNNEL = 32  # between top and bottom
+
+
+UP = 3  # way, of the highest bits of `Ram.state`
+COMPASS = (4, 12, 8, 0)  # of the ways: right, left, down and up
 
 PATH_ROWS = 11  # steps from one row of the maze to the next
-TUNNEL = 0x20  # bits of `state`: between top and bottom
-GOES = 0x10  # and moving there
-# ways, right, left, down and up, as compass points
-UP = 3
-FACING = (4, 12, 8, 0)
 TUNNEL_END = 98  # `y` below the maze
-ENTRY = 11  # above it
-ALL_ROWS = 6  # and with all rows
+ENTRY = 11  # `y` above it
+ALL_ROWS = 6  # least `y` in the tunnel at which all rows show
 MAZE_TOP = 9  # steps to the first row that shows
 START_TIME = 60  # `time` at a new start
-EATEN = 0xBA  # `ate` on the frame of it
+EATEN = 186  # `ate` on the frame of it
+STANDS = 128  # least `ate` while all stand still after a ghost was eaten
 POWER_X = (6, 6, 150, 150)
 POWER_Y = (39, 171, 39, 171)
 POWER_BITS = (32, 16, 8, 4)
 GHOST = 110
 SCARED = 222
-CALMING = 218
+CALMING = 218  # scared for a moment only
 YELLOW = 46
 WAFER = 42
 GREEN = 86
 BLACK = 0
 FIELD = (0, 19, 160, 199)
-SCORE_LEFTS = range(63, 103, 8)
+SCORE = NumberDisplay(FONT, right=103, top=207, digits=5)
+LIVES = IconRow(8, 217, width=4, height=6, pitch=8)
 
 
 class Ram(RamMap):
@@ -114,8 +123,7 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     there = (m.wafers[np.array(WAFER_BYTE)] & np.array(WAFER_MASK)) > 0
-    mood = jnp.where(m.scared == 1, 2 - m.fright, 0)
-    color = pick(mood, (GHOST, SCARED, CALMING))
+    color = match((m.scared == 0, GHOST), (m.fright == 1, SCARED), otherwise=CALMING)
     power = (m.power & np.array(POWER_BITS)) > 0
     shown = mod(m.score, 100_000)  # the display has five digits, the counter six
     return {
@@ -124,50 +132,57 @@ def decode(m: Ram) -> dict[str, Box]:
         "PowerPill": box(np.array(POWER_X), np.array(POWER_Y), 4, 10, power, color=color),
         "Pill": box(np.array(WAFER_X), np.array(WAFER_Y), 4, 2, there),
         "Vitamin": box(76, 115, 8, 11, m.vitamin == 1),
-        "Score": score_box(FONT, shown, right=103, top=207, digits=5, value=m.score),
-        "Life": box(8, 217, 8 * m.icons - 4, 6, m.icons > 0, value=m.icons + 1),
+        "Score": SCORE.box(shown, value=m.score),
+        "Life": LIVES.box(m.icons, value=m.icons + 1),
     }
 
 
 def _starts(m: Ram) -> jax.Array:
     """Whether all have just been put at the start of a life, which does not show yet."""
-    return (m.time == START_TIME) & (m.ready == 1) & (m.dying == 0) & (m.frame & 1 == 0)
+    return (m.time == START_TIME) & (m.ready == 1) & (m.dying == 0) & ((m.frame & 1) == 0)
 
 
 def _rows(y: jax.Array, state: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
     """The step that a picture begins at, how many of seven rows are hidden, whether any show."""
-    tunnel, up = (state & TUNNEL) > 0, (state >> 6) == UP
-    shows = ~tunnel | ((state & GOES) > 0) & ((y > 0) | up) & (y != TUNNEL_END)
+    in_tunnel, up = (state & State.TUNNEL) > 0, (state >> 6) == UP
+    shows = ~in_tunnel | ((state & State.MOVES) > 0) & ((y > 0) | up) & (y != TUNNEL_END)
     inside = jnp.where(up & (y == ENTRY), ENTRY + 1, jnp.maximum(y, MAZE_TOP))
-    cut = tunnel & (y < ALL_ROWS)
-    return jnp.where(tunnel, inside, y + 12), jnp.where(cut, ALL_ROWS - y, 0), shows
+    cut = in_tunnel & (y < ALL_ROWS)
+    return jnp.where(in_tunnel, inside, y + 12), jnp.where(cut, ALL_ROWS - y, 0), shows
 
 
 def _player(m: Ram) -> Box:
+    x, y = _player_before(m)
+    first, cut, shows = _rows(y, m.state)
+    dies = FIRST_DYING + ((m.time + (m.frame - 1 & 1)) >> 2 & 15)
+    look = jnp.where(m.dying == 1, dies, (m.frame - 2) >> 3 & 3)
+    left, top, width, height = LOOKS.extent(look)
+    mirrored = (m.mirrored == 1) & (m.ate < STANDS) & (m.dying == 0)
+    x = x + jnp.where(mirrored, 8 - left - width, left)
+    rows = jnp.minimum(height, 7 - cut - top)
+    compass = pick(m.state >> 6, COMPASS)
+    y = 2 * (first + top) + 2
+    there = shows & ~_starts(m)
+    return box(x, y, width, 2 * rows, there, orientation=compass).clip(*FIELD)
+
+
+def _player_before(m: Ram) -> tuple[jax.Array, jax.Array]:
+    """Pac-Man's `x` and `y` before the move that follows the drawing."""
     dx = ((m.x - m.column_part + 1) & 3) - 1
     before = jnp.where(m.row_part > 127, m.row_part - 245, m.row_part)  # modulo a row
     dy = mod(m.y - before + 5 + PATH_ROWS, PATH_ROWS) - 5
-    still = (m.game_over > 0) | ((m.state & TUNNEL) > 0)
+    still = (m.game_over > 0) | ((m.state & State.TUNNEL) > 0)
     x = jnp.where(still | (dx > 1), m.x, m.x - dx)
     y = jnp.where(still | (jnp.abs(dy) > 1), m.y, m.y - dy)
-    first, cut, shows = _rows(y, m.state)
-    dies = DYING + ((m.time + (m.frame - 1 & 1)) >> 2 & 15)
-    left, top, width, height = LOOKS.extent(jnp.where(m.dying == 1, dies, (m.frame - 2) >> 3 & 3))
-    mirrored = (m.mirrored == 1) & (m.ate < 128) & (m.dying == 0)
-    x = x + jnp.where(mirrored, 8 - left - width, left)
-    rows = jnp.minimum(height, 7 - cut - top)
-    facing = pick(m.state >> 6, FACING)
-    y = 2 * (first + top) + 2
-    there = shows & ~_starts(m)
-    return box(x, y, width, 2 * rows, there, orientation=facing).clip(*FIELD)
+    return x, y
 
 
 def _ghosts(m: Ram, color: jax.Array) -> Box:
     first, cut, shows = _rows(m.ghost_y, m.ghost_state)
     eaten_now = (m.ate == EATEN) & ((m.frame - 1 & 3) == np.arange(4))
     eyes = (m.eyes == 1) & ~eaten_now
-    y = 2 * first + 1 + jnp.where(eyes, 2, 0)
-    height = jnp.where(eyes, 6, jnp.where(cut > 0, 14 - 2 * cut, 16))
+    y = 2 * first + 1 + when(eyes, 2)
+    height = match((eyes, 6), (cut > 0, 14 - 2 * cut), otherwise=16)
     return box(m.ghost_x, y, 8, height, shows & ~_starts(m), color=color).clip(*FIELD)
 
 
@@ -177,8 +192,6 @@ GHOST_RULE = Blobs(GHOST_COLORS, FIELD, Shape(w=8, h=(5, 16)), gap=(2, 0))
 POWER_RULE = Cells(GHOST_COLORS, POWER_X, POWER_Y, 4, 10, margin=(1, 1))
 PILL_RULE = Cells(WAFER, WAFER_X, WAFER_Y, 4, 2, whole=False)
 VITAMIN_RULE = Bounds(WAFER, (76, 115, 84, 126), min_size=(8, 11))
-POINTS = Bounds(BLACK, (63, 207, 103, 214), value=Digits(FONT, SCORE_LEFTS, 207))
-LIVES = Bounds(GREEN, (0, 217, 80, 223), value=Gauge(8, -4, 1))
 
 facing = functools.partial(Category, attributes=("orientation",))
 
@@ -195,7 +208,9 @@ GAME = Game(
         Category("PowerPill", POWER_RULE, count=4, blinks=True, doc="two left, two right"),
         Category("Pill", PILL_RULE, count=len(WAFER_X), doc="the maze's wafers"),
         Category("Vitamin", VITAMIN_RULE, doc="below the pen"),
-        display("Score", POINTS, doc="points; the last five digits show"),
-        display("Life", LIVES, doc="all icons; value: lives"),
+        display("Score", SCORE.rule(BLACK), doc="points; the last five digits show"),
+        display(
+            "Life", LIVES.rule(GREEN, (0, 217, 80, 223), single=2), doc="all icons; value: lives"
+        ),
     ),
 )
