@@ -1,7 +1,8 @@
 """Bowling: a bowler, the ball and ten pins on an alley.
 
-The score, the round and the number of the player whose turn it is stand above. The two lines of the
-alley and the marks of the score sheet (one for each round, below the score) are scenery.
+Screen: the score, the round and the number of the player whose turn it is stand above. The two
+lines of the alley and the marks of the score sheet (one for each round, below the score) are
+scenery.
 
 RAM: ALE's source (score, round), OCAtari 2.2 and AtariARI (positions), and the ROM's code for the
 order of a frame. The stage of a throw changes before a frame is drawn, but the bowler's picture and
@@ -10,23 +11,26 @@ two frames of five), and a pin that the ball hits pushes the ball aside. `decode
 back.
 
 Covered: modes 0, 2 and 4 (ALE offers none for two players), both difficulties, whole games, strikes
-(the bowler jumps, he and the score flash), the end of the game. Not in the RAM, each for a single
-frame: that a throw has just begun (the bowler moves 4 pixels), the end of a throw (drawn while all
-is already set up for the next one), where a pin was that has just left the alley. The last frame of
-a game is such an end of a throw: the ROM has put all ten pins back (at address F334), so those that
-lie are reported too, unless the last round's mark says that all ten fell. In mode 2, the console
-crashes at the end of a third of the games and leaves no game state in the RAM.
+(the bowler jumps, he and the score flash), the end of the game. In mode 2, the console crashes at
+the end of a third of the games and leaves no game state in the RAM.
+
+Not exact: the RAM does not tell, each for a single frame, that a throw has just begun (the bowler
+moves 4 pixels), the end of a throw (drawn while all is already set up for the next one), where a
+pin was that has just left the alley. The last frame of a game is such an end of a throw: the ROM
+has put all ten pins back (at address F334), so those that lie are reported too, unless the last
+round's mark says that all ten fell.
 """
 
 import jax
 import jax.numpy as jnp
 from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, Font, score_box
-from ocjax.console.ops import among, pick
+from ocjax.console.fonts import Digits, Font
+from ocjax.console.ops import among, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte, high, low
 from ocjax.console.registers import signed_nibble
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.rules import Blobs, Bounds
 from ocjax.vision.shades import Saver
 from ocjax.vision.shapes import Shape
@@ -39,48 +43,48 @@ def _font(dot_height: int) -> Font:
     return ROM.font(0x734, rows=5, dots=3, shift=1, dot=dot, pitch=16, top_first=True)
 
 
-# the same digits at two heights
-SCORE_FONT = _font(3)
-ROUND_FONT = _font(2)
-# left columns
-SCORE_DIGITS = (16, 32, 48)
-ROUND_DIGITS = (16, 32)
-NUMBER_DIGITS = (112,)
-SCORE_TOP = 19
-ROUND_TOP = 7
+SCORE_FONT = _font(3)  # rows of the screen for a row of the picture
+ROUND_FONT = _font(2)  # the same digits, less high
+SCORE = NumberDisplay(SCORE_FONT, right=60, top=19, digits=3)
+ROUND = NumberDisplay(ROUND_FONT, right=44, top=7, digits=2)
+TURN = NumberDisplay(ROUND_FONT, right=124, top=7, digits=1)
+
+
+class Stage:  # of `Ram.stage`
+    SWINGS = range(2, 5)  # after the first swing
+    ROLLING = 5
+
 
 STANDING = 0xB8  # `picture` of the bowler who stands, 6 columns wide; the others have 8
-# `stage` of a throw after the first swing
-SWINGS = range(2, 5)
-ROLLING = 5
 PIN_HIT = 8  # `sound`
+GONE = 128  # least `pin_x` of a pin that has left the alley
 MOVING = range(1, 128)  # `pin_speed`
 # How far above the ball, in pairs of rows, a pin is that pushes it up or down.
 PUSHES_UP = range(-2, 1)
 PUSHES_DOWN = range(3, 6)
 LAST_ROUND = 10
-SPARE = 0x40  # `mark`, or more, after a spare or a strike
-# of the bowler and the ball at the end of the last throw
-LAST_X = 32
-LAST_BALL = (12, 161)
+SPARE = 64  # `mark`, or more, after a spare or a strike
+# As drawn at the end of the last throw.
+LAST_BOWLER_X = 32
+LAST_BALL_X = 12
+LAST_BALL_Y = 161
 
 BROWN = 38
 BLUE = 132
 BOWLER_RGB = (84, 92, 214)
 ALLEY = (8, 72, 160, 172)
 UPPER_LINE = (0, 102, 160, 104)
+SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
 
 
 class Ram(RamMap):
-    saver_clock = byte(31)  # the screen saver's key, once it is shown
-    saver_key = byte(88)
-    saver_mask = byte(87)  # what colours are masked with: 0xFF in play
     frame = bits(0, count=4)  # counts frames; a stage of a throw begins at 0
     stage = byte(13)  # 0 aiming, 1-4 swinging, 5 the ball rolls, 6 it comes back
     player_number = byte(15)  # whose turn it is, from 0
     mark = byte(27)  # of the last round: a spare or a strike
     player_x = byte(29)  # x - 8
     ball_x = byte(30)  # x - 7
+    saver_clock = byte(31)  # the screen saver's key, once it is shown
     tens = high(33)  # of the score
     ones = low(33)  # of the score
     round = bcd(36)
@@ -91,20 +95,22 @@ class Ram(RamMap):
     picture = byte(42)  # of the bowler, low byte of its address
     pin_clock = byte(46)  # the pin that moves next, counting down
     pin_y = byte(*range(47, 57))  # (169 - y) / 2
-    pin_x = byte(*range(57, 67))  # (135 - x) / 2; 128 or more: gone
+    pin_x = byte(*range(57, 67))  # (135 - x) / 2
     pin_speed = byte(*range(67, 77))  # high nibble: to the right; low nibble: upwards, signed
+    saver_mask = byte(87)  # what colours are masked with: 0xFF in play
+    saver_key = byte(88)
 
 
 def decode(m: Ram) -> dict[str, Box]:
     pin_x, pin_y = _pin_places(m)
-    stands = (m.pin_x < 128) & ~(_is_over(m) & (m.mark >= SPARE))
+    stands = (m.pin_x < GONE) & ~(_is_over(m) & (m.mark >= SPARE))
     return {
         "Player": _bowler(m),
         "Ball": _ball(m, pin_x, pin_y),
         "Pin": box(135 - 2 * pin_x, 169 - 2 * pin_y, 2, 4, stands),
         "PlayerScore": _score(m),
         "PlayerRound": _round(m),
-        "Player2Round": _player_number(m),
+        "Player2Round": TURN.box(m.player_number + 1),
     }
 
 
@@ -115,7 +121,7 @@ def _is_over(m: Ram) -> jax.Array:
 
 def _stage_began(m: Ram) -> jax.Array:
     """Whether a stage has just begun: bowler and ball are still drawn in the one before."""
-    return among(m.stage, SWINGS) & (m.frame == 0)
+    return among(m.stage, Stage.SWINGS) & (m.frame == 0)
 
 
 def _bowler_x(m: Ram) -> jax.Array:
@@ -125,31 +131,30 @@ def _bowler_x(m: Ram) -> jax.Array:
 
 def _bowler(m: Ram) -> Box:
     stands = (m.picture == STANDING) & ~_stage_began(m) & ~_is_over(m)
-    x = jnp.where(_is_over(m), LAST_X, _bowler_x(m) + jnp.where(stands, 10, 8))
+    x = jnp.where(_is_over(m), LAST_BOWLER_X, _bowler_x(m) + jnp.where(stands, 10, 8))
     return box(x, 141 - 2 * m.player_y, jnp.where(stands, 6, 8), 32)
 
 
 def _ball(m: Ram, pin_x: jax.Array, pin_y: jax.Array) -> Box:
     began = _stage_began(m)  # the bowler still holds it in front, or later behind him
-    in_front = m.stage == SWINGS.start
+    in_front = m.stage == Stage.SWINGS.start
     x = jnp.where(began, _bowler_x(m) + jnp.where(in_front, 8, -2), m.ball_x)
     y = jnp.where(began, m.player_y + jnp.where(in_front, 7, 2), m.ball_y)
     y = y - _pushed_up(m, pin_x, pin_y)
-    x, y = (
-        jnp.where(_is_over(m), a, b) for a, b in zip(LAST_BALL, (x + 7, 163 - 2 * y), strict=True)
-    )
+    over = _is_over(m)
+    x, y = jnp.where(over, LAST_BALL_X, x + 7), jnp.where(over, LAST_BALL_Y, 163 - 2 * y)
     return box(x, y, 4, 10)
 
 
 def _pushed_up(m: Ram, pin_x: jax.Array, pin_y: jax.Array) -> jax.Array:
     """How many pairs of rows pins have pushed the ball up after it was drawn: 1, 0 or -1."""
     column = (m.ball_x - 112) >> 1 ^ 7  # of the ball, counted as `pin_x`
-    hit = (m.stage == ROLLING) & (m.sound == PIN_HIT)
+    hit = (m.stage == Stage.ROLLING) & (m.sound == PIN_HIT)
     touch = hit & _moves(m) & ((pin_x == column) | (pin_x == column - 1))
     above = pin_y - m.ball_y
     up = jnp.any(touch & among(above, PUSHES_UP))
     down = jnp.any(touch & among(above, PUSHES_DOWN))
-    return jnp.where(up, 1, 0) - jnp.where(down, 1, 0)
+    return when(up, 1) - when(down, 1)
 
 
 def _moves(m: Ram) -> jax.Array:
@@ -161,42 +166,35 @@ def _pin_places(m: Ram) -> tuple[jax.Array, jax.Array]:
     ahead = jnp.arange(10) - m.pin_clock
     moved = _moves(m) & (among(ahead, range(1, 5)) | (ahead < -5))  # the clock goes round
     right, up = m.pin_speed >> 4, signed_nibble(m.pin_speed & 15)
-    return m.pin_x + jnp.where(moved, right, 0), m.pin_y - jnp.where(moved, up, 0)
+    return m.pin_x + when(moved, right), m.pin_y - when(moved, up)
 
 
 def _score(m: Ram) -> Box:
     """The score, of two digits at least."""
     three = m.hundreds > 0
     first = jnp.where(three, m.hundreds, m.tens)
-    cell = jnp.where(three, SCORE_DIGITS[0], SCORE_DIGITS[1])
+    cell = jnp.where(three, SCORE.lefts[0], SCORE.lefts[1])
     left = cell + pick(first, SCORE_FONT.left.tolist())
     value = 100 * m.hundreds + 10 * m.tens + m.ones
-    return box(left, SCORE_TOP, 60 - left, SCORE_FONT.height, value=value)
+    return box(left, SCORE.top, SCORE.right - left, SCORE_FONT.height, value=value)
 
 
 def _round(m: Ram) -> Box:
-    last = jnp.minimum(m.round, LAST_ROUND)
-    return score_box(ROUND_FONT, last, right=44, top=ROUND_TOP, digits=2, value=last)
-
-
-def _player_number(m: Ram) -> Box:
-    number = m.player_number + 1
-    return score_box(ROUND_FONT, number, right=124, top=ROUND_TOP, digits=1, value=number)
+    """The round, which is the last one also after the game."""
+    return ROUND.box(jnp.minimum(m.round, LAST_ROUND))
 
 
 LAST_MARK = (16, 72, 28, 76)  # of the score sheet
-BOWLER = Bounds((BROWN, BLUE), (8, 72, 48, 172), inverse=True, ignore=(LAST_MARK,))
-BALL = Bounds(BLUE, ALLEY, min_size=(4, 4), ignore=(UPPER_LINE,), exclude=("Pin",))
+BOWLER_RULE = Bounds((BROWN, BLUE), (8, 72, 48, 172), inverse=True, ignore=(LAST_MARK,))
+BALL_RULE = Bounds(BLUE, ALLEY, min_size=(4, 4), ignore=(UPPER_LINE,), exclude=("Pin",))
 PINS = Blobs(BLUE, (100, 104, 160, 172), Shape(w=(1, 2), h=(1, 4)))
-SCORE = Bounds(
-    BROWN, (16, 19, 60, 34), inverse=True, value=Digits(SCORE_FONT, SCORE_DIGITS, SCORE_TOP)
-)
-ROUND = Bounds(BLUE, (16, 7, 44, 17), value=Digits(ROUND_FONT, ROUND_DIGITS, ROUND_TOP))
-NUMBER = Bounds(BLUE, (112, 7, 124, 17), value=Digits(ROUND_FONT, NUMBER_DIGITS, ROUND_TOP))
+POINTS = Bounds(BROWN, SCORE.area, inverse=True, value=Digits(SCORE_FONT, SCORE.lefts, SCORE.top))
 
 
 def _saver_key(m: Ram) -> jax.Array:
-    return jnp.where((m.saver_mask == 0xF7) & (m.saver_clock == m.saver_key), m.saver_key, -1)
+    """What colours are XORed with, or -1 in play."""
+    shown = (m.saver_mask == SAVER_MASK) & (m.saver_clock == m.saver_key)
+    return jnp.where(shown, m.saver_key, -1)
 
 
 GAME = Game(
@@ -204,13 +202,13 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
-    saver=Saver(_saver_key, (158, 208), 38, mask=0xF7),
+    saver=Saver(_saver_key, (158, 208), 38, mask=SAVER_MASK),
     categories=(
-        Category("Player", BOWLER, rgb=BOWLER_RGB, doc="the bowler"),
-        Category("Ball", BALL, doc="the ball"),
+        Category("Player", BOWLER_RULE, rgb=BOWLER_RGB, doc="the bowler"),
+        Category("Ball", BALL_RULE, doc="the ball"),
         Category("Pin", PINS, count=10, doc="pins that stand or fall"),
-        display("PlayerScore", SCORE, rgb=BOWLER_RGB, doc="points"),
-        display("PlayerRound", ROUND, doc="the round, 1-10"),
-        display("Player2Round", NUMBER, doc="whose turn it is"),
+        display("PlayerScore", POINTS, rgb=BOWLER_RGB, doc="points"),
+        display("PlayerRound", ROUND.rule(BLUE), doc="the round, 1-10"),
+        display("Player2Round", TURN.rule(BLUE), doc="whose turn it is"),
     ),
 )
