@@ -1,31 +1,36 @@
 """Amidar: the player paints a maze of lines and ladders; up to six warriors or pigs walk in it.
 
-The game keeps its records of seven figures sorted from top to bottom. Slots follow what a figure
-takes along when it passes another: its rank. Two figures of rank 2 have nothing else, and so change
-their slots when they pass each other. In odd levels the player is a gorilla among warriors, in even
-ones a roller among pigs. A jump turns the others into shadows, the last corner turns them into
-chickens, and whoever is caught becomes a shadow. Shadows are black: their boxes are what is missing
-of the maze, and nothing shows of one on the last line, below which it walks. The maze, painted or
-not, is scenery.
+Screen: in odd levels the player is a gorilla among warriors, in even ones a roller among pigs. A
+jump turns the others into shadows, the last corner turns them into chickens, and whoever is caught
+becomes a shadow. Shadows are black: their boxes are what is missing of the maze, and nothing shows
+of one on the last line, below which it walks. The maze, painted or not, is scenery.
 
 Two sprites draw all figures. Where more than two are within 18 rows, the player goes before the
-others, and each of them goes first on one of four frames. So 2 % of the figures that exist (4 to
-6 % of shadows and chickens) are drawn neither on a frame nor on the one before: in play, whoever
-sees all that the ROM draws finds 98 % of REM's boxes, or 96 to 97 % if the invisible shadows on the
-last line count.
+others, and each of them goes first on one of four frames. So 2 % of the figures that exist (4 to 6
+% of shadows and chickens) are drawn neither on a frame nor on the one before: in play, whoever sees
+all that the ROM draws finds 98 % of REM's boxes, or 96 to 97 % if the invisible shadows on the last
+line count.
+
+Slots: the game keeps its records of seven figures sorted from top to bottom. Slots follow what a
+figure takes along when it passes another: its rank. Two figures of rank 2 have nothing else, and so
+change their slots when they pass each other.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (records, kinds), and the ROM's code. Figures move
 after the frame is drawn, the player and the others in turn as byte 92 counts, so `decode` takes
 that step back, and the turn at a crossing. Which sprite draws a shadow, and so its height, follows
-from how the ROM shares them out. Not in RAM: whether a player that did not go on turned round or
-rested (every other step), and where the figures were on the frame on which a life or level ends:
-all records have been set anew for the next frame, so none is valid. After a reset two frames are
-blank; on the next one, only that figure of the three on the top line shows whose turn it is.
+from how the ROM shares them out.
 
 Covered: eight levels at both difficulties (ended by editing what is painted), jumps, chickens,
 deaths, the game's end. The `value` of Life is what the emulator says, the low half of byte 86: 11
-for three lives in the first level at difficulty 0, 3 at difficulty 3. VEM reads 9 to 11; it detects
-figures of a kind that overlap slantwise as more than they are.
+for three lives in the first level at difficulty 0, 3 at difficulty 3.
+
+Not exact: the RAM does not tell whether a player that did not go on turned round or rested (every
+other step), and where the figures were on the frame on which a life or level ends: all records have
+been set anew for the next frame, so none is valid. After a reset two frames are blank; on the next
+one, only that figure of the three on the top line shows whose turn it is.
+
+VEM: it reads 9 to 11 lives; it detects figures of a kind that overlap slantwise as more than they
+are.
 """
 
 import functools
@@ -36,7 +41,7 @@ import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
 from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import div, mod, pick
+from ocjax.console.ops import among, div, match, mod, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
@@ -47,22 +52,28 @@ ROM = Rom("amidar", "acb7750b4d0c4bd34969802a7deb2990")
 FONT = ROM.font(0xA13, rows=7, stride=8, dots=7)
 SPEEDS = ROM.bytes(0xA0B, 8).tolist()  # by level, how often of 256 the others take a third step
 
-# kinds of figures
-WARRIOR = 2
-PIG = 3
-SHADOW = 6
-CHICKEN = 7
-SHADOW_DRAWN = 16 * SHADOW + 7  # `drawn` of it, on both lines and ladders
+
+class Kind:  # of `Ram.kind`
+    WARRIOR = 2
+    PIG = 3
+    SHADOW = 6
+    CHICKEN = 7
+
+
+SHADOW_DRAWN = 16 * Kind.SHADOW + 7  # `drawn` of it, on both lines and ladders
 NO_FIGURE = 255  # `y`
 UNSORTED = 2  # `player` on the frame on which all records have been set anew
 LONGEST_WAIT = 255
 TWINS = 2  # `rank` of two figures neither of which is the player or the tracer
 OTHERS_FIRST = 5  # `turn` on which the others perhaps take a third step; even ones are theirs too
-# `called`
-WALKED_ON = 0x29
-WALKED_BETWEEN = 0x21
-WALKED_BY_STICK = 0x09
-STICK_AT_REST = 0x90
+STICK_AT_REST = 144  # `stick`
+
+
+class Called:  # of `Ram.called`
+    WALK_BY_STICK = 9
+    WALK_BETWEEN = 33  # crossings
+    WALK_ON = 41
+
 
 SIX_DIGITS = 100_000  # least score with which the display begins a row earlier
 
@@ -72,11 +83,12 @@ RED = 72
 BLACK = 0
 MAZE = (12, 12, 150, 172)
 START = (139, 89)  # where lives begin
-# as `x` and `y` count
-LEFT_SIDE = 6
+LEFT_SIDE = 6  # `x`
 RIGHT_SIDE = 130
-TOP_LINE = 7
+TOP_LINE = 7  # `y`
 BOTTOM_LINE = 153
+LAST_LINE_Y = 160  # the same on the screen
+HIGHEST_RANK = 3  # of a figure that is drawn before the others on this frame
 SPRITE_REACH = 18  # rows from one figure to the next that the same sprite can draw
 LADDERS = (  # left columns of the ladders between two lines, by band from the top
     (16, 40, 56, 72, 84, 100, 116, 140),
@@ -144,22 +156,25 @@ def decode(m: Ram) -> dict[str, Box]:
     blank = begins & (m.wait == LONGEST_WAIT) | (m.y[0] == 0)
     own = (np.arange(7) == m.player) & (m.y != NO_FIGURE)
     x, y = _drawn_places(m, own)
-    others, kind = _by_figure(m, own, _others(m, x, y, own))
-    others = others.where(~begins)
-    icons = m.icons + jnp.where(begins, 1, 0)  # as drawn
+    figures, kind = _by_figure(m, own, _others(m, x, y, own))
+    figures = figures.where(~begins)
     shown = m.score - m.gained
-    up = jnp.where(shown >= SIX_DIGITS, 1, 0)
-    there = (icons > 0) & (m.over == 0)
+    up = when(shown >= SIX_DIGITS, 1)
     boxes = {
         "Player": _player(m, x, y, own).where(~begins),
-        "Warrior": others.where(kind == WARRIOR),
-        "Pig": others.where(kind == PIG),
-        "Shadow": others.where(kind == SHADOW),
-        "Chicken": others.where(kind == CHICKEN),
+        "Warrior": figures.where(kind == Kind.WARRIOR),
+        "Pig": figures.where(kind == Kind.PIG),
+        "Shadow": figures.where(kind == Kind.SHADOW),
+        "Chicken": figures.where(kind == Kind.CHICKEN),
         "Score": score_box(FONT, shown, right=104, top=176 - up, digits=6, value=m.score),
-        "Life": box(164 - 16 * icons, 175 - up, 16 * icons - 15, 8, there, value=m.lives),
+        "Life": _lives(m, m.icons + when(begins, 1), up),
     }
     return {name: each.where(~blank) for name, each in boxes.items()}
+
+
+def _lives(m: Ram, icons: jax.Array, up: jax.Array) -> Box:
+    there = (icons > 0) & (m.over == 0)
+    return box(164 - 16 * icons, 175 - up, 16 * icons - 15, 8, there, value=m.lives)
 
 
 def _others(m: Ram, x: jax.Array, y: jax.Array, own: jax.Array) -> jax.Array:
@@ -167,7 +182,7 @@ def _others(m: Ram, x: jax.Array, y: jax.Array, own: jax.Array) -> jax.Array:
     late = (m.frames == 1) & (m.wait == LONGEST_WAIT - 1) & (m.y == TOP_LINE) & (m.rank != m.frame)
     kind = jnp.where(own | (m.y == NO_FIGURE) | late, 0, _drawn_kinds(m))
     shadow = _shadows(x + 3, y, _by_first_sprite(m, y, own))
-    is_shadow, inset = kind == SHADOW, jnp.where(kind == CHICKEN, 1, 0)
+    is_shadow, inset = kind == Kind.SHADOW, jnp.where(kind == Kind.CHICKEN, 1, 0)
     left, top = jnp.where(is_shadow, shadow.x, x + inset), jnp.where(is_shadow, shadow.y, y)
     width = jnp.where(is_shadow, jnp.maximum(shadow.w, 0), 7 - 2 * inset)
     height = jnp.where(is_shadow, shadow.h, 7)
@@ -200,49 +215,54 @@ def _drawn_places(m: Ram, own: jax.Array) -> tuple[jax.Array, jax.Array]:
     vertical = m.vertical == 1
     on_line = (mod(m.y, 30) == TOP_LINE) | (m.y == BOTTOM_LINE)
     crossing = jnp.where(vertical, on_line, above | below)
-    at_side = (m.x == LEFT_SIDE) | (m.x == RIGHT_SIDE)
-    corner = jnp.where(vertical, (m.y == TOP_LINE) | (m.y == BOTTOM_LINE), at_side)
+    at_side = among(m.x, (LEFT_SIDE, RIGHT_SIDE))
+    corner = jnp.where(vertical, among(m.y, (TOP_LINE, BOTTOM_LINE)), at_side)
     turned = crossing & ~own & ((np.arange(7) != m.tracer) | corner)
     left = jnp.where(at_side, m.x == LEFT_SIDE, m.mark == 1)
     back = jnp.where(turned, jnp.where(vertical, left, above), m.back == 1)
     upright = vertical ^ turned
     player_crosses = jnp.any(own & crossing)
     stepped = jnp.where(own, _player_stepped(m, player_crosses), _others_stepped(m))
-    step = jnp.where(stepped, jnp.where(back, 1, -1), 0)
-    return m.x + 9 + jnp.where(upright, 0, step), m.y + 7 - jnp.where(upright, step, 0)
+    step = when(stepped, jnp.where(back, 1, -1))
+    return m.x + 9 + when(~upright, step), m.y + 7 - when(upright, step)
 
 
 def _ladders(m: Ram) -> tuple[jax.Array, jax.Array]:
     """Whether a ladder begins above and below each figure."""
     line, column = div(m.y + 5, 30), m.x - LEFT_SIDE
     bands = sum((rungs >> (column >> 2 & 31) & 1) << band for band, rungs in enumerate(RUNGS))
-    bands = jnp.where(column & 3 == 0, bands, 0)
-    return (bands << 1) >> line & 1 == 1, bands >> line & 1 == 1
+    bands = when((column & 3) == 0, bands)
+    return ((bands << 1) >> line & 1) == 1, (bands >> line & 1) == 1
 
 
 def _player_stepped(m: Ram, crossing: jax.Array) -> jax.Array:
-    pressed = (m.turn == 1) & (m.stick & 15 == 0) & (m.stick != STICK_AT_REST)
-    walked = (m.called == WALKED_ON) | (m.called == WALKED_BETWEEN) & ~crossing
-    walked = walked | (m.called == WALKED_BY_STICK) & pressed
-    own_turn = (m.turn & 1 == 1) & (m.turn != OTHERS_FIRST)
+    """Whether the player has taken a step since the frame was drawn."""
+    pressed = (m.turn == 1) & ((m.stick & 15) == 0) & (m.stick != STICK_AT_REST)
+    walked_on = m.called == Called.WALK_ON
+    walked_between = (m.called == Called.WALK_BETWEEN) & ~crossing
+    walked_by_stick = (m.called == Called.WALK_BY_STICK) & pressed
+    walked = walked_on | walked_between | walked_by_stick
+    own_turn = ((m.turn & 1) == 1) & (m.turn != OTHERS_FIRST)
     return walked & own_turn & (m.playing == 1)
 
 
 def _others_stepped(m: Ram) -> jax.Array:
+    """Whether the others have; after the game they do on every other frame."""
     third_step = m.pace < pick(m.level, SPEEDS) + m.carry
-    in_turn = jnp.where(m.turn == OTHERS_FIRST, third_step, m.turn & 1 == 0)
-    return in_turn & (m.playing == 1) | (m.over == 1) & (m.frame & 1 == 1)
+    in_turn = jnp.where(m.turn == OTHERS_FIRST, third_step, (m.turn & 1) == 0)
+    after_game = (m.over == 1) & ((m.frame & 1) == 1)
+    return (in_turn & (m.playing == 1)) | after_game
 
 
 def _drawn_kinds(m: Ram) -> jax.Array:
     """Kinds of the figures on the screen: jumps begin and end after the frame was drawn."""
-    jumping = ~jnp.any((m.kind == CHICKEN) & (m.y != NO_FIGURE))
-    usual = jnp.where(m.level & 1 == 1, PIG, WARRIOR)
+    jumping = ~jnp.any((m.kind == Kind.CHICKEN) & (m.y != NO_FIGURE))
+    usual = jnp.where((m.level & 1) == 1, Kind.PIG, Kind.WARRIOR)
     dark = jnp.any(m.drawn == SHADOW_DRAWN)
     light = jnp.any(m.drawn == 16 * usual)
-    begins = jumping & light & ~dark & (m.kind == SHADOW)
+    begins = jumping & light & ~dark & (m.kind == Kind.SHADOW)
     ends = jumping & dark & (m.kind == usual)
-    return jnp.where(begins, usual, jnp.where(ends, SHADOW, m.kind))
+    return match((begins, usual), (ends, Kind.SHADOW), otherwise=m.kind)
 
 
 def _by_first_sprite(m: Ram, y: jax.Array, own: jax.Array) -> jax.Array:
@@ -251,23 +271,26 @@ def _by_first_sprite(m: Ram, y: jax.Array, own: jax.Array) -> jax.Array:
     A sprite is free for a figure far enough above the last one that it has taken; a figure of
     higher rank takes a sprite away from one of lower rank.
     """
-    rank = jnp.where(m.rank == m.frame, 3, jnp.where(own, 2, 1))
-    low = [jnp.int32(999)] * 2  # of what each sprite holds: its row,
-    held = [jnp.int32(0)] * 2  # its rank,
-    bit = [jnp.int32(0)] * 2  # its bit
-    done, last = jnp.int32(0), jnp.bool_(False)
+    rank = match((m.rank == m.frame, HIGHEST_RANK), (own, 2), otherwise=1)
+    # What each of the two sprites holds: the row, the rank and the bit of a figure.
+    held_y, held_rank, held_bit = [jnp.int32(999)] * 2, [jnp.int32(0)] * 2, [jnp.int32(0)] * 2
+    drawn = jnp.int32(0)  # bits of the figures that the first sprite has done with
+    second_next = jnp.bool_(True)  # which sprite is tried first
     for i in reversed(range(7)):
-        free = [low[k] - y[i] >= SPRITE_REACH for k in (0, 1)]
-        can = [(free[k] | (held[k] < rank[i])) & (m.y[i] != NO_FIGURE) for k in (0, 1)]
-        top = rank[i] == 3
-        use = [can[0] & (last | ~can[1] & top), can[1] & (~last | ~can[0] & top)]
-        done = done | jnp.where(use[0] & free[0], bit[0], 0)
+        free = [held_y[k] - y[i] >= SPRITE_REACH for k in (0, 1)]
+        can = [(free[k] | (held_rank[k] < rank[i])) & (m.y[i] != NO_FIGURE) for k in (0, 1)]
+        first = rank[i] == HIGHEST_RANK
+        use = [
+            can[0] & (~second_next | (~can[1] & first)),
+            can[1] & (second_next | (~can[0] & first)),
+        ]
+        drawn = drawn | when(use[0] & free[0], held_bit[0])
         for k in (0, 1):
-            low[k] = jnp.where(use[k], y[i], low[k])
-            held[k] = jnp.where(use[k], rank[i], held[k])
-            bit[k] = jnp.where(use[k], 1 << i, bit[k])
-        last = use[1] | last & ~use[0]
-    return (done | bit[0]) >> np.arange(7) & 1 == 1
+            held_y[k] = jnp.where(use[k], y[i], held_y[k])
+            held_rank[k] = jnp.where(use[k], rank[i], held_rank[k])
+            held_bit[k] = jnp.where(use[k], 1 << i, held_bit[k])
+        second_next = ~use[1] & (second_next | use[0])
+    return ((drawn | held_bit[0]) >> np.arange(7) & 1) == 1
 
 
 def _shadows(x: jax.Array, y: jax.Array, first: jax.Array) -> Box:
@@ -280,19 +303,22 @@ def _shadows(x: jax.Array, y: jax.Array, first: jax.Array) -> Box:
     top = y + pick(phase, (0, 1, 0, 0, 1))
     on_line = (mod(y + 15, 30) < 4) | (mod(bottom + 14, 30) < 4)
     ladder = sum(jnp.where(abs(x - at) < 4, at, 0) for at in LADDERS[4])
-    on_last_line = y == 160
+    on_last_line = y == LAST_LINE_Y
     beside = on_last_line & (ladder > 0)
     left = jnp.where(beside, jnp.maximum(x, ladder), x)
-    right = jnp.where(on_line | on_last_line, x + 4, x + 2)
-    right = jnp.where(beside, jnp.minimum(x, ladder) + 4, right)
+    right = match(
+        (beside, jnp.minimum(x, ladder) + 4),
+        (on_line | on_last_line, x + 4),
+        otherwise=x + 2,
+    )
     return box(left, top, jnp.minimum(right, 144) - left, bottom - top)
 
 
-others = functools.partial(Category, count=7, blinks=True)
+others_of = functools.partial(Category, count=7, blinks=True)
 walkers = functools.partial(Blobs, region=MAZE, shapes=Shape(w=(5, 21), h=(5, 21), split=(7, 7)))
 
-PLAYER = Blobs(YELLOW, MAZE, Shape(w=(6, 14), h=(6, 14)))
-SHADOWS = Blobs(BLACK, MAZE, Shape(w=(1, 4), h=(1, 7)), gap=(0, 1), ignore=_gaps())
+PLAYER_RULE = Blobs(YELLOW, MAZE, Shape(w=(6, 14), h=(6, 14)))
+SHADOWS_RULE = Blobs(BLACK, MAZE, Shape(w=(1, 4), h=(1, 7)), gap=(0, 1), ignore=_gaps())
 CHICKENS = Blobs(YELLOW, MAZE, Shape(w=(4, 5), h=(6, 14), split=(5, 7)))
 number = functools.partial(Digits, FONT, range(57, 98, 8), required=True)
 SCORE = Bounds(YELLOW, (56, 175, 105, 183), value=number(176))
@@ -305,11 +331,11 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER, doc="gorilla or roller"),
-        others("Warrior", walkers(GREEN), doc="odd levels"),
-        others("Pig", walkers(RED), doc="even levels"),
-        others("Shadow", SHADOWS, doc="black on the maze"),
-        others("Chicken", CHICKENS, doc="to be caught"),
+        Category("Player", PLAYER_RULE, doc="gorilla or roller"),
+        others_of("Warrior", walkers(GREEN), doc="odd levels"),
+        others_of("Pig", walkers(RED), doc="even levels"),
+        others_of("Shadow", SHADOWS_RULE, doc="black on the maze"),
+        others_of("Chicken", CHICKENS, doc="to be caught"),
         display("Score", SCORE, otherwise=SCORE_OF_SIX, doc="points"),
         display("Life", LIVES, doc="lives left"),
     ),
