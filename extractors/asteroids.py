@@ -1,18 +1,20 @@
 """Asteroids: a ship among large, medium and small asteroids that drift up and down, and a saucer.
 
-Asteroids are drawn on odd frames; ship, saucer and shots on even ones. The game keeps asteroids in
-two lists, one that goes up and one that goes down, each sorted from the top of the screen down: the
-entries shift when an asteroid crosses an edge, breaks or is gone. Each list moves one step every
-two frames, 89 steps around the screen, and the game counts frames. So an asteroid has a place in
-the order in which those of its list came in at the top or bottom, which gives its slot: ten for
-each direction, filled in turn. Asteroids are 10 steps or more apart, also those that another breaks
-into: the first fragment keeps the slot, the second has the one beside it. What comes in of an
-asteroid that leaves has the next slot in turn. 20 slots further is the left part of one that the
-right edge cuts; the whole asteroid has the slot of the right part again (0.2 % of steps of four
-frames), since nothing counts how often one has gone around sideways. Between waves no slot is valid
-for a frame. When the counter starts again, after 65,536 frames, asteroids change slots.
-The box of a ship or a saucer that an edge cuts is its larger part. OCAtari's NoObjectPlayer, a
-placeholder for no ship, is left out: Player is not valid then.
+Screen: asteroids are drawn on odd frames; ship, saucer and shots on even ones. The box of a ship or
+a saucer that an edge cuts is its larger part. OCAtari's NoObjectPlayer, a placeholder for no ship,
+is left out: Player is not valid then.
+
+Slots: the game keeps asteroids in two lists, one that goes up and one that goes down, each sorted
+from the top of the screen down: the entries shift when an asteroid crosses an edge, breaks or is
+gone. Each list moves one step every two frames, 89 steps around the screen, and the game counts
+frames. So an asteroid has a place in the order in which those of its list came in at the top or
+bottom, which gives its slot: ten for each direction, filled in turn. Asteroids are 10 steps or more
+apart, also those that another breaks into: the first fragment keeps the slot, the second has the
+one beside it. What comes in of an asteroid that leaves has the next slot in turn. 20 slots further
+is the left part of one that the right edge cuts; the whole asteroid has the slot of the right part
+again (0.2 % of steps of four frames), since nothing counts how often one has gone around sideways.
+Between waves no slot is valid for a frame. When the counter starts again, after 65,536 frames,
+asteroids change slots.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 and AtariARI (lists), a public disassembly by Dennis
 Debro (names), and the ROM's code. Columns are in the chip's coding: the low nibble is the step of
@@ -22,11 +24,14 @@ Covered: modes with slow and fast asteroids and with each of the stick's feature
 shields, turning about), both difficulties (the saucer flies at A), explosions, later waves, resets.
 While the reset switch is held, a game begins on every frame. So the first frame after a reset has
 the asteroids of the game before, whose random numbers follow from the last one; the second frame
-has those of the RAM, the third one also the ship. Not in the RAM: the digits of the frame on which
-a point is made; on odd frames, whether a ship that is there again has already been drawn. Touching
-asteroids of one colour that together are larger than the largest one, VEM splits by the picture at
-their first pixel, else evenly; others are one. It sees what shows of an asteroid behind another, in
-pieces, but no part at the edge of one column and two rows.
+has those of the RAM, the third one also the ship.
+
+Not exact: the RAM does not tell the digits of the frame on which a point is made; on odd frames,
+whether a ship that is there again has already been drawn.
+
+VEM: touching asteroids of one colour that together are larger than the largest one are split by the
+picture at their first pixel, else evenly; others are one. It sees what shows of an asteroid behind
+another, in pieces, but no part at the edge of one column and two rows.
 """
 
 from dataclasses import replace
@@ -35,12 +40,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import WIDTH, Box, box
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import among, div, mod, pick
+from ocjax.console.fonts import Digits
+from ocjax.console.ops import among, div, match, mod, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte, high, low, signed
 from ocjax.console.registers import larger_part, wrap
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.pictures import picture
 from ocjax.vision.rules import Blobs, Bounds
 from ocjax.vision.shapes import Shape
@@ -53,11 +59,11 @@ SHIPS = ROM.pictures(range(0xF74, 0xF74 + 13 * 6, 6), 5, top_first=True)
 EXPLOSION = 9
 SHIELD = 12
 
-COLORS = tuple(ROM.bytes(0xE75, 8).tolist())  # of asteroids
-# 220 is the second player's, 236 a small saucer's
-SHIP = (76, 220)
-SAUCER = (156, 236)
+ROCK_COLORS = tuple(ROM.bytes(0xE75, 8).tolist())
+SHIP_COLORS = (76, 220)  # of the first player's, of the second player's
+SAUCER_COLORS = (156, 236)  # of a large one, of a small one
 TEXT = 68
+SCORE = NumberDisplay(FONT, right=80, top=5, digits=5)
 FIELD = (0, 18, 160, 195)
 LIST = 9  # entries of a list
 GOES_UP = np.arange(2 * LIST) < LIST
@@ -65,16 +71,20 @@ LAP = 89  # steps of two rows around the screen
 PLACE_SIZE = 10  # steps; asteroids are no less than that apart, so that a lap has 9 places
 SLOTS = 10  # of a list: one more, for the part that comes in of an asteroid that leaves
 SLOT_GOES_UP = np.arange(2 * SLOTS) < SLOTS
-# where asteroids show
-TOP = np.where(SLOT_GOES_UP, 18, 19)
-BOTTOM = 195
+TOP = np.where(SLOT_GOES_UP, 18, 19)  # first row that shows asteroids, by slot
+BOTTOM = 195  # the row below the last one
 
-# `y` of what is not there
-NONE = -32
-NO_SAUCER = 0xE0
+NONE = -32  # `rock_y` or `ship_y` of what is not there
+NO_SAUCER = 224  # `saucer_y`
+NO_SHOT = 128  # least `shot_y` of what does not fly
 THERE = 1 << 21  # in the packed word of an asteroid
-LARGE = (0, 1)  # kinds of asteroids
-MEDIUM = 2  # 3 is small
+
+
+class Kind:  # of `Ram.rock_kind`
+    LARGE = (0, 1)
+    MEDIUM = 2  # the last kind is small
+
+
 ROCK_WIDTHS = (16, 16, 8, 4)  # by kind
 # A game begins with two asteroids in each list. How many random numbers ago those of the game
 # before were placed, two by two; and the low nibbles of columns, by the number's lowest three bits.
@@ -90,13 +100,13 @@ ON_LOW_NIBBLE = (7, 10, 14)
 ROCK_PICTURES = ((0xF01, 14), (0xF11, 14), (0xF20, 7), (0xF30, 4))  # offset and rows, by kind
 ROCK_ROWS = [rows for _, rows in ROCK_PICTURES]
 LEANING = ([1, 2, 3, 4, 5, 7, 9], [8, 9, 10], [], [])  # rows that are drawn a column to the left
-CUT = 10  # columns or rows that show an asteroid's whole extent across
+MOST_CUT = 10  # columns or rows that show an asteroid's whole extent across
 
 
 def _ink(kind: int) -> np.ndarray:
     """The picture of an asteroid, 0 or 1, int32 `[rows, width]`."""
     dots = ROM.rows(*ROCK_PICTURES[kind], top_first=True)[:, None] >> np.arange(7, -1, -1) & 1
-    ink = dots.repeat(2 if kind in LARGE else 1, axis=1)
+    ink = dots.repeat(2 if kind in Kind.LARGE else 1, axis=1)
     ink[LEANING[kind]] = np.roll(ink[LEANING[kind]], -1, axis=1)
     return ink[:, : ROCK_WIDTHS[kind]]
 
@@ -108,7 +118,7 @@ def _cuts(kind: int, side: int) -> list[int]:
     """
     ink = _ink(kind)
     across = (ink, ink[:, ::-1], ink.T, ink[::-1].T)[side]
-    shown = [np.flatnonzero(across[:, : n + 1].any(axis=1)) for n in range(CUT)]
+    shown = [np.flatnonzero(across[:, : n + 1].any(axis=1)) for n in range(MOST_CUT)]
     return np.array([p[0] << 4 | p[-1] for p in shown] + [0, 0], np.uint8).view("<i4").tolist()
 
 
@@ -148,10 +158,9 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    points = 10 * m.score
     begins = (m.score == 0) & (m.frames < 2)  # the ship is not yet on the screen
     shot_x = _in_one_part(_column(m.shot_x) + 1, 1)
-    ship_color, saucer_color = pick(m.second_player, SHIP), pick(m.small, SAUCER)
+    ship_color, saucer_color = pick(m.second_player, SHIP_COLORS), pick(m.small, SAUCER_COLORS)
     shot_color = jnp.where(np.arange(3) == 1, saucer_color, ship_color)
     shots = box(shot_x, 17 + 2 * m.shot_y, 1, 2, _flies(m), color=shot_color)
     return {
@@ -159,14 +168,14 @@ def decode(m: Ram) -> dict[str, Box]:
         "Asteroid": _rocks(m, begins & (m.frame == 0)),
         "PlayerMissile": shots.clip(*FIELD),
         "Saucer": _saucer(m, saucer_color).clip(*FIELD),
-        "PlayerScore": score_box(FONT, points, right=80, top=5, digits=5, value=points),
+        "PlayerScore": SCORE.box(10 * m.score),
         "Lives": box(132, 5, 12, 10, value=m.lives),
     }
 
 
 def _flies(m: Ram) -> jax.Array:
     """Which shots there are; after a reset, their records are zero until the game begins."""
-    return (m.shot_y < 128) & ((m.shot_x != 0) | (m.shot_y != 0))
+    return (m.shot_y < NO_SHOT) & ((m.shot_x != 0) | (m.shot_y != 0))
 
 
 def _column(code: jax.Array) -> jax.Array:
@@ -182,13 +191,16 @@ def _in_one_part(x: jax.Array, width: jax.Array | int) -> jax.Array:
 
 def _ship(m: Ram, color: jax.Array) -> Box:
     mirrored = m.heading >= 8
-    picture = jnp.where(mirrored, 16 - m.heading, m.heading)
-    picture = jnp.where(m.shield == 1, SHIELD, picture)
     explodes = m.timer >= SHIP_EXPLODES
-    stage = jnp.minimum(m.timer >> 1 & 3, 2)
-    left, first_row, width, rows = SHIPS.extent(jnp.where(explodes, EXPLOSION + stage, picture))
+    look = match(
+        (explodes, EXPLOSION + jnp.minimum(m.timer >> 1 & 3, 2)),
+        (m.shield == 1, SHIELD),
+        (mirrored, 16 - m.heading),
+        otherwise=m.heading,
+    )
+    left, first_row, width, rows = SHIPS.extent(look)
     left = jnp.where(mirrored & ~explodes & (m.shield == 0), 8 - left - width, left)
-    y = jnp.where(m.ship_y < -2, m.ship_y + 89, m.ship_y)
+    y = jnp.where(m.ship_y < -2, m.ship_y + LAP, m.ship_y)
     there = (m.ship_y != NONE) & ((m.frame == 1) | (m.drawn_y != NONE))
     return box(
         _in_one_part(_column(m.ship_x) - 1 + left, width),
@@ -202,10 +214,10 @@ def _ship(m: Ram, color: jax.Array) -> Box:
 
 
 def _saucer(m: Ram, color: jax.Array) -> Box:
-    puff = jnp.where(m.bang == 1, m.bang_step, 0)
+    puff = when(m.bang == 1, m.bang_step)
     small = (puff == 0) & (m.small == 1)
     last_puff = puff == LAST_PUFF
-    inset = jnp.where(last_puff, 1, jnp.where(small, 0, -1))
+    inset = match((last_puff, 1), (small, 0), otherwise=-1)
     width = jnp.where(last_puff | small, 5, 7)
     x = _in_one_part(_column(m.saucer_x) + inset, width)
     height, there = jnp.where(small, 6, 10), m.saucer_y != NO_SAUCER
@@ -217,19 +229,20 @@ def _rocks(m: Ram, first_frame: jax.Array) -> Box:
     words = _by_slot(_slot(m), jnp.where(first_frame, _packed_before(m), _packed(m)))
     x, y, kind = words >> 3 & 255, (words >> 11 & 255) - 128, words >> 19 & 3
     there = words >= THERE
-    little = jnp.where(kind >= MEDIUM, 1, 0)
+    little = when(kind >= Kind.MEDIUM, 1)
     y = 24 + 2 * y + np.where(SLOT_GOES_UP, 0, 1) - 2 * little
     width = pick(kind, ROCK_WIDTHS)
     beyond = x + width - WIDTH  # columns
     cut = jnp.concatenate([_cut(LEFT_CUTS, kind, width - beyond), _cut(RIGHT_CUTS, kind, beyond)])
     first_row, last_row = cut >> 4, cut & 15
     below_top = pick(kind, ROCK_ROWS) - (TOP - y >> 1)
-    cut = _cut(TOP_CUTS, kind, BOTTOM - y + 1 >> 1)
-    cut = jnp.where(y < TOP, _cut(BOTTOM_CUTS, kind, below_top), cut)
+    above_bottom = BOTTOM - y + 1 >> 1
+    lower_part, upper_part = _cut(BOTTOM_CUTS, kind, below_top), _cut(TOP_CUTS, kind, above_bottom)
+    cut = jnp.where(y < TOP, lower_part, upper_part)
     left, last_column = x + (cut >> 4), x + (cut & 15)
     x, y = jnp.concatenate([left, left - WIDTH]), jnp.tile(y, 2) + 2 * first_row
     width, height = jnp.tile(last_column - left + 1, 2), 2 * (last_row - first_row + 1)
-    color = jnp.tile(pick(words & 7, COLORS), 2)
+    color = jnp.tile(pick(words & 7, ROCK_COLORS), 2)
     rocks = box(x, y, width, height, jnp.tile(there, 2), color=color)
     return rocks.clip(0, np.tile(TOP, 2), WIDTH, BOTTOM)
 
@@ -238,7 +251,7 @@ def _packed(m: Ram) -> jax.Array:
     """Column, step, kind, presence and colour of the entries of both lists, a word each."""
     listed = np.arange(2 * LIST) <= jnp.where(GOES_UP, m.last[0], m.last[1])
     there = (m.rock_y != NONE) & listed
-    x = _column(m.rock_x) - jnp.where(m.rock_kind >= MEDIUM, 1, 0) - _late(m)
+    x = _column(m.rock_x) - jnp.where(m.rock_kind >= Kind.MEDIUM, 1, 0) - _late(m)
     x = jnp.where(x < 0, x + WIDTH, x)
     word = THERE | m.rock_kind << 19 | m.rock_y + 128 << 11 | x << 3 | m.rock_color
     return jnp.where(there, word, 0)
@@ -281,9 +294,9 @@ def _by_slot(slot: jax.Array, words: jax.Array) -> jax.Array:
 
 def _cut(table: list[list[int]], kind: jax.Array, columns: jax.Array) -> jax.Array:
     """First << 4 | last row or column of asteroids of which some columns or rows are left."""
-    i = jnp.clip(columns, 1, CUT) - 1  # selects: a gather takes five times as long here
+    i = jnp.clip(columns, 1, MOST_CUT) - 1  # selects: a gather takes five times as long here
     first, second, third = (pick(kind, words) for words in zip(*table, strict=True))
-    word = jnp.where(i < 4, first, jnp.where(i < 8, second, third))
+    word = match((i < 4, first), (i < 8, second), otherwise=third)
     return word >> 8 * (i & 3) & 255
 
 
@@ -292,12 +305,12 @@ def _late(m: Ram) -> jax.Array:
     speed = jnp.where((m.mode & 1) == 1, m.first_speed, m.first_speed & 7)
     on_low, on_high = (m.clock & 15) == 3, (m.clock >> 4) == 7
     timed = jnp.where(among(speed, ON_LOW_NIBBLE), on_low, on_high)
-    steps = (m.frame == 1) & (among(speed, ALWAYS) | timed)
-    return jnp.where(steps & (np.arange(2 * LIST) == 0), 1 - 2 * m.first_left, 0)
+    stepped = (m.frame == 1) & (among(speed, ALWAYS) | timed)
+    return when(stepped & (np.arange(2 * LIST) == 0), 1 - 2 * m.first_left)
 
 
-WHOLE_SHIP = Bounds(SHIP, FIELD, min_size=(3, 2), exclude=("PlayerMissile",))
-ROCKS = tuple(picture(_ink(kind).repeat(2, axis=0)) for kind in range(4))
+WHOLE_SHIP = Bounds(SHIP_COLORS, FIELD, min_size=(3, 2), exclude=("PlayerMissile",))
+ROCK_MASKS = tuple(picture(_ink(kind).repeat(2, axis=0)) for kind in range(4))
 ROCK_SHAPES = (
     Shape(w=(2, 16), h=(1, 28)),
     Shape(w=(2, 32), h=(1, 56), split=(16, 28)),  # two that touch
@@ -311,11 +324,10 @@ def _by_color(rule: Blobs) -> Blobs:
     return replace(first, also=tuple(others))
 
 
-ROCK_RULE = _by_color(Blobs(COLORS, FIELD, ROCK_SHAPES, pictures=ROCKS))
+ROCK_RULE = _by_color(Blobs(ROCK_COLORS, FIELD, ROCK_SHAPES, pictures=ROCK_MASKS))
 # Of two shots of the ship, one has the saucer's colour and is told from the ship that it touches.
-SHOTS = _by_color(Blobs((SHIP[0], *SAUCER), FIELD, Shape(w=1, h=(1, 2)), gap=(3, 4)))
-SAUCERS = Blobs(SAUCER, FIELD, Shape(w=(5, 7), h=(6, 10)))
-SCORE = Bounds(TEXT, (4, 5, 80, 15), value=Digits(FONT, (4, 20, 36, 52, 68), 5))
+SHOTS = _by_color(Blobs((SHIP_COLORS[0], *SAUCER_COLORS), FIELD, Shape(w=1, h=(1, 2)), gap=(3, 4)))
+SAUCERS = Blobs(SAUCER_COLORS, FIELD, Shape(w=(5, 7), h=(6, 10)))
 LIVES = Bounds(TEXT, (116, 5, 144, 15), value=Digits(FONT, (132,), 5))
 
 GAME = Game(
@@ -328,7 +340,7 @@ GAME = Game(
         Category("Asteroid", ROCK_RULE, count=4 * SLOTS, doc="up, down; left parts at the edge"),
         Category("PlayerMissile", SHOTS, count=3, doc="the ship's shots, the saucer's"),
         Category("Saucer", SAUCERS, doc="at difficulty A"),
-        display("PlayerScore", SCORE, doc="points, below 100,000"),
+        display("PlayerScore", SCORE.rule(TEXT), doc="points, below 100,000"),
         display("Lives", LIVES, doc="ships left"),
     ),
 )
