@@ -95,7 +95,7 @@ def _cars(m: Ram) -> Box:
     lane, copy = np.arange(30) % 10, np.arange(30) // 10
     first, spacing, copies = (jnp.tile(v, 3) for v in _lanes(m))
     truck = spacing == 0
-    x = modulo_screen(first + spacing * copy) - when(truck, 160 * copy)
+    x = modulo_screen(first + spacing * copy) - jnp.where(truck, 160 * copy, 0)
     # Where a single column of a car shows, it is its nose of 6 rows or its tail of 8.
     nose, tail = np.where(lane < UPPER, 159, 1), np.where(lane < UPPER, 1, 159)
     inset = match((truck, 0), (x == nose, 2), (x == tail, 1), otherwise=0)
@@ -107,7 +107,7 @@ def _cars(m: Ram) -> Box:
 def _lanes(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Of each lane: x + 160 of its first car as drawn, pixels to the next one, number of cars."""
     moved = (m.over == 0) & (m.car_timer == jnp.maximum(m.car_pace - 1, 0))
-    step = when((np.arange(10) < UPPER) & moved, jnp.where(m.car_pace == 0, 2, 1))
+    step = when(moved & (np.arange(10) < UPPER), jnp.where(m.car_pace == 0, 2, 1))
     truck = m.car_kind == Kind.TRUCK
     first = m.car_x + step + jnp.where(truck, 158, 157)
     return first, pick(m.car_kind, LANE_SPACING), pick(m.car_kind, LANE_COPIES)

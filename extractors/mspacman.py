@@ -192,7 +192,7 @@ def _ghosts(m: Ram) -> Box:
     color = match(
         (scared & ((m.scare & 0x32) == 0), ENDING_COLOR),
         (scared, SCARED_COLOR),
-        otherwise=np.array(GHOST_COLORS),
+        otherwise=jnp.array(GHOST_COLORS),
     )
     height = jnp.where(only_eyes, 5, 10 - late)
     there = (number <= m.ghosts) & ~_dying(m)
@@ -294,7 +294,7 @@ def _ghost_steps(m: Ram) -> jax.Array:
     number, sideways, scared = np.arange(4), (m.ghost_way & 1) == 1, m.ghost_scared == 1
     second = (SECOND_STEPS >> (m.frame & 14) & 1) > 0
     second = second | (~sideways & (((m.frame + number) & 2) > 0)) | (m.ghost_mode == Mode.EYES)
-    twice = second & ~scared
+    twice = ~scared & second
     in_tunnel = (m.ghost_x < TUNNEL_LEFT) | (m.ghost_x >= TUNNEL_RIGHT)
     waits = m.waits >> (3 - number) & 1
     rests = (m.fruit == 0) & ((m.frame & 30) == 30)
