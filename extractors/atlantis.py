@@ -54,7 +54,7 @@ class Damage:  # of `Ram.damage`
     GONE = 5
 
 
-class Ship:  # of `Ram.ship_kind`; the pictures before `RIGHT_ANGLED`, and the bandit's, are flat
+class Kind:  # of `Ram.ship_kind`; the pictures before `RIGHT_ANGLED`, and the bandit's, are flat
     RIGHT_ANGLED = 64
     BANDIT = 80
 
@@ -80,7 +80,7 @@ LATE_TO_RIGHT = 93  # first slot: up to this line a row lower
 LATE_TO_LEFT = range(174, 181)  # first slot: a row lower
 EARLY_TO_LEFT = 96  # a row higher, and two rows high
 HIGH_TO_RIGHT = 94  # first slot: two rows high
-SKY_GAP = 97  # from this line on two rows higher
+LIFTED = 97  # from this line on two rows higher
 
 SKY = (8, 8, 152, 124)
 SHOWN = (8, 0, 152, 210)  # between the masks
@@ -157,7 +157,7 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    damage = _damage(m)
+    damage = _shown_damage(m)
     ships, is_bandit = _ships(m)
     return {
         "Sentry": _cannons(m),
@@ -175,7 +175,7 @@ def decode(m: Ram) -> dict[str, Box]:
     }
 
 
-def _damage(m: Ram) -> jax.Array:
+def _shown_damage(m: Ram) -> jax.Array:
     """The damage that the frame shows: of a hit on this very frame still none."""
     just_hit = (m.damage == Damage.HIT) & (m.noise == BUILDING_HIT)
     return jnp.where(just_hit, Damage.STANDS, m.damage)
@@ -214,7 +214,7 @@ def _generators(m: Ram, damage: jax.Array) -> Box:
     widens = np.array((1, 0, 1))
     is_last = np.arange(3) == 2
     stands = damage == Damage.STANDS
-    narrow = when(m.generators == NARROW_GENERATOR, widens)
+    narrow = jnp.where(m.generators == NARROW_GENERATOR, widens, 0)
     ruins = jnp.where(is_last & (damage == Damage.LAST_RUIN), 3, 8)
     width = jnp.where(stands, 4 - 2 * narrow, ruins)
     x = np.array((82, 60, 142)) + when(stands, narrow - 2 * widens + 2)
@@ -239,7 +239,7 @@ def _ships(m: Ram) -> tuple[Box, jax.Array]:
     lane, x = _ship_places(m)
     stage = m.ship_stage - when((m.clock & 7) == 0, 1)
     wreck = when(m.ship_hit == 1, jnp.maximum(stage, 0))
-    is_bandit = m.ship_kind == Ship.BANDIT
+    is_bandit = m.ship_kind == Kind.BANDIT
     width = jnp.where(is_bandit, 9, pick(wreck, (15, 11, 13, 15)))
     inset = jnp.where(is_bandit, 4, pick(wreck, (0, 3, 2, 1)))
     to_right = m.ship_right == 1
@@ -266,8 +266,8 @@ def _ship_places(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 def _ship_rows(m: Ram, wreck: jax.Array, columns: jax.Array) -> tuple[jax.Array, jax.Array]:
     """First row and last row + 1 in the lane of a ship of which some columns are in the picture."""
-    is_bandit = m.ship_kind == Ship.BANDIT
-    is_flat = is_bandit | (m.ship_kind < Ship.RIGHT_ANGLED)
+    is_bandit = m.ship_kind == Kind.BANDIT
+    is_flat = is_bandit | (m.ship_kind < Kind.RIGHT_ANGLED)
     small = wreck == 1
     pointed = is_flat & ~is_bandit & (wreck == 0)
     above, below = (3 - reached(columns, rows) for rows in (ROWS_ABOVE, ROWS_BELOW))
@@ -306,7 +306,7 @@ def _shot_rows(m: Ram, y: jax.Array) -> tuple[jax.Array, jax.Array]:
     late_to_right = to_right & (y <= LATE_TO_RIGHT)
     late = is_first & (late_to_right | to_left & among(y, LATE_TO_LEFT))
     early = to_left & (y == EARLY_TO_LEFT)
-    top = 205 - y - when(y >= SKY_GAP, 2) - reached(y, HIGH_LINES)
+    top = 205 - y - when(y >= LIFTED, 2) - reached(y, HIGH_LINES)
     top = top + match((late, 1), (early, -1), otherwise=0)
     high = early | is_first & to_right & (y == HIGH_TO_RIGHT)
     return top, (y < 0) | among(y, HIGH_LINES) | high
