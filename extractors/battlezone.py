@@ -318,9 +318,9 @@ def _radar(m: Ram) -> Box:
 
 # The lines of a crash may have anybody's colours; the crosshair is not on that screen.
 on_plain = functools.partial(Category, needs=("Crosshair",))
-enemies = functools.partial(on_plain, count=2)
-enemy = functools.partial(Blobs, region=PLAIN, gap=(1, 1), shapes=Shape(w=(2, 32), h=(2, 18)))
-flyer = functools.partial(enemy, gap=(2, 4), shapes=Shape(w=(1, 32), h=(2, 18)))
+enemy_category = functools.partial(on_plain, count=2)
+enemy_blobs = functools.partial(Blobs, region=PLAIN, gap=(1, 1), shapes=Shape(w=(2, 32), h=(2, 18)))
+flyer_blobs = functools.partial(enemy_blobs, gap=(2, 4), shapes=Shape(w=(1, 32), h=(2, 18)))
 RED = (2, 64, 66, 70, 72, 74)
 FLYER_RGB = (74, 74, 74)
 BLUE_RGB = (24, 80, 128)
@@ -338,13 +338,22 @@ GAME = Game(
     categories=(
         on_plain("Player", PLAYER, rgb=(26, 102, 26), doc="the player's tank"),
         Category("Crosshair", CROSSHAIR, doc="yellow when an enemy is in it"),
-        enemies("Blue_Tank", enemy((6, 162, 166), first=(6, 166)), rgb=BLUE_RGB, doc="enemy"),
-        enemies("Yellow_Blue_Tank", enemy((40, 8, 162), first=40), rgb=BLUE_RGB, doc="enemy"),
-        enemies(
-            "Red_Thing", flyer(RED, first=(70, 72, 74)), rgb=FLYER_RGB, doc="flyer, with its shadow"
+        enemy_category(
+            "Blue_Tank", enemy_blobs((6, 162, 166), first=(6, 166)), rgb=BLUE_RGB, doc="enemy"
         ),
-        enemies("Boss", flyer((44, 0, 2), first=44), doc="with its shadow"),
-        enemies("Explosion", enemy((24, 82, 68), gap=(5, 4)), rgb=(184, 50, 50), doc="of an enemy"),
+        enemy_category(
+            "Yellow_Blue_Tank", enemy_blobs((40, 8, 162), first=40), rgb=BLUE_RGB, doc="enemy"
+        ),
+        enemy_category(
+            "Red_Thing",
+            flyer_blobs(RED, first=(70, 72, 74)),
+            rgb=FLYER_RGB,
+            doc="flyer, with its shadow",
+        ),
+        enemy_category("Boss", flyer_blobs((44, 0, 2), first=44), doc="with its shadow"),
+        enemy_category(
+            "Explosion", enemy_blobs((24, 82, 68), gap=(5, 4)), rgb=(184, 50, 50), doc="of an enemy"
+        ),
         on_plain(
             "Shot",
             Blobs(WHITE, PLAIN, Shape(w=(1, 8), h=(1, 4))),

@@ -243,12 +243,12 @@ def _sign(m: Ram) -> tuple[Box, Box]:
     return box(12, y, 6, height, there, color=color), amount
 
 
-targets = functools.partial(Category, count=18)
-target = functools.partial(Blobs, region=ROWS, gap=(1, 5))
+row_category = functools.partial(Category, count=18)
+row_blobs = functools.partial(Blobs, region=ROWS, gap=(1, 5))
 
 MISSILE = Bounds(BRIGHT, (7, 14, 160, 185), ignore=((72, 29, 96, 37),))
-RABBITS = target(GREY, shapes=Shape(w=(1, 8), h=(10, 15)))
-CLIPS = target(GREY, shapes=Shape(w=(1, 8), h=9))
+RABBITS = row_blobs(GREY, shapes=Shape(w=(1, 8), h=(10, 15)))
+CLIPS = row_blobs(GREY, shapes=Shape(w=(1, 8), h=9))
 FLYING = Bounds((YELLOW, WHITE), ((8, 105, 160, 180), (0, 203, 160, 210)))
 PLUS_MINUS = Bounds(SIGN_COLORS, (12, 29, 18, 38))
 AMOUNT = Bounds(SIGN_COLORS, (20, 29, 44, 38))
@@ -264,10 +264,10 @@ GAME = Game(
         Category("Player", Bounds(GREEN, (8, 186, 160, 199)), doc="the gun"),
         Category("PlayerMissile", MISSILE, doc="the shot"),
         Category("Wheel", Bounds(WHEEL_COLORS, (66, 14, 104, 29)), doc="pipes, until all are hit"),
-        targets("Duck", target(YELLOW, shapes=Shape(w=(1, 8), h=(1, 15))), doc="in a row"),
-        targets("Rabbit", RABBITS, doc="in a row"),
-        targets("Owl", target(RED, shapes=Shape(w=(1, 8), h=(1, 15))), doc="in a row"),
-        targets("ExtraBullets", CLIPS, doc="a box with an 8 in a row"),
+        row_category("Duck", row_blobs(YELLOW, shapes=Shape(w=(1, 8), h=(1, 15))), doc="in a row"),
+        row_category("Rabbit", RABBITS, doc="in a row"),
+        row_category("Owl", row_blobs(RED, shapes=Shape(w=(1, 8), h=(1, 15))), doc="in a row"),
+        row_category("ExtraBullets", CLIPS, doc="a box with an 8 in a row"),
         Category("FlyingDuck", FLYING, count=2, doc="coming down; eating bullets"),
         display("PlayerScore", SCORE.rule(WHITE), doc="points without the last digit"),
         display("AmmoBar", BAR, blinks=True, doc="bullets left"),

@@ -347,7 +347,7 @@ THINGS = Bounds((YELLOW, BLUE, PURPLE, *range(48, 64, 2)), (0, 43, 160, 199))
 POINTS = SCORE.rule(GREEN, (40, 31, 110, 39))
 EXTRA = BONUS.rule(GREEN, (40, 21, 110, 28))
 ICONS = Bounds((198, LEGS), tuple((56 + 16 * i, 12, 70 + 16 * i, 20) for i in range(3)))
-facing = functools.partial(Category, attributes=("orientation",))
+facing_category = functools.partial(Category, attributes=("orientation",))
 
 GAME = Game(
     name="CrazyClimber",
@@ -358,8 +358,8 @@ GAME = Game(
         Category("Player", CLIMBER, doc="the climber"),
         Category("Window", WINDOWS, count=78, doc="row * 6 + column"),
         Category("Enemy_Red", Bounds(RED, BUILDING), doc="a thrower"),
-        facing("Enemy_Bird", BIRD, doc="a bird"),
-        facing("Helicopter", HELICOPTER, doc="above the roof"),
+        facing_category("Enemy_Bird", BIRD, doc="a bird"),
+        facing_category("Helicopter", HELICOPTER, doc="above the roof"),
         Category("Projectile", THINGS, doc="what falls"),
         display("Score", POINTS, doc="points, below 1,000,000"),
         display("Bonus", EXTRA, doc="bonus"),

@@ -270,7 +270,7 @@ def _clock(m: Ram) -> Box:
     return box(minutes.x, minutes.y, right - minutes.x, FONT.height, value=time)
 
 
-facing = functools.partial(Category, attributes=("orientation",))
+facing_category = functools.partial(Category, attributes=("orientation",))
 WHITE = 14
 LOW = (8, 140, 160, 183)
 UPPER = (8, 50, 160, 70)
@@ -340,7 +340,7 @@ NOWHERE = (0, 0, 1, 1)
 LARGER = {"Gun": ("Comb", "Shoe_Sole"), "Button": ("Necklace",)}  # things of the same colours
 
 
-def _carried(name: str) -> Blobs | Bounds:
+def _item_rule(name: str) -> Blobs | Bounds:
     """A whole picture; in a scene, it is not looked for."""
     kind = Kind.FIRST_ITEM + ITEMS.index(name)
     rows = KIND_ROWS[kind]
@@ -358,8 +358,8 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        facing("Player", DETECTIVES, rgb=(228, 111, 111), doc="the detective"),
-        facing("Car", CARS, doc="the detective's car"),
+        facing_category("Player", DETECTIVES, rgb=(228, 111, 111), doc="the detective"),
+        facing_category("Car", CARS, doc="the detective's car"),
         Category(
             "Passage",
             PASSAGES,
@@ -371,7 +371,7 @@ GAME = Game(
             Category(name, rule, count=len(range(9)[SLOTS[name]]), doc="record * 3 + copy")
             for name, rule in RULES.items()
         ),
-        *(Category(name, _carried(name), count=2, doc="in a scene, carried") for name in ITEMS),
+        *(Category(name, _item_rule(name), count=2, doc="in a scene, carried") for name in ITEMS),
         Category("Police_Sign", sign(0), doc="at the police station"),
         Category("Bank_Sign", sign(0xD4), doc="at the bank"),
         Category("Gun_Sign", sign(0x8E), doc="at the gun shop"),

@@ -338,14 +338,14 @@ def _lives(m: Ram) -> Box:
     return LIVES.box(digit, valid=m.icon < NO_DIGIT, value=digit + 1)
 
 
-facing = functools.partial(Category, count=RING, attributes=("orientation",))
-blobs = functools.partial(Blobs, region=VIEW)
+facing_category = functools.partial(Category, count=RING, attributes=("orientation",))
+view_blobs = functools.partial(Blobs, region=VIEW)
 
 CRAFT = Blobs(PLAYER, (8, 145, 160, 160), Shape(w=(5, 7), h=(13, 14)))
 MISSILE = Blobs(PLAYER, MISSILE_VIEW, Shape(w=(1, 6), h=(2, 8)))
-DEPOTS = blobs((RED, WHITE), shapes=Shape(w=(5, 7), h=(1, 24)))
-ROTORS = blobs((176, 128, 42), shapes=Shape(w=(3, 8), h=(1, 10)))
-JETS = blobs((140, 156, 172), shapes=Shape(w=(1, 8), h=(1, 6)))
+DEPOTS = view_blobs((RED, WHITE), shapes=Shape(w=(5, 7), h=(1, 24)))
+ROTORS = view_blobs((176, 128, 42), shapes=Shape(w=(3, 8), h=(1, 10)))
+JETS = view_blobs((140, 156, 172), shapes=Shape(w=(1, 8), h=(1, 6)))
 TANKER_SHAPES = (  # whole, and what the edge leaves of them
     Shape(w=16, h=(4, 8)),
     Shape(w=14, h=3, pixels=(33, 99)),
@@ -378,10 +378,10 @@ GAME = Game(
         Category("PlayerMissile", MISSILE, doc="its missile"),
         Category("Bridge", BRIDGES, rgb=(105, 105, 15), doc="at the end of a level"),
         Category("FuelDepot", DEPOTS, count=RING, rgb=(214, 214, 214), doc="by record"),
-        facing("Helicopter", ROTORS, rgb=(0, 64, 48), doc="by record"),
+        facing_category("Helicopter", ROTORS, rgb=(0, 64, 48), doc="by record"),
         Category("House", HOUSES, count=RING, color_row=HOUSE_ROW, doc="house and tree, by record"),
-        facing("Jet", JETS, rgb=(117, 181, 239), doc="that crosses, by record"),
-        facing("Tanker", TANKERS, rgb=(163, 57, 21), doc="by record"),
+        facing_category("Jet", JETS, rgb=(117, 181, 239), doc="that crosses, by record"),
+        facing_category("Tanker", TANKERS, rgb=(163, 57, 21), doc="by record"),
         display("Fuel", FUEL, doc="needle of the gauge; 0-248 by eights"),
         display("PlayerScore", SCORE.rule(PLAYER), doc="points"),
         display("Lives", RESERVE, doc="one more than the digit that shows"),

@@ -313,7 +313,7 @@ def _at_shields(s: Switch) -> jax.Array:
     )
 
 
-player = functools.partial(Category, attributes=("value",))
+player_category = functools.partial(Category, attributes=("value",))
 
 CANNON_2 = Blobs(BROWN, CANNONS, Shape(w=(1, 8), h=(1, 10)), gap=(0, 1))
 INVADERS = Blobs(YELLOW, FIELD, Shape(w=(1, 8), h=(1, 10)), gap=(0, 1))
@@ -332,8 +332,8 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (10, 195), 226, mask=0xF7),
     categories=(
-        player("Player", Bounds(GREEN, CANNONS), doc="the cannon; value: lives"),
-        player("Player2", CANNON_2, doc="the second player's cannon"),
+        player_category("Player", Bounds(GREEN, CANNONS), doc="the cannon; value: lives"),
+        player_category("Player2", CANNON_2, doc="the second player's cannon"),
         Category("Alien", INVADERS, count=36, doc="bitmap row from the bottom * 6 + column"),
         Category("Shield", Bounds(RED, SHIELDS), count=3, doc="what is left of it"),
         Category("Satellite", Bounds(PURPLE, SCORES), doc="the saucer"),

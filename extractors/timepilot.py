@@ -330,8 +330,8 @@ def _score(m: Ram) -> Box:
     return replace(shown, color=jnp.where(_flight(m), GOLD, TEXT))
 
 
-plane = functools.partial(Category, attributes=("orientation",), count=8)
-shot = functools.partial(Category, count=2, blinks=True, doc="their shots")
+plane_category = functools.partial(Category, attributes=("orientation",), count=8)
+shot_category = functools.partial(Category, count=2, blinks=True, doc="their shots")
 PLANES = [Blobs(c, SKY, Shape(w=(3, 8), h=(2, 15)), gap=(3, 2)) for c in UNUSED]
 SHOTS = [Blobs(c, SKY, Shape(w=1, h=2), gap=(2, 0)) for c in UNUSED]
 JET_SHOT = Blobs(JET[0], SKY, Shape(w=1, h=2), ignore=(NOSE,))
@@ -357,8 +357,11 @@ GAME = Game(
     categories=(
         Category("Player", WHOLE_JET, attributes=("orientation",), doc="the jet"),
         Category("Player_Shot", JET_SHOT, blinks=True, doc="its shot"),
-        *(plane(f"Enemy_{n}", r, doc="enemies") for n, r in zip(ERAS, PLANES, strict=True)),
-        *(shot(f"Enemy_{n}_Shot", r) for n, r in zip(ERAS, SHOTS, strict=True)),
+        *(
+            plane_category(f"Enemy_{n}", r, doc="enemies")
+            for n, r in zip(ERAS, PLANES, strict=True)
+        ),
+        *(shot_category(f"Enemy_{n}_Shot", r) for n, r in zip(ERAS, SHOTS, strict=True)),
         display("Life", Bounds(VIOLET, (64, 18, 96, 28), value=Gauge(8, 0, 1)), doc="lives"),
         display("Enemies_Left", LAST_ICONS, doc="before the mother ship comes, at most"),
         display("Score", SCORE.rule((GOLD, TEXT)), doc="points"),
