@@ -1,10 +1,12 @@
 """Assault: a cannon below a mother ship that sends enemies down in three rows.
 
-Enemy slots are row * 2 + half, rows from the bottom; one that comes down changes its row. One that
+Screen: While the mother ship opens its bay, that is part of its box. The rows of an enemy have
+colours of their own; its colour is the last row's. The gauge is not valid until a new game colours
+it. The ground's line is scenery.
+
+Slots: Enemy is row * 2 + half, rows from the bottom; one that comes down changes its row. One that
 is whole, or is hit whole, has the slot of its left half and a box around both halves; one that was
 split has a box for each half. It stays valid while it explodes, but not while its level hides it.
-While the mother ship opens its bay, that is part of its box. The ground's line is scenery. The rows
-of an enemy have colours of their own; its colour is the last row's.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (positions, flags), and the ROM's code. Positions are
 in the chip's coding. What moves in the overscan (shots, cannon) lags behind the RAM on the screen;
@@ -12,54 +14,74 @@ the last return address on the stack tells which of them the program has just mo
 without enemies takes a line less, an explosion one more.
 
 Covered: levels 1 to 24 (four kinds of enemies and shots), splits, explosions, deaths, overheating,
-game over. The gauge is not valid until a new game colours it. Not in RAM: a shot on the frame on
-which it hits; one fired before the heat changed (every 32nd frame) that is gone; the mother ship's
-row as its bay opens. In VEM, the box of a side shot that touches the cannon spans both.
+game over.
+
+Not exact, as it is not in the RAM: a shot on the frame on which it hits; one fired before the heat
+changed (every 32nd frame) that is gone; the mother ship's row as its bay opens.
+
+VEM: the box of a side shot that touches the cannon spans both.
 """
+
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import among, lookup, mod, pick
+from ocjax.console.boxes import Box, box, choose
+from ocjax.console.ops import among, lookup, match, mod, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import COARSE, packed_position
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge, Run, Runs
 from ocjax.vision.shapes import Shape
 
 ROM = Rom("assault", "de78b3a064d374390ac0710f95edde92")
 FONT = ROM.font(0xE00, rows=8)
 
-NO_ENEMY = (0xFD, 0xFF)  # pages of the empty picture, of explosions
-NO_CANNON = 0xFD  # page of the empty picture
-SMALL_CANNON = 0xFFE2  # pointer to a small one
-SHORT_BEAMS, TALL_BEAMS, FIREBALLS, LOW_FIREBALLS = range(4)  # levels, by the enemies' shots
-# `side_shot` while it is drawn; `side_way`
-SIDE_SHOT = 88
-LEFTWARDS = 1
-RIGHTWARDS = 2
-# `last_call`: what the program did last of all after it had drawn the frame
-CANNON_LEFT = 0xF7BC
-CANNON_RIGHT = 0xF7A8
-FIRED_LEFT = 0xF786
-FIRED_RIGHT = 0xF771
-# of a shot to the side, in steps
-LEFT_END = 0x20
-RIGHT_END = 0xB5
-SIDE_STEP = 3
-HIT_SOUND = 29  # on the last frame that shows the enemy whole
-BAY_SOUND_END = 23  # the bay open
+SCORE = NumberDisplay(FONT, right=103, top=2, digits=6, leading_zeros=True)
 
-# of the enemies' slots
+NO_ENEMY = (0xFD, 0xFF)  # `drawn_last`: pages of the empty picture, of explosions
+NO_CANNON = 0xFD  # page of `picture`, the empty one
+SMALL_CANNON = 0xFFE2  # `picture`
+
+
+class Level:  # of `Ram.level`, by the enemies' shots
+    SHORT_BEAMS = 0
+    TALL_BEAMS = 1
+    FIREBALLS = 2
+    LOW_FIREBALLS = 3
+
+
+class SideWay:  # of `Ram.side_way`
+    LEFT = 1
+    RIGHT = 2
+
+
+class Call:  # of `Ram.last_call`: what the program did last of all after it had drawn the frame
+    FIRED_RIGHT = 0xF771
+    FIRED_LEFT = 0xF786
+    CANNON_RIGHT = 0xF7A8
+    CANNON_LEFT = 0xF7BC
+
+
+SIDE_SHOT = 88  # `side_shot` while it is drawn
+# Of a shot to the side, in steps.
+LEFT_END = 32
+RIGHT_END = 181
+SIDE_STEP = 3
+HIT_SOUND = 29  # `sound` on the last frame that shows the enemy whole
+BAY_SOUND_END = 23  # `sound` on the last frame that shows the bay open
+
+# By slot of the enemies.
 ROW = np.arange(6) >> 1
 RIGHT_HALF = (np.arange(6) & 1) == 1
 HALF_BIT = np.where(RIGHT_HALF, 1, 2)
-ROW_HEIGHT = 25
-LOWEST_ROW = 94
+
+ROW_HEIGHT = 25  # lines
+LOWEST_ROW = 94  # its first line
 
 # Shots upwards and beams begin and end at counts of lines: 18 of each row of enemies and all below.
 # The chip gets them at some column of a line; left of it, they begin and end a line later.
@@ -68,20 +90,23 @@ ROW_LINES = 8  # lines that draw it
 FIRST_COLUMN = 5  # of a row
 ROW_COLUMN = 56  # of its next lines
 CANNON_COLUMN = 26  # below
-LAST_BLOCK = 13  # of eight counts
+LAST_BLOCK = 13  # of `BLOCK` counts each, in which the cannon's shot goes up
+BLOCK = 8
 CANNON_COUNT = 106  # of the cannon's first line
 GROUND_TOP = 186  # a row
 SHOT_SOUND_END = 15  # least `shot_sound` when no shot sounds
-# the least heat, which does not change, and the most
-COLD = 2
-HOT = 16
+COLD = 2  # the least heat, which does not change
+HOT = 16  # the most heat
+BEAM_STARTS = 60  # `beam_y` above this: the beam has left the enemy
+HIGH_STARTS = 4  # `fireball_y`, likewise
+LOW_STARTS = 84  # in the last level
 
 COLORS = ROM.bytes(0xF00, 256)  # of the last rows of enemies
 SHIP_ROW = 4  # of the mother ship: a row of its main colour
 SHIP_COLORS = (198, 86)  # in turn
 WHITE = 14
-SCORE = 40
-LIFE = 8
+GOLD = 40
+GREY = 8
 HEAT = (198, 70)
 SHIP = (198, 38, 24, 146, 114, 214, 150, 148, 82, 86, 194, 196, WHITE)
 CANNON = (12, 22, 134)
@@ -137,7 +162,7 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    i3, cannon, heat = np.arange(3), _cannon(m), _heat(m)
+    cannon = _cannon(m)
     return {
         "Player": cannon,
         "MotherShip": _mother_ship(m),
@@ -145,18 +170,18 @@ def decode(m: Ram) -> dict[str, Box]:
         "PlayerMissileVertical": _missile(m, cannon),
         "PlayerMissileHorizontal": _side_shot(m),
         "EnemyMissile": _enemy_shot(m),
-        "PlayerScore": score_box(
-            FONT, m.score, right=103, top=2, digits=6, leading_zeros=True, value=m.score
-        ),
-        "Lives": box(15 + 16 * i3, 192, 8, 8, i3 < m.lives - 1),
-        "Health": box(96, 192, 4 * heat, 8, m.heat_color > 0, value=heat, color=m.heat_color),
+        "PlayerScore": SCORE.box(m.score),
+        "Lives": _lives(m),
+        "Health": _gauge(m),
     }
 
 
 def _cannon(m: Ram) -> Box:
     small = m.picture == SMALL_CANNON
-    back = jnp.where(m.last_call == CANNON_RIGHT, -2, jnp.where(m.last_call == CANNON_LEFT, 2, 0))
-    x = packed_position(m.x) - 22 + back + jnp.where(small, 2, 0)
+    back = match(
+        (m.last_call == Call.CANNON_RIGHT, -2), (m.last_call == Call.CANNON_LEFT, 2), otherwise=0
+    )
+    x = packed_position(m.x) - 22 + back + when(small, 2)
     return box(x, 178, jnp.where(small, 4, 8), 8, m.picture >> 8 != NO_CANNON)
 
 
@@ -201,15 +226,15 @@ def _enemy_pictures(m: Ram, is_split: jax.Array, bursts: jax.Array) -> tuple[jax
     """Left, first row, width and height of what the enemies' two pictures show."""
     clock = m.frame - 1
     second, narrow_burst = (clock & 16) > 0, bursts & ((clock & 4) == 0)
-    narrow = narrow_burst | (~is_split & ~bursts & second & (m.level >= FIREBALLS))
-    inset = jnp.where(narrow, 2, 0)
-    whole_kind = (m.level == SHORT_BEAMS) | (m.level == FIREBALLS)
+    narrow = narrow_burst | (~is_split & ~bursts & second & (m.level >= Level.FIREBALLS))
+    inset = when(narrow, 2)
+    whole_kind = (m.level == Level.SHORT_BEAMS) | (m.level == Level.FIREBALLS)
     first_row_empty = is_split & ~bursts & ~second & ~whole_kind
-    last_row_empty = is_split & ~bursts & second & (m.level == LOW_FIREBALLS)
+    last_row_empty = is_split & ~bursts & second & (m.level == Level.LOW_FIREBALLS)
     height = jnp.where(first_row_empty | last_row_empty, 7, 8)
     x = packed_position(m.enemy_x) - 22
     last = jnp.where(RIGHT_HALF | is_split, x, jnp.roll(x, -1)) + 8
-    return x + inset, jnp.where(first_row_empty, 1, 0), last - x - 2 * inset, height
+    return x + inset, when(first_row_empty, 1), last - x - 2 * inset, height
 
 
 def _came_down(m: Ram) -> jax.Array:
@@ -236,32 +261,35 @@ def _row_tops(m: Ram) -> jax.Array:
     # The explosion of a whole enemy takes a line more, from its own row down.
     longer = hit & ~jnp.any((m.is_split > 0) & (m.blast_row == row))
     longer = longer & (jnp.where(just_hit, m.blast_row - 1, m.blast_row) >= row)
-    return LOWEST_ROW + m.bob - ROW_HEIGHT * row - fewer + jnp.where(longer, 1, 0)
+    return LOWEST_ROW + m.bob - ROW_HEIGHT * row - fewer + when(longer, 1)
 
 
 def _line(m: Ram, count: jax.Array, x: jax.Array, tops: jax.Array) -> jax.Array:
     """The first screen line that shows, at column x, what changes at a count of lines."""
-    line = _line_below(count, x)
-    for row in range(3):
-        turn = count - (2 - row) * ROW_COUNTS - m.bob
-        column = jnp.where(turn > 0, ROW_COLUMN, FIRST_COLUMN)
-        in_row = tops[row] - 1 + jnp.maximum(turn, 0) + jnp.where(x < column, 1, 0)
-        line = jnp.where(turn < ROW_LINES, in_row, line)
-    return line
+    turns = [count - (2 - row) * ROW_COUNTS - m.bob for row in range(3)]
+    in_rows = [_line_in_row(turn, x) + top for turn, top in zip(turns, tops, strict=True)]
+    cases = [(turn < ROW_LINES, line) for turn, line in zip(turns, in_rows, strict=True)]
+    return match(*reversed(cases), otherwise=_line_below(count, x))
+
+
+def _line_in_row(turn: jax.Array, x: jax.Array) -> jax.Array:
+    """The same from the first line of a row of enemies on, at a count from there."""
+    column = jnp.where(turn > 0, ROW_COLUMN, FIRST_COLUMN)
+    return jnp.maximum(turn, 0) - 1 + when(x < column, 1)
 
 
 def _line_below(count: jax.Array, x: jax.Array) -> jax.Array:
     """The same below the enemies. A line that does not count is above the cannon."""
-    at_cannon = 1 + jnp.where(x < CANNON_COLUMN, 1, 0)
-    return count + 71 + jnp.where(count >= CANNON_COUNT, at_cannon, 0)
+    at_cannon = 1 + when(x < CANNON_COLUMN, 1)
+    return count + 71 + when(count >= CANNON_COUNT, at_cannon)
 
 
 def _missile(m: Ram, cannon: Box) -> Box:
     """The cannon's shot upwards."""
     block, x, tops = m.missile_y >> 3, packed_position(m.missile_x) - 23, _row_tops(m)
-    top, bottom = (_line(m, 8 * (block + i), x, tops) for i in (0, 1))
+    top, bottom = (_line(m, BLOCK * (block + i), x, tops) for i in (0, 1))
     covered = (x > cannon.x) & (x < cannon.x + 7)  # the last line, by the cannon
-    bottom = jnp.where(block == LAST_BLOCK, GROUND_TOP - jnp.where(covered, 1, 0), bottom)
+    bottom = jnp.where(block == LAST_BLOCK, GROUND_TOP - when(covered, 1), bottom)
     there = (m.rises == 1) & (block > 0) & (block <= LAST_BLOCK)
     return box(x, top, 1, bottom - top, there)
 
@@ -274,29 +302,48 @@ def _side_shot(m: Ram) -> Box:
     steps = 16 * (m.side_x & 15) + (m.side_x >> 4 ^ 7)
     right_end = RIGHT_END - mod(RIGHT_END - steps, SIDE_STEP)
     left_end = LEFT_END + mod(steps - LEFT_END, SIDE_STEP)
-    before_right = jnp.where(m.last_call == FIRED_RIGHT, right_end, steps - SIDE_STEP)
-    before_left = jnp.where(m.last_call == FIRED_LEFT, left_end, steps + SIDE_STEP)
-    steps = jnp.where(m.side_way == RIGHTWARDS, before_right, steps)
-    steps = jnp.where(m.side_way == LEFTWARDS, before_left, steps)
+    before_right = jnp.where(m.last_call == Call.FIRED_RIGHT, right_end, steps - SIDE_STEP)
+    before_left = jnp.where(m.last_call == Call.FIRED_LEFT, left_end, steps + SIDE_STEP)
+    steps = match(
+        (m.side_way == SideWay.LEFT, before_left),
+        (m.side_way == SideWay.RIGHT, before_right),
+        otherwise=steps,
+    )
     x = COARSE * (steps >> 4 & 15) + (steps & 15)
     return box(x - 23, 181, 4, 2, m.side_shot == SIDE_SHOT)
 
 
 def _enemy_shot(m: Ram) -> Box:
-    is_beam, is_tall = m.level <= TALL_BEAMS, m.level == TALL_BEAMS
-    high, rolls = m.level == FIREBALLS, m.rolls == 1
-    beam_x = packed_position(m.beam_x) - 23
-    first = (m.beam_y - 6) & jnp.where(is_tall, ~31, ~7)
-    beam_top, beam_end = (_line_below(first + n, beam_x) for n in (0, jnp.where(is_tall, 32, 8)))
-    fireball_top = jnp.where(rolls, 178, m.fireball_y + jnp.where(high, 101, 29))
-    fireball_height = jnp.where(high, 16, 8)
-    x = jnp.where(is_beam, beam_x, packed_position(m.roll_x) - 22)
-    y = jnp.where(is_beam, beam_top, fireball_top)
-    height = jnp.where(is_beam, beam_end - beam_top, fireball_height)
-    started = jnp.where(is_beam, m.beam_y > 60, m.fireball_y > jnp.where(high, 4, 84))
-    there = rolls | ((m.falls == 1) & started)
-    shot = box(x, y, jnp.where(is_beam, 1, 8), height, there, color=m.shot_color)
+    is_beam = m.level <= Level.TALL_BEAMS
+    shot = choose(is_beam, _beam(m), _fireball(m))
+    rolls = m.rolls == 1
+    shot = replace(shot, valid=rolls | (m.falls == 1) & shot.valid, color=m.shot_color)
     return shot.clip(0, 125, 160, GROUND_TOP)
+
+
+def _beam(m: Ram) -> Box:
+    x, lines = packed_position(m.beam_x) - 23, jnp.where(m.level == Level.TALL_BEAMS, 32, 8)
+    first = (m.beam_y - 6) & -lines
+    top, bottom = _line_below(first, x), _line_below(first + lines, x)
+    return box(x, top, 1, bottom - top, m.beam_y > BEAM_STARTS)
+
+
+def _fireball(m: Ram) -> Box:
+    """A fireball that falls, or rolls along the ground."""
+    high = m.level == Level.FIREBALLS
+    y = jnp.where(m.rolls == 1, 178, m.fireball_y + jnp.where(high, 101, 29))
+    started = m.fireball_y > jnp.where(high, HIGH_STARTS, LOW_STARTS)
+    return box(packed_position(m.roll_x) - 22, y, 8, jnp.where(high, 16, 8), started)
+
+
+def _lives(m: Ram) -> Box:
+    place = np.arange(3)
+    return box(15 + 16 * place, 192, 8, 8, place < m.lives - 1)
+
+
+def _gauge(m: Ram) -> Box:
+    heat = _heat(m)
+    return box(96, 192, 4 * heat, 8, m.heat_color > 0, value=heat, color=m.heat_color)
 
 
 def _heat(m: Ram) -> jax.Array:
@@ -307,7 +354,7 @@ def _heat(m: Ram) -> jax.Array:
     heat = jnp.sum(lax.population_count(m.heat))
     fired = (m.rises == 1) | (m.side_way > 0) | (m.shot_sound < SHOT_SOUND_END) | (heat == HOT)
     changed = ((m.frame & 31) == 1) & (heat > COLD) & (m.demo == 0)
-    return heat + jnp.where(changed, jnp.where(fired, -1, 1), 0)
+    return heat + when(changed, jnp.where(fired, -1, 1))
 
 
 PLAYER = Blobs(CANNON, GROUND, Shape(w=(4, 8), h=(7, 8)))
@@ -317,8 +364,8 @@ BESIDE_SHOT = Runs((WHEELS,), most=1)
 CARRIER = Bounds(SHIP, (0, 12, 160, 45))
 ENEMY = Blobs(ENEMIES, ROWS, Shape(w=(4, 16), h=(6, 8)), gap=(4, 0))
 SIDE = Bounds(CANNON, (0, 181, 160, 183), exclude=("Player",))
-POINTS = Bounds(SCORE, (50, 0, 110, 12), value=Digits(FONT, range(55, 103, 8), 2))
-LIVES = Cells(LIFE, (15, 31, 47), (192,) * 3, 8, 8, whole=False)
+POINTS = SCORE.rule(GOLD, (50, 0, 110, 12))
+LIVES = Cells(GREY, (15, 31, 47), (192,) * 3, 8, 8, whole=False)
 HEALTH = Bounds(HEAT, (90, 190, 160, 204), value=Gauge(4))
 
 GAME = Game(

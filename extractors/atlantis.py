@@ -1,9 +1,11 @@
 """Atlantis: three cannons and six other buildings of a city, below ships that fly over in lanes.
 
-With each pass a ship comes down by one of four lanes; its slot, the game's own record, stays the
-same. The wreck of a Gorgon ship stays in the ship's slot. The wreck of a bandit bomber is the large
-explosion that ends all ships. A building stays valid while it explodes. The outermost eight columns
-of the sky are black masks. The ground, the water and the black dashes at the left edge are scenery.
+Screen: The outermost eight columns of the sky are black masks. The ground, the water and the black
+dashes at the left edge are scenery.
+
+Slots: With each pass a ship comes down by one of four lanes; its slot, the game's own record, stays
+the same. The wreck of a Gorgon ship stays in the ship's slot. The wreck of a bandit bomber is the
+large explosion that ends all ships. A building stays valid while it explodes.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (what the tables are), and the ROM's code. Ships are
 drawn from positions in the chip's coding, which do not change until the next frame. Everything else
@@ -11,10 +13,12 @@ moves after it was drawn, and `decode` takes that back. The digits and most buil
 the pointers to their pictures. A shot counts display lines from the bottom; some of them are two
 rows high. It has the colour that its sprite would have in that row.
 
-Covered: modes 0-3, waves, the destruction of every building, the bandit's explosion, game over. Not
-in RAM, each for a single frame: a shot that hits or leaves the sky, a ship that leaves the lowest
-lane, the last frame of a wreck, the death ray when it hits. VEM takes a ship of which only a part
-is in the picture for a Gorgon ship.
+Covered: modes 0-3, waves, the destruction of every building, the bandit's explosion, game over.
+
+Not exact, each for a single frame: a shot that hits or leaves the sky, a ship that leaves the
+lowest lane, the last frame of a wreck, the death ray when it hits. They are not in the RAM.
+
+VEM: a ship of which only a part is in the picture is taken for a Gorgon ship.
 """
 
 from typing import Any
@@ -24,9 +28,9 @@ import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Area, Box, Number, box
 from ocjax.console.fonts import Digits
-from ocjax.console.ops import lookup, pick
+from ocjax.console.ops import among, lookup, match, pick, reached, when
 from ocjax.console.palette import NTSC
-from ocjax.console.ram import RamMap, bcd, bits, byte, high, signed
+from ocjax.console.ram import RamMap, bcd, bits, byte, high, low, signed
 from ocjax.console.registers import position
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
@@ -36,30 +40,53 @@ from ocjax.vision.shapes import Shape
 ROM = Rom("atlantis", "9ad36e699ef6f45d9eb6c4cf90475c9f")
 FONT = ROM.font(0xF00, rows=10, dots=7)
 
-PLAY = 1  # `state`
-OVER = 128  # 128 and more: the game is over
-# stages of a building's damage
-STANDS = 0
-HIT = 1
-CRUMBLES = 3
-LAST_RUIN = 4
-GONE = 5
-RIGHT_ANGLED = 0x40  # pictures of ships
-BANDIT = 0x50  # flat ones come before
-BLAST = 0x80  # `blast`: this bit and the stage
-BLAST_FLASH = 0x20  # `flash` on the frame on which a bandit is hit, which still shows everything
-BUILDING_HIT = 0x3E  # `noise` on the frame on which a building is hit, which is still drawn whole
-RECOILING = 0x88  # picture of the left cannon
-NEW_SHOT = 0x64  # `shot_y` of a shot that has just been fired by the right cannon
-# digits count rows of the font
-DIGIT_ONE = 10
+
+class State:  # of `Ram.state`
+    PLAY = 1
+    OVER = 128  # this or more: the game is over
+
+
+class Damage:  # of `Ram.damage`
+    STANDS = 0
+    HIT = 1
+    CRUMBLES = 3
+    LAST_RUIN = 4
+    GONE = 5
+
+
+class Kind:  # of `Ram.ship_kind`; the pictures before `RIGHT_ANGLED`, and the bandit's, are flat
+    RIGHT_ANGLED = 64
+    BANDIT = 80
+
+
+BLAST = 128  # `blast`: this bit and the stage
+BLAST_FLASH = 32  # `flash` on the frame on which a bandit is hit, which still shows everything
+FLASHING_STAGE = 4  # of the blast
+BUILDING_HIT = 62  # `noise` on the frame on which a building is hit, which is still drawn whole
+NARROW_GENERATOR = 8  # `generators`
+RECOILING = 136  # `left_cannon`
+RIGHT_RECOILS = (1, 2)  # `right_fires`
+DIGIT_ONE = 10  # `digits` count rows of the font
 NO_DIGIT = 100
 NO_LIVES = 255
 
+# Positions of shots, in display lines from the bottom.
+NEW_SHOT = 100  # of one that the right cannon has just fired
+LEFT_MUZZLES = (87, 86)  # by slot, of shots to the right
+RIGHT_MUZZLE = 94  # of shots to the left
+HIGH_LINES = (111, 121, 141, 161, 181)  # two rows high
+# Near the edges the beam comes to the shot before the program does, or after it.
+LATE_TO_RIGHT = 93  # first slot: up to this line a row lower
+LATE_TO_LEFT = range(174, 181)  # first slot: a row lower
+EARLY_TO_LEFT = 96  # a row higher, and two rows high
+HIGH_TO_RIGHT = 94  # first slot: two rows high
+LIFTED = 97  # from this line on two rows higher
+
 SKY = (8, 8, 152, 124)
 SHOWN = (8, 0, 152, 210)  # between the masks
-LANES = tuple((8, 82 - 21 * i, 152, 90 - 21 * i) for i in range(4))  # lowest first
-HIGH_LINES = (0x6F, 0x79, 0x8D, 0xA1, 0xB5)  # of a shot; they are two rows high
+LANE_TOP = 82  # of the lowest one
+LANE_PITCH = 21
+LANES = tuple((8, top, 152, top + 8) for top in (LANE_TOP - LANE_PITCH * i for i in range(4)))
 # The land: first columns and top rows. Columns 80 to 159 repeat it, without the left edge.
 LEFTS = (0, 8, 12, 16, 32, 36, 56, 60, 68, 72, 80)
 TOPS = (132, 156, 164, 178, 164, 156, 164, 145, 132, 120)
@@ -77,7 +104,12 @@ BAZAAR = (12, 58, 74, 90, 106, 122, 138)
 PLANE = (42, 58, 78, 90, 106, 138, 202)
 GROUND = (186, 198)
 GOLD = 62
-STAGE_FLASHES = 4  # of the blast
+# From the tip on: columns from which a Gorgon ship has a row more above, below.
+ROWS_ABOVE = (8, 11, 13)
+ROWS_BELOW = (6, 9, 10)
+RAY_TOP = 92
+SCORE_RIGHT = 103
+SCORE_TOP = 188
 
 
 def _shot_colors() -> np.ndarray:
@@ -96,7 +128,7 @@ SHOT_COLORS = _shot_colors()
 class Ram(RamMap):
     digits = byte(0, 2, 4, 6, 8, 10)  # 10 * digit, the lowest first
     left_cannon = byte(21)  # picture
-    generators = byte(22, 23, 24)  # pictures: 0x78 and 0x68 are narrow
+    generators = low(22, 23, 24)  # of their pictures
     millions = bcd(33)  # of the score; something else when the game is over
     score = bcd((35, 34))  # hundreds
     ship_x = byte(36, 37, 38, 39)  # lowest lane first; 0: none
@@ -125,8 +157,7 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    just_hit = (m.damage == HIT) & (m.noise == BUILDING_HIT)
-    damage = jnp.where(just_hit, STANDS, m.damage)
+    damage = _shown_damage(m)
     ships, is_bandit = _ships(m)
     return {
         "Sentry": _cannons(m),
@@ -144,8 +175,14 @@ def decode(m: Ram) -> dict[str, Box]:
     }
 
 
+def _shown_damage(m: Ram) -> jax.Array:
+    """The damage that the frame shows: of a hit on this very frame still none."""
+    just_hit = (m.damage == Damage.HIT) & (m.noise == BUILDING_HIT)
+    return jnp.where(just_hit, Damage.STANDS, m.damage)
+
+
 def _over(m: Ram) -> jax.Array:
-    return m.state >= OVER
+    return m.state >= State.OVER
 
 
 def _blasting(m: Ram) -> jax.Array:
@@ -157,29 +194,30 @@ def _blasting(m: Ram) -> jax.Array:
 def _cannons(m: Ram) -> Box:
     """The left and the right one, a row lower while they recoil."""
     new_shot = jnp.any((m.shot_speed < 0) & (m.shot_y == NEW_SHOT))
-    right = (m.right_fires == 1) | (m.right_fires == 2) | new_shot
-    recoil = jnp.where(jnp.stack([m.left_cannon == RECOILING, right]), 1, 0)
+    right = among(m.right_fires, RIGHT_RECOILS) | new_shot
+    recoil = when(jnp.stack([m.left_cannon == RECOILING, right]), 1)
     return box(np.array((0, 152)), np.array((124, 112)) + recoil, 8, 8 - recoil, ~_over(m))
 
 
 def _building(x: Number, y: Number, width: Number, damage: jax.Array, *, ruin_width: int) -> Box:
     """A building, its explosion or its ruins; `ruin_width` is the width while it crumbles."""
-    crumbles = damage == CRUMBLES
-    left = x + jnp.where(crumbles, 1, 0)
-    top = y + jnp.where(damage == HIT, 1, 0)
-    height = jnp.where((damage >= HIT) & (damage <= CRUMBLES), 7, 8)
-    return box(left, top, jnp.where(crumbles, ruin_width, width), height, damage < GONE)
+    crumbles = damage == Damage.CRUMBLES
+    explodes = (damage >= Damage.HIT) & (damage <= Damage.CRUMBLES)
+    left = x + when(crumbles, 1)
+    top = y + when(damage == Damage.HIT, 1)
+    width = jnp.where(crumbles, ruin_width, width)
+    return box(left, top, width, jnp.where(explodes, 7, 8), damage < Damage.GONE)
 
 
 def _generators(m: Ram, damage: jax.Array) -> Box:
     """By the post, left, right: the first and the last widen, the one on the left turns."""
     widens = np.array((1, 0, 1))
     is_last = np.arange(3) == 2
-    stands = damage == STANDS
-    narrow = jnp.where((m.generators & 15) == 8, widens, 0)
-    ruins = jnp.where(is_last & (damage == LAST_RUIN), 3, 8)
+    stands = damage == Damage.STANDS
+    narrow = jnp.where(m.generators == NARROW_GENERATOR, widens, 0)
+    ruins = jnp.where(is_last & (damage == Damage.LAST_RUIN), 3, 8)
     width = jnp.where(stands, 4 - 2 * narrow, ruins)
-    x = np.array((82, 60, 142)) + jnp.where(stands, narrow - 2 * widens + 2, 0)
+    x = np.array((82, 60, 142)) + when(stands, narrow - 2 * widens + 2)
     generators = _building(x, np.array((124, 137, 137)), width, damage, ruin_width=7)
     return generators.clip(0, 0, np.array((160, 160, 148)), 210)
 
@@ -188,7 +226,7 @@ def _plane(damage: jax.Array) -> Box:
     inset = pick(damage, (0, 4, 3, 2, 1))
     width = pick(damage, (16, 9, 11, 13, 15))
     top = pick(damage, (171, 172, 171, 170))
-    return box(16 + inset, top, width, pick(damage, (7, 3, 6, 8)), damage < GONE)
+    return box(16 + inset, top, width, pick(damage, (7, 3, 6, 8)), damage < Damage.GONE)
 
 
 def _ships_x(m: Ram) -> jax.Array:
@@ -199,9 +237,9 @@ def _ships_x(m: Ram) -> jax.Array:
 def _ships(m: Ram) -> tuple[Box, jax.Array]:
     """The ships and wrecks, and which of them are bandits."""
     lane, x = _ship_places(m)
-    stage = m.ship_stage - jnp.where((m.clock & 7) == 0, 1, 0)
-    wreck = jnp.where(m.ship_hit == 1, jnp.maximum(stage, 0), 0)
-    is_bandit = m.ship_kind == BANDIT
+    stage = m.ship_stage - when((m.clock & 7) == 0, 1)
+    wreck = when(m.ship_hit == 1, jnp.maximum(stage, 0))
+    is_bandit = m.ship_kind == Kind.BANDIT
     width = jnp.where(is_bandit, 9, pick(wreck, (15, 11, 13, 15)))
     inset = jnp.where(is_bandit, 4, pick(wreck, (0, 3, 2, 1)))
     to_right = m.ship_right == 1
@@ -209,14 +247,14 @@ def _ships(m: Ram) -> tuple[Box, jax.Array]:
     columns = jnp.where(to_right, left + width - 8, 152 - left)  # in the picture, from the nose
     top, bottom = _ship_rows(m, wreck, columns)
     there = (x > 0) & ~_over(m) & ~_blasting(m)
-    ships = box(left, 82 - 21 * lane + top, width, bottom - top, there)
+    ships = box(left, LANE_TOP - LANE_PITCH * lane + top, width, bottom - top, there)
     return ships.clip(*SHOWN), is_bandit
 
 
 def _ship_places(m: Ram) -> tuple[jax.Array, jax.Array]:
     """Lane and column of each ship; one that has just left a lane is still drawn there."""
     x = _ships_x(m)
-    left_now = jnp.where(m.ship_x == 0, x, 0)
+    left_now = when(m.ship_x == 0, x)
     here, above = jnp.zeros_like(x), jnp.zeros_like(x)
     for lane in range(4):
         here = jnp.where((m.ship_lane == lane) & (m.ship_waits == 0), x[lane], here)
@@ -228,14 +266,13 @@ def _ship_places(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 def _ship_rows(m: Ram, wreck: jax.Array, columns: jax.Array) -> tuple[jax.Array, jax.Array]:
     """First row and last row + 1 in the lane of a ship of which some columns are in the picture."""
-    is_bandit = m.ship_kind == BANDIT
-    is_flat = is_bandit | (m.ship_kind < RIGHT_ANGLED)
+    is_bandit = m.ship_kind == Kind.BANDIT
+    is_flat = is_bandit | (m.ship_kind < Kind.RIGHT_ANGLED)
     small = wreck == 1
     pointed = is_flat & ~is_bandit & (wreck == 0)
-    above = jnp.where(columns < 8, 3, jnp.where(columns < 11, 2, jnp.where(columns < 13, 1, 0)))
-    below = jnp.where(columns < 6, 3, jnp.where(columns < 9, 2, jnp.where(columns < 10, 1, 0)))
-    top = jnp.where(is_flat | small, 1, 0) + jnp.where(pointed, above, 0)
-    bottom = jnp.where(small, 7, 8) - jnp.where(pointed, below, 0)
+    above, below = (3 - reached(columns, rows) for rows in (ROWS_ABOVE, ROWS_BELOW))
+    top = when(is_flat | small, 1) + when(pointed, above)
+    bottom = jnp.where(small, 7, 8) - when(pointed, below)
     tip = is_bandit & (columns < 6)
     return jnp.where(tip, 4, top), jnp.where(tip, 5, bottom)
 
@@ -246,7 +283,7 @@ def _blast(m: Ram) -> Box:
     y = pick(m.blast_lane, (80, 60, 40, 28)) - pick(stage, (0, 1, 5, 10, 9))
     there = _blasting(m) & ~_over(m)
     height = pick(stage, (10, 14, 21, 30, 28))
-    color = jnp.where(stage == STAGE_FLASHES, m.clock & 14 ^ GOLD, GOLD)
+    color = jnp.where(stage == FLASHING_STAGE, m.clock & 14 ^ GOLD, GOLD)
     blast = box(m.blast_x - half, y, 2 * half + 1, height, there, color=color)
     return blast.clip(8, 21, 152, 124)
 
@@ -254,40 +291,40 @@ def _blast(m: Ram) -> Box:
 def _shots(m: Ram) -> Box:
     """The shots where they were before their last step."""
     y = m.shot_y - jnp.where(m.shot_speed == 0, 3, 2)
-    top = 205 - y - jnp.where(y >= 0x61, 2, 0)
-    is_high = y < 0
-    for line in HIGH_LINES:
-        top = top - jnp.where(y >= line, 1, 0)
-        is_high = is_high | (y == line)
-    # Near the edges the beam comes to the shot before the program does, or after it.
-    is_first = np.arange(2) == 0
-    from_left, from_right = m.shot_speed > 0, m.shot_speed < 0
-    late_left = from_left & (y <= 0x5D)
-    late_right = from_right & (y >= 0xAE) & (y <= 0xB4)
-    late = is_first & (late_left | late_right)
-    early = from_right & (y == 0x60)
-    top = top + jnp.where(late, 1, jnp.where(early, -1, 0))
-    is_high = is_high | early | (is_first & from_left & (y == 0x5E))
-    muzzle = jnp.where(from_left, jnp.where(is_first, 0x57, 0x56), 0x5E)
+    top, is_high = _shot_rows(m, y)
+    muzzle = jnp.where(m.shot_speed > 0, np.array(LEFT_MUZZLES), RIGHT_MUZZLE)
     there = (m.shot_y > 0) & (y >= muzzle)
-    height, x = jnp.where(is_high, 2, 1), m.shot_x - m.shot_speed
     color = lookup(SHOT_COLORS, jnp.clip(top, 0, 123) + np.arange(2) * 124)
-    return box(x, top, 1, height, there, color=color).clip(8, 0, 152, 124)
+    shots = box(m.shot_x - m.shot_speed, top, 1, jnp.where(is_high, 2, 1), there, color=color)
+    return shots.clip(8, 0, 152, 124)
+
+
+def _shot_rows(m: Ram, y: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """First rows of the shots at some display lines, and which of them are two rows high."""
+    is_first = np.arange(2) == 0
+    to_right, to_left = m.shot_speed > 0, m.shot_speed < 0
+    late_to_right = to_right & (y <= LATE_TO_RIGHT)
+    late = is_first & (late_to_right | to_left & among(y, LATE_TO_LEFT))
+    early = to_left & (y == EARLY_TO_LEFT)
+    top = 205 - y - when(y >= LIFTED, 2) - reached(y, HIGH_LINES)
+    top = top + match((late, 1), (early, -1), otherwise=0)
+    high = early | is_first & to_right & (y == HIGH_TO_RIGHT)
+    return top, (y < 0) | among(y, HIGH_LINES) | high
 
 
 def _death_ray(m: Ram) -> Box:
     """From the ship in the lowest lane to the deeper land below its two columns."""
-    there = (m.ray_x > 0) & (_ships_x(m)[0] > 0) & (m.state == PLAY) & ~_blasting(m)
-    ray = box(m.ray_x, 92, 2, lookup(RAY_ENDS, m.ray_x) - 92, there)
+    there = (m.ray_x > 0) & (_ships_x(m)[0] > 0) & (m.state == State.PLAY) & ~_blasting(m)
+    ray = box(m.ray_x, RAY_TOP, 2, lookup(RAY_ENDS, m.ray_x) - RAY_TOP, there)
     return ray.clip(8, 0, 160, 210)
 
 
 def _score(m: Ram) -> Box:
     count = jnp.max(jnp.where(m.digits == NO_DIGIT, 0, np.arange(1, 7)))
     left = 104 - 8 * count
-    right = jnp.where(m.digits[0] == DIGIT_ONE, 102, 103)
-    millions = jnp.where(m.lives == NO_LIVES, 0, m.millions)
-    return box(left, 188, right - left, 10, count > 0, value=1000000 * millions + 100 * m.score)
+    right = SCORE_RIGHT - when(m.digits[0] == DIGIT_ONE, 1)
+    points = 1000000 * when(m.lives != NO_LIVES, m.millions) + 100 * m.score
+    return box(left, SCORE_TOP, right - left, FONT.height, count > 0, value=points)
 
 
 def _ground() -> tuple[Area, ...]:
@@ -312,7 +349,8 @@ SEA_BED = Bounds(PLANE, (16, 170, 32, 178))
 POWER = Bounds(GENERATORS, ((82, 124, 90, 132), (60, 137, 68, 145), (142, 137, 148, 145)))
 SHOTS = Blobs(SHOT, SKY, Shape(w=1, h=(1, 2)), gap=(3, 2))
 RAY = Bounds(GROUND, (8, 92, 160, 210), ignore=_ground())
-SCORE = Bounds(GOLD, (55, 188, 103, 198), value=Digits(FONT, range(56, 104, 8), 188))
+SCORE_AREA = (55, SCORE_TOP, SCORE_RIGHT, SCORE_TOP + FONT.height)
+SCORE = Bounds(GOLD, SCORE_AREA, value=Digits(FONT, range(56, 104, 8), SCORE_TOP))
 
 GAME = Game(
     name="Atlantis",

@@ -1,19 +1,24 @@
 """Battlezone: a plain seen from inside a tank, with up to two enemies and two shots on it.
 
-A radar stands above, score and spare tanks below. An enemy is a blue or yellow tank, a red flyer, a
-boss, or an explosion; the slots of each of these categories are the game's two records. Shots are
-drawn on odd frames (the player's) and even ones. Radar_Content is the radar's hand and two blips.
-Mountains and the lines of a crash are scenery. When the player is hit, the rest is drawn on every
-other frame, and then only score and tanks stay valid.
+Screen: A radar stands above, score and spare tanks below. Radar_Content is the radar's hand and two
+blips. Shots are drawn on odd frames (the player's) and even ones. Mountains and the lines of a
+crash are scenery. When the player is hit, the rest is drawn on every other frame, and then only
+score and tanks stay valid.
+
+Slots: An enemy is a blue or yellow tank, a red flyer, a boss, or an explosion; the slots of each of
+these categories are the game's two records.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 and AtariARI (what the records are), a public
 disassembly by Manuel Polik, and the ROM's drawing loop, which keeps columns, sizes, edge masks and
 pointers to pictures as drawn. A shot is projected before that; its step and the player's turn since
 then are taken back. What the loop draws left of the beam shows a row lower, shots apart.
 
-Covered: modes 1-3, all enemies, explosions, crashes, game over, attract mode. Not in RAM: where
-blips were before an odd frame, a pixel off. VEM cannot see an enemy that stands behind another one,
-and sees one at the right edge twice if it goes on at the left.
+Covered: modes 1-3, all enemies, explosions, crashes, game over, attract mode.
+
+Not exact: where blips were before an odd frame, a pixel off, as it is not in the RAM.
+
+VEM: does not see an enemy that stands behind another one, and sees one at the right edge twice if
+it goes on at the left.
 """
 
 import functools
@@ -24,7 +29,7 @@ import numpy as np
 from jax import lax
 from ocjax.console.boxes import Box, box
 from ocjax.console.fonts import Digits
-from ocjax.console.ops import lookup, pick
+from ocjax.console.ops import lookup, match, pick, when
 from ocjax.console.ram import RamMap, bits, byte, high, low
 from ocjax.console.registers import mirrored, wrap
 from ocjax.console.rom import Rom
@@ -35,7 +40,14 @@ from ocjax.vision.shapes import Shape
 ROM = Rom("battle_zone", "41f252a66c6301f1e8ab3612c19bc5d4")
 FONT = ROM.font(0xD00, rows=8, dots=5)
 
-BLUE, YELLOW, EXPLODES, FLYER, BOSS = range(1, 6)  # kinds of enemies; 0: none
+
+class Kind:  # of `Ram.kind` and `Ram.drawn_kinds`; 0: none
+    BLUE = 1
+    YELLOW = 2
+    EXPLODES = 3
+    FLYER = 4
+    BOSS = 5
+
 
 # Pictures: 50 of tanks by angle and size, 3 of explosions, 10 of flyers and 10 of bosses by size.
 EXPLOSIONS = 50
@@ -92,15 +104,23 @@ def _line(depth: int, limits: np.ndarray, line: int, step: int) -> int:
 SEARCHES = ((ROM.bytes(0x1F85, 47), 23, 12), (ROM.bytes(0x1F52, 51), 25, 13))
 SHOT_LINES = [_line(depth, *search) for search in SEARCHES for depth in range(DEPTHS)]
 
-SHOT_TIMES = np.array((0x35, 0x75))  # of new shots of the player and the enemy
-# until then the picture shows on every other frame
-CRASH_BEGINS = 0x80
-CRASH_FLICKERS = 0x58
-# of `stick`
-RIGHT = 8
-LEFT = 4
-DOWN = 2
-UP = 1
+NEW_SHOT = np.array((53, 117))  # `shot_time` of a new shot of the player, of the enemy
+CRASH_BEGINS = 128  # `crash` on its first frame
+CRASH_FLICKERS = 88  # `crash` until which the picture shows on every other frame
+
+
+class Stick:  # bits of `Ram.stick`
+    UP = 1
+    DOWN = 2
+    LEFT = 4
+    RIGHT = 8
+
+
+# What a move of the player takes from the distance of a shot, alone and while turning.
+STRAIGHT_MOVE = 127
+TURNING_MOVE = 31
+MIDDLE = 79  # column
+NO_BLIP = 31  # `blip_y`, this or more
 NO_DIGIT = 10  # a blank instead of a leading zero
 GREEN = 202
 WHITE = 14
@@ -137,30 +157,34 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     normal = (m.crash == 0) | (m.crash >= CRASH_FLICKERS)
-    lives = m.lives + jnp.where(m.crash == CRASH_BEGINS, 1, 0)  # as drawn
     enemies, kind = _by_record(m, *_enemies(m))
     enemies = enemies.where(normal)
     return {
         "Player": box(19, 140, 122, 37, normal),
         "Crosshair": box(78, 79, 1, 6, normal, color=m.crosshair_color),
-        "Blue_Tank": enemies.where(kind <= BLUE),
-        "Yellow_Blue_Tank": enemies.where(kind == YELLOW),
-        "Red_Thing": enemies.where(kind == FLYER),
-        "Boss": enemies.where(kind >= BOSS),
-        "Explosion": enemies.where(kind == EXPLODES),
+        "Blue_Tank": enemies.where(kind <= Kind.BLUE),
+        "Yellow_Blue_Tank": enemies.where(kind == Kind.YELLOW),
+        "Red_Thing": enemies.where(kind == Kind.FLYER),
+        "Boss": enemies.where(kind >= Kind.BOSS),
+        "Explosion": enemies.where(kind == Kind.EXPLODES),
         "Shot": _shots(m).where(normal),
         "Radar": box(74, 3, 22, 33, normal),
         "Radar_Content": _radar(m).where(normal),
         "Score": _score(m),
-        "Life": box(65 + 8 * np.arange(5), 190, 6, 5, np.arange(5) < lives),
+        "Life": _lives(m),
     }
+
+
+def _lives(m: Ram) -> Box:
+    place, drawn = np.arange(5), m.lives + when(m.crash == CRASH_BEGINS, 1)
+    return box(65 + 8 * place, 190, 6, 5, place < drawn)
 
 
 def _score(m: Ram) -> Box:
     """The last three digits are always 0."""
     digits = m.digits >> np.array((0, 4, 8)) & 15
-    shown = jnp.sum(jnp.where(digits < NO_DIGIT, 1, 0))
-    value = jnp.sum(jnp.where(digits < NO_DIGIT, digits, 0) * np.array((1000, 10000, 100000)))
+    shown = jnp.sum(when(digits < NO_DIGIT, 1))
+    value = jnp.sum(when(digits < NO_DIGIT, digits) * np.array((1000, 10000, 100000)))
     return box(90 - 8 * shown, 180, 21 + 8 * shown, 8, value=value)
 
 
@@ -168,9 +192,12 @@ def _enemies(m: Ram) -> tuple[Box, jax.Array]:
     """Tight boxes of what shows of the nearer and the farther enemy, and their kinds."""
     kind = m.drawn_kinds >> np.array((0, 4)) & 15
     size = jnp.minimum(m.size, SIZES - 1)
-    sized = jnp.where(kind >= BOSS, BOSSES, FLYERS) + size
-    other = jnp.where(kind == EXPLODES, EXPLOSIONS + jnp.minimum(m.picture, 2), sized)
-    picture = jnp.where(kind <= YELLOW, jnp.minimum(m.picture, EXPLOSIONS - 1), other)
+    picture = match(
+        (kind <= Kind.YELLOW, jnp.minimum(m.picture, EXPLOSIONS - 1)),
+        (kind == Kind.EXPLODES, EXPLOSIONS + jnp.minimum(m.picture, 2)),
+        (kind >= Kind.BOSS, BOSSES + size),
+        otherwise=FLYERS + size,
+    )
     dots, lowest, x, zoom = _dots(m, SIZES * picture + size)
     left = x + (31 - lax.clz(dots & -dots) << zoom)
     right = x + (32 - lax.clz(dots) << zoom)
@@ -181,7 +208,7 @@ def _enemies(m: Ram) -> tuple[Box, jax.Array]:
     # Left of the beam the last row of the lower enemy goes on for one more row.
     late = (dots & lowest & ((1 << _dots_within(15 - x, zoom)) - 1)) > 0
     late = late & (2 * below <= jnp.sum(below))
-    height = last - first + 1 + jnp.where(late, 1, 0)
+    height = last - first + 1 + when(late, 1)
     return box(left, 139 - below - last, right - left, height, rows > 0), kind
 
 
@@ -192,7 +219,7 @@ def _dots(m: Ram, index: jax.Array) -> tuple[jax.Array, ...]:
     drawn = entry & (m.mask << 8 | m.mask)
     drawn = jnp.where(m.mirrored > 0, drawn, mirrored(drawn))
     shows, lowest = drawn & 255, drawn >> 8
-    x = wrap(_column(m.x) + jnp.where(zoom > 0, 1, 0))  # the chip draws wide dots a pixel later
+    x = wrap(_column(m.x) + when(zoom > 0, 1))  # the chip draws wide dots a pixel later
     # A picture may show at both edges: the larger part counts.
     beyond = -1 << _dots_within(160 - x, zoom)
     wraps = lax.population_count(shows & beyond) > lax.population_count(shows & ~beyond)
@@ -202,7 +229,7 @@ def _dots(m: Ram, index: jax.Array) -> tuple[jax.Array, ...]:
 
 def _column(x: jax.Array) -> jax.Array:
     """Where the game's positioning loop puts a sprite: it is late for the leftmost columns."""
-    return jnp.where(x >= 17, x, jnp.where(x >= 5, x - 5, x + 160))
+    return match((x >= 17, x), (x >= 5, x - 5), otherwise=x + 160)
 
 
 def _dots_within(pixels: jax.Array, zoom: jax.Array) -> jax.Array:
@@ -222,34 +249,44 @@ def _by_record(m: Ram, enemies: Box, kind: jax.Array) -> tuple[Box, jax.Array]:
 
 def _shots(m: Ram) -> Box:
     """The player's shot where it was on the last odd frame, the enemy's of the last even one."""
-    is_odd = m.frame & 1
-    side = m.shot_side + lookup(STEP_SIDE, m.shot_direction)
-    ahead = m.shot_ahead + lookup(STEP_AHEAD, m.shot_direction)
-    side, ahead = _before_move(m, side, ahead)
-    moved = jnp.stack([is_odd == 0, jnp.bool_(True)])  # since
-    side = jnp.where(moved, side, m.shot_side) & 0xFFFF
-    ahead = jnp.where(moved, ahead, m.shot_ahead) & 0xFFFF
+    side, ahead = _shots_drawn(m)
     away, depth = side >> 8, ahead >> 8
     is_right = away < 128
     in_view = (depth < DEPTHS) & (depth + 2 >= jnp.where(is_right, away, 256 - away))
-    seen = (m.shot_time < SHOT_TIMES + jnp.stack([is_odd, 0])) & (depth >= np.array((0, 8)))
+    not_new = m.shot_time < NEW_SHOT + jnp.stack([m.frame & 1, 0])
+    seen = not_new & (depth >= np.array((0, 8)))
     distance = _projected(jnp.where(is_right, side, 0xFFFF - side), ahead)
-    x = jnp.where(is_right, 79 + distance, 79 - distance)
-    x = wrap(_column(jnp.where((x <= 0) | (x >= 0x9F), 1, x)) - 1)
+    x = jnp.where(is_right, MIDDLE + distance, MIDDLE - distance)
+    x = wrap(_column(jnp.where((x <= 0) | (x >= 159), 1, x)) - 1)
     line = lookup(SHOT_LINES, (depth & 127) + np.array((0, DEPTHS)))
-    width = jnp.where(line < 10, 4, jnp.where(line < 35, 2, 1))
+    width = match((line < 10, 4), (line < 35, 2), otherwise=1)
     there = in_view & seen & (m.shots >> np.arange(2) & 1 > 0)
     return box(x, 140 - line, width, 3, there).clip(*PLAIN)
+
+
+def _shots_drawn(m: Ram) -> tuple[jax.Array, jax.Array]:
+    """Places of the shots before their last step and the player's last move."""
+    side = m.shot_side + lookup(STEP_SIDE, m.shot_direction)
+    ahead = m.shot_ahead + lookup(STEP_AHEAD, m.shot_direction)
+    side, ahead = _before_move(m, side, ahead)
+    moved = jnp.stack([m.frame & 1 == 0, jnp.bool_(True)])
+    side = jnp.where(moved, side, m.shot_side) & 0xFFFF
+    return side, jnp.where(moved, ahead, m.shot_ahead) & 0xFFFF
 
 
 def _before_move(m: Ram, side: jax.Array, ahead: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Places before the player's last move: a turn to the other side, as the game computes it."""
     side, ahead = ((place & 0xFFFF ^ 0x8000) - 0x8000 for place in (side, ahead))
-    turn = jnp.where(m.stick & RIGHT == 0, 1, jnp.where(m.stick & LEFT == 0, -1, 0))
-    back = jnp.where(m.stick & DOWN == 0, 1, jnp.where(m.stick & UP == 0, -1, 0))
-    ahead = ahead - back * jnp.where(turn == 0, 0x7F, 0x1F)
+    turn = _pressed(m, Stick.RIGHT, Stick.LEFT)
+    back = _pressed(m, Stick.DOWN, Stick.UP)
+    ahead = ahead - back * jnp.where(turn == 0, STRAIGHT_MOVE, TURNING_MOVE)
     turned_side = side + turn * 6 * (ahead >> 8) - abs(turn) * (side >> 12)
     return turned_side, ahead - turn * 6 * (side >> 8) - abs(turn) * (ahead >> 12)
+
+
+def _pressed(m: Ram, forth: int, back: int) -> jax.Array:
+    """1 where the first direction is pressed, else -1 where the second one is, else 0."""
+    return match((m.stick & forth == 0, 1), (m.stick & back == 0, -1), otherwise=0)
 
 
 def _projected(side: jax.Array, ahead: jax.Array) -> jax.Array:
@@ -260,15 +297,15 @@ def _projected(side: jax.Array, ahead: jax.Array) -> jax.Array:
     share = jnp.zeros_like(side)
     for bit in range(7, -1, -1):
         fits = rest >= divisor
-        rest, share = rest - jnp.where(fits, divisor, 0), share | jnp.where(fits, 1 << bit, 0)
-        large = jnp.where(rest >= 128, 1, 0)
+        rest, share = rest - when(fits, divisor), share | when(fits, 1 << bit)
+        large = when(rest >= 128, 1)
         rest, divisor = rest << 1 - large, divisor >> large
     return ((share >> 2) + share + 1 & 255) >> 1
 
 
 def _radar(m: Ram) -> Box:
     """The hand and the two blips."""
-    direction = (m.hand - jnp.where((m.frame & 3) == 1, 1, 0)) & 31
+    direction = (m.hand - when((m.frame & 3) == 1, 1)) & 31
     angle = jnp.minimum(direction, 32 - direction)
     width = pick(angle, HAND_WIDTH)
     hand_x = jnp.where(direction < 16, 86 - width, 84)
@@ -276,14 +313,14 @@ def _radar(m: Ram) -> Box:
     y = jnp.append(pick(angle, HAND_TOP), 34 - m.blip_y)
     w = jnp.append(width, jnp.ones(2, jnp.int32))
     h = jnp.append(pick(angle, HAND_HEIGHT), jnp.ones(2, jnp.int32))
-    return box(x, y, w, h, jnp.append(True, m.blip_y < 31))
+    return box(x, y, w, h, jnp.append(True, m.blip_y < NO_BLIP))
 
 
 # The lines of a crash may have anybody's colours; the crosshair is not on that screen.
 on_plain = functools.partial(Category, needs=("Crosshair",))
-enemies = functools.partial(on_plain, count=2)
-enemy = functools.partial(Blobs, region=PLAIN, gap=(1, 1), shapes=Shape(w=(2, 32), h=(2, 18)))
-flyer = functools.partial(enemy, gap=(2, 4), shapes=Shape(w=(1, 32), h=(2, 18)))
+enemy_category = functools.partial(on_plain, count=2)
+enemy_blobs = functools.partial(Blobs, region=PLAIN, gap=(1, 1), shapes=Shape(w=(2, 32), h=(2, 18)))
+flyer_blobs = functools.partial(enemy_blobs, gap=(2, 4), shapes=Shape(w=(1, 32), h=(2, 18)))
 RED = (2, 64, 66, 70, 72, 74)
 FLYER_RGB = (74, 74, 74)
 BLUE_RGB = (24, 80, 128)
@@ -301,13 +338,22 @@ GAME = Game(
     categories=(
         on_plain("Player", PLAYER, rgb=(26, 102, 26), doc="the player's tank"),
         Category("Crosshair", CROSSHAIR, doc="yellow when an enemy is in it"),
-        enemies("Blue_Tank", enemy((6, 162, 166), first=(6, 166)), rgb=BLUE_RGB, doc="enemy"),
-        enemies("Yellow_Blue_Tank", enemy((40, 8, 162), first=40), rgb=BLUE_RGB, doc="enemy"),
-        enemies(
-            "Red_Thing", flyer(RED, first=(70, 72, 74)), rgb=FLYER_RGB, doc="flyer, with its shadow"
+        enemy_category(
+            "Blue_Tank", enemy_blobs((6, 162, 166), first=(6, 166)), rgb=BLUE_RGB, doc="enemy"
         ),
-        enemies("Boss", flyer((44, 0, 2), first=44), doc="with its shadow"),
-        enemies("Explosion", enemy((24, 82, 68), gap=(5, 4)), rgb=(184, 50, 50), doc="of an enemy"),
+        enemy_category(
+            "Yellow_Blue_Tank", enemy_blobs((40, 8, 162), first=40), rgb=BLUE_RGB, doc="enemy"
+        ),
+        enemy_category(
+            "Red_Thing",
+            flyer_blobs(RED, first=(70, 72, 74)),
+            rgb=FLYER_RGB,
+            doc="flyer, with its shadow",
+        ),
+        enemy_category("Boss", flyer_blobs((44, 0, 2), first=44), doc="with its shadow"),
+        enemy_category(
+            "Explosion", enemy_blobs((24, 82, 68), gap=(5, 4)), rgb=(184, 50, 50), doc="of an enemy"
+        ),
         on_plain(
             "Shot",
             Blobs(WHITE, PLAIN, Shape(w=(1, 8), h=(1, 4))),

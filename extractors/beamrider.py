@@ -1,8 +1,10 @@
 """Beam Rider: a ship on five beams, saucers and other enemies that come down them, the sentinel.
 
-The console keeps eight records: three for saucers, four for other enemies, one for the player's
-shot. Each category has a slot for every record that may hold one of its objects. What a shot has
-hit becomes an Explosion, then Sparks. The beams' lines and dots and the maker's name are scenery.
+Screen: The beams' lines and dots and the maker's name are scenery.
+
+Slots: The console keeps eight records: three for saucers, four for other enemies, one for the
+player's shot. Each category has a slot for every record that may hold one of its objects. What a
+shot has hit becomes an Explosion, then Sparks.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (records), and the ROM's code. Every second frame the
 game makes the list of what is drawn from the records and moves the records afterwards, so the
@@ -10,24 +12,26 @@ screen shows where they were one step before. That step follows from what the re
 speed or the script that it follows, and from the frame counter. A table gives the screen line of a
 record's depth, a product of line and lane gives the column, state and depth give the picture.
 
-Covered: sectors 1 to 20, all enemies, deaths, game over, the sentinel. Not exact: the step of a
-record that has just changed what it does; which of two near objects is moved by a few lines or left
-out on a frame; an enemy but a saucer on the frame of the hit; the last frame of a torpedo.
+Covered: sectors 1 to 20, all enemies, deaths, game over, the sentinel.
+
+Not exact: the step of a record that has just changed what it does; which of two near objects is
+moved by a few lines or left out on a frame; an enemy but a saucer on the frame of the hit; the last
+frame of a torpedo.
 """
 
-import functools
 from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box, choose
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import among, lookup, pick, reached
+from ocjax.console.fonts import Digits
+from ocjax.console.ops import among, lookup, match, pick, reached, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import packed_position, signed_nibble
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.filters import ShortRuns
 from ocjax.vision.rules import Blobs, Bounds, Cells
 from ocjax.vision.shapes import Shape
@@ -67,30 +71,55 @@ SAUCER_SCRIPTED = range(4, 6)
 SAUCER_LEAVING = 1
 SAUCER_LEFT = 2
 SAUCER_RIGHT = 3
+
 COLORS = ROM.bytes(0x1D8E, CRAFT.stop)  # by picture
 JUST_HIT = 8  # timer of a burst on the frame of the hit, which still shows what was hit
 STRUCK = 192  # the player's shot on that frame
-SHIP_EXPLODES = 0x98 >> 3
-# among the records
+SHIP_EXPLODES = 19  # picture of the ship
+FRESH_LISTS = (0, 255)  # `half` while the list is new
+LOST = 255  # `ship_lost`
+NEGATIVE = 128  # least value of a counter that has gone below 0: no spare ships, no enemies
+MIDDLE = 128  # lane
+
+# Ranges of the records.
 SAUCERS = slice(0, 3)
 OTHERS = slice(3, 7)
 SEVEN = slice(0, 7)
 SHOT = 7
+
 # The saucers' script: what to do, and how fast. Operations 0 and 1 are the ways to the side.
 SCRIPT_OPS = ROM.bytes(0xD96, 216) & 7
 SCRIPT_PACES = ROM.bytes(0xE6E, 216)
 RISE = 2
 FALL = 3
 
-# depths where objects are on the beams; row of line 0
-HORIZON = 32
-NEAREST = 210
-GROUND = 164
+
+class Speed:  # pixels a step in the high nibble, signed, and sixteenths in the low one
+    SAUCER_LEAVES = 0xB3
+    CHARGER_STARTS = 0x08
+    CHARGER_RETURNS = 0x8D
+    CRAFT_RISES = 0xE0  # less the sector's speed
+    # beyond the sector's speed
+    ROCK = 0x0C
+    BLOCKER_FALLS = 0x0E
+    ENEMY = 0x13
+    DEBRIS = 0x2D
+    CRAFT_FALLS = 0xFB
+
+
+HORIZON = 32  # depth at which the beams begin
+NEAREST = 210  # depth at which they end
+GROUND = 164  # row of line 0
 LINES = ROM.bytes(0x1EEF, 256) + 2  # by depth
-# at depths
+LINE_SCALE = 0xC6  # of the distance from the middle at line 0, in 128ths
+# Depths from which on a picture is one size larger.
 SAUCER_GROWS = (0x30, 0x50, 0x70, 0x90, 0xB8)
 ENEMY_GROWS = (0x68, 0x90, 0xB0)
 TORPEDO_GROWS = (0x4E, 0x80)
+# A laser shot that has left the beams is still in the list, at one of these lines.
+LASER_LEAVES = (101, 104)
+LASER_LEFT = 102  # its depth then
+
 # Tables of pages and low bytes. The top row is 2 bytes before that, seven more rows before it.
 PAGES = ROM.bytes(0x1CE8, PICTURE_COUNT) & 15
 LOW_BYTES = ROM.bytes(0x11D8, PICTURE_COUNT)
@@ -99,25 +128,19 @@ PICTURES = ROM.pictures((PAGES << 8 | LOW_BYTES - 2 - 7).tolist(), 8)
 YELLOW = 26
 LASER_COLOR = 54
 FIELD = (0, 44, 160, 164)
+SCORE = NumberDisplay(FONT, right=108, top=10, digits=6, leading_zeros=True)
+ENEMIES_LEFT = NumberDisplay(NARROW_FONT, right=31, top=32, digits=2)
 WRECK = 70  # an exploding ship
 DISK_COLORS = (8, 14)  # far and near saucers
-NEAR = 0x5E  # depth
+NEAR = 94  # depth from which on a saucer has the second colour
 SHOTS = Blobs((104, 86), FIELD, Shape(w=(2, 4), h=(2, 6), pixels=(8, 12)))
 ENEMIES = {  # states, rule, doc
     "Rejuvenator": (REJUVENATOR, Blobs(24, FIELD, Shape(w=(3, 5), h=(2, 7))), "a life"),
-    "Debris": (
-        DEBRIS,
-        Blobs(52, FIELD, Shape(w=(1, 7), h=(1, 7)), gap=(1, 1)),
-        "of a rejuvenator shot",
-    ),
+    "Debris": (DEBRIS, Blobs(52, FIELD, Shape(w=(1, 7), h=(1, 7)), gap=(1, 1)), "of Rejuvenator"),
     "Rock": (ROCK, Blobs(20, FIELD, Shape(w=(1, 8), h=(1, 6))), "brown"),
     "Chriper": (CHIRPER, Blobs(26, FIELD, Shape(w=8, h=7)), "yellow, crosses"),
     "Blocker": (BLOCKER, Blobs(216, FIELD, Shape(w=(1, 8), h=(1, 7)), gap=(1, 1)), "green"),
-    "Bouncecraft": (
-        CRAFT,
-        Blobs(218, FIELD, Shape(w=(1, 8), h=(1, 7))),
-        "green, withstands the laser",
-    ),
+    "Bouncecraft": (CRAFT, Blobs(218, FIELD, Shape(w=(1, 8), h=(1, 7))), "withstands the laser"),
     "Charger": (CHARGER, Blobs(202, FIELD, Shape(w=(1, 8), h=(1, 7))), "fast"),
     "Jumper": (JUMPER, Blobs(40, FIELD, Shape(w=(1, 7), h=(1, 6))), "orange"),
     "Enemy_Projectile": (ENEMY_SHOT, SHOTS, "shots at the ship"),
@@ -157,35 +180,51 @@ def decode(m: Ram) -> dict[str, Box]:
     x, y = _drawn_places(m)
     picture = _pictures(m, y)
     shot_y, shot_picture, laser = _shot(m)
-    flying = shot_y < NEAREST - 3
     all_x, all_y = jnp.append(x, m.shot_x), jnp.append(y, shot_y)
     # Shared by many categories: without it REM takes 0.18 instead of 0.16 us a state.
     drawn = _drawn(all_x, all_y, jnp.append(picture, shot_picture))
-    burst, kind = _bursting(m), m.state[OTHERS]
-    wrecked = m.ship == SHIP_EXPLODES
-    sunk, ship_color = jnp.where(wrecked, 4, 0), jnp.where(wrecked, WRECK, YELLOW)
-    ship_x = packed_position(m.ship_position) + 9
     colored = replace(drawn[SEVEN], color=lookup(COLORS, picture))
-    way = m.sentinel_x - 7
-    sentinel_x = 9 + (way + (way >> 2) + (way >> 1 & 1) >> 1)
-    i3, i13 = np.arange(3), np.arange(13)
-    spare = jnp.where(m.spare_ships < 128, m.spare_ships, 0) + jnp.where(m.ship_lost == 255, 1, 0)
+    shot, kind = drawn[SHOT].where(shot_y < NEAREST - 3), m.state[OTHERS]
+    burst = colored.where(_bursting(m))
     return {
-        "Player": box(ship_x, 164 + sunk, 15, 16 - sunk, color=ship_color),
+        "Player": _player(m),
         "Saucer": _saucers(m, drawn, x, y),
         **{name: drawn[OTHERS].where(among(kind, e[0])) for name, e in ENEMIES.items()},
         "Enemy_Projectile": colored[OTHERS].where(among(kind, ENEMY_SHOT)),
-        "Explosion": colored.where(burst & among(picture, EXPLOSION)),
-        "Sparks": colored.where(burst & among(picture, SPARKS)),
-        "Player_Projectile": drawn[SHOT].where(laser & flying),
-        "Torpedos": drawn[SHOT].where(among(m.shot, TORPEDO) & flying),
-        "Sentinel": box(sentinel_x, 37, 16, 7, m.enemies > 127),
-        "Torpedos_Available": box(128 + 8 * i3, 32, 4, 8, i3 >= 3 - m.torpedoes),
-        "Enemy_Amount": amount(m.enemies, valid=m.enemies < 128, value=m.enemies),
-        "Score": score(m.score, value=m.score),
+        "Explosion": burst.where(among(picture, EXPLOSION)),
+        "Sparks": burst.where(among(picture, SPARKS)),
+        "Player_Projectile": shot.where(laser),
+        "Torpedos": shot.where(among(m.shot, TORPEDO)),
+        "Sentinel": _sentinel(m),
+        "Torpedos_Available": _spare_torpedoes(m),
+        "Enemy_Amount": ENEMIES_LEFT.box(m.enemies, valid=m.enemies < NEGATIVE),
+        "Score": SCORE.box(m.score),
         "Sector": box(60, 21, jnp.where(m.sector_ones == 1, 46, 47), 8, value=m.sector),
-        "Life": box(32 + 9 * i13, 183, 5, 7, i13 < spare),
+        "Life": _spare_ships(m),
     }
+
+
+def _player(m: Ram) -> Box:
+    wrecked = m.ship == SHIP_EXPLODES
+    sunk, color = when(wrecked, 4), jnp.where(wrecked, WRECK, YELLOW)
+    return box(packed_position(m.ship_position) + 9, 164 + sunk, 15, 16 - sunk, color=color)
+
+
+def _sentinel(m: Ram) -> Box:
+    way = m.sentinel_x - 7
+    x = 9 + (way + (way >> 2) + (way >> 1 & 1) >> 1)
+    return box(x, 37, 16, 7, m.enemies >= NEGATIVE)
+
+
+def _spare_torpedoes(m: Ram) -> Box:
+    place = np.arange(3)
+    return box(128 + 8 * place, 32, 4, 8, place >= 3 - m.torpedoes)
+
+
+def _spare_ships(m: Ram) -> Box:
+    place = np.arange(13)
+    ships = when(m.spare_ships < NEGATIVE, m.spare_ships) + when(m.ship_lost == LOST, 1)
+    return box(32 + 9 * place, 183, 5, 7, place < ships)
 
 
 def _just_hit(m: Ram) -> jax.Array:
@@ -202,7 +241,7 @@ def _is_saucer(m: Ram) -> jax.Array:
 
 def _list_is_new(m: Ram) -> jax.Array:
     """Whether the records other than the saucers have moved since the list was made."""
-    return (m.half == 0) | (m.half == 255)
+    return among(m.half, FRESH_LISTS)
 
 
 def _step(m: Ram, speed: jax.Array | int) -> jax.Array:
@@ -210,7 +249,7 @@ def _step(m: Ram, speed: jax.Array | int) -> jax.Array:
     bit = np.arange(4)
     tick = jnp.sum((m.clock >> bit & 1) << 3 - bit) + 1
     sixteenths = jnp.asarray(speed, jnp.int32) & 255
-    return signed_nibble(sixteenths >> 4) + jnp.where((sixteenths & 15) >= tick, 1, 0)
+    return signed_nibble(sixteenths >> 4) + when((sixteenths & 15) >= tick, 1)
 
 
 def _drawn_places(m: Ram) -> tuple[jax.Array, jax.Array]:
@@ -228,12 +267,16 @@ def _saucer_steps(m: Ram) -> tuple[jax.Array, jax.Array]:
     forth, back = _step(m, speed), _step(m, -speed)
     scripted = among(state, SAUCER_SCRIPTED) | _just_hit(m)[SAUCERS]
     aside = jnp.where((op ^ state) & 1 == 1, forth, back)
-    dx = jnp.where(state == SAUCER_LEFT, -1, jnp.where(state == SAUCER_RIGHT, 1, 0))
-    dx = jnp.where(scripted, jnp.where(op < RISE, aside, 0), dx)
-    ahead = jnp.where(op == FALL, forth, jnp.where(op == RISE, back, _step(m, m.drift)))
-    leaving = jnp.where(state == SAUCER_LEAVING, _step(m, 0xB3), 0)
-    dy = jnp.where(scripted, ahead, leaving)
-    return jnp.where(burst, 0, dx), jnp.where(burst, -2, dy)
+    ahead = match((op == FALL, forth), (op == RISE, back), otherwise=_step(m, m.drift))
+    dx = match(
+        (burst, 0),
+        (scripted, when(op < RISE, aside)),
+        (state == SAUCER_LEFT, -1),
+        (state == SAUCER_RIGHT, 1),
+        otherwise=0,
+    )
+    leaving = when(state == SAUCER_LEAVING, _step(m, Speed.SAUCER_LEAVES))
+    return dx, match((burst, -2), (scripted, ahead), otherwise=leaving)
 
 
 def _other_steps(m: Ram) -> tuple[jax.Array, jax.Array]:
@@ -241,38 +284,43 @@ def _other_steps(m: Ram) -> tuple[jax.Array, jax.Array]:
     aside = (kind == BLOCKER_ASIDE) | among(kind, CHIRPER) | (kind == CRAFT_ASIDE)
     aside = aside | among(kind, JUMPER) & (m.back[OTHERS] == 1)
     ahead = jnp.where(among(kind, BURST), -2, _step(m, _other_speeds(m)))
-    dx = jnp.where(new & aside, _step(m, m.timer[OTHERS]), 0)
-    dy = jnp.where(new & ~aside, ahead, 0)
-    return dx, dy + jnp.where(m.follows[OTHERS] == 1, _step(m, m.drift), 0)
+    dx = when(new & aside, _step(m, m.timer[OTHERS]))
+    dy = when(new & ~aside, ahead)
+    return dx, dy + when(m.follows[OTHERS] == 1, _step(m, m.drift))
 
 
 def _other_speeds(m: Ram) -> jax.Array:
     """Speed along the beams of the records other than the saucers."""
     kind, timer, back = m.state[OTHERS], m.timer[OTHERS], m.back[OTHERS] == 1
-    speed = m.speed + jnp.where(kind == BLOCKER_FALLING, 0x0E, 0x13)
-    speed = jnp.where(kind < BLOCKER.start, m.speed, speed)
-    speed = jnp.where(among(kind, DEBRIS), m.speed + 0x2D, speed)
     waits = (kind == CHARGER_WAITING) & (timer < 128)
-    speed = jnp.where(waits, jnp.where(timer > 0, 0, 8), speed)
-    speed = jnp.where(among(kind, CHARGER) & back, 0x8D, speed)
-    speed = jnp.where(among(kind, REJUVENATOR), (m.speed >> 1) + 0x13, speed)
-    speed = jnp.where(among(kind, ROCK), m.speed + 0x0C, speed)
-    speed = jnp.where(kind == CRAFT_FALLING, m.speed + 0xFB, speed)
-    return jnp.where(kind == CRAFT_RISING, 0xE0 - m.speed, speed)
+    return match(
+        (kind == CRAFT_RISING, Speed.CRAFT_RISES - m.speed),
+        (kind == CRAFT_FALLING, m.speed + Speed.CRAFT_FALLS),
+        (among(kind, ROCK), m.speed + Speed.ROCK),
+        (among(kind, REJUVENATOR), (m.speed >> 1) + Speed.ENEMY),
+        (among(kind, CHARGER) & back, Speed.CHARGER_RETURNS),
+        (waits, jnp.where(timer > 0, 0, Speed.CHARGER_STARTS)),
+        (among(kind, DEBRIS), m.speed + Speed.DEBRIS),
+        (kind < BLOCKER.start, m.speed),
+        (kind == BLOCKER_FALLING, m.speed + Speed.BLOCKER_FALLS),
+        otherwise=m.speed + Speed.ENEMY,
+    )
 
 
 def _pictures(m: Ram, y: jax.Array) -> jax.Array:
     """The pictures with which the seven records were drawn."""
     state, new = m.state, _list_is_new(m)
-    odd = jnp.where((np.arange(7) < 3) | new, m.clock & 1, 0)
+    odd = when(new | (np.arange(7) < 3), m.clock & 1)
     turned = jnp.where(state == CHIRPER.start, state + 1, state - 1)
     turned_back = jnp.where(among(state, CHIRPER_TURNED), state ^ 1, state + 1)
-    chirper = jnp.where(m.back == 1, turned_back, turned)
-    picture = jnp.where(among(state, CHIRPER) & new, chirper, state)
-    picture = jnp.where(among(state, SIZED), (state & ~3) + reached(y, ENEMY_GROWS), picture)
-    picture = jnp.where(among(state, ENEMY_SHOT), state ^ odd, picture)
-    picture = jnp.where(_bursting(m), jnp.maximum(state - odd, BURST.start), picture)
-    return jnp.where(_is_saucer(m), DISK + reached(y, SAUCER_GROWS), picture)
+    return match(
+        (_is_saucer(m), DISK + reached(y, SAUCER_GROWS)),
+        (_bursting(m), jnp.maximum(state - odd, BURST.start)),
+        (among(state, ENEMY_SHOT), state ^ odd),
+        (among(state, SIZED), (state & ~3) + reached(y, ENEMY_GROWS)),
+        (among(state, CHIRPER) & new, jnp.where(m.back == 1, turned_back, turned)),
+        otherwise=state,
+    )
 
 
 def _shot(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
@@ -280,9 +328,9 @@ def _shot(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
     new, struck = _list_is_new(m), m.shot == STRUCK
     target = jnp.max(jnp.where(_just_hit(m), m.y + 1, 0))
     ended = jnp.cumsum(m.list_line == 0) > 0  # the rest of the list is old
-    listed = among(m.list_line, (101, 104)) & (m.list_color == LASER_COLOR) & ~ended
+    listed = among(m.list_line, LASER_LEAVES) & (m.list_color == LASER_COLOR) & ~ended
     gone = new & (m.shot & 63 == 0) & jnp.any(listed)
-    y = jnp.where(struck, (target & ~7) + 14, jnp.where(gone, 102, m.shot_y + jnp.where(new, 8, 0)))
+    y = match((struck, (target & ~7) + 14), (gone, LASER_LEFT), otherwise=m.shot_y + when(new, 8))
     laser = (m.shot == LASER) | struck & (target > 0) | gone
     return y, jnp.where(laser, LASER, TORPEDO.start + reached(y, TORPEDO_GROWS)), laser
 
@@ -290,7 +338,7 @@ def _shot(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
 def _drawn(x: jax.Array, y: jax.Array, picture: jax.Array) -> Box:
     """Pictures at a lane and a depth; not valid where they are not on the beams."""
     line = lookup(LINES, y)
-    left = 80 + _scaled(x - 128, 0xC6 - line + (line >> 4) + (line >> 3 & 1))
+    left = 80 + _scaled(x - MIDDLE, LINE_SCALE - line + (line >> 4) + (line >> 3 & 1))
     on_beams = (y >= HORIZON) & (y < NEAREST) & (left < 158)
     return PICTURES.box(picture, left, GROUND - line + 1, valid=on_beams)
 
@@ -307,28 +355,25 @@ def _saucers(m: Ram, drawn: Box, x: jax.Array, y: jax.Array) -> Box:
     i, other, own = np.arange(3), y[None], y[:, None]
     before = (other < own) | (other == own) & (i[None] > i[:, None])
     third = jnp.sum(jnp.where(before & far[None], 1, 0), axis=1) == 2  # another sprite draws it
-    dot_x = jnp.where(third, 84, 80) + _scaled(x - jnp.where(third, 128, 123), 84)
-    near = jnp.where(y >= NEAR, 1, 0)
+    dot_x = jnp.where(third, 84, 80) + _scaled(x - jnp.where(third, MIDDLE, 123), 84)
+    near = when(y >= NEAR, 1)
     saucers = choose(far, box(dot_x, 43, 1, 1), drawn[SAUCERS].where(saucer))
     return replace(saucers, color=pick(near, DISK_COLORS))
 
 
-score = functools.partial(score_box, FONT, right=108, top=10, digits=6, leading_zeros=True)
-amount = functools.partial(score_box, NARROW_FONT, right=31, top=32, digits=2)
 SHIP_COLORS = (*range(64, 112, 2), YELLOW)
 SHIP = Blobs(SHIP_COLORS, (0, 164, 160, 180), Shape(w=(9, 15), h=(9, 16)), gap=(4, 2))
-SAUCER_SHAPES = (
-    Shape(w=(1, 8), h=(2, 6)),
-    Shape(w=(1, 3), h=1, split=(1, 1)),  # dots at the horizon
-)
+DOTS = Shape(w=(1, 3), h=1, split=(1, 1))  # saucers at the horizon
+SAUCER_SHAPES = (Shape(w=(1, 8), h=(2, 6)), DOTS)
 SAUCERS_SHOWN = Blobs(DISK_COLORS, (0, 43, 160, 164), SAUCER_SHAPES)
 EXPLOSIONS = Blobs((26, 24, 22, 14), FIELD, Shape(w=(7, 8), h=(7, 8), pixels=(17, 25)))
 ENDS = Blobs((38, 86), FIELD, Shape(w=(7, 8), h=5), gap=(2, 1))
+LASERS = Blobs(LASER_COLOR, FIELD, Shape(w=(1, 8), h=(1, 5)))
+TORPEDOES = Blobs(104, FIELD, Shape(w=(1, 5), h=(1, 5)), filters=(ShortRuns(1),))
 PASSING = Blobs((140, 66, 68, 218, 58), (0, 37, 160, 44), Shape(w=(8, 16), h=(4, 7)))
 SPARE_TORPEDOES = Cells(98, (128, 136, 144), (32,) * 3, 4, 8)
 SPARE_SHIPS = Blobs(YELLOW, (0, 182, 160, 194), Shape(w=(1, 5), h=(1, 7)))
 AMOUNT = Bounds(212, (15, 30, 40, 43), value=Digits(NARROW_FONT, (6, 19, 25), 32))
-SCORE = Bounds(42, (56, 8, 110, 19), value=Digits(FONT, range(60, 101, 8), 10))
 SECTOR = Bounds(42, (56, 20, 110, 30), value=Digits(FONT, (92, 100), 21))
 
 GAME = Game(
@@ -342,20 +387,12 @@ GAME = Game(
         *(Category(name, e[1], count=4, doc=e[2]) for name, e in ENEMIES.items()),
         Category("Explosion", EXPLOSIONS, count=7, doc="what was hit"),
         Category("Sparks", ENDS, count=7, doc="the end of an explosion"),
-        Category(
-            "Player_Projectile",
-            Blobs(LASER_COLOR, FIELD, Shape(w=(1, 8), h=(1, 5))),
-            doc="the laser",
-        ),
-        Category(
-            "Torpedos",
-            Blobs(104, FIELD, Shape(w=(1, 5), h=(1, 5)), filters=(ShortRuns(1),)),
-            doc="flying",
-        ),
+        Category("Player_Projectile", LASERS, doc="the laser"),
+        Category("Torpedos", TORPEDOES, doc="flying"),
         Category("Sentinel", PASSING, doc="passes above when no enemies are left"),
         display("Torpedos_Available", SPARE_TORPEDOES, count=3, attributes=(), doc="left"),
         display("Enemy_Amount", AMOUNT, doc="enemies left in this sector"),
-        display("Score", SCORE, doc="the score", aliases=("HUD",)),
+        display("Score", SCORE.rule(42, (56, 8, 110, 19)), doc="the score", aliases=("HUD",)),
         display("Sector", SECTOR, doc="the sector's number"),
         display("Life", SPARE_SHIPS, count=13, attributes=(), doc="spare ships"),
     ),

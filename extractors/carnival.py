@@ -1,9 +1,12 @@
 """Carnival: a gun below three rows of targets, a wheel of pipes, and a sign that offers a bonus.
 
-Targets of all four kinds have a slot for each place in the game's six groups of up to three: group
-* 3 + copy, the lowest row first. Ducks that come down eat bullets: the first slot of FlyingDuck is
-the one that comes down, the second one eats on the bar. The leftmost eight columns of the rows are
-blanked by the beam. The lines, the foot of the wheel and the stand of the sign are scenery.
+Screen: The leftmost eight columns of the rows are blanked by the beam. The lines, the foot of the
+wheel and the stand of the sign are scenery. PlayerScore stays valid while a text is shown in its
+place between levels; so do the bar with its last bullets and a sign that was hit while they blink.
+
+Slots: Targets of all four kinds have a slot for each place in the game's six groups of up to three:
+group * 3 + copy, the lowest row first. Ducks that come down eat bullets: the first slot of
+FlyingDuck is the one that comes down, the second one eats on the bar.
 
 RAM: ALE's source (score), OCAtari 2.2 (what the tables are), and the ROM's code. Groups and shots
 move before they are drawn. Flying ducks and the wheel move after it, and only when a counter of
@@ -11,10 +14,11 @@ three frames ends; `decode` takes that back. The loop that draws the shot runs o
 different numbers of lines, so the shot has a place and a height for each of its steps.
 
 Covered: several levels, ducks that fly and eat, bonuses and penalties, the end of the game.
-PlayerScore stays valid while a text is shown in its place between levels; so do the bar with its
-last bullets and a sign that was hit while they blink. Not in RAM, each for a single frame: a flying
-duck that is hit, where it was when it turns, the wheel while its last pipe is hit. VEM takes a
-rabbit's last column for bullets and does not see its first two alone.
+
+Not exact, each for a single frame, as they are not in the RAM: a flying duck that is hit, where it
+was when it turns, the wheel while its last pipe is hit.
+
+VEM: takes a rabbit's last column for bullets and does not see its first two alone.
 """
 
 import functools
@@ -24,48 +28,70 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 from ocjax.console.boxes import WIDTH, Box, box
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import div, lookup, pick
+from ocjax.console.ops import div, lookup, match, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import copies, modulo_screen, spacing
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.rules import Blobs, Bounds, Gauge
 from ocjax.vision.shapes import Shape
 
 ROM = Rom("carnival", "028024fb8e5e5f18ea586652f9799c96")
 FONT = ROM.font(0xD00, rows=7, stride=8)
 
-# Low bytes of the pictures' addresses.
-DUCK = 0x00
-RABBIT = 0x10
-OWL = 0x20
-BULLETS = 0x30
-NO_PICTURE = 0x5C
-NO_WHEEL = 0x54
-SIGN_TUNE = 0x14  # `tune` while the sign has its other colour
-NO_SIGN = 0x4F
-MINUS = 0xB1
-MINUS_BULLETS = 0xA6
-PLUS_BULLETS = 0x1E
-NO_DUCK = 0x4F  # `duck_y`
+SCORE = NumberDisplay(FONT, right=104, top=2, digits=5, leading_zeros=True)
+
+
+class Kind:  # of `Ram.group_kind` and `Ram.munch`: low bytes of the pictures' addresses
+    DUCK = 0x00
+    RABBIT = 0x10
+    OWL = 0x20
+    BULLETS = 0x30
+    NONE = 0x5C
+
+
+class Sign:  # of `Ram.sign`: likewise
+    PLUS_BULLETS = 0x1E
+    NONE = 0x4F
+    MINUS_BULLETS = 0xA6
+    MINUS = 0xB1
+
+
+NO_WHEEL = 84  # `wheel`
+WHEEL_PICTURES = 16  # pictures of 13 rows before the wheel's first one
+SIGN_TUNE = 20  # `tune` while the sign has its other colour
+NO_DUCK = 79  # `duck_y`
+LAST_STEP = 1  # `tick` on the last frame before what moves slowly moves
 LAST_BITE = 3  # `eater_x` at the left end of the bullets
 CHEWED = 10  # `chew` at which a duck that eats has moved, as at 0
 
-# Top and height of the shot at every fifth of its steps.
-SHOT_TOPS = (
-    *(15, 18, 0, 21, 25, 30, 35, 40, 47, 49, 54, 59, 62, 69, 74, 79, 83),
-    *(89, 94, 99, 111, 115, 120, 125, 130, 135, 140, 145, 150, 155, 160, 165, 170, 175),
-)
-SHOT_HEIGHTS = (
-    *(3, 3, 0, 5, 5, 5, 5, 7, 2, 5, 5, 3, 7, 5, 5, 4, 6),
-    *(5, 5, 12, 5, 5, 5, 5, 6, 5, 5, 5, 6, 5, 5, 5, 6, 5),
+# At every fifth of the shot's steps, its top and its height.
+SHOTS = np.array(
+    (
+        *((15, 3), (18, 3), (0, 0), (21, 5), (25, 5), (30, 5), (35, 5), (40, 7), (47, 2), (49, 5)),
+        *(
+            (54, 5),
+            (59, 3),
+            (62, 7),
+            (69, 5),
+            (74, 5),
+            (79, 4),
+            (83, 6),
+            (89, 5),
+            (94, 5),
+            (99, 12),
+        ),
+        *((111, 5), (115, 5), (120, 5), (125, 5), (130, 6), (135, 5), (140, 5), (145, 5), (150, 6)),
+        *((155, 5), (160, 5), (165, 5), (170, 6), (175, 5)),
+    )
 )
 
 LEFT_EDGE = 8  # first column of the rows
 TARGET = 8  # columns of a target
-WHOLE = 0  # parts of targets: 1-7 are that many last columns
-FIRST = 8  # 9-15 are 1-7 first ones
+# Parts of targets: 1-7 are that many last columns, 9-15 are 1-7 first ones.
+WHOLE = 0
+FIRST = 8
 
 
 def _part(kind: int, is_mirrored: bool, part: int) -> np.ndarray:
@@ -81,19 +107,18 @@ def _part(kind: int, is_mirrored: bool, part: int) -> np.ndarray:
 PICTURES = ROM.rows((0xE00, 0xE10, 0xE20, 0xE30), 15)
 PARTS = Pictures.of(_part(k, bool(m), p) for k in range(4) for m in range(2) for p in range(16))
 
-# of the targets' slots
-GROUP = np.arange(18) // 3
-COPY = np.arange(18) % 3
+GROUP = np.arange(18) // 3  # by slot of the targets
+COPY = np.arange(18) % 3  # by slot
 MIRRORED = GROUP >> 1 != 1  # in the rows that go to the right
 ROWS = (8, 47, 160, 104)
-WHEEL = (148, 194, 100, 36)
-SIGN = (72, 56)
+WHEEL_COLORS = (148, 194, 100, 36)
+SIGN_COLORS = (72, 56)
 BARS = (146, 192, 100, 34)
 YELLOW = 24
 GREY = 10
 RED = 72
 GREEN = 182
-SHOT = 234
+BRIGHT = 234
 WHITE = 232
 
 
@@ -105,6 +130,7 @@ class Ram(RamMap):
     sign = byte(7)  # picture
     amount = byte(9)  # picture
     munch = byte(11)  # picture of a duck that eats
+    tune = byte(16)  # that plays
     clock = byte(17)
     group_x = byte(*range(18, 24))  # x + 4; lowest row first
     group_kind = byte(*range(24, 36, 2))  # picture
@@ -118,7 +144,6 @@ class Ram(RamMap):
     bar_ends = bits(59, 62, first=4, count=4)  # a bit a unit
     chew = byte(79)  # counts to 20
     tick = byte(81)  # counts to 0; then what moves slowly has moved after drawing
-    tune = byte(16)  # that plays
     sign_on = byte(102)
     eater_x = byte(109)  # x + 3
     duck_x = byte(111)  # x + 4
@@ -134,14 +159,12 @@ def decode(m: Ram) -> dict[str, Box]:
         "Player": box(m.player_x - 4, 186, 6, 13),
         "PlayerMissile": _shot(m),
         "Wheel": _wheel(m),
-        "Duck": targets.where(kind == DUCK),
-        "Rabbit": targets.where(kind == RABBIT),
-        "Owl": targets.where(kind == OWL),
-        "ExtraBullets": targets.where(kind == BULLETS),
+        "Duck": targets.where(kind == Kind.DUCK),
+        "Rabbit": targets.where(kind == Kind.RABBIT),
+        "Owl": targets.where(kind == Kind.OWL),
+        "ExtraBullets": targets.where(kind == Kind.BULLETS),
         "FlyingDuck": _ducks(m),
-        "PlayerScore": score_box(
-            FONT, m.score, right=104, top=2, digits=5, leading_zeros=True, value=10 * m.score
-        ),
+        "PlayerScore": SCORE.box(m.score, value=10 * m.score),
         "AmmoBar": _bar(m),
         "BonusSign": sign,
         "BonusValue": amount,
@@ -155,24 +178,24 @@ def _moved(m: Ram) -> jax.Array:
 
 def _shot(m: Ram) -> Box:
     step = div(m.shot_y, 5)
-    top, height = lookup(SHOT_TOPS, step), lookup(SHOT_HEIGHTS, step)
+    top, height = (lookup(column, step) for column in SHOTS.T)
     return box(m.shot_x - 5, top, 1, height, m.shot_y > 0)
 
 
 def _wheel(m: Ram) -> Box:
-    shown = div(m.wheel + 12, 13) - 16  # pictures of 13 rows, the first one at 0xC4
+    shown = div(m.wheel + 12, 13) - WHEEL_PICTURES
     phase = jnp.where(_moved(m), (m.clock - 1) >> 2 & 3, shown)
     x = jnp.where(phase == 2, 72, 70)
     width = jnp.where((phase == 0) | (phase == 3), 28, 26)
-    color = pick(jnp.where(_moved(m), (m.clock - 1) >> 4 & 3, m.wheel_color), WHEEL)
+    color = pick(jnp.where(_moved(m), (m.clock - 1) >> 4 & 3, m.wheel_color), WHEEL_COLORS)
     return box(x, 15, width, 12, m.wheel != NO_WHEEL, color=color)
 
 
 def _kinds(m: Ram) -> jax.Array:
     """Pictures of the targets; a duck of the lowest row that has just left it is still drawn."""
     left_row = (m.duck_y == 0) & _moved(m) & (m.group_x == m.duck_x)
-    left_row = left_row & (m.group_kind == NO_PICTURE) & (np.arange(6) < 2)
-    return jnp.repeat(jnp.where(left_row, DUCK, m.group_kind), 3)
+    left_row = left_row & (m.group_kind == Kind.NONE) & (np.arange(6) < 2)
+    return jnp.repeat(jnp.where(left_row, Kind.DUCK, m.group_kind), 3)
 
 
 def _targets(m: Ram, kind: jax.Array) -> Box:
@@ -188,15 +211,14 @@ def _targets(m: Ram, kind: jax.Array) -> Box:
 
 def _ducks(m: Ram) -> Box:
     """The duck that comes down, and the one that eats bullets."""
-    moved = _moved(m)
-    last_step = m.tick == 1
-    y = 110 + m.duck_y - jnp.where(last_step, 0, m.duck_speed)
-    x = m.duck_x - 4 - jnp.where(moved, jnp.where(m.duck_left == 1, -1, m.duck_right), 0)
+    last_step = m.tick == LAST_STEP
+    y = 110 + m.duck_y - when(~last_step, m.duck_speed)
+    x = m.duck_x - 4 - when(_moved(m), jnp.where(m.duck_left == 1, -1, m.duck_right))
     flies = (m.duck_y != NO_DUCK) & ((m.duck_y > 0) | last_step)
     chewed = (m.chew == 0) | (m.chew == CHEWED)
-    eater_x = m.eater_x - 3 + jnp.where(chewed, 2, 0)
+    eater_x = m.eater_x - 3 + when(chewed, 2)
     eats_last = (m.bullets == 0) & (m.eater_x == LAST_BITE) & (m.chew == 0)  # it has just gone
-    there = jnp.stack([flies, (m.munch != NO_PICTURE) | eats_last])
+    there = jnp.stack([flies, (m.munch != Kind.NONE) | eats_last])
     xs, ys = jnp.stack([x, eater_x]), jnp.stack([y, jnp.int32(203)])
     color = np.array((YELLOW, WHITE))
     return box(xs, ys, np.array((16, 6)), np.array((15, 6)), there, color=color)
@@ -209,29 +231,27 @@ def _bar(m: Ram) -> Box:
 
 def _sign(m: Ram) -> tuple[Box, Box]:
     """Plus or minus, and the points, or as many bullets."""
-    there = (m.sign_on > 0) & (m.sign != NO_SIGN)
-    minus, minus_bullets = m.sign == MINUS, m.sign == MINUS_BULLETS
-    y = jnp.where(minus, 32, jnp.where(minus_bullets, 31, 29))
-    height = jnp.where(minus, 3, jnp.where(minus_bullets, 4, 9))
-    is_bullets = minus_bullets | (m.sign == PLUS_BULLETS)
-    bullets_width = 42 - 4 * div(m.amount + 2, 9)  # pictures of 9 rows
-    width = jnp.where(is_bullets, bullets_width, 22)
-    x, value_y = jnp.where(is_bullets, 20, 22), jnp.where(is_bullets, 33, 29)
-    color = pick(jnp.where(m.tune == SIGN_TUNE, 1, 0), SIGN)
-    value = box(x, value_y, width, jnp.where(is_bullets, 5, 9), there, color=color)
-    return box(12, y, 6, height, there, color=color), value
+    there = (m.sign_on > 0) & (m.sign != Sign.NONE)
+    minus, minus_bullets = m.sign == Sign.MINUS, m.sign == Sign.MINUS_BULLETS
+    color = jnp.where(m.tune == SIGN_TUNE, SIGN_COLORS[1], SIGN_COLORS[0])
+    y = match((minus, 32), (minus_bullets, 31), otherwise=29)
+    height = match((minus, 3), (minus_bullets, 4), otherwise=9)
+    bullets = minus_bullets | (m.sign == Sign.PLUS_BULLETS)
+    left, top = jnp.where(bullets, 20, 22), jnp.where(bullets, 33, 29)
+    width = jnp.where(bullets, 42 - 4 * div(m.amount + 2, 9), 22)  # pictures of 9 rows
+    amount = box(left, top, width, jnp.where(bullets, 5, 9), there, color=color)
+    return box(12, y, 6, height, there, color=color), amount
 
 
-targets = functools.partial(Category, count=18)
-target = functools.partial(Blobs, region=ROWS, gap=(1, 5))
+row_category = functools.partial(Category, count=18)
+row_blobs = functools.partial(Blobs, region=ROWS, gap=(1, 5))
 
-MISSILE = Bounds(SHOT, (7, 14, 160, 185), ignore=((72, 29, 96, 37),))
-RABBITS = target(GREY, shapes=Shape(w=(1, 8), h=(10, 15)))
-CLIPS = target(GREY, shapes=Shape(w=(1, 8), h=9))
+MISSILE = Bounds(BRIGHT, (7, 14, 160, 185), ignore=((72, 29, 96, 37),))
+RABBITS = row_blobs(GREY, shapes=Shape(w=(1, 8), h=(10, 15)))
+CLIPS = row_blobs(GREY, shapes=Shape(w=(1, 8), h=9))
 FLYING = Bounds((YELLOW, WHITE), ((8, 105, 160, 180), (0, 203, 160, 210)))
-POINTS = Bounds(WHITE, (64, 2, 104, 9), value=Digits(FONT, range(64, 104, 8), 2))
-PLUS_MINUS = Bounds(SIGN, (12, 29, 18, 38))
-AMOUNT = Bounds(SIGN, (20, 29, 44, 38))
+PLUS_MINUS = Bounds(SIGN_COLORS, (12, 29, 18, 38))
+AMOUNT = Bounds(SIGN_COLORS, (20, 29, 44, 38))
 BAR = Bounds(BARS, (0, 203, 160, 208), value=Gauge(4))
 
 GAME = Game(
@@ -243,13 +263,13 @@ GAME = Game(
     categories=(
         Category("Player", Bounds(GREEN, (8, 186, 160, 199)), doc="the gun"),
         Category("PlayerMissile", MISSILE, doc="the shot"),
-        Category("Wheel", Bounds(WHEEL, (66, 14, 104, 29)), doc="pipes, until all are hit"),
-        targets("Duck", target(YELLOW, shapes=Shape(w=(1, 8), h=(1, 15))), doc="in a row"),
-        targets("Rabbit", RABBITS, doc="in a row"),
-        targets("Owl", target(RED, shapes=Shape(w=(1, 8), h=(1, 15))), doc="in a row"),
-        targets("ExtraBullets", CLIPS, doc="a box with an 8 in a row"),
+        Category("Wheel", Bounds(WHEEL_COLORS, (66, 14, 104, 29)), doc="pipes, until all are hit"),
+        row_category("Duck", row_blobs(YELLOW, shapes=Shape(w=(1, 8), h=(1, 15))), doc="in a row"),
+        row_category("Rabbit", RABBITS, doc="in a row"),
+        row_category("Owl", row_blobs(RED, shapes=Shape(w=(1, 8), h=(1, 15))), doc="in a row"),
+        row_category("ExtraBullets", CLIPS, doc="a box with an 8 in a row"),
         Category("FlyingDuck", FLYING, count=2, doc="coming down; eating bullets"),
-        display("PlayerScore", POINTS, doc="points without the last digit"),
+        display("PlayerScore", SCORE.rule(WHITE), doc="points without the last digit"),
         display("AmmoBar", BAR, blinks=True, doc="bullets left"),
         display("BonusSign", PLUS_MINUS, blinks=True, attributes=(), doc="plus or minus"),
         display("BonusValue", AMOUNT, blinks=True, attributes=(), doc="points or bullets"),

@@ -1,18 +1,23 @@
 """CrazyClimber: a climber on a skyscraper, windows that shut, throwers, a bird, a helicopter.
 
-Slots of Window are row * 6 + column; row 0 is the one that scrolls in at the top, and a window that
-is partly shut is what is left of it. Projectile is whatever falls: pots, bars, eggs, girders, which
-OCAtari's VEM names by colour. The walls and the open sky between them are scenery.
+Screen: The walls and the open sky between them are scenery. A window that is partly shut is what is
+left of it. Projectile is whatever falls: pots, bars, eggs, girders, which OCAtari's VEM names by
+colour. The climber and what falls take turns where they are on the same rows.
+
+Slots: Window is row * 6 + column; row 0 is the one that scrolls in at the top.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (what the records are), and the ROM's code. The game
 computes in the blank lines after a frame, so that the RAM has what is on the screen. The drawing
 loop counts steps rather than lines, and skips some; `decode` counts them likewise.
 
 Covered: all modes and difficulties, falls, the end of the game; the roof with the helicopter from
-RAM that was set by hand. The climber and what falls take turns where they are on the same rows.
-Girders that fall from high floors, four times as wide as their pictures, were set off by hand, too;
-VEM does not see them, because their colours are random. Not exact: windows of which sprites cover
-whole rows are seen too small; on the display of the ended game Score and Bonus are not valid.
+RAM that was set by hand, and so were girders that fall from high floors, four times as wide as
+their pictures.
+
+Not exact: on the display of the ended game Score and Bonus are not valid.
+
+VEM: does not see girders, because their colours are random. Windows of which sprites cover whole
+rows are seen too small.
 """
 
 import functools
@@ -24,11 +29,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import lookup, reached
+from ocjax.console.ops import among, lookup, reached, when
 from ocjax.console.ram import RamMap, bits, byte, high, low
+from ocjax.console.registers import position
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.rules import Blobs, Bounds
 from ocjax.vision.shapes import Shape
 
@@ -45,19 +51,37 @@ PURPLE = 106
 BODY = 134
 ROTOR = 10
 BUILDING = (40, 43, 120, 198)
+SCORE = NumberDisplay(FONT, right=96, top=31, digits=6, leading_zeros=True)
+BONUS = NumberDisplay(FONT, right=96, top=21, digits=5, leading_zeros=True)
 EAST = 4
 WEST = 12
-ROW, COLUMN = np.ogrid[:13, :6]  # of windows
+
+OVER = 128  # `started`, this or more: the game is over
+NO_THROWER = 15  # `thrower`
+ORDINARY = 15  # `wide`
+HEADLESS = 5  # `row` from which on a thrower's head is not shown
+
+# Of the windows.
+ROW, COLUMN = np.ogrid[:13, :6]
 WINDOW_X = np.array((44, 56, 68, 84, 96, 108))
+WINDOW_ROWS = 8
+SHUTS = 7  # rows of which a window with a shutter is not seen any more
+SHUT_FIRST = 3  # row of the first one that shuts
+CLIMBED = (ROW == 9) | (ROW == 10)  # the climber is beside them
 DISTANCE = np.array((0, 1, 2, 2, 1, 0))  # column -> window of the left half
 OPEN = (0b111, 0b110, 0b011, 0b100, 0b100, 0)  # windows of the left half, bit 0 the outer one
-THING_ROWS = 16  # at most, of the picture of what falls
-LAST_ROW = 11  # of the building
-ROW_STEPS = 11  # of the drawing loop in a row of the building
-# rows where it counts one more down to the thrower
+
+# Of the drawing loop and what falls.
+ROW_LINES = 13  # of the building
+ROW_STEPS = 11  # of the loop in such a row
+LAST_ROW = 11
+# Rows where it counts one more down to the thrower.
 ZONE_START = 2
 ZONE_END = 7
-BIRD_STEPS = 2  # that the drawing loop counts more where it draws the bird
+BIRD_STEPS = 2  # that it counts more where it draws the bird
+THING_ROWS = 16  # at most, of the picture of what falls
+CLIMBER_STEP = 89  # `end` from which on what falls may be on the climber's rows
+CLIMBER_LINES = range(103, 140)
 
 
 def _halves(table: int, count: int) -> tuple[int, ...]:
@@ -87,9 +111,13 @@ FILLED = [sum(1 << k for k in range(THING_ROWS) if INK[i + k]) for i in range(51
 
 
 class Ram(RamMap):
-    score = byte(5, 4, 3, 2)
-    bonus = byte(8, 7, 6)
-    bird_left, bird_right = byte(13), byte(15)  # pictures
+    score = byte(5, 4, 3, 2)  # a digit each
+    bonus = byte(8, 7, 6)  # a digit each
+    started = byte(1)  # 128 or more: the game is over
+    bird_left = byte(13)  # picture of the left half
+    fine = high(13)  # of the thrower's position
+    coarse = byte(14)  # x + 10 of the thrower in the chip's coding
+    bird_right = byte(15)  # picture
     row = byte(15)  # of the thrower, less 2
     raised = byte(16)  # rows of the thrower's head
     pose = byte(19, 21)  # low bytes of the addresses of the left and the right half
@@ -103,8 +131,6 @@ class Ram(RamMap):
     scroll = byte(58)  # rows: 0, 3, 6, 9
     on_roof = byte(65)
     bird = bits(76, first=7)  # 0: there is one
-    coarse = byte(14)
-    fine = high(13)
     thrower = low(92)  # 15: none
     wide = high(92)  # 15: what falls is of ordinary width
     turn = bits(38)  # 0: the climber's, 1: of what falls beside him
@@ -116,7 +142,6 @@ class Ram(RamMap):
     thing_page = bits(84)
     thing_x = byte(85)
     thing_color = byte(86)
-    started = byte(1)  # 128 or more: the game is over
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -127,8 +152,8 @@ def decode(m: Ram) -> dict[str, Box]:
         "Enemy_Bird": _bird(m),
         "Helicopter": _helicopter(m),
         "Projectile": _thing(m),
-        "Score": _score(m).where(m.started < 128),
-        "Bonus": _bonus(m).where(m.started < 128),
+        "Score": _score(m).where(m.started < OVER),
+        "Bonus": _bonus(m).where(m.started < OVER),
         "Life": _lives(m),
     }
 
@@ -151,39 +176,45 @@ def _player(m: Ram) -> Box:
 
 
 def _lower(m: Ram) -> jax.Array:
-    return jnp.where(m.started >= 128, 1, 0)
+    """Rows by which everything is lower on the display of the ended game."""
+    return when(m.started >= OVER, 1)
 
 
 def _windows(m: Ram) -> Box:
-    none = jnp.zeros(3, jnp.int32)
-    n = jnp.concatenate([none, m.shut, none[:2]])[:, None]
-    kind = jnp.concatenate([none, m.shut_kind, none[:2]])[:, None]
-    shown = _hole(OPEN, m.windows[:, None] >> 2)
-    kept = _hole(SHUTTERS, kind >> 1)
-    head = (m.thrower != 15) & (m.row < 5) & (m.row + 3 == ROW)
-    n, climbed = jnp.where(head, 0, n), (ROW == 9) | (ROW == 10)
-    rows = jnp.where(kept, 0, n + jnp.where(climbed & (n > 0) & ((ROW == 10) | (COLUMN < 3)), 1, 0))
-    last = jnp.where((n >= 7) & ~climbed & (COLUMN >= 2) | head & (COLUMN >= 4), 7, 8)
-    y = 34 + 13 * ROW + m.scroll + _lower(m)
-    there = shown & (kept | (n < 7)) & ((m.on_roof == 0) | (ROW > 10))
-    x = np.broadcast_to(WINDOW_X, (13, 6))
-    return box(x.ravel(), (y + rows).ravel(), 8, (last - rows).ravel(), there.ravel()).clip(
-        *BUILDING
-    )
+    head = _has_thrower(m) & (m.row < HEADLESS) & (m.row + 3 == ROW)
+    n = jnp.where(head, 0, _by_row(m.shut))  # rows that are shut
+    kept = _hole(SHUTTERS, _by_row(m.shut_kind) >> 1)
+    beside = CLIMBED & (n > 0) & ((ROW == 10) | (COLUMN < 3))
+    rows = jnp.where(kept, 0, n + when(beside, 1))
+    cut = (n >= SHUTS) & ~CLIMBED & (COLUMN >= 2) | head & (COLUMN >= 4)
+    y = 34 + ROW_LINES * ROW + m.scroll + _lower(m)
+    there = _hole(OPEN, m.windows[:, None] >> 2) & (kept | (n < SHUTS))
+    there = there & ((m.on_roof == 0) | (ROW > 10))
+    x, height = np.broadcast_to(WINDOW_X, (13, 6)), WINDOW_ROWS - when(cut, 1) - rows
+    windows = box(x.ravel(), (y + rows).ravel(), 8, height.ravel(), there.ravel())
+    return windows.clip(*BUILDING)
+
+
+def _by_row(of_shutters: jax.Array) -> jax.Array:
+    """What the RAM has for the rows that may shut as a column of all rows; 0 for the others."""
+    return jnp.pad(of_shutters, (SHUT_FIRST, 2))[:, None]
+
+
+def _has_thrower(m: Ram) -> jax.Array:
+    return m.thrower != NO_THROWER
 
 
 def _hole(patterns: Sequence[int], index: jax.Array) -> jax.Array:
     """Whether the windows of rows are holes, by the rows' patterns of the left half."""
-    bits = sum(pattern << 3 * i for i, pattern in enumerate(patterns))  # all of them in one number
+    holes = sum(pattern << 3 * i for i, pattern in enumerate(patterns))  # all in one number
     first = 3 * jnp.minimum(index, len(patterns) - 1)
-    return jnp.int32(bits) >> (first + DISTANCE[COLUMN]) & 1 == 1
+    return jnp.int32(holes) >> (first + DISTANCE[COLUMN]) & 1 == 1
 
 
 def _head(m: Ram) -> Box:
-    x = 15 * m.coarse + (m.fine ^ 7) - 10
-    y = 48 + 13 * (m.row + 2) + m.scroll
-    there = (m.thrower != 15) & (m.on_roof == 0) & (m.row < 5)
-    return HEADS.box(m.raised, x, y).where(there)
+    y = 48 + ROW_LINES * (m.row + 2) + m.scroll
+    there = _has_thrower(m) & (m.on_roof == 0) & (m.row < HEADLESS)
+    return HEADS.box(m.raised, position(m.coarse, m.fine) - 10, y, valid=there)
 
 
 def _bird(m: Ram) -> Box:
@@ -198,28 +229,21 @@ def _bird(m: Ram) -> Box:
 
 def _helicopter(m: Ram) -> Box:
     left = m.flies_left == 1
-    facing = jnp.where(left, WEST, EAST)
-    return box(
-        m.bird_x - jnp.where(left, 23, 9),
-        m.helicopter_y + 48,
-        30,
-        26,
-        m.on_roof > 0,
-        orientation=facing,
-    )
+    x, facing = m.bird_x - jnp.where(left, 23, 9), jnp.where(left, WEST, EAST)
+    return box(x, m.helicopter_y + 48, 30, 26, m.on_roof > 0, orientation=facing)
 
 
 def _zone_end(m: Ram) -> jax.Array:
     """The row after those that the drawing loop draws in more steps because of the thrower."""
-    return jnp.where(m.thrower != 15, jnp.minimum(m.row + 3, ZONE_END), ZONE_START)
+    return jnp.where(_has_thrower(m), jnp.minimum(m.row + 3, ZONE_END), ZONE_START)
 
 
 def _start(m: Ram, row: jax.Array | np.ndarray) -> jax.Array:
     """The drawing loop's step at which it begins rows of the building."""
     in_zone = jnp.maximum(jnp.minimum(row, _zone_end(m)) - ZONE_START, 0)
-    head = (m.thrower != 15) & (m.row + 2 < ZONE_END) & (row > m.row + 2)
-    bird = jnp.where((m.bird == 0) & (row > 1), BIRD_STEPS, 0)
-    return in_zone + ROW_STEPS * row + jnp.where(head, 1, 0) + bird
+    head = _has_thrower(m) & (m.row + 2 < ZONE_END) & (row > m.row + 2)
+    bird = when((m.bird == 0) & (row > 1), BIRD_STEPS)
+    return in_zone + ROW_STEPS * row + when(head, 1) + bird
 
 
 def _counters(m: Ram, row: jax.Array) -> jax.Array:
@@ -227,21 +251,25 @@ def _counters(m: Ram, row: jax.Array) -> jax.Array:
 
     The first lines of all rows come first, then the second lines, and so on.
     """
-    shut = (jnp.where(row == 2 + i, m.shut[i], 0) for i in range(8))
-    n = sum(shut, start=jnp.int32(0))[:, None]
-    start, row, line = _start(m, row)[:, None], row[:, None], np.arange(1, 14)[None, :]
-    zone = (row >= ZONE_START) & (row < _zone_end(m))
-    waits = (line == 4) | (line > 11) | ((n > 0) & (line == 4 + n))
-    waits = waits | (zone & ((line < 5) | (row == m.row + 2)))
-    late = ((n == 0) | (line >= 4 + n)) & (zone | (line >= 4))
-    flies = (m.bird == 0) & (row < 2)
-    offset = line + jnp.where(zone, 1, 0) + jnp.where(flies, BIRD_STEPS, 0)
-    offset = offset - jnp.where(late, 1, 0) - jnp.where(row == LAST_ROW, 1, 0)
-    waits = waits | (flies & ((row == 0) | (line < 8)))
-    counter = jnp.where(waits, -1, start + offset)
+    counter = _steps(m, row[:, None])
     last = _running_max(list(jnp.max(counter, axis=1)))  # of each row, where it does not wait
     before = jnp.stack([jnp.int32(-1), *last[:-1]])
     return jnp.concatenate(_running_max([before, *counter.T])[1:])
+
+
+def _steps(m: Ram, row: jax.Array) -> jax.Array:
+    """The steps of all lines of some rows; -1 where the loop waits for the line's end."""
+    n = sum((when(row == 2 + i, m.shut[i]) for i in range(8)), start=jnp.int32(0))
+    line = np.arange(1, ROW_LINES + 1)[None, :]
+    zone = (row >= ZONE_START) & (row < _zone_end(m))
+    flies = (m.bird == 0) & (row < 2)
+    late = ((n == 0) | (line >= 4 + n)) & (zone | (line >= 4))
+    more = when(zone, 1) + when(flies, BIRD_STEPS)
+    offset = line + more - when(late, 1) - when(row == LAST_ROW, 1)
+    waits = (line == 4) | (line > 11) | (n > 0) & (line == 4 + n)
+    waits = waits | zone & ((line < 5) | (row == m.row + 2))
+    waits = waits | flies & ((row == 0) | (line < 8))
+    return jnp.where(waits, -1, _start(m, row) + offset)
 
 
 def _running_max(values: list[jax.Array]) -> list[jax.Array]:
@@ -256,29 +284,38 @@ def _thing(m: Ram) -> Box:
     row that is under way when it begins and in the next two.
     """
     begun = _start(m, np.arange(1, LAST_ROW + 1)) < m.top
-    building_row = jnp.sum(jnp.where(begun, 1, 0)) + np.arange(3)
-    shown = _counters(m, building_row)
-    k = shown - m.top
-    numbers = np.arange(THING_ROWS)
+    building_row = jnp.sum(when(begun, 1)) + np.arange(3)
     picture = m.thing + 256 * m.thing_page
-    rows, filled = lookup(INK, picture + numbers), lookup(FILLED, picture)
-    row = jnp.where((k >= 0) & (k < THING_ROWS), jnp.int32(1) << (k & 15), 0) & filled
-    line = (13 * building_row[None, :] + np.arange(13)[:, None]).ravel()
-    on = (shown < m.end) & (row > 0) & (line < 13 * (LAST_ROW + 1))
-    hidden = (m.end >= 0x59) & (m.turn == 0) & (line >= 103) & (line < 140)
-    on = jnp.where(jnp.any(on & ~hidden), on & ~hidden, on)
+    line = (ROW_LINES * building_row[None, :] + np.arange(ROW_LINES)[:, None]).ravel()
+    row = _thing_rows(m, picture, building_row, line)
     y = 44 + line + m.scroll + _lower(m)
-    top = jnp.min(jnp.where(on, y, 999))
-    bottom = jnp.max(jnp.where(on, y + 1, 0))
-    drawn = jax.lax.reduce_or(jnp.where(on, row, 0), (0,))
-    columns = jax.lax.reduce_or(jnp.where(drawn >> numbers & 1 == 1, rows, 0), (0,))
-    first = 8 - _length(columns)
-    last = 9 - _length(columns & -columns)
-    zoom = jnp.where(m.wide != 15, 4, 1)
+    top = jnp.min(jnp.where(row > 0, y, 999))
+    bottom = jnp.max(jnp.where(row > 0, y + 1, 0))
+    first, last = _thing_columns(picture, row)
+    zoom = jnp.where(m.wide != ORDINARY, 4, 1)
     there = (m.top > 0) & (bottom > top) & (m.on_roof == 0)
-    x = m.thing_x - 10 + zoom * first + jnp.where(zoom > 1, 1, 0)  # the chip begins wide ones later
+    x = m.thing_x - 10 + zoom * first + when(zoom > 1, 1)  # the chip begins wide ones later
     things = box(x, top, zoom * (last - first), bottom - top, there, color=m.thing_color)
     return things.clip(0, 43, 160, 199)
+
+
+def _thing_rows(m: Ram, picture: jax.Array, building_row: jax.Array, line: jax.Array) -> jax.Array:
+    """The row of the picture that each line shows, as a bit; 0 where it shows none."""
+    shown = _counters(m, building_row)
+    k = shown - m.top
+    row = when((k >= 0) & (k < THING_ROWS), jnp.int32(1) << (k & 15)) & lookup(FILLED, picture)
+    on = (shown < m.end) & (row > 0) & (line < ROW_LINES * (LAST_ROW + 1))
+    hidden = (m.end >= CLIMBER_STEP) & (m.turn == 0) & among(line, CLIMBER_LINES)
+    return when(jnp.where(jnp.any(on & ~hidden), on & ~hidden, on), row)
+
+
+def _thing_columns(picture: jax.Array, row: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """First column and last column + 1 of some rows, bits, of a picture."""
+    number = np.arange(THING_ROWS)
+    drawn = jax.lax.reduce_or(row, (0,))
+    dots = when(drawn >> number & 1 == 1, lookup(INK, picture + number))
+    columns = jax.lax.reduce_or(dots, (0,))
+    return 8 - _length(columns), 9 - _length(columns & -columns)
 
 
 def _length(x: jax.Array) -> jax.Array:
@@ -286,20 +323,15 @@ def _length(x: jax.Array) -> jax.Array:
 
 
 def _number(digits: jax.Array) -> jax.Array:
-    out = digits[0]
-    for i in range(1, digits.shape[0]):
-        out = 10 * out + digits[i]
-    return out
+    return functools.reduce(lambda number, digit: 10 * number + digit, digits)
 
 
 def _score(m: Ram) -> Box:
-    value = 100 * _number(m.score)
-    return score_box(FONT, value, right=96, top=31, digits=6, leading_zeros=True, value=value)
+    return SCORE.box(100 * _number(m.score))
 
 
 def _bonus(m: Ram) -> Box:
-    value = 100 * _number(m.bonus)
-    return score_box(FONT, value, right=96, top=21, digits=5, leading_zeros=True, value=value)
+    return BONUS.box(100 * _number(m.bonus))
 
 
 def _lives(m: Ram) -> Box:
@@ -312,10 +344,10 @@ WINDOWS = Blobs(0, BUILDING, Shape(w=(3, 8), h=(1, 8)), gap=(3, 0))
 BIRD = Bounds(WHITE, (0, 43, 160, 80))
 HELICOPTER = Bounds((BODY, ROTOR), (0, 43, 160, 160))
 THINGS = Bounds((YELLOW, BLUE, PURPLE, *range(48, 64, 2)), (0, 43, 160, 199))
-SCORE = Bounds(GREEN, (40, 31, 110, 39), value=Digits(FONT, range(48, 96, 8), 31))
-BONUS = Bounds(GREEN, (40, 21, 110, 28), value=Digits(FONT, range(56, 96, 8), 21))
+POINTS = SCORE.rule(GREEN, (40, 31, 110, 39))
+EXTRA = BONUS.rule(GREEN, (40, 21, 110, 28))
 ICONS = Bounds((198, LEGS), tuple((56 + 16 * i, 12, 70 + 16 * i, 20) for i in range(3)))
-facing = functools.partial(Category, attributes=("orientation",))
+facing_category = functools.partial(Category, attributes=("orientation",))
 
 GAME = Game(
     name="CrazyClimber",
@@ -326,11 +358,11 @@ GAME = Game(
         Category("Player", CLIMBER, doc="the climber"),
         Category("Window", WINDOWS, count=78, doc="row * 6 + column"),
         Category("Enemy_Red", Bounds(RED, BUILDING), doc="a thrower"),
-        facing("Enemy_Bird", BIRD, doc="a bird"),
-        facing("Helicopter", HELICOPTER, doc="above the roof"),
+        facing_category("Enemy_Bird", BIRD, doc="a bird"),
+        facing_category("Helicopter", HELICOPTER, doc="above the roof"),
         Category("Projectile", THINGS, doc="what falls"),
-        display("Score", SCORE, doc="points, below 1,000,000"),
-        display("Bonus", BONUS, doc="bonus"),
+        display("Score", POINTS, doc="points, below 1,000,000"),
+        display("Bonus", EXTRA, doc="bonus"),
         display("Life", ICONS, count=3, attributes=(), doc="lives in reserve, three at most"),
     ),
 )

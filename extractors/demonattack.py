@@ -1,12 +1,14 @@
 """Demon Attack: a ship that shoots at up to three demons, which drop bombs or fire rays.
 
-Enemy slots: the game's three rows of demons from the top, each a whole demon or, after it split,
-its left half; the right halves of the rows; the small demon that dives at the ship. When one begins
-to dive, the game moves the demons above it down a row. What appears (OCAtari's EnemyPart) or
-explodes, demon or ship, is a cloud of particles and no object; the shot waits for its launch in the
-ship. EnemyMissile has two slots, left and right, for each of the game's ten rows of missiles; they
-turn as the missiles fall, so a missile keeps its slot. A ray fills its rows. Scenery: the ground.
-Each row of a demon has a colour of its level; a demon's colour is the fourth row's from below.
+Screen: The ground is scenery. What appears (OCAtari's EnemyPart) or explodes, demon or ship, is a
+cloud of particles and no object. A ray fills its rows. Each row of a demon has a colour of its
+level; a demon's colour is the fourth row's from below.
+
+Slots: Enemy has the game's three rows of demons from the top, each a whole demon or, after it
+split, its left half; the right halves of the rows; the small demon that dives at the ship. When one
+begins to dive, the game moves the demons above it down a row. EnemyMissile has two slots, left and
+right, for each of the game's ten rows of missiles; they turn as the missiles fall, so a missile
+keeps its slot. The shot waits for its launch in the ship.
 
 RAM: ALE's source (score, lives), OCAtari 2.2, and the ROM's code. Demons, the score and the ship's
 state change after a frame is drawn, and `decode` takes that back. A demon hides what is less than
@@ -14,31 +16,36 @@ four lines under it of the next one. What the display program writes in the midd
 one line later to the left of it: so missiles and shots are longer or shorter in some columns.
 
 Covered: all modes and difficulties, levels 1-14, splitting and diving demons, rays, deaths, the end
-of the game. Not in the RAM: the shot on the frame on which it hits, the picture of the demon that
-it hits, missiles on the frame on which one hits the ship, a row of a demon's height on a frame on
-which it turns round. When the game ends, it clears the demons that the screen still shows: they get
-the most frequent picture, and the score tells how many are left of a wave. If that is one of the
-upper two rows, its row is a guess (75 % are right); from level 5 on, they are not valid. VEM sees
-no demons while the sky flashes in one of their colours, or where halves cover each other, and not
-which pieces of bent rays are whose.
+of the game.
+
+Not exact, as it is not in the RAM: the shot on the frame on which it hits, the picture of the demon
+that it hits, missiles on the frame on which one hits the ship, a row of a demon's height on a frame
+on which it turns round. When the game ends, it clears the demons that the screen still shows: they
+get the most frequent picture, and the score tells how many are left of a wave. If that is one of
+the upper two rows, its row is a guess (75 % are right); from level 5 on, they are not valid.
+
+VEM: sees no demons while the sky flashes in one of their colours, or where halves cover each other,
+and not which pieces of bent rays are whose.
 """
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import div, lookup, mod
+from ocjax.console.ops import div, lookup, match, mod, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import packed_position
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Gauge
+from ocjax.vision.displays import IconRow, NumberDisplay
+from ocjax.vision.rules import Blobs, Bounds
 from ocjax.vision.shapes import Shape
 
 ROM = Rom("demon_attack", "f0e0addc07971561ab80d9abe1b8d333")
 FONT = ROM.font(0xF00, rows=9, stride=10)
-SCORE_LEFTS = tuple(range(55, 103, 8))
+SCORE = NumberDisplay(FONT, right=103, top=7, digits=6)
+SHIPS = IconRow(left=17, top=188, width=3, height=5, pitch=8)
+MOST_SHIPS = 6  # that are shown
 PURPLE = 0x56
 SHOT = 0x6E
 MISSILE = 0x4E
@@ -49,10 +56,9 @@ GROUND_COLORS = tuple(range(0x80, 0x8E, 2))
 # The display program counts rows down to 0. Three lines are between the lowest demon and the rest.
 UPPER = 182  # line + row: down to the lowest demon
 LOWER = 185  # under it
-# rows of demons are below the last one
 GROUND = LOWER + 1
-TOP_ROW = 0xA2
-CEILING = 0x97
+TOP_ROW = 162  # demons are below it
+CEILING = 151  # stands for the row of a neighbour above the highest demon
 
 ROWS = 8  # of a demon
 COLOR_ROW = -4  # from the bottom of a demon's box; most demons have the most pixels there
@@ -66,34 +72,38 @@ PICTURES = Pictures.of(
     for rows in range(ROWS + 1)
 )
 FIRST_PICTURES = ROM.bytes(0xB9F, 12)  # of the demons of half a level
-EXPLODING = 3  # first pictures
-SPLITTING = 0x18  # lower ones than EXPLODING follow
-SMALL = 0x1A  # a picture of halves and of the diving demon
+EXPLODING = 3  # this picture and lower ones are explosions
+SPLITTING = 24  # the picture that begins a split
+SMALL_PICTURE = 26  # a picture of halves and of the diving demon
 ROW = np.arange(3)
 LOWEST = 2
-# slots
-DIVER = 6
-MIRRORED = np.arange(7) // 3 == 1
+DIVER = 6  # slot
+MIRRORED = np.arange(7) // 3 == 1  # by slot
 
-# `state`
-ALIVE = 2
-EXPLODES = 3
-# `code`; `appearing` where none does
+
+class State:  # of `Ram.state` and `Ram.diver_state`
+    ALIVE = 2
+    EXPLODES = 3
+
+
+# Values of `code` at which demons turn round.
 RIGHTMOST = 0x49
 LEFTMOST = 0x71
-NO_ROW = 255
-# by phase
+NO_ROW = 255  # `appearing` while no demon does
+BLANK = 100  # `digits`
+# By phase: a demon moves if its part of a row or column is less.
 Y_STEPS = ROM.bytes(0xEF0, 8)
 X_STEPS = ROM.bytes(0xEF8, 8)
-WAVE = 8  # demons; points of each
-POINTS = (10, 10, 15, 15)  # by level; later ones split
+WAVE = 8  # demons
+POINTS = (10, 10, 15, 15)  # for a demon, by level; in later ones they split
 WAVE_ENDS = WAVE * np.cumsum(POINTS)  # scores
-# `sound` and, by level, `note` of a hit
-HIT = 2
-HIT_NOTES = (8 * FIRST_PICTURES + 1) & 255
-SHIP_EXPLODED = 0x1D  # `page`: the frame shows the exploding ship
+HIT = 2  # `sound`
+HIT_NOTES = (8 * FIRST_PICTURES + 1) & 255  # `note` of a hit, by level
+SHIP_EXPLODED = 29  # `page`: the frame shows the exploding ship
 JUST_HIT = 63  # `explosion` on the last frame that shows the ship
-GAME_OVER = 0xBD  # `game`
+GAME_OVER = 189  # `game`
+LOADED = 3  # `shot_y` up to which the shot waits in the ship
+SHIP_ROWS = 12  # the lowest ones, in which the program also draws the ship
 MISSILE_ROWS = 10
 SHOT_ROWS = 8
 PERIODS = ROM.bytes(0xDA2, 12)  # frames between two steps of the missiles
@@ -165,37 +175,45 @@ def _player(m: Ram) -> Box:
 
 def _rows(m: Ram) -> jax.Array:
     """Where the demons were drawn, before they moved."""
-    moved = (m.state == ALIVE) & (m.y_part < lookup(Y_STEPS, m.phase))
-    return jnp.where(ROW == LOWEST, m.drawn_y, m.y - jnp.where(moved, 2 * m.rises - 1, 0))
+    moved = (m.state == State.ALIVE) & (m.y_part < lookup(Y_STEPS, m.phase))
+    return jnp.where(ROW == LOWEST, m.drawn_y, m.y - when(moved, 2 * m.rises - 1))
 
 
 def _step(m: Ram) -> jax.Array:
     """Columns to the right that whole demons and left halves moved after they were drawn."""
     turned = jnp.where(m.goes_right == 1, m.code[:3] == LEFTMOST, m.code[:3] == RIGHTMOST)
-    moves = (m.state == ALIVE) & ((m.is_split == 0) | (m.left_alive == 1)) & ~turned
+    moves = (m.state == State.ALIVE) & ((m.is_split == 0) | (m.left_alive == 1)) & ~turned
     moves = moves & ((ROW != LOWEST) | (m.volley == 0))  # it stands while it fires
     moved = moves & (m.x_part < lookup(X_STEPS, m.phase))
-    return jnp.where(moved, 2 * m.goes_right - 1, 0)
+    return when(moved, 2 * m.goes_right - 1)
 
 
 def _demons(m: Ram, y: jax.Array) -> Box:
     split, over = m.is_split == 1, m.game == GAME_OVER
     alive, hit = _alive(m, split)
     small = _slots(split, jnp.ones(3, bool), jnp.asarray(True))
-    usual = jnp.where(ROW == LOWEST, m.drawn_picture, lookup(FIRST_PICTURES, m.level >> 1) + 1)
-    usual = jnp.where(small, SMALL, _slots(usual, usual, m.level))
-    picture = jnp.where(hit | over, usual, m.picture)
-    above = jnp.concatenate([jnp.full(1, TOP_ROW + 4), y[:-1]])
-    visible = jnp.clip(above - 3 - y, 0, ROWS)  # rows that are not too close under the demon above
-    rows = _slots(visible, visible, jnp.asarray(ROWS))
-    left, top, width, height = PICTURES.extent((ROWS + 1) * picture + rows)
+    picture = jnp.where(hit | over, _usual_pictures(m, small), m.picture)
+    left, top, width, height = PICTURES.extent((ROWS + 1) * picture + _visible_rows(y))
     left = jnp.where(MIRRORED, 8 - left - width, left)
     x = packed_position(m.code) + 5 - jnp.pad(_step(m), (0, 4)) + left
     line = np.where(np.arange(7) == DIVER, LOWER, UPPER) + 1 - ROWS - _slots(y, y, m.diver_y)
     width = jnp.where(small, width, 16 - 2 * left)
-    row = ROWS - top - 1 + jnp.minimum(-height - COLOR_ROW, 0) + jnp.where(x + 1 < COLORED_AT, 1, 0)
+    row = ROWS - top - 1 + jnp.minimum(-height - COLOR_ROW, 0) + when(x + 1 < COLORED_AT, 1)
     color = lookup(COLORS, m.colors + row)
     return box(x, line + top, width, height, (alive | hit) & (height > 0), color=color)
+
+
+def _usual_pictures(m: Ram, small: jax.Array) -> jax.Array:
+    """The most frequent picture of what is in each slot."""
+    usual = jnp.where(ROW == LOWEST, m.drawn_picture, lookup(FIRST_PICTURES, m.level >> 1) + 1)
+    return jnp.where(small, SMALL_PICTURE, _slots(usual, usual, m.level))
+
+
+def _visible_rows(y: jax.Array) -> jax.Array:
+    """How many rows of each picture are not too close under the demon above."""
+    above = jnp.concatenate([jnp.full(1, TOP_ROW + 4), y[:-1]])
+    rows = jnp.clip(above - 3 - y, 0, ROWS)
+    return _slots(rows, rows, jnp.asarray(ROWS))
 
 
 def _slots(left: jax.Array, right: jax.Array, diver: jax.Array) -> jax.Array:
@@ -207,20 +225,20 @@ def _flags(left: jax.Array, right: jax.Array, diver: jax.Array) -> jax.Array:
 
     Otherwise the game takes 1.3 times as long.
     """
-    bits = jnp.sum(jnp.where(left, 1 << ROW, 0) + jnp.where(right, 8 << ROW, 0))
-    return (bits + jnp.where(diver, 64, 0)) >> np.arange(7) & 1 == 1
+    flags = jnp.sum(jnp.where(left, 1 << ROW, 0) + jnp.where(right, 8 << ROW, 0))
+    return (flags + when(diver, 64)) >> np.arange(7) & 1 == 1
 
 
 def _alive(m: Ram, split: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Which demons are alive, and which one was hit on this frame, which shows it alive."""
     over = m.game == GAME_OVER
-    left = jnp.where(split, m.left_alive == 1, (m.state == ALIVE) & (m.appearing != ROW))
+    left = jnp.where(split, m.left_alive == 1, (m.state == State.ALIVE) & (m.appearing != ROW))
     left, right = jnp.where(over, _remain(m), left), ~over & split & (m.right_alive == 1)
-    alive = _flags(left, right, ~over & (m.diver_state == ALIVE))
+    alive = _flags(left, right, ~over & (m.diver_state == State.ALIVE))
     alive = alive & (over | (m.picture > EXPLODING))
     struck = (m.picture == EXPLODING) | (m.picture == SPLITTING)
     struck = struck & (m.sound == HIT) & (m.note == lookup(HIT_NOTES, m.level))
-    exploding = _slots(split | (m.state == EXPLODES), split, m.diver_state == EXPLODES)
+    exploding = _slots(split | (m.state == State.EXPLODES), split, m.diver_state == State.EXPLODES)
     return alive, struck & exploding
 
 
@@ -236,7 +254,7 @@ def _remain(m: Ram) -> jax.Array:
     number = np.arange(1, 4)
     known = (m.level < len(POINTS)) & (missing == number * points)
     left = jnp.max(jnp.where(known, number, 0))
-    upper = left - jnp.where(lowest, 1, 0) - jnp.where(m.appearing == NO_ROW, 0, 1)
+    upper = left - when(lowest, 1) - when(m.appearing != NO_ROW, 1)
     first = jnp.abs(2 * y[0] - CEILING - y[1]) > jnp.abs(2 * y[1] - y[0] - y[2])
     needed = jnp.where((ROW == 0) == first, 1, 2)
     alive = ((m.appeared < WAVE) | (upper >= needed)) & (m.appearing != ROW)
@@ -247,7 +265,7 @@ def _shot(m: Ram, y: jax.Array) -> Box:
     x = packed_position(m.shot_code) + 7
     top = _line(m, y, m.shot_y + SHOT_ROWS - 1, x, 0)
     end = _line(m, y, m.shot_y - 1, x, 3)
-    launched = (m.fired == 1) & (m.shot_y > 3)
+    launched = (m.fired == 1) & (m.shot_y > LOADED)
     return box(x, top, 1, end - top, launched).clip(0, UPPER - TOP_ROW, 160, GROUND)
 
 
@@ -261,10 +279,10 @@ def _line(m: Ram, y: jax.Array, row: jax.Array, x: jax.Array, sooner: int) -> ja
     above = row >= y[LOWEST]
     at_demon = jnp.any((row >= y) & (row < y + ROWS))
     at_diver = (row >= m.diver_y) & (row < m.diver_y + ROWS)
-    beam = jnp.where(m.bombs_or_rays == 1, 1, jnp.where(at_diver, 88, 43))
-    beam = jnp.where(m.page == SHIP_EXPLODED, 4, beam + jnp.where(row < 12, 18, 0))  # in the ship
-    beam = jnp.where(above, jnp.where(at_demon, 106, 31), beam)
-    return jnp.where(above, UPPER, LOWER) - row + jnp.where(x < beam - sooner, 1, 0)
+    below = match((m.bombs_or_rays == 1, 1), (at_diver, 88), otherwise=43)
+    below = jnp.where(m.page == SHIP_EXPLODED, 4, below + when(row < SHIP_ROWS, 18))
+    beam = jnp.where(above, jnp.where(at_demon, 106, 31), below)
+    return jnp.where(above, UPPER, LOWER) - row + when(x < beam - sooner, 1)
 
 
 def _missiles(m: Ram) -> Box:
@@ -290,22 +308,21 @@ def _missiles(m: Ram) -> Box:
 def _missile_line(m: Ram, row: jax.Array, x: jax.Array) -> jax.Array:
     """The first line that shows, at x, a change of the missiles at a row."""
     beside_shot = (row >= m.shot_y) & (row < m.shot_y + SHOT_ROWS)
-    beam = jnp.where(row < 12, 119, 101) + jnp.where(beside_shot, 3, 0)
-    return LOWER - row + jnp.where(x < beam, 1, 0)
+    beam = jnp.where(row < SHIP_ROWS, 119, 101) + when(beside_shot, 3)
+    return LOWER - row + when(x < beam, 1)
 
 
 def _score(m: Ram) -> Box:
-    digits = jnp.where(m.digits >= 100, 0, div(m.digits, 10))
+    digits = jnp.where(m.digits >= BLANK, 0, div(m.digits, 10))
     old = jnp.sum(digits * np.array([100000, 10000, 1000, 100, 10]))
-    return score_box(FONT, old, right=103, top=7, digits=6, value=m.score).where(m.score_shown == 1)
+    return SCORE.box(old, value=m.score).where(m.score_shown == 1)
 
 
 def _lives(m: Ram) -> Box:
     """The ships on the screen lag behind a life that is lost or won by a frame."""
     lost = (m.page == SHIP_EXPLODED) & (m.explosion == 0) & (m.game != GAME_OVER)
-    shown = m.lives + jnp.where(lost, 1, 0) - jnp.where(m.extra_life == 1, 1, 0)
-    there, value = (shown > 0) & (shown <= 6), m.lives + 1
-    return box(17, 188, 8 * shown - 5, 5, there, value=value, color=m.lives_color)
+    shown = m.lives + when(lost, 1) - when(m.extra_life == 1, 1)
+    return SHIPS.box(shown, shown <= MOST_SHIPS, value=m.lives + 1, color=m.lives_color)
 
 
 FIELD = (0, 17, 160, GROUND)
@@ -325,8 +342,7 @@ DEMONS = Blobs(DEMON_COLORS, FIELD, DEMON_SHAPES, gap=(1, 1), also=(SMALL_EYES,)
 LAUNCHED = Blobs(SHOT, (0, 171, 160, 174), Shape(w=1, h=(1, 3)))
 SHOTS = Blobs(SHOT, (0, 17, 160, 178), Shape(w=1, h=(4, 12)), gap=(0, 3), also=(LAUNCHED,))
 MISSILES = Blobs(MISSILE, FIELD, Shape(w=1, h=(1, 40), split=(1, 8)))
-SCORE = Bounds(YELLOW, (55, 7, 103, 16), value=Digits(FONT, SCORE_LEFTS, 7, required=True))
-LIVES = Bounds(GROUND_COLORS, (16, 188, 66, 193), inverse=True, value=Gauge(8, 3, 2))
+LIVES = SHIPS.rule(GROUND_COLORS, (16, 188, 66, 193), single=2, inverse=True)
 
 GAME = Game(
     name="DemonAttack",
@@ -338,7 +354,7 @@ GAME = Game(
         Category("Enemy", DEMONS, count=7, color_row=COLOR_ROW, doc="demons, halves, the diver"),
         Category("PlayerMissile", SHOTS, doc="the shot in flight"),
         Category("EnemyMissile", MISSILES, count=2 * MISSILE_ROWS, doc="bombs, pieces of rays"),
-        display("Score", SCORE, doc="points"),
+        display("Score", SCORE.rule(YELLOW, required=True), doc="points"),
         display("Lives", LIVES, doc="ships in reserve; value: one more"),
     ),
 )

@@ -1,11 +1,12 @@
 """IceHockey: two teams of two players, a puck, both scores and the clock.
 
-Player is the blue team, which defends the upper goal, Enemy the yellow one. Slot 0 of a team is its
-upper player, slot 1 its lower one. A player's box has his stick in it, which only the one nearer to
-the puck holds out; what a blue player covers of a yellow one still belongs to the box. The puck's
-box leaves out the row that the blade of a stick covers. VEM joins the head of a blue player to a
-yellow one whom it touches, for all heads have one colour. Scenery: the ice, the two goals (black,
-so that a puck in them is not seen), the maker's name.
+Screen: The ice, the two goals (black, so that a puck in them is not seen) and the maker's name are
+scenery. A player's box has his stick in it, which only the one nearer to the puck holds out; what a
+blue player covers of a yellow one still belongs to the box. The puck's box leaves out the row that
+the blade of a stick covers.
+
+Slots: Player is the blue team, which defends the upper goal, Enemy the yellow one. Slot 0 of a team
+is its upper player, slot 1 its lower one.
 
 RAM: ALE's source (scores, clock), OCAtari 2.2 (positions), and the ROM's code. The players move
 before a frame is drawn, so the screen shows them where the RAM has them. The puck, the scores and
@@ -14,9 +15,12 @@ velocity. Where a player carries it, or it has just bounced, the game's own dist
 puck to the lower players say which of a few places it was.
 
 Covered: modes 0 and 2, all four difficulties, goals of both sides, fights, the end of the game.
-Not in the RAM: where everything was in the one frame after the pause for a goal, which is drawn
-before the next face-off and ends with its positions; where the puck was in the one frame in which
-a player takes it, and in some in which it bounces or its carrier turns round.
+
+Not exact, as it is not in the RAM: where everything was in the one frame after the pause for a
+goal, which is drawn before the next face-off and ends with its positions; where the puck was in the
+one frame in which a player takes it, and in some in which it bounces or its carrier turns round.
+
+VEM: joins the head of a blue player to a yellow one whom it touches, for all heads have one colour.
 """
 
 import jax
@@ -24,10 +28,11 @@ import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
 from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import div, mod
+from ocjax.console.ops import div, mod, when
 from ocjax.console.ram import RamMap, bcd, bits, byte, signed
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.rules import Blobs, Bounds
 from ocjax.vision.shapes import Shape
 from ocjax.vision.steps import Raised
@@ -52,30 +57,44 @@ YELLOW_DIGITS = 46
 BLUE_RGB = (45, 50, 184)
 YELLOW_RGB = (232, 204, 99)
 CLOCK_TOP = 5
-SCORE_TOP = 14
 CLOCK_LEFTS = (64, 80, 88)  # a colon between the first two
-PLAYER_LEFTS = (36, 45)
-ENEMY_LEFTS = (100, 109)
+PLAYER_SCORE = NumberDisplay(SCORE_FONT, right=53, top=14, digits=2)
+ENEMY_SCORE = NumberDisplay(SCORE_FONT, right=117, top=14, digits=2)
 
 PAGES = {0xA6: 0x100, 0xB9: 0x100, 0x4A: 0xF00}  # of the pictures that are not at 0xE00
 PICTURES = ROM.pictures([PAGES.get(low, 0xE00) + low + 1 for low in range(256)], 19)
 
-PLAYING = 128  # least value
-PAUSED = 64  # first value of `pause`
-NO_PLAYER = 128  # least value of `holder`
-JUST_SHOT = 48  # of `hold_off`
-GOAL_Y = 144  # from here on the puck is in the upper goal
-SHOWN = 100  # digits that are not shown have greater values
+# Teams.
+BLUES = 0
+YELLOWS = 1
+
+
+class Pause:  # of `Ram.pause`
+    OVER = 0  # the game is over
+    BEGINS = 64
+    PLAYING = 128  # this or more
+
+
+NO_PLAYER = 128  # `holder`, this or more
+JUST_SHOT = 48  # `hold_off`
+GOAL_Y = 144  # `puck_y` from here on: the puck is in the upper goal
+SHOWN = 100  # numbers that are not shown are not less
+STICK = np.array((16, 15, 16, 15))  # columns of a stick that is held out, by player
 BLADE = 4  # columns of a stick's last row
 LONGER_STICK = 17  # rows that yellow's upper player is below `upper_end` when his stick is longer
 
 # Where the puck's carrier was before the frame, and a free puck beside where its velocity puts it:
 # likely places first. Of the carrier columns against the way he faces and whether he has turned.
+PLACES = np.arange(12)
 HELD_DX = np.array([0, 1, 0, 1, 0, 1, -1, -1, -1, 1, 1, 1])
 HELD_UP = np.array([0, 0, -2, -2, 2, 2, 0, -2, 2, 0, -2, 2])
-TURNED = np.arange(12) >= 9
+TURNED = PLACES >= 9
 FREE_DX = np.array([0, 0, 0, 1, -1, 1, 1, -1, -1, 2, -2, 2])
 FREE_UP = np.array([0, 2, -2, 0, 0, 2, -2, 2, -2, 0, 0, 2])
+# What counts against a place: more than its rank does that a distance is wrong, and still more
+# that the puck cannot have moved there in this frame.
+WRONG = 16
+IMPOSSIBLE = 64
 
 
 class Ram(RamMap):
@@ -107,11 +126,11 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     return {
-        "Player": _team(m, 0),
-        "Enemy": _team(m, 1),
+        "Player": _team(m, BLUES),
+        "Enemy": _team(m, YELLOWS),
         "Ball": _puck(m),
-        "PlayerScore": _score(m, 0, PLAYER_LEFTS),
-        "EnemyScore": _score(m, 1, ENEMY_LEFTS),
+        "PlayerScore": _score(m, BLUES, PLAYER_SCORE),
+        "EnemyScore": _score(m, YELLOWS, ENEMY_SCORE),
         "Timer": _clock(m),
     }
 
@@ -132,11 +151,11 @@ def _team(m: Ram, team: int) -> Box:
 def _reach(m: Ram) -> jax.Array:
     """Columns from a player's left side to the end of a stick that is held out to the right."""
     longer = (m.upper_end - m.y[1] == LONGER_STICK) & (np.arange(4) == 1)
-    return jnp.array([16, 15, 16, 15]) + jnp.where(longer, 1, 0)
+    return when(longer, 1) + STICK
 
 
 def _just_scored(m: Ram) -> jax.Array:
-    return (m.pause == PAUSED) & (m.goal != 0)
+    return (m.pause == Pause.BEGINS) & (m.goal != 0)
 
 
 def _puck(m: Ram) -> Box:
@@ -156,31 +175,36 @@ def _puck_drawn(m: Ram) -> tuple[jax.Array, jax.Array]:
     held = (m.holder < NO_PLAYER) | (m.hold_off == JUST_SHOT)
     odd = (m.frame & 1) == 1  # the frames in which a free puck moves
     x, y = _candidates(m, held, odd)
-    wrong = sum(jnp.where(_distance(m, i, x, y) == m.distance[i], 0, 1) for i in range(2))
-    may_differ = odd & (~held | ((m.frame & 3) == 1))
-    rank = np.arange(len(TURNED))
-    order = rank + 16 * wrong + jnp.where(may_differ | (rank == 0), 0, 64)
+    wrong = sum(when(_distance(m, i, x, y) != m.distance[i], WRONG) for i in range(2))
+    possible = odd & (~held | ((m.frame & 3) == 1)) | (PLACES == 0)
+    order = PLACES + wrong + jnp.where(possible, 0, IMPOSSIBLE)
     best = order == jnp.min(order)
-    x, y = (jnp.sum(jnp.where(best, v, 0)) for v in (x, y))
-    moved = (m.pause >= PLAYING) | _just_scored(m)
+    x, y = (jnp.sum(when(best, v)) for v in (x, y))
+    moved = (m.pause >= Pause.PLAYING) | _just_scored(m)
     return jnp.where(moved, x, m.puck_x), jnp.where(moved, y, m.puck_row)
 
 
 def _candidates(m: Ram, held: jax.Array, odd: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Where the puck may have been when the frame was drawn, x + 10 and 188 - y."""
+    held_x, held_y = _held_places(m, odd)
+    free_y, free_x = (m.puck_fixed - m.puck_speed) >> 8
+    free_x = jnp.where(odd, free_x, m.puck_x) + FREE_DX
+    free_y = jnp.where(odd, (free_y & 254) + FREE_UP, m.puck_row)
+    return jnp.where(held, held_x, free_x) & 255, jnp.where(held, held_y, free_y) & 255
+
+
+def _held_places(m: Ram, odd: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Where the puck may have been that a player carries or has just shot."""
     holder = jnp.where(m.holder < NO_PLAYER, m.holder & 3, m.holder_last)
     chosen = np.arange(4) == holder
-    px, py, left = (jnp.sum(jnp.where(chosen, v, 0)) for v in (m.x, m.y, m.faces_left))
+    x, y, faces_left = (jnp.sum(when(chosen, v)) for v in (m.x, m.y, m.faces_left))
+    left = faces_left == 1
     step = ((m.dribble + 1) & 63) >> 2
     step = jnp.where(step >= 8, step ^ 15, step)
-    ahead = jnp.where(left == 1, -2 - step, 11 + step)  # 9 - ahead once he has turned
-    free = (m.puck_fixed - m.puck_speed) >> 8
-    x = jnp.where(held, px + ahead, jnp.where(odd, free[1], m.puck_x))
-    y = jnp.where(odd, jnp.where(held, py + 2 * (holder & 1), free[0]) & 254, m.puck_row)
-    x = x + jnp.where(held, jnp.where(left == 1, HELD_DX, -HELD_DX), FREE_DX)
-    x = x + jnp.where(held & TURNED, 9 - 2 * ahead, 0)
-    y = y + jnp.where(odd, jnp.where(held, HELD_UP, FREE_UP), 0)
-    return x & 255, y & 255
+    ahead = jnp.where(left, -2 - step, 11 + step)
+    x = x + jnp.where(TURNED, 9 - ahead, ahead) + jnp.where(left, HELD_DX, -HELD_DX)
+    row = y + 2 * (holder & 1)
+    return x, jnp.where(odd, (row & 254) + HELD_UP, m.puck_row)
 
 
 def _distance(m: Ram, i: int, x: jax.Array, y: jax.Array) -> jax.Array:
@@ -189,28 +213,23 @@ def _distance(m: Ram, i: int, x: jax.Array, y: jax.Array) -> jax.Array:
     return (jnp.where(dx < 0, ~dx, dx) + jnp.where(dy < 0, ~dy, dy)) & 255
 
 
-def _score(m: Ram, side: int, lefts: tuple[int, int]) -> Box:
+def _score(m: Ram, team: int, display_of: NumberDisplay) -> Box:
     """The digits lag behind a goal by a frame."""
-    value = m.score[side]
-    mine = (m.puck_y >= GOAL_Y) == (side == 1)
+    value = m.score[team]
+    mine = (m.puck_y >= GOAL_Y) == (team == YELLOWS)
     shown = jnp.where(_just_scored(m) & mine, jnp.maximum(value - 1, 0), value)
-    right = lefts[-1] + SCORE_FONT.width
-    return score_box(
-        SCORE_FONT, shown, right=right, top=SCORE_TOP, digits=2, value=value, valid=value < SHOWN
-    )
+    return display_of.box(shown, value=value, valid=value < SHOWN)
 
 
 def _clock(m: Ram) -> Box:
     """The clock as it is shown: it runs on after the frame is drawn."""
     left = 60 * m.minutes + m.seconds
-    just = (m.second_part == 0) & ((m.pause >= PLAYING) | ((m.pause == 0) & (left == 0)))
-    left = left + jnp.where(just, 1, 0)
-    digits = 1000 * div(left, 60) + mod(left, 60)
-    right = CLOCK_LEFTS[-1] + FONT.width
+    runs = (m.pause >= Pause.PLAYING) | ((m.pause == Pause.OVER) & (left == 0))
+    left = left + when((m.second_part == 0) & runs, 1)
     return score_box(
         FONT,
-        digits,
-        right=right,
+        1000 * div(left, 60) + mod(left, 60),
+        right=CLOCK_LEFTS[-1] + FONT.width,
         top=CLOCK_TOP,
         digits=4,
         leading_zeros=True,
@@ -219,11 +238,13 @@ def _clock(m: Ram) -> Box:
     )
 
 
-def _number(color: int, lefts: tuple[int, ...], top: int, weights: tuple[int, ...]) -> Bounds:
-    """How VEM finds and reads a number."""
-    region = (lefts[0], top, lefts[-1] + 8, top + FONT.height)
-    return Bounds(color, region, value=Digits(FONT, lefts, top, weights))
-
+HEADED = Raised(HEAD_ROWS)
+BLUE_TEAM = Blobs((BLUE, RED), RINK, Shape(w=(5, None), h=(8, None)), gap=(0, 1), then=(HEADED,))
+YELLOW_TEAM = Blobs(
+    (YELLOW, CREAM, GREEN, HEAD), RINK, Shape(w=(5, None), h=(12, None)), gap=(1, 2)
+)
+SECONDS = Digits(FONT, CLOCK_LEFTS, CLOCK_TOP, (60, 10, 1))
+CLOCK = Bounds(BLUE_DIGITS, (64, CLOCK_TOP, 96, CLOCK_TOP + FONT.height), value=SECONDS)
 
 GAME = Game(
     name="IceHockey",
@@ -231,46 +252,11 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category(
-            "Player",
-            Blobs(
-                (BLUE, RED),
-                RINK,
-                Shape(w=(5, None), h=(8, None)),
-                gap=(0, 1),
-                then=(Raised(HEAD_ROWS),),
-            ),
-            count=2,
-            rgb=BLUE_RGB,
-            doc="blue's upper player, its lower one",
-        ),
-        Category(
-            "Enemy",
-            Blobs(
-                (YELLOW, CREAM, GREEN, HEAD),
-                RINK,
-                Shape(w=(5, None), h=(12, None)),
-                gap=(1, 2),
-            ),
-            count=2,
-            rgb=YELLOW_RGB,
-            doc="yellow's upper player, its lower one",
-        ),
+        Category("Player", BLUE_TEAM, count=2, rgb=BLUE_RGB, doc="upper player, lower one"),
+        Category("Enemy", YELLOW_TEAM, count=2, rgb=YELLOW_RGB, doc="upper player, lower one"),
         Category("Ball", Bounds(BLACK, ICE, ignore=GOALS), doc="the puck"),
-        display(
-            "PlayerScore",
-            _number(BLUE_DIGITS, PLAYER_LEFTS, SCORE_TOP, (10, 1)),
-            doc="goals of blue",
-        ),
-        display(
-            "EnemyScore",
-            _number(YELLOW_DIGITS, ENEMY_LEFTS, SCORE_TOP, (10, 1)),
-            doc="goals of yellow",
-        ),
-        display(
-            "Timer",
-            _number(BLUE_DIGITS, CLOCK_LEFTS, CLOCK_TOP, (60, 10, 1)),
-            doc="seconds left",
-        ),
+        display("PlayerScore", PLAYER_SCORE.rule(BLUE_DIGITS), doc="goals of blue"),
+        display("EnemyScore", ENEMY_SCORE.rule(YELLOW_DIGITS), doc="goals of yellow"),
+        display("Timer", CLOCK, doc="seconds left"),
     ),
 )

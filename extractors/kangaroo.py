@@ -1,8 +1,11 @@
 """Kangaroo: a mother climbs floors and ladders to her child while monkeys throw coconuts.
 
-Platform has the floors and steps of a level from the top, Ladder a slot for each ladder of the
-three levels. The player's box has her fist in it. The walls and the dashes on the left one are
-scenery. Nothing is valid on the title screen, which follows the last life.
+Screen: The walls and the dashes on the left one are scenery. The player's box has her fist in it.
+Nothing is valid on the title screen, which follows the last life. Of three or four monkeys one
+above the other, each is drawn on every third or fourth frame.
+
+Slots: Platform has the floors and steps of a level from the top, Ladder a slot for each ladder of
+the three levels.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (what the bytes are) and the ROM's code. The coconut
 that falls moves before a frame is drawn; the player, the monkeys and the thrown coconuts move after
@@ -10,23 +13,24 @@ it, monkeys once in 16 frames. `decode` undoes these steps as far as the counter
 
 Covered: modes 0 and 1, deaths, the end of the game, and all three levels with the scenes that end
 them. Random play shows the first one; the others were reached by writing RAM.
-Not in RAM: whether the player has just stepped, turned or steered a jump to the side, and whether a
+
+Not exact: whether the player has just stepped, turned or steered a jump to the side, and whether a
 jump, a crouch or a climb has just ended, for the joystick is nowhere noted. New points show a frame
 late.
-Of three or four monkeys one above the other, each is drawn on every third or fourth frame. VEM does
-not see the wood in the frames in which it flashes black.
+
+VEM: does not see the wood in the frames in which it flashes black.
 """
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import lookup
+from ocjax.console.ops import among, lookup, match, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Gauge, Run, Runs
+from ocjax.vision.displays import IconRow, NumberDisplay
+from ocjax.vision.rules import Blobs, Bounds, Run, Runs
 from ocjax.vision.shapes import Shape
 from ocjax.vision.steps import Packed
 
@@ -42,42 +46,74 @@ BELL = 42
 STRAWBERRY = 72
 PINEAPPLE = 40
 MONKEY = 58
-DIGITS = 232
+DISPLAY = 232
 SKY = 96
 FIELD = (16, 4, 144, 180)
-SCORE_LEFTS = range(97, 145, 8)
 SCORE_TOP = 183
 SCORE_RIGHT = 145
-CLOCK_LEFTS = range(79, 95, 4)
-CLOCK_TOP = 191
+SCORE = NumberDisplay(FONT, right=SCORE_RIGHT, top=SCORE_TOP, digits=6)
+HUNDREDS = NumberDisplay(FONT, right=SCORE_RIGHT - 16, top=SCORE_TOP, digits=4)
+LIVES = IconRow(left=16, top=183, width=4, height=7, pitch=8)
+CLOCK = NumberDisplay(CLOCK_FONT, right=95, top=191, digits=4)
 EAST = 4
 WEST = 12
-# `ROW`: its lines
 LEVELS = 3
-ROWS = 22
-ROW = 8
+ROWS = 22  # of a level
+ROW = 8  # lines
+FIRST_LINE = 4  # of the first row
+FIST = 2  # columns
+# `x` of a player at a wall, who does not step.
+WEST_END = 1
+EAST_END = 121
+RUNG = 8  # columns
+MOST_PLATFORMS = 20  # of a level
+
 START_LIVES = 2  # `lives` at the start
 GAME_OVER = 128  # its least value after the end
 EMPTY = 128  # least value of bytes that stand for no object
-# Bits of `pose`.
-STANDING = 0
-RIGHT = 8
-JUMPS = 64
-PUNCHES = 128
-# `pose` but for `RIGHT`
-CROUCHED = 20
-PUNCHING = 134
-FIST = 2  # columns
-RUNG = 8  # columns
-MOST_PLATFORMS = 20  # of a level
-# low nibbles of `monkey_state`
-DESCENDS = 1
-WALKS = 4
-WALK_1 = 0x43  # pictures of monkeys that go left
-WALK_2 = 0x64  # those to the right follow them
-DYING = 1  # values of `scene`
-PUNCHED = 2  # the latter until the button is released
+START_TENS = 2  # of the time
+BLANK = 10  # least digit of the time that is blank
+NOT_PRESSED = 128  # least value of `fire`
+
+
+class Pose:  # of `Ram.pose`; `RIGHT` and the last two are bits
+    STANDING = 0
+    CROUCHED = 20
+    PUNCHING = 134
+    RIGHT = 8
+    JUMPS = 64
+    PUNCHES = 128
+
+
+class Timer:  # of `Ram.timer`: when a pose has just begun or moved the player
+    BEGINS = 1
+    PUNCH_BEGINS = 13
+    TURNS_OVER = 4  # in a death
+    ROSE = (8, 24)
+    FELL = (32, 40)
+    TUCKED = 16
+    STRETCHED = 24
+
+
+class Scene:  # of `Ram.scene`; while it is `EMPTY` or more, nothing moves
+    DYING = 1
+    PUNCHED = 2  # until the button is released
+    SAVED = 64  # bit: the child stands still
+
+
+class Gait:  # of `Ram.monkey_state`: what the low nibble says, and bits
+    DESCENDS = 1
+    WALKS = 4
+    SECOND_STEP = 16
+    BACK = 32
+
+
+WALK_1 = 67  # pictures of monkeys that go left
+WALK_2 = 100
+WALK_RIGHT = 16  # pictures from there to those of monkeys that go right
+SAVED_STEP = 6  # of the child
 CHILD_X = ROM.bytes(BANK + 0xD8F, 8)
+# By bell or fruit, and level.
 PRIZE_ROW, PRIZE_X = (ROM.bytes(BANK + at, 24).reshape(4, 6)[:, :3] for at in (0xFA3, 0xFA6))
 PRIZE_PICTURES = ROM.bytes(BANK + 0xF97, 8)  # of the bell, of the fruits
 POSE_ROWS = ROM.bytes(BANK + 0xF81, 8)
@@ -100,7 +136,7 @@ def _runs(level: int, row: int) -> list[tuple[int, int]]:
 
 def _platforms(level: int) -> list[int]:
     """A level's floors and steps: left edges, widths and tops above them; 0 for those it lacks."""
-    rows = ((4 + ROW * row, run) for row in range(ROWS) for run in _runs(level, row))
+    rows = ((FIRST_LINE + ROW * row, run) for row in range(ROWS) for run in _runs(level, row))
     wide = [x | w << 8 | y << 16 for y, (x, w) in rows if w > RUNG]
     return wide + [0] * (MOST_PLATFORMS - len(wide))
 
@@ -111,7 +147,7 @@ def _ladders(level: int) -> list[tuple[int, ...]]:
     tops = [(row, x) for row, x in rungs if (row - 1, x) not in rungs]
     last = [next(r for r in range(row, ROWS) if (r + 1, x) not in rungs) for row, x in tops]
     ends = zip(tops, last, strict=True)
-    return [(x, 4 + ROW * row, RUNG, ROW * (end - row) + 4) for (row, x), end in ends]
+    return [(x, FIRST_LINE + ROW * row, RUNG, ROW * (end - row) + 4) for (row, x), end in ends]
 
 
 PLATFORMS = np.array([_platforms(level) for level in range(LEVELS)])
@@ -147,7 +183,6 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    platforms, (x, y, w, h) = _level(m, PLATFORMS), LADDERS.T
     boxes = {
         "Player": _player(m),
         "Child": _child(m),
@@ -156,10 +191,10 @@ def decode(m: Ram) -> dict[str, Box]:
         "ThrownCoconut": _thrown(m),
         "Bell": _prize(m, 0, 1, m.bell[None])[0],
         "Fruit": _prize(m, 1, 4, m.fruits),
-        "Platform": box(platforms & 255, platforms >> 16, platforms >> 8 & 255, 4),
-        "Ladder": box(x, y, w, h, m.level == LADDER_LEVEL),
+        "Platform": _floors(m),
+        "Ladder": _shown_ladders(m),
         "Score": _score(m),
-        "Lives": box(16, 183, 8 * m.lives - 4, 7, m.lives > 0, value=m.lives + 1),
+        "Lives": LIVES.box(m.lives, value=m.lives + 1),
         "Time": _time(m),
     }
     return {name: b.where(m.lives < GAME_OVER) for name, b in boxes.items()}
@@ -171,39 +206,48 @@ def _level(m: Ram, table: np.ndarray) -> jax.Array:
     return jnp.sum(jnp.where(chosen, table, 0), axis=0)
 
 
+def _floors(m: Ram) -> Box:
+    packed = _level(m, PLATFORMS)
+    return box(packed & 255, packed >> 16, packed >> 8 & 255, 4)
+
+
+def _shown_ladders(m: Ram) -> Box:
+    x, y, w, h = LADDERS.T
+    return box(x, y, w, h, m.level == LADDER_LEVEL)
+
+
 def _prize(m: Ram, first: int, last: int, state: jax.Array) -> Box:
     """The bell or the fruits, which are at fixed places of a level."""
     row, x = (_level(m, table[first:last].T) for table in (PRIZE_ROW, PRIZE_X))
-    picture = lookup(PRIZE_PICTURES, jnp.where(first > 0, 4, 0) + (state & 3))
-    return PRIZES.box(picture, x + 15, ROW * row + 4, valid=state < EMPTY)
+    picture = lookup(PRIZE_PICTURES, (4 if first > 0 else 0) + (state & 3))
+    return PRIZES.box(picture, x + 15, ROW * row + FIRST_LINE, valid=state < EMPTY)
 
 
 def _next_life(m: Ram) -> jax.Array:
     """Whether this is the first frame of a life that is not the first one."""
-    return (m.clock == 0) & (m.tens == 2) & ((m.lives < START_LIVES) | (m.score > 0))
+    return (m.clock == 0) & (m.tens == START_TENS) & ((m.lives < START_LIVES) | (m.score > 0))
 
 
 def _child(m: Ram) -> Box:
     """The child, which walks to and fro, and stands still when the player has come."""
-    begins = (m.clock == 0) & (m.tens == 2) & ~_next_life(m)
+    begins = (m.clock == 0) & (m.tens == START_TENS) & ~_next_life(m)
     clock = jnp.where(begins, 0, m.clock - 1)
-    step = jnp.where((m.scene & 64) > 0, 6, clock >> 4 & 7)
+    step = jnp.where((m.scene & Scene.SAVED) > 0, SAVED_STEP, clock >> 4 & 7)
     return box(lookup(CHILD_X, step) + 15, 12, 8, 15)
 
 
 def _monkeys(m: Ram) -> Box:
     state, acts = m.monkey_state, m.scene < EMPTY
-    kind, back = state & 15, (state & 32) > 0
+    kind, back = state & 15, (state & Gait.BACK) > 0
     moved = ((m.clock & 15) == 0) & acts
-    step = jnp.where(kind == WALKS, jnp.where(back, -3, 3), 0)
-    climb = jnp.where(kind == DESCENDS, jnp.where(back, -1, 1), 0)
     climbed = moved | (((m.clock & 15) == 8) & acts & back)
-    x = m.monkey_x - jnp.where(moved, step, 0)
-    row = (m.monkey_row - jnp.where(climbed, climb, 0)) & 255
-    there = (state < EMPTY) & (row < ROWS)
-    walked = jnp.where((state & 16) > 0, WALK_1, WALK_2) + jnp.where(back, 0, 16)
-    picture = jnp.where(moved & (kind == WALKS), walked, m.monkey_picture)
-    return MONKEYS.box(picture, x + 15, ROW * row + 4, valid=there)
+    step = when(moved & (kind == Gait.WALKS), jnp.where(back, -3, 3))
+    climb = when(climbed & (kind == Gait.DESCENDS), jnp.where(back, -1, 1))
+    row = (m.monkey_row - climb) & 255
+    walked = jnp.where((state & Gait.SECOND_STEP) > 0, WALK_1, WALK_2) + when(~back, WALK_RIGHT)
+    picture = jnp.where(moved & (kind == Gait.WALKS), walked, m.monkey_picture)
+    x, y = m.monkey_x - step + 15, ROW * row + FIRST_LINE
+    return MONKEYS.box(picture, x, y, valid=(state < EMPTY) & (row < ROWS))
 
 
 def _thrown(m: Ram) -> Box:
@@ -222,67 +266,93 @@ def _falling(m: Ram) -> Box:
     visible = jnp.concatenate([m.bell[None], m.fruits, jnp.zeros(2, jnp.int32)]) < EMPTY
     heights = jnp.where(np.arange(6) == 5, lookup(POSE_ROWS, pose & 7), 2)
     beside = jnp.any(visible & (starts <= row) & (row < starts + heights))
-    late = jnp.where(beside & (x < 20), 1, 0)
+    late = when(beside & (x < 20), 1)
     return box(x, ROW * row + 9 + late, 2, 3 - late, there).clip(*FIELD)
 
 
 def _player(m: Ram) -> Box:
     """The player. She is not valid below the screen and on the first frame of the next life."""
     x, row, pose = _player_drawn(m)
-    right = (pose & RIGHT) > 0
+    right = (pose & Pose.RIGHT) > 0
     first, top, width, height = POSES.extent(pose & 15)
-    punches = pose >= PUNCHES
-    left = first - jnp.where(punches & ~right, FIST, 0)
-    end = first + width + jnp.where(punches & right, FIST, 0)
-    facing = jnp.where(right, EAST, WEST)
-    player = box(x + 15 + left, ROW * row + 4 + top, end - left, height, orientation=facing)
+    punches = pose >= Pose.PUNCHES
+    left = first - when(punches & ~right, FIST)
+    end = first + width + when(punches & right, FIST)
+    facing, y = jnp.where(right, EAST, WEST), ROW * row + FIRST_LINE + top
+    player = box(x + 15 + left, y, end - left, height, orientation=facing)
     return player.where(~_next_life(m)).clip(0, 4, 160, 180)
 
 
 def _player_drawn(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """Where the player was drawn, and in what pose.
+    """Column, row and pose in which the player was drawn."""
+    acts, dies = m.scene < EMPTY, m.scene == Scene.DYING
+    drawn = _pose_drawn(m)
+    walks, right = _walks(m), (m.pose & Pose.RIGHT) > 0
+    free = (m.x != WEST_END) & (m.x != EAST_END)
+    steps = walks & ((m.pose | drawn) & 1 == 1) & (m.third == 0) & free
+    x = m.x - when(acts & steps & ~dies, jnp.where(right, 1, -1))
+    return x, m.row - when(acts, _rows_down(m)), jnp.where(acts, drawn, m.pose)
+
+
+def _jumps(m: Ram) -> jax.Array:
+    return (m.pose >= Pose.JUMPS) & (m.pose < Pose.PUNCHES)
+
+
+def _crouches(m: Ram) -> jax.Array:
+    return (m.pose & ~Pose.RIGHT) == Pose.CROUCHED
+
+
+def _walks(m: Ram) -> jax.Array:
+    return (m.pose & ~(Pose.RIGHT | 1)) == Pose.STANDING
+
+
+def _rows_down(m: Ram) -> jax.Array:
+    """Rows that the player has moved down since she was drawn."""
+    rose = _jumps(m) & among(m.timer, Timer.ROSE)
+    fell = _jumps(m) & among(m.timer, Timer.FELL) | _crouches(m) & (m.timer == Timer.BEGINS)
+    turned_over = (m.scene == Scene.DYING) & (m.timer == Timer.TURNS_OVER)
+    return when(fell | turned_over, 1) - when(rose, 1)
+
+
+def _pose_drawn(m: Ram) -> jax.Array:
+    """The pose before the last step.
 
     A jump goes up and down by its timer; it, a crouch and a punch begin with the timer at 1 or 13.
     A punch has just ended if the game has not yet noticed that the button is released.
     """
-    pose, timer = m.pose, m.timer
-    acts, dies, still = m.scene < EMPTY, m.scene == DYING, pose & RIGHT
-    jumps = (pose >= JUMPS) & (pose < PUNCHES)
-    crouches, walks = (pose & ~RIGHT) == CROUCHED, (pose & ~(RIGHT | 1)) == STANDING
-    rose = jumps & ((timer == 8) | (timer == 24))
-    fell = (jumps & ((timer == 32) | (timer == 40))) | (crouches & (timer == 1))
-    row = m.row + jnp.where(rose, 1, 0) - jnp.where(fell | (dies & (timer == 4)), 1, 0)
-    tucks = jnp.where(timer == 16, pose - 1, jnp.where(timer == 24, pose + 1, pose))
-    began = ((jumps | crouches) & (timer == 1)) | ((pose >= PUNCHES) & (timer == 13))
-    released = (m.scene == PUNCHED) & (m.fire >= 128)
-    punched = (pose == still) & released & ((m.clock & 1) == 1)
-    changed = walks & ((m.clock & 7) == 0)
-    drawn = jnp.where(jumps, tucks, jnp.where(changed, pose ^ 1, pose))
-    drawn = jnp.where(began, still, jnp.where(punched, still | PUNCHING, drawn))
-    drawn = jnp.where(dies & (timer == 4), pose ^ RIGHT, drawn)
-    stepped = walks & ((pose | drawn) & 1 == 1) & (m.third == 0) & (m.x != 1) & (m.x != 0x79)
-    x = m.x - jnp.where(stepped & ~dies, jnp.where(still > 0, 1, -1), 0)
-    return jnp.where(acts, x, m.x), jnp.where(acts, row, m.row), jnp.where(acts, drawn, pose)
+    pose, timer, still = m.pose, m.timer, m.pose & Pose.RIGHT
+    began = (_jumps(m) | _crouches(m)) & (timer == Timer.BEGINS)
+    began = began | (pose >= Pose.PUNCHES) & (timer == Timer.PUNCH_BEGINS)
+    released = (m.scene == Scene.PUNCHED) & (m.fire >= NOT_PRESSED)
+    return match(
+        ((m.scene == Scene.DYING) & (timer == Timer.TURNS_OVER), pose ^ Pose.RIGHT),
+        (began, still),
+        ((pose == still) & released & ((m.clock & 1) == 1), still | Pose.PUNCHING),
+        (_jumps(m) & (timer == Timer.TUCKED), pose - 1),
+        (_jumps(m) & (timer == Timer.STRETCHED), pose + 1),
+        (_walks(m) & ((m.clock & 7) == 0), pose ^ 1),
+        otherwise=pose,
+    )
 
 
 def _score(m: Ram) -> Box:
     """The score. Its last two digits are always noughts."""
-    number = score_box(FONT, m.score, right=SCORE_RIGHT - 16, top=SCORE_TOP, digits=4)
-    left = jnp.where(m.score == 0, SCORE_RIGHT - 16 + int(FONT.left[0]), number.x)
+    left = jnp.where(m.score == 0, HUNDREDS.area[2] + int(FONT.left[0]), HUNDREDS.box(m.score).x)
     right = SCORE_RIGHT - 8 + int(FONT.right[0])
     return box(left, SCORE_TOP, right - left, FONT.height, value=100 * m.score)
 
 
 def _time(m: Ram) -> Box:
-    tens, ones = (jnp.where(d < 10, d, 0) for d in (m.tens, m.ones))
-    left = jnp.where(m.tens < 10, 80, jnp.where(m.ones < 10, 84, 88))
-    return box(left, CLOCK_TOP, 95 - left, CLOCK_FONT.height, value=1000 * tens + 100 * ones)
+    tens, ones = (when(d < BLANK, d) for d in (m.tens, m.ones))
+    left = match((m.tens < BLANK, 80), (m.ones < BLANK, 84), otherwise=88)
+    _, top, right, bottom = CLOCK.area
+    return box(left, top, right - left, bottom - top, value=1000 * tens + 100 * ones)
 
 
 # The wood flashes at the end of the third level. A climbing player hides rungs of long ladders.
 WOODEN = tuple(c for c in range(1, 128) if c & 0xF4 == c != SKY)
 RUNG_COLORS = tuple((*WOODEN, FUR) if level == 0 else WOODEN for level in LADDER_LEVEL)
-WOODEN_ROWS = tuple((16, y, 144, y + 4) for y in range(4, 180, ROW))  # never hold the coconut
+WOODEN_ROWS = tuple((16, y, 144, y + 4) for y in range(FIRST_LINE, 180, ROW))  # without the coconut
 CROUCHING = Blobs(FUR, (0, 28, 160, 180), Shape(w=(4, 12), h=(5, 16)), gap=(1, 1))
 BODY = Blobs(FUR, (0, 4, 160, 180), Shape(w=(4, 12), h=(17, 24)), gap=(1, 1), also=(CROUCHING,))
 CHILD = Blobs(FUR, (16, 4, 144, 28), Shape(w=(5, 8), h=(12, 16)), gap=(1, 1))
@@ -301,9 +371,7 @@ PLACES = tuple((x, y, x + w, y + h) for x, y, w, h in LADDERS.tolist())
 # Less than the ladders, which figures cover, and more than what is there in other levels.
 HEIGHTS = tuple((RUNG, max(4, h - 4)) for h in LADDERS[:, 3].tolist())
 RUNGS = Bounds(RUNG_COLORS, PLACES, HEIGHTS)
-ICONS = Bounds(DIGITS, (16, 183, 80, 190), value=Gauge(8, -4, 1))
-POINTS = Bounds(DIGITS, (97, 183, 145, 190), value=Digits(FONT, SCORE_LEFTS, SCORE_TOP))
-SECONDS = Bounds(DIGITS, (79, 191, 95, 196), value=Digits(CLOCK_FONT, CLOCK_LEFTS, CLOCK_TOP))
+SPARE_LIVES = LIVES.rule(DISPLAY, (16, 183, 80, 190), single=2)
 
 GAME = Game(
     name="Kangaroo",
@@ -320,8 +388,8 @@ GAME = Game(
         Category("Fruit", FRUITS, count=3, doc="fruits"),
         Category("Platform", FLOORS, count=MOST_PLATFORMS, rgb=WOOD_RGB, doc="floors and steps"),
         Category("Ladder", RUNGS, count=12, rgb=WOOD_RGB, doc="ladders of the three levels"),
-        display("Score", POINTS, doc="points"),
-        display("Lives", ICONS, doc="lives left but the last one"),
-        display("Time", SECONDS, doc="time left"),
+        display("Score", SCORE.rule(DISPLAY), doc="points"),
+        display("Lives", SPARE_LIVES, doc="lives left but the last one"),
+        display("Time", CLOCK.rule(DISPLAY), doc="time left"),
     ),
 )

@@ -1,35 +1,42 @@
 """Private Eye: a detective in a car that jumps, in the streets and the woods of a city.
 
-Player is the detective, whose lower part is in the car unless he jumps higher. A scene has three
-records of objects, each drawn up to three times side by side: slots record * 3 + copy, of the
-records that hold the kind. Slots of things that are looked for: in a scene, carried (at the top
-right). Badguy and Badguy_Head look out of windows and doors, as Clue does. Passage leads to another
+Screen: Badguy and Badguy_Head look out of windows and doors, as Clue does. Passage leads to another
 street or into the woods. Shop_Sign stands for all signs but those of Police, Bank and Guns.
-Hydrants, curtains, branches, bricks and jail windows are scenery. Score counts from 1,000 points.
+Hydrants, curtains, branches, bricks and jail windows are scenery. Player is the detective, whose
+lower part is in the car unless he jumps higher. Score counts from 1,000 points.
+
+Slots: A scene has three records of objects, each drawn up to three times side by side: slots
+record * 3 + copy, of the records that hold the kind. Slots of things that are looked for: in a
+scene, carried (at the top right).
 
 RAM: ALE's source (score), OCAtari 2.2 (kinds, what the bytes are), and the ROM's code: the steps at
 F513 of the second bank are made before the drawing, and what collisions change at F1FF and the
 clock's step at F8CE of the first bank after it. The kinds' pictures are listed at F6DF. The
 pointers that F693 sets up tell what is drawn of the detective, and how high.
 
-Covered: all scenes and signs of all five cases (written to RAM), the end of the game. Not exact:
-what a collision has taken or broken is gone from the RAM a frame early. VEM does not see things in
-a scene that can be carried, the car while it flashes, mud that the car touches, or what is behind
-others, and takes a curtain or a plant that touches the detective for a part of him.
+Covered: all scenes and signs of all five cases (written to RAM), the end of the game.
+
+Not exact: what a collision has taken or broken is gone from the RAM a frame early.
+
+VEM: does not see things in a scene that can be carried, the car while it flashes, mud that the car
+touches, or what is behind others, and takes a curtain or a plant that touches the detective for a
+part of him.
 """
 
+import dataclasses
 import functools
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Area, Box, box, choose
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import among, div, lookup, mod, pick
+from ocjax.console.fonts import Digits
+from ocjax.console.ops import among, div, lookup, mod, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte, signed
 from ocjax.console.registers import copies, player_width, spacing
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.rules import Blobs, Bounds
 from ocjax.vision.shapes import Shape
 from ocjax.vision.steps import EndsAbove
@@ -38,13 +45,31 @@ ROM = Rom("private_eye", "ef3a4f64b6494ba770862768caf04b86")
 SECOND = 0x1000  # offset of the second bank
 FONT = ROM.font(SECOND | 0xE00, rows=8)
 
-KINDS = 33
-ALLEY_KIND = 6
-WOODS_KIND = 5
-FIRST_ITEM = 20
-BADGUY = 28
-HEIGHTS = ROM.bytes(0x6DF, KINDS).astype(int) - 1
-PLACES = (ROM.bytes(0xCA7, KINDS).astype(int) & 15) << 8 | ROM.bytes(0xC86, KINDS)
+SCORE = NumberDisplay(FONT, right=106, top=8, digits=6)
+MINUTES = NumberDisplay(FONT, right=74, top=19, digits=2)
+SECONDS = NumberDisplay(FONT, right=98, top=19, digits=2, leading_zeros=True)
+
+
+class Kind:  # of `Ram.kind` and `Ram.held`
+    BARRIERS = (1, 18)
+    PLANT = 3
+    BRICK = 4
+    WOODS = 5  # the way there
+    ALLEY = 6  # the way there
+    MUD = 10
+    BROKEN = (11, 12, 13)
+    DOVES = (14, 15)
+    LIZARDS = (16, 17)
+    FIRST_ITEM = 20
+    BADGUY = 28
+    BADGUY_HEAD = 29
+    CLUES = (30, 31)
+    KNIFE = 32
+    COUNT = 33
+
+
+HEIGHTS = ROM.bytes(0x6DF, Kind.COUNT).astype(int) - 1
+PLACES = (ROM.bytes(0xCA7, Kind.COUNT).astype(int) & 15) << 8 | ROM.bytes(0xC86, Kind.COUNT)
 MOST_CUT = 16  # rows that a window hides
 KIND_ROWS = [
     ROM.rows(int(at), int(n)) if n > 0 else np.zeros(1, int)
@@ -56,48 +81,54 @@ SIZES = Pictures.of(
 )
 EXTENTS = [SIZES.packed >> shift & mask for shift, mask in ((0, 15), (8, 255), (4, 15), (16, 255))]
 GROUPS = {
-    "Barrier": (1, 18),
-    "Mud": (10,),
-    "Pottet_Plant": (3,),
-    "Brick": (4,),
-    "Shatterd_Object": (11, 12, 13),
-    "Dove": (14, 15),
-    "Lizard": (16, 17),
-    "Badguy": (BADGUY,),
-    "Badguy_Head": (29,),
-    "Clue": (30, 31),
-    "Knife": (32,),
+    "Barrier": Kind.BARRIERS,
+    "Mud": (Kind.MUD,),
+    "Pottet_Plant": (Kind.PLANT,),
+    "Brick": (Kind.BRICK,),
+    "Shatterd_Object": Kind.BROKEN,
+    "Dove": Kind.DOVES,
+    "Lizard": Kind.LIZARDS,
+    "Badguy": (Kind.BADGUY,),
+    "Badguy_Head": (Kind.BADGUY_HEAD,),
+    "Clue": Kind.CLUES,
+    "Knife": (Kind.KNIFE,),
 }
-# copies of records; one of each
-FIRST = slice(0, 3)
-FIRST_TWO = slice(0, 6)
-EACH = slice(0, 9, 3)
+FIRST = slice(0, 3)  # all copies of the first record
+FIRST_TWO = slice(0, 6)  # all copies of two records
+SINGLES = slice(0, 9, 3)  # the first copies of all records
 SLOTS = dict.fromkeys(GROUPS, slice(1)) | {
     "Pottet_Plant": FIRST_TWO,
     "Brick": FIRST_TWO,
     "Shatterd_Object": FIRST,
     "Dove": slice(0, 6, 3),
-    "Clue": EACH,
+    "Clue": SINGLES,
 }
-ITEMS = "Gun", "Button", "Comb", "Shoe_Sole", "Money_Bag", "Vase", "Necklace", "Stamp"
+ITEMS = ("Gun", "Button", "Comb", "Shoe_Sole", "Money_Bag", "Vase", "Necklace", "Stamp")
 BASE = 182  # row of the counter's 0
 FIELD = (8, 28, 160, 183)
-SIGNS = {"Police_Sign": (24,), "Bank_Sign": (20,), "Gun_Sign": (16,)}
-SHOPS = 17, 18, 19, 21, 22, 23  # kinds of scenes
-FALLS = 5, 6  # scenes in which only the first two records are drawn
+SIGNS = {  # by `scene`
+    "Police_Sign": (24,),
+    "Bank_Sign": (20,),
+    "Gun_Sign": (16,),
+    "Shop_Sign": (17, 18, 19, 21, 22, 23),
+}
+FALLS = (5, 6)  # scenes in which only the first two records are drawn
+OVER = 128  # `idle`, this or more: nothing is shown
 STARTS = 1000  # points at the beginning
-CAR_BASE = 0x13
+CAR_BASE = 19  # least `car_row` of a car that is not down on its wheels
+CAR_END = 177  # row below the lowest one of the car
+TICK = 171  # what a step adds to `fraction`; with a carry it takes two hundredths, not one
 EAST = 4
 WEST = 12
 LOOKS = np.array((0, 3, 4, 8, 9, 12, 13))  # the other seven of 14 are parts of these
 LOW_BYTES, PAGES, COLORS = ROM.bytes(SECOND | 0xD7F, 3 * 14).reshape(3, 14)[:, LOOKS].astype(int)
 APART = (LOW_BYTES - COLORS & 255).tolist()  # tells the looks apart
 HIGHEST = 200  # more rows of lift are less than none
-ROWS = 0x24  # rows of the detective's picture
+ROWS = 36  # rows of the detective's picture
 
 
 def _detective() -> Pictures:
-    """The extents of each look's first 0 to 36 rows, from the row of the counter's 0x23 down."""
+    """The extents of each look's first 0 to 36 rows, from the row of the counter's 35 down."""
     out = []
     for low, page, color in zip(LOW_BYTES, PAGES, COLORS, strict=True):
         shown = np.cumprod(ROM.bytes(0xA00 | int(color), ROWS)[::-1] != 0)
@@ -132,41 +163,54 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    there = m.idle < 128
-    boxes = {"Player": _player(m), "Car": _car(m)}
-    objects, kinds = _objects(m), jnp.repeat(m.kind, 3)
-    for name, group in GROUPS.items():
-        slots = SLOTS[name]
-        boxes[name] = objects[slots].where(among(kinds[slots], group))
-    boxes["Badguy"] = _of_kind(m, objects, np.array([BADGUY]))
-    way, to = objects[0], m.kind[0] == np.array((ALLEY_KIND, WOODS_KIND))
-    boxes["Passage"] = box(way.x, way.y, way.w, way.h, way.valid & to)
-    boxes |= _items(m, objects)
-    for name, scenes in (*SIGNS.items(), ("Shop_Sign", SHOPS)):
-        boxes[name] = box(64, 29, 32, 21, among(m.scene, scenes))
-    boxes["Score"] = score_box(FONT, m.score, right=106, top=8, digits=6, value=m.score - STARTS)
-    boxes["Clock"] = _clock(m)
-    return {name: b.where(there) for name, b in boxes.items()}
+    objects = _objects(m)
+    boxes = {
+        "Player": _player(m),
+        "Car": _car(m),
+        **_grouped(m, objects),
+        "Badguy": _of_kind(m, objects, np.array([Kind.BADGUY])),
+        "Passage": _passages(m, objects[0]),
+        **_items(m, objects),
+        **{name: box(64, 29, 32, 21, among(m.scene, at)) for name, at in SIGNS.items()},
+        "Score": SCORE.box(m.score, value=m.score - STARTS),
+        "Clock": _clock(m),
+    }
+    return {name: b.where(m.idle < OVER) for name, b in boxes.items()}
+
+
+def _grouped(m: Ram, objects: Box) -> dict[str, Box]:
+    kinds = jnp.repeat(m.kind, 3)
+    slots = {name: SLOTS[name] for name in GROUPS}
+    return {name: objects[at].where(among(kinds[at], GROUPS[name])) for name, at in slots.items()}
+
+
+def _passages(m: Ram, first: Box) -> Box:
+    """The ways to an alley and into the woods, which the first record holds."""
+    leads = m.kind[0] == np.array((Kind.ALLEY, Kind.WOODS))
+    return box(first.x, first.y, first.w, first.h, first.valid & leads)
 
 
 def _objects(m: Ram) -> Box:
     """The records' objects and their copies: record * 3 + copy."""
-    kind, cut = jnp.clip(m.kind, 0, KINDS - 1), jnp.clip(m.cut, 0, MOST_CUT - 1)
+    kind, cut = jnp.clip(m.kind, 0, Kind.COUNT - 1), jnp.clip(m.cut, 0, MOST_CUT - 1)
     left, top, width, height = SIZES.extent(MOST_CUT * kind + cut)
     zoom = player_width(m.size) >> 3
     left = jnp.where(m.mirrored == 1, 8 - left - width, left)
-    x = m.x + 15 + jnp.where(zoom > 1, 1, 0) + zoom * left
+    x = m.x + 15 + when(zoom > 1, 1) + zoom * left
     rows = lookup(HEIGHTS, m.kind)
     y = BASE + 1 - m.base - rows + m.cut + top
     drawn = (m.cut < rows) & ~(among(m.scene, FALLS) & (np.arange(3) == 2))
+    return _copied(m, box(x, y, zoom * width, height, drawn)).clip(*FIELD)
+
+
+def _copied(m: Ram, records: Box) -> Box:
+    """The copies of the records' objects."""
+    whole = jax.tree.map(lambda v: jnp.repeat(v, 3) if v.ndim else v, records)
+    number, gap = jnp.repeat(copies(m.size), 3), jnp.repeat(spacing(m.size), 3)
     copy = np.arange(9) % 3
-    x, y, w, h, drawn, n, gap = (
-        jnp.repeat(v, 3)
-        for v in (x, y, zoom * width, height, drawn, copies(m.size), spacing(m.size))
-    )
-    x = x + copy * gap
+    x = whole.x + copy * gap
     x = jnp.where(x >= 160, x - 160, x)
-    return box(x, y, w, h, drawn & (copy < n)).clip(*FIELD)
+    return dataclasses.replace(whole, x=x).where(copy < number)
 
 
 def _of_kind(m: Ram, objects: Box, kind: np.ndarray) -> Box:
@@ -178,14 +222,16 @@ def _of_kind(m: Ram, objects: Box, kind: np.ndarray) -> Box:
 
 def _items(m: Ram, objects: Box) -> dict[str, Box]:
     """What is looked for: in the scene, and carried."""
-    kinds = FIRST_ITEM + np.arange(len(ITEMS))
+    kinds = Kind.FIRST_ITEM + np.arange(len(ITEMS))
     left, top, width, height = (v[MOST_CUT * kinds] for v in EXTENTS)
     carried = box(140 + left, 45 - HEIGHTS[kinds] + top, width, height, m.held == kinds)
-    pairs = [
-        jnp.stack([getattr(b, field) for b in (_of_kind(m, objects, kinds), carried)], axis=1)
-        for field in ("x", "y", "w", "h", "valid")
-    ]
-    return {name: box(*(v[i] for v in pairs)) for i, name in enumerate(ITEMS)}
+    both = zip(_places(_of_kind(m, objects, kinds)), _places(carried), strict=True)
+    pairs = [jnp.stack(values, axis=1) for values in both]
+    return {name: box(*(values[i] for values in pairs)) for i, name in enumerate(ITEMS)}
+
+
+def _places(b: Box) -> tuple[jax.Array, ...]:
+    return b.x, b.y, b.w, b.h, b.valid
 
 
 def _facing(m: Ram) -> jax.Array:
@@ -195,16 +241,17 @@ def _facing(m: Ram) -> jax.Array:
 def _car(m: Ram) -> Box:
     """The car, from the side, or from behind in a passage; it goes down on its wheels when hit."""
     top, left = BASE - m.car_row, m.fine_x < 0
-    aside, down = m.depth == 0, jnp.where(m.car_row < CAR_BASE, 1, 0)
-    x = m.player_x - jnp.where(aside, jnp.where(left, 9, 3) + down, 0)
-    w, bottom = jnp.where(aside, 20 + 2 * down, 8), jnp.minimum(top + jnp.where(aside, 14, 15), 177)
-    return box(x, top, w, bottom - top, orientation=_facing(m)).clip(*FIELD)
+    aside, down = m.depth == 0, when(m.car_row < CAR_BASE, 1)
+    x = m.player_x - when(aside, jnp.where(left, 9, 3) + down)
+    width = jnp.where(aside, 20 + 2 * down, 8)
+    bottom = jnp.minimum(top + jnp.where(aside, 14, 15), CAR_END)
+    return box(x, top, width, bottom - top, orientation=_facing(m)).clip(*FIELD)
 
 
 def _player(m: Ram) -> Box:
     """The detective, down to the car."""
     apart = m.pointers[0] - m.pointers[1] & 255
-    look = sum((jnp.where(apart == a, i, 0) for i, a in enumerate(APART)), jnp.zeros_like(apart))
+    look = sum((when(apart == a, i) for i, a in enumerate(APART)), jnp.zeros_like(apart))
     lift = pick(look, LOW_BYTES.tolist()) - m.pointers[0] & 255
     lift = jnp.where(lift > HIGHEST, lift - 256, lift)
     above = jnp.clip(ROWS - 1 + lift - m.car_row, 0, ROWS)  # rows that the car does not cover
@@ -216,15 +263,15 @@ def _player(m: Ram) -> Box:
 
 def _clock(m: Ram) -> Box:
     """The clock before its last step."""
-    back = m.hundredths + jnp.where(m.fraction + 0xAB > 0xFF, 2, 1)
-    time = 60 * m.minutes + m.seconds + jnp.where(back >= 100, 1, 0)
-    minutes, seconds = div(time, 60), mod(time, 60)
-    left = score_box(FONT, minutes, right=74, top=19, digits=2)
-    right = score_box(FONT, seconds, right=98, top=19, digits=2, leading_zeros=True)
-    return box(left.x, 19, right.x + right.w - left.x, 8, value=time)
+    back = m.hundredths + jnp.where(m.fraction + TICK > 255, 2, 1)
+    time = 60 * m.minutes + m.seconds + when(back >= 100, 1)
+    minutes, seconds = MINUTES.box(div(time, 60)), SECONDS.box(mod(time, 60))
+    right = seconds.x + seconds.w
+    return box(minutes.x, minutes.y, right - minutes.x, FONT.height, value=time)
 
 
-facing = functools.partial(Category, attributes=("orientation",))
+facing_category = functools.partial(Category, attributes=("orientation",))
+WHITE = 14
 LOW = (8, 140, 160, 183)
 UPPER = (8, 50, 160, 70)
 HOUSE = (8, 50, 160, 183)
@@ -272,18 +319,30 @@ GUYS = _who((0x1E, 0, 0x0E, 0x80), ((8, 50, 160, 160), (8, 50, 160, 68)), 14)
 HEADS = _who((0x82, 0), ((8, 158, 160, 167), (8, 158, 160, 167)), 6)
 CLUES = Blobs((0x0E, 0x82, 0), UPPER, Shape(w=(3, 8), h=(6, 14)), gap=(0, 2), first=0x0E)
 KNIVES = Blobs(0, (8, 155, 160, 183), Shape(w=8, h=4, pixels=16))
-RULES = BARRIERS, MUDS, PLANTS, BRICKS, PIECES, DOVES, LIZARDS, GUYS, HEADS, CLUES, KNIVES
+RULES = {
+    "Barrier": BARRIERS,
+    "Mud": MUDS,
+    "Pottet_Plant": PLANTS,
+    "Brick": BRICKS,
+    "Shatterd_Object": PIECES,
+    "Dove": DOVES,
+    "Lizard": LIZARDS,
+    "Badguy": GUYS,
+    "Badguy_Head": HEADS,
+    "Clue": CLUES,
+    "Knife": KNIVES,
+}
 sign = functools.partial(Bounds, regions=(64, 29, 96, 50), min_size=(30, 20))
-POINTS = Bounds(0x0E, (58, 8, 106, 16), value=Digits(FONT, range(58, 106, 8), 8, base=-STARTS))
-CLOCK = Bounds(0x0E, (58, 19, 98, 27), value=Digits(FONT, (58, 66, 82, 90), 19, (600, 60, 10, 1)))
+CLOCK_LEFTS = (*MINUTES.lefts, *SECONDS.lefts)
+CLOCK = Bounds(WHITE, (58, 19, 98, 27), value=Digits(FONT, CLOCK_LEFTS, 19, (600, 60, 10, 1)))
 CARRIED = (138, 28, 150, 46)
 NOWHERE = (0, 0, 1, 1)
 LARGER = {"Gun": ("Comb", "Shoe_Sole"), "Button": ("Necklace",)}  # things of the same colours
 
 
-def _carried(name: str) -> Blobs | Bounds:
+def _item_rule(name: str) -> Blobs | Bounds:
     """A whole picture; in a scene, it is not looked for."""
-    kind = FIRST_ITEM + ITEMS.index(name)
+    kind = Kind.FIRST_ITEM + ITEMS.index(name)
     rows = KIND_ROWS[kind]
     at = int(PLACES[kind]) + int(ROM.bytes(0xCC8 + kind, 1)[0])
     shades = tuple(sorted({int(c) & 0xFE for c in ROM.bytes(at, len(rows))[::-1][rows > 0]}))
@@ -299,8 +358,8 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        facing("Player", DETECTIVES, rgb=(228, 111, 111), doc="the detective"),
-        facing("Car", CARS, doc="the detective's car"),
+        facing_category("Player", DETECTIVES, rgb=(228, 111, 111), doc="the detective"),
+        facing_category("Car", CARS, doc="the detective's car"),
         Category(
             "Passage",
             PASSAGES,
@@ -310,14 +369,14 @@ GAME = Game(
         ),
         *(
             Category(name, rule, count=len(range(9)[SLOTS[name]]), doc="record * 3 + copy")
-            for name, rule in zip(GROUPS, RULES, strict=True)
+            for name, rule in RULES.items()
         ),
-        *(Category(name, _carried(name), count=2, doc="in a scene, carried") for name in ITEMS),
+        *(Category(name, _item_rule(name), count=2, doc="in a scene, carried") for name in ITEMS),
         Category("Police_Sign", sign(0), doc="at the police station"),
         Category("Bank_Sign", sign(0xD4), doc="at the bank"),
         Category("Gun_Sign", sign(0x8E), doc="at the gun shop"),
         Category("Shop_Sign", sign((0x30, 0x48, 0x5E, 0x4E, 0x56, 0x0E)), doc="at other shops"),
-        display("Score", POINTS, doc="points that were won"),
+        display("Score", SCORE.rule(WHITE, base=-STARTS), doc="points that were won"),
         display("Clock", CLOCK, doc="seconds that are left"),
     ),
 )

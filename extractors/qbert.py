@@ -1,11 +1,12 @@
 """Qbert: a figure hops on a pyramid of 21 cubes, which change colour; balls, Coily, Sam, disks.
 
-Cube is the top face of a cube, row by row from the left; its value is 1 in the colour that all have
-to get. The rows below the first one have a record each for what is hopping there. RedBall has eight
-slots: as a ball goes down by a row with each step of the game, it stays in its slot. The score, the
-lives and the first row's figures share the top of the screen: Score and Lives are on display only
-while the player is not on the highest cube; then Score stays valid, Lives does not. Curse is what
-a player who is hit says. The sides of cubes are scenery.
+Screen: The score, the lives and the first row's figures share the top of the screen: Score and
+Lives are on display only while the player is not on the highest cube; then Score stays valid, Lives
+does not. Curse is what a player who is hit says. The sides of cubes are scenery.
+
+Slots: Cube is the top face of a cube, row by row from the left; its value is 1 in the colour that
+all have to get. The rows below the first one have a record each for what is hopping there. RedBall
+has eight slots: as a ball goes down by a row with each step of the game, it stays in its slot.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 and AtariARI (what the bytes are), and the ROM's code:
 the kernel at F0D0-F4B1, hops and falls at F4B3-F639, one of five steps of the game before a frame
@@ -13,12 +14,15 @@ at F6C9-FAAE. The player moves after a frame is drawn; the kernel's counters hav
 Coily and another object in his row are drawn by turns.
 
 Covered: levels and rounds (by writing RAM), both difficulties (the first has no RedBall), hops,
-disks, falls, hits, the end of the game. Not exact: while the player falls, the pyramid is in front
-of all figures, and REM's boxes are whole; balls and Coily are in front of it at other times. Five
-lines of the two lowest rows of cubes show the player as he was a frame before, and lines are a row
-apart on both sides of a column. As a fall costs a life, figures but the purple ball are cleared.
-Black disks are not seen, nor Coily at the top beside the score. VEM tells a cube's value by the
-colour of the score; while that is not on display, it is unknown.
+disks, falls, hits, the end of the game.
+
+Not exact: while the player falls, the pyramid is in front of all figures, and REM's boxes are
+whole; balls and Coily are in front of it at other times. Five lines of the two lowest rows of cubes
+show the player as he was a frame before, and lines are a row apart on both sides of a column. As a
+fall costs a life, figures but the purple ball are cleared.
+
+VEM: does not see black disks, nor Coily at the top beside the score. It tells a cube's value by the
+colour of the score; while that is not on display, the value is unknown.
 """
 
 import functools
@@ -27,12 +31,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box, choose
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import among, lookup, pick, reached
-from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.console.ops import among, lookup, pick, reached, when
+from ocjax.console.ram import RamMap, bcd, bits, byte, high
+from ocjax.console.registers import position
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, ByColor, Gauge
+from ocjax.vision.displays import IconRow, NumberDisplay
+from ocjax.vision.rules import Blobs, Bounds, ByColor
 from ocjax.vision.shapes import Shape
 
 ROM = Rom("qbert", "484b0076816a104875e00467d431c2d2")
@@ -42,38 +47,53 @@ TARGETS = ROM.bytes(0xE24, 21)  # colour that all cubes have to get, by the roun
 CUBE_COLORS = tuple(sorted({int(c) & 0xFE for c in ROM.bytes(0xE24, 0x20)[:30]}))
 PICTURES = ROM.pictures(range(0xF00, 0x1000), 22)
 
-BALL = 0x11
-SQUASHED = 0x00
-SAM = 0x26
-COILY = range(0x3B, 0xA6)
-NOTHING = 0x07
-CURSE = 0xA6
-RED = 0x44
-PURPLE = 0x66
-GREEN = 0xC4
-CURSING = 0xFE
-ORANGE = 0x34
-GAME_OVER = 0xFE
-MOST_ICONS = 5
-CRY = 0x12, 0x14, 2  # `sound`, `tune`, `pause` on the frame on which a fall costs a life
-RIDES = 1  # `travel`: on a disk
-FALLS = 0x80  # this or more: down
+
+class Picture:  # of `Ram.picture` and `Ram.other_picture`
+    SQUASHED = 0x00
+    BALL = 0x11
+    SAM = 0x26
+    COILY = range(0x3B, 0xA6)
+    COILY_LEAPS = 0x51
+    CURSE = 0xA6
+
+
+class Color:  # of `Ram.color` and on the screen
+    ORANGE = 52
+    RED = 68
+    PURPLE = 102
+    GREEN = 196
+    CURSE = 254
+
+
+class Cry:  # on the frame on which a fall costs a life
+    SOUND = 18
+    TUNE = 20
+    PAUSE = 2
+
+
+class Travel:  # of `Ram.travel`
+    RIDES = 1  # on a disk
+    FALLS = 128  # this or more: down
+
+
+GAME_OVER = 254  # `lives`
+SHOWN_ICONS = 5  # at most
 UPWARD = 22  # `pose`
 SINKS = 6  # greatest `hop` with squashed balls
-# `player_x` and `player_y` on the highest cube
-MIDDLE = 77
-START = 0x19
+MIDDLE = 77  # `player_x` on the highest cube
+START = 25  # `player_y` there
+TOP = 55  # least `player_y` at which the score is on display
 SUMMIT = (76, 10)  # where Coily is on the highest cube
-LEAP = 0x51  # and his picture there
-STEPS = np.zeros(16, np.int32)  # of the game, modulo 8, by `dice`
-for _i, _dice in enumerate((0, 1, 6, 15, 12, 13, 2, 11, 8, 9, 14, 7, 4, 5, 10, 3)):
-    STEPS[_dice] = _i // 2
+# The generator of random numbers takes these values of `dice` in turn, two a step of the game.
+DICE = np.array((0, 1, 6, 15, 12, 13, 2, 11, 8, 9, 14, 7, 4, 5, 10, 3))
+STEPS = np.argsort(DICE) // 2  # of the game, modulo 8, by `dice`
 
+SCORE = NumberDisplay(FONT, right=73, top=6, digits=5, leading_zeros=True)
+LIVES = IconRow(left=33, top=17, width=8, height=11, pitch=8)
 ROW = np.arange(5)
 WINDOWS = np.array([39, 67, 96, 125, 155])  # first line of what hops in a row
-# row whose sprites are a line lower on the left of a column
-LATE = 3
-LATE_END = 82
+LATE_ROW = 3  # its sprites are a line lower
+LATE_END = 82  # on the left of this column
 CUBES = tuple(
     (x, y, x + 20, y + 5)
     for y, lefts in {
@@ -86,24 +106,28 @@ CUBES = tuple(
     }.items()
     for x in lefts
 )
-DISKS = (12, 138, 20, 140), (140, 138, 148, 140)
-TOP = 0x37  # least `y` at which the score is on display
+DISKS = ((12, 138, 20, 140), (140, 138, 148, 140))
 FIELD = (0, 10, 160, 206)
 
 # The kernel shows row `counter + 199 - line + lag` of the player's picture. The lag changes at some
 # lines. Each line is drawn after and before the beam has reached the column of a threshold.
 LINES = np.arange(10, 206)
-RIGHT_LAG = ((10, 0), (32, 1), (61, 2), (89, 3), (96, 4), (147, 5), (148, 6), (177, 7))
-LEFT_LAG = ((10, 0), (32, 1), (34, 2), (62, 3), (91, 4), (97, 5), (118, 4), (120, 5), (148, 6))
-LEFT_LAG += ((155, 7), (178, 8), (183, 7), (185, 8))
-THRESHOLDS = ((10, 0), (34, 100), (62, 112), (67, 124), (91, 127), (96, 115), (120, 124))
-THRESHOLDS += ((125, 115), (150, 0), (154, 130), (183, 46))
-SIDES = 46, 100, 112, 115, 124, 127, 130
+RIGHT_LAG = {10: 0, 32: 1, 61: 2, 89: 3, 96: 4, 147: 5, 148: 6, 177: 7}
+LEFT_LAG = {
+    **{10: 0, 32: 1, 34: 2, 62: 3, 91: 4, 97: 5, 118: 4},
+    **{120: 5, 148: 6, 155: 7, 178: 8, 183: 7, 185: 8},
+}
+THRESHOLDS = {
+    **{10: 0, 34: 100, 62: 112, 67: 124, 91: 127, 96: 115},
+    **{120: 124, 125: 115, 150: 0, 154: 130, 183: 46},
+}
+SIDES = (46, 100, 112, 115, 124, 127, 130)
 
 
-def _by_line(steps: tuple[tuple[int, int], ...]) -> np.ndarray:
+def _by_line(steps: dict[int, int]) -> np.ndarray:
     """A number for each line, given by the lines from which on it changes."""
-    return np.array([[value for first, value in steps if first <= line][-1] for line in LINES])
+    changes = np.searchsorted(list(steps), LINES, side="right") - 1
+    return np.array(list(steps.values()))[changes]
 
 
 def _players() -> Pictures:
@@ -123,20 +147,21 @@ PLAYERS = _players()
 
 class Ram(RamMap):
     lives = byte(8)  # less two
-    dice = bits(10, count=4)  # low bits of the generator of random numbers, which steps twice
+    dice = bits(10, count=4)  # low bits of the generator of random numbers
     shown = byte(11, 13, 15, 17, 19)  # low byte of the digits' pictures
     counter = byte(33)  # of the rows of the player's picture, at the end of the frame
+    coily_row = byte(39)  # 255: not there
+    other_picture = byte(41)  # of what is not drawn in Coily's row
+    other_color = byte(53)  # likewise
     player_x = byte(43)  # x + 3, has moved
     column_x = byte(44, 45, 46, 47, 48)  # x + 3, row by row
-    coily_row = byte(39)  # 255: not there
-    other_picture, other_color = byte(41), byte(53)  # of what is not drawn in Coily's row
-    sound, tune, pause = byte(113), byte(114), byte(116)
     swapped = byte(49)  # it is not Coily that is not drawn
-    ready = byte(51)  # 0 while the RAM is cleared
     pose = byte(50)  # picture of the player
-    travel = byte(59)
+    ready = byte(51)  # 0 while the RAM is cleared
     hop = byte(56)  # counts down to the next hops
-    position = byte((75, 60), (76, 61), (77, 62), (78, 63), (79, 64))  # coarse, fine
+    travel = byte(59)
+    coarse = byte(75, 76, 77, 78, 79)  # x + 4 in the chip's coding, row by row
+    fine = high(60, 61, 62, 63, 64)
     beam = byte(65)  # low nibble of the player's position on the screen, + 41
     player_y = byte(67)  # counter at the beginning of the frame, has moved
     coily_column = byte(69)
@@ -147,16 +172,13 @@ class Ram(RamMap):
     round = byte(99)
     color = byte(107, 108, 109, 110, 111)
     disk = byte(112, 122)  # colour
+    sound = byte(113)
+    tune = byte(114)
+    pause = byte(116)
 
 
 def decode(m: Ram) -> dict[str, Box]:
     figures, kinds = _figures(m)
-    digits = (m.shown - 3) >> 3 & 15
-    number = jnp.sum(digits * np.array([10000, 1000, 100, 10, 1]))
-    down = (_drawn_y(m) >= TOP) & _started(m)
-    target = lookup(TARGETS, m.round)
-    icons = (m.lives + 1 + jnp.where(_fell(m), 1, 0)) & 255
-    x, y = np.array(CUBES).T[:2]
     return {
         "Player": _player(m),
         "Coily": _coily(m, figures, kinds),
@@ -166,35 +188,46 @@ def decode(m: Ram) -> dict[str, Box]:
         "GreenBall": _one(figures, kinds["GreenBall"]),
         "Curse": _one(figures, kinds["Curse"]),
         "Disk": _disks(m),
-        "Cube": box(x, y, 20, 5, value=m.cube == target, color=m.cube),
-        "Score": score_box(
-            FONT,
-            number,
-            right=73,
-            top=6,
-            digits=5,
-            leading_zeros=True,
-            valid=_started(m),
-            value=m.score,
-            color=target,
-        ),
-        "Lives": box(
-            33, 17, 8 * icons, 11, down & (icons <= MOST_ICONS), m.lives + 2 & 255, color=target
-        ),
+        "Cube": _cubes(m),
+        "Score": _score(m),
+        "Lives": _lives(m),
     }
+
+
+def _target(m: Ram) -> jax.Array:
+    """The colour that all cubes have to get, and that the display has."""
+    return lookup(TARGETS, m.round)
+
+
+def _cubes(m: Ram) -> Box:
+    x, y = np.array(CUBES).T[:2]
+    return box(x, y, 20, 5, value=m.cube == _target(m), color=m.cube)
+
+
+def _score(m: Ram) -> Box:
+    digits = (m.shown - 3) >> 3 & 15
+    shown = jnp.sum(digits * np.array([10000, 1000, 100, 10, 1]))
+    return SCORE.box(shown, valid=_started(m), value=m.score, color=_target(m))
+
+
+def _lives(m: Ram) -> Box:
+    icons = (m.lives + 1 + when(_fell(m), 1)) & 255
+    down = (_drawn_y(m) >= TOP) & _started(m)
+    there = down & (icons <= SHOWN_ICONS)
+    return LIVES.box(icons, there, value=m.lives + 2 & 255, color=_target(m))
 
 
 def _drawn_y(m: Ram) -> jax.Array:
     """The counter at the beginning of the frame, as of a player who looks down."""
-    y = m.counter + 189 + jnp.where(m.pose == UPWARD, 23, 0) & 255
+    y = m.counter + 189 + when(m.pose == UPWARD, 23) & 255
     lower = (y >= TOP) | ((y == TOP - 1) & (m.player_y >= TOP))  # the display takes a count more
-    return jnp.where(m.travel >= FALLS, m.player_y - 2, y + jnp.where(lower, 1, 0))
+    return jnp.where(m.travel >= Travel.FALLS, m.player_y - 2, y + when(lower, 1))
 
 
 def _fell(m: Ram) -> jax.Array:
     """Whether a fall has just cost a life and cleared the RAM, after the frame was drawn."""
-    cried = (m.sound == CRY[0]) & (m.tune == CRY[1]) & (m.pause == CRY[2])
-    return cried & (m.travel >= FALLS)
+    cried = (m.sound == Cry.SOUND) & (m.tune == Cry.TUNE) & (m.pause == Cry.PAUSE)
+    return cried & (m.travel >= Travel.FALLS)
 
 
 def _started(m: Ram) -> jax.Array:
@@ -205,37 +238,51 @@ def _started(m: Ram) -> jax.Array:
 def _player(m: Ram) -> Box:
     """The player before he moved, by the rest of the counters of the kernel."""
     x = m.player_x + (m.beam + 15 - m.player_x & 15) - 11
-    upward = m.pose == UPWARD
-    index = 512 * reached(x + 4, SIDES) + jnp.where(upward, 256, 0) + m.counter
-    facing = jnp.where(upward, 14, 10) + jnp.where(m.mirrored == 1, jnp.where(upward, 4, 12), 0)
-    there, left = ((m.lives != GAME_OVER) | _fell(m)) & _started(m), m.mirrored == 1
-    return PLAYERS.box(index, x, LINES[0], mirrored=left, valid=there, orientation=facing & 15)
+    upward, left = m.pose == UPWARD, m.mirrored == 1
+    index = 512 * reached(x + 4, SIDES) + when(upward, 256) + m.counter
+    facing = jnp.where(upward, jnp.where(left, 2, 14), jnp.where(left, 6, 10))
+    there = ((m.lives != GAME_OVER) | _fell(m)) & _started(m)
+    return PLAYERS.box(index, x, LINES[0], mirrored=left, valid=there, orientation=facing)
 
 
 def _figures(m: Ram) -> tuple[Box, dict[str, jax.Array]]:
     """What hops in the rows, and last what is not drawn in Coily's row; the kinds of all."""
-    other_x = jnp.where(m.swapped == 0, lookup(COLUMNS, m.coily_column), 0)
-    here = m.coily_row == ROW + 1
-    other_x = jnp.where(m.swapped == 0, other_x, jnp.sum(jnp.where(here, m.column_x, 0))) - 3
-    coarse, fine = m.position >> 8, m.position >> 4 & 15
-    x = jnp.append(15 * coarse + (fine ^ 7) - 4, other_x)
-    row = jnp.append(ROW, m.coily_row - 1)
-    lost = _fell(m) & (m.color == PURPLE) & (m.swapped == 0)
-    ball = jnp.where(m.hop <= SINKS, SQUASHED, BALL)
-    picture = jnp.append(jnp.where(lost, ball, m.picture), m.other_picture)
-    color = jnp.append(m.color, m.other_color)
+    x, row = jnp.append(position(m.coarse, m.fine) - 4, _other_x(m)), _rows(m)
+    y = pick(row, WINDOWS.tolist()) + when((row == LATE_ROW) & (x + 4 < LATE_END), 1)
+    picture = jnp.append(_pictures(m), m.other_picture)
     there = jnp.append(ROW >= 0, among(m.coily_row, range(1, 6)))
-    y = pick(row, WINDOWS.tolist()) + jnp.where((row == LATE) & (x + 4 < LATE_END), 1, 0)
-    balls = (picture == BALL) | (picture == SQUASHED)
-    kinds = {
-        "Coily": among(picture, COILY),
-        "Sam": picture == SAM,
-        "PurpleBall": balls & (color == PURPLE),
-        "RedBall": balls & (color == RED),
-        "GreenBall": balls & (color == GREEN),
-        "Curse": picture == CURSE,
-    }
+    kinds = _kinds(picture, jnp.append(m.color, m.other_color))
     return PICTURES.box(picture, x, y, valid=there), kinds
+
+
+def _rows(m: Ram) -> jax.Array:
+    return jnp.append(ROW, m.coily_row - 1)
+
+
+def _other_x(m: Ram) -> jax.Array:
+    """The column of what is not drawn in Coily's row: of him, or of what takes turns with him."""
+    coily = lookup(COLUMNS, m.coily_column)
+    other = jnp.sum(when(m.coily_row == ROW + 1, m.column_x))
+    return jnp.where(m.swapped == 0, coily, other) - 3
+
+
+def _pictures(m: Ram) -> jax.Array:
+    """What was drawn in the rows. As a fall costs a life, it clears all but the purple colour."""
+    lost = _fell(m) & (m.color == Color.PURPLE) & (m.swapped == 0)
+    ball = jnp.where(m.hop <= SINKS, Picture.SQUASHED, Picture.BALL)
+    return jnp.where(lost, ball, m.picture)
+
+
+def _kinds(picture: jax.Array, color: jax.Array) -> dict[str, jax.Array]:
+    ball = (picture == Picture.BALL) | (picture == Picture.SQUASHED)
+    return {
+        "Coily": among(picture, Picture.COILY),
+        "Sam": picture == Picture.SAM,
+        "PurpleBall": ball & (color == Color.PURPLE),
+        "RedBall": ball & (color == Color.RED),
+        "GreenBall": ball & (color == Color.GREEN),
+        "Curse": picture == Picture.CURSE,
+    }
 
 
 def _one(figures: Box, wanted: jax.Array) -> Box:
@@ -248,38 +295,36 @@ def _one(figures: Box, wanted: jax.Array) -> Box:
 
 def _coily(m: Ram, figures: Box, kinds: dict[str, jax.Array]) -> Box:
     """Coily, who waits on the highest cube in a picture and a place of its own."""
-    left, top, width, height = PICTURES.extent(jnp.asarray(LEAP))
+    left, top, width, height = PICTURES.extent(jnp.asarray(Picture.COILY_LEAPS))
     summit = box(SUMMIT[0] + left, SUMMIT[1] + top, width, height, (m.coily_row == 0) & _started(m))
     return choose(m.coily_row == 0, summit, _one(figures, kinds["Coily"]))
 
 
 def _red_balls(m: Ram, figures: Box, red: jax.Array) -> Box:
     """Red balls, which go down a row with each step, by the row from which they began."""
-    slot = (jnp.append(ROW, m.coily_row - 1) - lookup(STEPS, m.dice)) & 7
+    slot = (_rows(m) - lookup(STEPS, m.dice)) & 7
     return jax.vmap(lambda number: _one(figures, red & (slot == number)))(jnp.arange(8))
 
 
 def _disks(m: Ram) -> Box:
     """The disks; the one that the player has just reached was drawn before."""
     left = (m.player_x < MIDDLE) == np.array((True, False))
-    taken = (m.travel == RIDES) & (_drawn_y(m) == m.player_y) & left
+    taken = (m.travel == Travel.RIDES) & (_drawn_y(m) == m.player_y) & left
     x, y = np.array(DISKS).T[:2]
     color = jnp.where(m.disk > 0, m.disk, jnp.max(m.disk)) + 1 & ~1  # both shimmer alike
     return box(x, y, 8, 2, (m.disk > 0) | ~_started(m) | taken, color=color)
 
 
-CELLS = tuple((33 + 8 * i, 6, 41 + 8 * i, 13) for i in range(5))
-PLAYER = Bounds(ORANGE, FIELD, ignore=DISKS)
+PLAYER = Bounds(Color.ORANGE, FIELD, ignore=DISKS)
 monster = functools.partial(Blobs, region=FIELD)
-SNAKE = monster(PURPLE, shapes=Shape(w=(6, 8), h=(12, 22)))
-PURPLES = monster(PURPLE, shapes=Shape(w=(4, 7), h=(5, 9)))
-GREENS = monster(GREEN, shapes=Shape(w=(4, 7), h=(5, 9)))
-REDS = monster(RED, shapes=Shape(w=(4, 7), h=(5, 9)))
-SAMS = monster(GREEN, shapes=Shape(w=(6, 8), h=(12, 18)))
-SPOKEN = Bounds(CURSING, FIELD, min_size=(6, 12), ignore=DISKS)
-POINTS = Bounds(CUBE_COLORS, (33, 6, 73, 13), value=Digits(FONT, range(33, 73, 8), 6))
+SNAKE = monster(Color.PURPLE, shapes=Shape(w=(6, 8), h=(12, 22)))
+PURPLES = monster(Color.PURPLE, shapes=Shape(w=(4, 7), h=(5, 9)))
+GREENS = monster(Color.GREEN, shapes=Shape(w=(4, 7), h=(5, 9)))
+REDS = monster(Color.RED, shapes=Shape(w=(4, 7), h=(5, 9)))
+SAMS = monster(Color.GREEN, shapes=Shape(w=(6, 8), h=(12, 18)))
+SPOKEN = Bounds(Color.CURSE, FIELD, min_size=(6, 12), ignore=DISKS)
 ABOVE_FIGURES = (33, 6, 73, 10)  # rows of the score, in the colour that cubes have to get
-ICONS = Bounds(CUBE_COLORS, (33, 17, 73, 28), value=Gauge(8, 8, 2))
+ICONS = LIVES.rule(CUBE_COLORS, (33, 17, 73, 28), single=2)
 
 GAME = Game(
     name="Qbert",
@@ -306,7 +351,7 @@ GAME = Game(
             value=ByColor(like=ABOVE_FIGURES),
             doc="row by row; 1: done",
         ),
-        display("Score", POINTS, blinks=True, doc="points"),
+        display("Score", SCORE.rule(CUBE_COLORS), blinks=True, doc="points"),
         display("Lives", ICONS, doc="one more than the icons"),
     ),
 )

@@ -1,10 +1,13 @@
 """River Raid: a jet flies up a river past ships, helicopters, jets, fuel depots and bridges.
 
-The river comes down in six blocks of 32 rows. Each has a record with at most one object: a house
-with its tree on the bank, a fuel depot, a bridge, a tanker, a helicopter or a jet. The records move
-on by one when a new block comes, so a slot is a record's place in a ring of eight. The eight
-columns at the left edge are blanked. Explosions, banks, roads and the gauge's frame are scenery;
-Fuel is the needle of the gauge; its value is what that shows, to eight units of fuel.
+Screen: The eight columns at the left edge are blanked. Explosions, banks, roads and the gauge's
+frame are scenery. Fuel is the needle of the gauge; its value is what that shows, to eight units of
+fuel. Lives shows one less than the emulator counts; with the last one, and at first, it shows
+nothing.
+
+Slots: The river comes down in six blocks of 32 rows. Each has a record with at most one object: a
+house with its tree on the bank, a fuel depot, a bridge, a tanker, a helicopter or a jet. The
+records move on by one when a new block comes, so a slot is a record's place in a ring of eight.
 
 RAM: OCAtari, AtariARI and T. Jentzsch's disassembly (what the bytes are), ALE's source (score,
 lives), and the ROM's code: f027-f3ff draws, f85d-fa8c moves the river before that, f489-f75b moves
@@ -13,10 +16,12 @@ has the points, on the stack, and the missile's row by the time that its sound h
 
 Covered: levels 1 to 9, moving objects, both difficulties (the missile follows the jet, or flies
 straight), deaths, the new start, game over.
+
 Not exact: a missile that hits something 15 frames or more after it was fired, a carry in the points
 of what was hit (a depot is assumed then), the display of the score on the frame of a hit, the rows
-of a jet that the left edge cuts; for VEM one or two rows of a missile, roof or tree at an edge.
-Lives shows one less than the emulator counts; with the last one, and at first, it shows nothing.
+of a jet that the left edge cuts.
+
+VEM: misses one or two rows of a missile, roof or tree at an edge.
 """
 
 import dataclasses
@@ -27,12 +32,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import among, pick
+from ocjax.console.ops import among, match, pick, when
 from ocjax.console.ram import RamMap, bits, byte, high, low
 from ocjax.console.registers import position
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.rules import Blobs, Bounds, Gauge
 from ocjax.vision.shades import Saver
 from ocjax.vision.shapes import Shape
@@ -42,33 +47,61 @@ FONT = ROM.font(0xB00, rows=8)
 
 VIEW = (8, 2, 160, 163)
 MISSILE_VIEW = (8, 2, 160, 145)
-JET, HELICOPTER, TURNED_ROTOR, TANKER, BRIDGE, HOUSE, DEPOT = range(4, 11)
 MIDDLE = 80  # a row of the view
-HOUSE_ROW = -13  # row whose colour is a house's
-COLORS = {JET: 156, HELICOPTER: 176, TANKER: 50, HOUSE: 12, DEPOT: 12}  # of most of their dots
-# kinds of what the missile, or the player, has just hit
-HIT = 1
-RAMMED = 2
-ZOOM = (1, 1, 1, 2, 4, 2, 1)  # pixels of a dot by kind
-# `points`
-BRIDGE_POINTS = 0x28
-HELICOPTER_POINTS = 0x30
-NO_POINTS = 0xF3
-CRASH = 0xDF  # `mode` on the frame of a crash
-WAITING = 0x30  # and before the first move of a life
-# `look` of the player
-STRAIGHT = 0xBB
-TURNED = 0xCD
-OFF = 0xB4
-FIRED = 0x0D
-SPEED = 6
-# bits of `block`
-MOVES = 0x40
-FLIPPED = 0x10
-HORIZONTAL = 12  # of a joystick's bits: right and left, 1 where it is not pressed
+
+
+class Kind:  # of `Ram.kind`
+    HIT = 1  # by the missile on this frame
+    RAMMED = 2  # by the player on this frame
+    JET = 4
+    HELICOPTER = 5
+    TURNED_ROTOR = 6
+    TANKER = 7
+    BRIDGE = 8
+    HOUSE = 9
+    DEPOT = 10
+
+
+HELICOPTERS = (Kind.HELICOPTER, Kind.TURNED_ROTOR)
+ZOOM = (1, 1, 1, 2, 4, 2, 1)  # pixels of a dot by kind, from the jet on
+
+
+class Points:  # of `Ram.points`
+    BRIDGE = 0x28
+    HELICOPTER = 0x30  # a depot's follow
+    NONE = 0xF3
+
+
+class Mode:  # of `Ram.mode`
+    FLIES = 0
+    WAITS = 0x30  # before the first move of a life
+    CRASH = 0xDF  # the frame of a crash
+
+
+class Look:  # of `Ram.look`
+    STRAIGHT = 0xBB
+    TURNED = 0xCD
+
+
+OFF = 180  # `missile_y` while no missile flies
+FIRED = 13  # `missile_y` of one that has just been fired
+SPEED = 6  # of a missile, rows a frame
+SOUNDS = range(1, 14)  # `sound` for which the row of a missile is known
+MOVES = 0x40  # bit of `block`: what is in it moves by turns
+FLIPPED = 0x10  # bit of `block`: that looks the other way
+RIGHT = 4  # bits of a joystick, 1 where it is not pressed
+LEFT = 8
+HORIZONTAL = LEFT | RIGHT
+FULL = 255  # `fuel`
+START_PART = 0xDF  # `fuel_part` when a life starts
+USED_PART = 0xE0  # its least value when an 1 / 8 has just been used up
+START_OFFSET = 30  # `offset` when a life starts
+MOVING_LEVEL = 2  # first `level` in which objects move
+NO_DIGIT = 80  # `icon`, least value of empty pictures
+BLANK = 88  # `digits`, likewise
 EAST = 4
 WEST = 12
-WATER = 0x84
+WATER = 132
 PLAYER = 28
 NEEDLE = 30
 BLACK = 0
@@ -76,7 +109,16 @@ WHITE = 12
 TREE = 218
 TRUNK = 16
 RED = 72
-SCORE_LEFTS = range(56, 104, 8)
+COLORS = {  # of most of their dots
+    Kind.JET: 156,
+    Kind.HELICOPTER: 176,
+    Kind.TANKER: 50,
+    Kind.HOUSE: WHITE,
+    Kind.DEPOT: WHITE,
+}
+HOUSE_ROW = -13  # row whose colour is a house's
+SCORE = NumberDisplay(FONT, right=104, top=165, digits=6)
+LIVES = NumberDisplay(FONT, right=64, top=192, digits=1)
 NEEDLE_X = 68  # of the needle where there is no fuel
 FUEL_STEP = 8  # fuel for each column
 RING = 8
@@ -109,7 +151,7 @@ def _seen(kind: int, usual: int) -> list[int]:
     left = range(ROWS + 1)
     parts = [dots[first : first + h] for h in left]
     parts += [dots[max(last + 1 - h, 0) : last + 1] for h in left]
-    if kind == HOUSE:
+    if kind == Kind.HOUSE:
         parts = [part[max(len(part) + HOUSE_ROW, 0) :][:1] for part in parts]
     counts = [sum(part, Counter()) for part in parts]
     return [usual if c[usual] or not c else max(c, key=c.__getitem__) for c in counts]
@@ -122,8 +164,9 @@ def _cut(rows: np.ndarray, cut: int) -> np.ndarray:
 
 
 CUTS = range(1 - ROWS, ROWS)
-OBJECTS = Pictures.of([_cut(_rows(kind), cut) for kind in range(JET, DEPOT + 1) for cut in CUTS])
-JETS = ROM.pictures([0xC01 + look for look in (STRAIGHT, TURNED)], 18)
+KINDS = range(Kind.JET, Kind.DEPOT + 1)
+OBJECTS = Pictures.of([_cut(_rows(kind), cut) for kind in KINDS for cut in CUTS])
+PLAYERS = ROM.pictures([0xC01 + look for look in (Look.STRAIGHT, Look.TURNED)], 18)
 
 SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
 
@@ -166,78 +209,77 @@ class Ram(RamMap):
 def decode(m: Ram) -> dict[str, Box]:
     kind, objects = _objects(m)
     player_x = _player_x(m)
-    digits = [jnp.where(d < 88, d >> 3, 0) for d in m.digits]
-    tens = functools.reduce(lambda total, digit: total * 10 + digit, digits)
-    used = _fuel_before(m)
     return {
         "Player": _player(m, player_x),
         "PlayerMissile": _missile(m, player_x),
-        "Bridge": _single(objects.where(kind == BRIDGE)),
-        "FuelDepot": _colored(objects.where(kind == DEPOT), DEPOT),
-        "Helicopter": _colored(objects.where(among(kind, (HELICOPTER, TURNED_ROTOR))), HELICOPTER),
-        "House": _colored(objects.where(kind == HOUSE), HOUSE),
-        "Jet": _colored(objects.where(kind == JET), JET),
-        "Tanker": _colored(objects.where(kind == TANKER), TANKER),
-        "Fuel": box(NEEDLE_X + (used >> 3), 179, 2, 10, value=FUEL_STEP * (used >> 3)),
-        "PlayerScore": score_box(
-            FONT, tens * 10 + (m.ones >> 3), right=104, top=165, digits=6, value=tens * 10
-        ),
-        "Lives": score_box(
-            FONT,
-            m.icon >> 3,
-            right=64,
-            top=192,
-            digits=1,
-            valid=m.icon < 80,
-            value=(m.icon >> 3) + 1,
-        ),
+        "Bridge": _single(objects.where(kind == Kind.BRIDGE)),
+        "FuelDepot": _colored(objects.where(kind == Kind.DEPOT), Kind.DEPOT),
+        "Helicopter": _colored(objects.where(among(kind, HELICOPTERS)), Kind.HELICOPTER),
+        "House": _colored(objects.where(kind == Kind.HOUSE), Kind.HOUSE),
+        "Jet": _colored(objects.where(kind == Kind.JET), Kind.JET),
+        "Tanker": _colored(objects.where(kind == Kind.TANKER), Kind.TANKER),
+        "Fuel": _needle(m),
+        "PlayerScore": _score(m),
+        "Lives": _lives(m),
     }
 
 
 def _kinds(m: Ram) -> jax.Array:
     """What the records' objects were when the frame was drawn."""
     record = np.arange(RECORDS)
-    now = (m.kind == HIT) & (m.shot == record)
-    now = now | ((m.kind == RAMMED) & (m.touched == record) & (m.mode == CRASH))
-    now = now & (m.points != NO_POINTS)
-    narrow = pick(m.points - HELICOPTER_POINTS, (HELICOPTER, DEPOT))
-    narrow = jnp.where(m.points == BRIDGE_POINTS, BRIDGE, narrow)
-    rotor = among(m.kind, (HELICOPTER, TURNED_ROTOR)) & (m.clock == 0)
-    before = jnp.where(rotor, HELICOPTER + TURNED_ROTOR - m.kind, m.kind)
-    return jnp.where(now, jnp.where((m.wide & 1) == 1, TANKER, narrow), before)
+    shot = (m.kind == Kind.HIT) & (m.shot == record)
+    rammed = (m.kind == Kind.RAMMED) & (m.touched == record) & (m.mode == Mode.CRASH)
+    gone = (shot | rammed) & (m.points != Points.NONE)
+    rotor = among(m.kind, HELICOPTERS) & (m.clock == 0)
+    return match(
+        (gone & (m.wide == 1), Kind.TANKER),
+        (gone & (m.points == Points.BRIDGE), Kind.BRIDGE),
+        (gone & (m.points == Points.HELICOPTER), Kind.HELICOPTER),
+        (gone, Kind.DEPOT),
+        (rotor, sum(HELICOPTERS) - m.kind),
+        otherwise=m.kind,
+    )
 
 
 def _objects(m: Ram) -> tuple[jax.Array, Box]:
     """Kinds and boxes of the objects of all blocks, in the ring."""
     kind, left = _kinds(m), m.leftward
-    moving = among(m.mode, (0, CRASH)) & (m.level >= 2)
-    by_turns = among(kind, range(HELICOPTER, BRIDGE)) & (m.clock == 0) & (m.block & MOVES > 0)
-    steps = jnp.where(moving & (by_turns | (kind == JET)), 1, 0)
+    moving = among(m.mode, (Mode.FLIES, Mode.CRASH)) & (m.level >= MOVING_LEVEL)
+    by_turns = among(kind, range(Kind.HELICOPTER, Kind.BRIDGE)) & (m.clock == 0)
+    by_turns = by_turns & (m.block & MOVES > 0)
+    steps = when(moving & (by_turns | (kind == Kind.JET)), 1)
     at = position(m.coarse, m.fine) + jnp.where(left == 1, steps, -steps)
     left = jnp.where(moving & by_turns & (m.block & FLIPPED > 0), 1 - left, left)
-    zoom = pick(kind - JET, ZOOM)
+    zoom = pick(kind - Kind.JET, ZOOM)
     y = 32 * (5 - np.arange(RECORDS)) + m.offset - 23
-    there = (kind >= JET) & (y > HIDDEN)
+    there = (kind >= Kind.JET) & (y > HIDDEN)
     cut = jnp.clip(y + ROWS - VIEW[3], 0, 23) - jnp.clip(VIEW[1] - y, 0, 23)
-    x0, y0, w, h = OBJECTS.extent(len(CUTS) * (kind - JET) + ROWS - 1 + cut)
-    x = at - jnp.where(zoom == 1, 1, 0) + zoom * jnp.where(left == 1, 8 - x0 - w, x0)
+    x0, y0, w, h = OBJECTS.extent(len(CUTS) * (kind - Kind.JET) + ROWS - 1 + cut)
+    x = at - when(zoom == 1, 1) + zoom * jnp.where(left == 1, 8 - x0 - w, x0)
     shown = box(x, y + y0, zoom * w, h, there).clip(*VIEW)
-    packed = shown.x | shown.y << 8 | shown.w << 16 | shown.h << 22 | left << 27 | kind << 28
-    return _in_ring(m, jnp.where(shown.valid, packed, 0))
+    return _unpacked(_in_ring(m, when(shown.valid, _packed(shown, left, kind))))
 
 
-def _in_ring(m: Ram, packed: jax.Array) -> tuple[jax.Array, Box]:
-    """Kinds and boxes, packed by record, in the ring."""
+def _packed(b: Box, left: jax.Array, kind: jax.Array) -> jax.Array:
+    """Boxes, ways and kinds as a number each: one by one, they take 1.2 times as long in all."""
+    return b.x | b.y << 8 | b.w << 16 | b.h << 22 | left << 27 | kind << 28
+
+
+def _unpacked(packed: jax.Array) -> tuple[jax.Array, Box]:
+    x, y, w, h = packed & 255, packed >> 8 & 255, packed >> 16 & 63, packed >> 22 & 31
+    facing = jnp.where(packed >> 27 & 1 == 1, WEST, EAST)
+    return packed >> 28 & 15, box(x, y, w, h, orientation=facing)
+
+
+def _in_ring(m: Ram, of_records: jax.Array) -> jax.Array:
+    """The records' numbers in the ring; 0 where there is none."""
     record = (np.arange(RING) + 2 * m.section + m.part) & (RING - 1)
-    own = sum((jnp.where(record == i, packed[i], 0) for i in range(RECORDS)), jnp.int32(0))
-    facing = jnp.where(own >> 27 & 1 == 1, WEST, EAST)
-    boxes = box(own & 255, own >> 8 & 255, own >> 16 & 63, own >> 22 & 31, orientation=facing)
-    return own >> 28 & 15, boxes
+    return sum((when(record == i, of_records[i]) for i in range(RECORDS)), jnp.int32(0))
 
 
 def _colored(b: Box, kind: int) -> Box:
     """Objects of a kind with the colours of what the ends of the view leave of them."""
-    index = b.h + jnp.where(b.y < MIDDLE, ROWS + 1, 0)
+    index = b.h + when(b.y < MIDDLE, ROWS + 1)
     return dataclasses.replace(b, color=pick(index, _seen(kind, COLORS[kind])))
 
 
@@ -249,27 +291,26 @@ def _single(b: Box) -> Box:
 
 def _player_x(m: Ram) -> jax.Array:
     """The player's position before the last move."""
-    pressed = ((m.stick & HORIZONTAL) != HORIZONTAL) & (m.mode == 0)
-    left = (m.stick & 8) > 0
+    pressed = ((m.stick & HORIZONTAL) != HORIZONTAL) & (m.mode == Mode.FLIES)
+    left = (m.stick & LEFT) > 0
     moved = jnp.where(left, m.x_part + m.thrust > 255, m.x_part < m.thrust) & pressed
-    return m.x + jnp.where(moved, jnp.where(left, 1, -1), 0)
+    return m.x + when(moved, jnp.where(left, 1, -1))
 
 
 def _player(m: Ram, x: jax.Array) -> Box:
-    turned = ((m.sticks & HORIZONTAL) != HORIZONTAL) & (m.mode != WAITING)
-    start = (m.offset == 30) & (m.fuel == 255) & (m.fuel_part == 0xDF)  # of a life
-    turned = turned & ~start
-    mirrored = turned & (m.sticks & 8 > 0)
-    there = among(m.look, (STRAIGHT, TURNED)) | (m.mode == CRASH)
-    x = x + jnp.where(mirrored, 1, 0)
-    return JETS.box(jnp.where(turned, 1, 0), x, 145, mirrored=mirrored, valid=there)
+    starts = (m.offset == START_OFFSET) & (m.fuel == FULL) & (m.fuel_part == START_PART)
+    turned = ((m.sticks & HORIZONTAL) != HORIZONTAL) & (m.mode != Mode.WAITS) & ~starts
+    mirrored = turned & (m.sticks & LEFT > 0)
+    there = among(m.look, (Look.STRAIGHT, Look.TURNED)) | (m.mode == Mode.CRASH)
+    x = x + when(mirrored, 1)
+    return PLAYERS.box(when(turned, 1), x, 145, mirrored=mirrored, valid=there)
 
 
 def _missile(m: Ram, player_x: jax.Array) -> Box:
     """The missile; where it has just hit something, the time since it was fired tells its row."""
     flies = among(m.missile_y, range(FIRED + 1, OFF))
-    struck = jnp.any((m.kind == HIT) & (m.shot == np.arange(RECORDS))) | (m.shot_bank == 0)
-    struck = struck & (m.missile_y == OFF) & among(m.sound, range(1, 14)) & (m.mode == 0)
+    shot = jnp.any((m.kind == Kind.HIT) & (m.shot == np.arange(RECORDS))) | (m.shot_bank == 0)
+    struck = shot & (m.missile_y == OFF) & among(m.sound, SOUNDS) & (m.mode == Mode.FLIES)
     y = jnp.where(flies, m.missile_y - SPEED, FIRED + SPEED * (FIRED - m.sound))
     follows = flies & (m.missile_x == m.x + 5)
     x = jnp.where(follows, player_x + 5, m.missile_x)
@@ -278,20 +319,33 @@ def _missile(m: Ram, player_x: jax.Array) -> Box:
     return box(x - 1, top, 1, 8, flies | struck).clip(8, first, *MISSILE_VIEW[2:])
 
 
-def _fuel_before(m: Ram) -> jax.Array:
-    """The fuel before some was used, which is a 1 / 8 on every frame, or taken in."""
-    before = jnp.where((m.fuel_part >= 0xE0) & (m.mode == 0), m.fuel + 1, m.fuel)
-    return jnp.minimum(before, 255)
+def _needle(m: Ram) -> Box:
+    """The gauge before some fuel was used, which is a 1 / 8 on every frame, or taken in."""
+    used = (m.fuel_part >= USED_PART) & (m.mode == Mode.FLIES)
+    steps = jnp.minimum(m.fuel + when(used, 1), FULL) >> 3
+    return box(NEEDLE_X + steps, 179, 2, 10, value=FUEL_STEP * steps)
 
 
-facing = functools.partial(Category, count=RING, attributes=("orientation",))
-blobs = functools.partial(Blobs, region=VIEW)
+def _score(m: Ram) -> Box:
+    """The score; all points are tens."""
+    digits = [when(d < BLANK, d >> 3) for d in m.digits]
+    tens = functools.reduce(lambda total, digit: total * 10 + digit, digits)
+    return SCORE.box(tens * 10 + (m.ones >> 3), value=tens * 10)
 
-PLAYER_RULE = Blobs(PLAYER, (8, 145, 160, 160), Shape(w=(5, 7), h=(13, 14)))
+
+def _lives(m: Ram) -> Box:
+    digit = m.icon >> 3
+    return LIVES.box(digit, valid=m.icon < NO_DIGIT, value=digit + 1)
+
+
+facing_category = functools.partial(Category, count=RING, attributes=("orientation",))
+view_blobs = functools.partial(Blobs, region=VIEW)
+
+CRAFT = Blobs(PLAYER, (8, 145, 160, 160), Shape(w=(5, 7), h=(13, 14)))
 MISSILE = Blobs(PLAYER, MISSILE_VIEW, Shape(w=(1, 6), h=(2, 8)))
-DEPOTS = blobs((RED, WHITE), shapes=Shape(w=(5, 7), h=(1, 24)))
-HELICOPTERS = blobs((176, 128, 42), shapes=Shape(w=(3, 8), h=(1, 10)))
-JETS_RULE = blobs((140, 156, 172), shapes=Shape(w=(1, 8), h=(1, 6)))
+DEPOTS = view_blobs((RED, WHITE), shapes=Shape(w=(5, 7), h=(1, 24)))
+ROTORS = view_blobs((176, 128, 42), shapes=Shape(w=(3, 8), h=(1, 10)))
+JETS = view_blobs((140, 156, 172), shapes=Shape(w=(1, 8), h=(1, 6)))
 TANKER_SHAPES = (  # whole, and what the edge leaves of them
     Shape(w=16, h=(4, 8)),
     Shape(w=14, h=3, pixels=(33, 99)),
@@ -304,10 +358,9 @@ TREE_SHAPES = Shape(w=10, h=(4, 10)), Shape(w=6, h=3)
 TREES = Blobs(HOUSE_COLORS, (8, 2, 160, 15), TREE_SHAPES, gap=(0, 2))
 HOUSES = Blobs(HOUSE_COLORS, VIEW, Shape(w=(14, 16), h=(3, 19)), gap=(0, 2), also=(TREES,))
 BRIDGES = Bounds((32, 18, 20, 24), VIEW)
-POINTS = Bounds(PLAYER, (56, 165, 104, 173), value=Digits(FONT, SCORE_LEFTS, 165))
 NEEDLE_PLACE = Gauge(1, NEEDLE_X, side="x", worth=FUEL_STEP)
 FUEL = Bounds(NEEDLE, (66, 176, 104, 189), value=NEEDLE_PLACE)
-LIVES = Bounds(PLAYER, (56, 192, 64, 200), value=Digits(FONT, (56,), 192, base=1, required=True))
+RESERVE = LIVES.rule(PLAYER, base=1, required=True)
 
 
 def _saver_key(m: Ram) -> jax.Array:
@@ -321,16 +374,16 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (98, 165), 28, mask=SAVER_MASK, taken=(132, 28, 12, 0, 16)),
     categories=(
-        Category("Player", PLAYER_RULE, doc="the jet"),
+        Category("Player", CRAFT, doc="the jet"),
         Category("PlayerMissile", MISSILE, doc="its missile"),
         Category("Bridge", BRIDGES, rgb=(105, 105, 15), doc="at the end of a level"),
         Category("FuelDepot", DEPOTS, count=RING, rgb=(214, 214, 214), doc="by record"),
-        facing("Helicopter", HELICOPTERS, rgb=(0, 64, 48), doc="by record"),
+        facing_category("Helicopter", ROTORS, rgb=(0, 64, 48), doc="by record"),
         Category("House", HOUSES, count=RING, color_row=HOUSE_ROW, doc="house and tree, by record"),
-        facing("Jet", JETS_RULE, rgb=(117, 181, 239), doc="that crosses, by record"),
-        facing("Tanker", TANKERS, rgb=(163, 57, 21), doc="by record"),
+        facing_category("Jet", JETS, rgb=(117, 181, 239), doc="that crosses, by record"),
+        facing_category("Tanker", TANKERS, rgb=(163, 57, 21), doc="by record"),
         display("Fuel", FUEL, doc="needle of the gauge; 0-248 by eights"),
-        display("PlayerScore", POINTS, doc="points"),
-        display("Lives", LIVES, doc="one more than the digit that shows"),
+        display("PlayerScore", SCORE.rule(PLAYER), doc="points"),
+        display("Lives", RESERVE, doc="one more than the digit that shows"),
     ),
 )

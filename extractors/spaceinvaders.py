@@ -1,38 +1,47 @@
 """Space Invaders: 36 aliens, three shields that wear away, cannons, bombs and shots, the saucer.
 
-Alien slots are row * 6 + column of the game's own bitmaps, rows from the bottom; when the leftmost
-column is empty, the game moves all columns one to the left. An alien that was hit stays in its slot
-while its explosion is shown; invisible invaders are not valid while the game hides them. Bullet
-slots: upper and lower bomb (a new bomb starts above the old one), then the first and the second
-player's shot. Bombs are drawn on even frames, shots on odd ones. The `value` of a player is the
-number of lives, which only Lives shows, before a life begins; VEM reads it there alone. While the
-saucer's row hides the scores, P1Score stays valid at its place: its value follows the rewards at
-every step (until the display wraps at 10000). The ground and its two coloured marks are scenery.
+Screen: While the saucer's row hides the scores, P1Score stays valid at its place: its value follows
+the rewards at every step (until the display wraps at 10000). The `value` of a player is the number
+of lives, which only Lives shows, before a life begins. The ground and its two coloured marks are
+scenery.
+
+Slots: Alien slots are row * 6 + column of the game's own bitmaps, rows from the bottom; when the
+leftmost column is empty, the game moves all columns one to the left. An alien that was hit stays in
+its slot while its explosion is shown; invisible invaders are not valid while the game hides them.
+Bullet has the upper and the lower bomb (a new bomb starts above the old one), then the first and
+the second player's shot. Bombs are drawn on even frames, shots on odd ones.
 
 RAM: ALE's source, OCAtari 2.2, AtariARI, and the game's display program. It draws from positions in
 the chip's coding (bytes 3-7), which it does not change, while the positions (27-30) move on. The
-lines between two steps of byte 9 make bullets 4 to 12 rows high. A bullet's box holds also what an
-alien, a shield or a cannon covers of it, which VEM does not see.
+lines between two steps of byte 9 make bullets 4 to 12 rows high.
 
 Covered: later waves, landing, deaths, game over, all of ALE's modes, both players at once and in
-turn. Not in RAM: the difficulty switches. A cannon is 14 pixels wide at difficulty 1, boxes say 7:
-the ROM reads the switches where it draws (F1EB) and where a shot leaves the cannon (FBC8), 4 pixels
-further right; until then two games that differ in the switch alone have the same RAM. Not in RAM
-either: what a hit takes from a shield on the frame of the hit, which alien's explosion ends on a
-frame, an upper bomb on the frame on which it hits.
+turn.
+
+Not exact, as it is not in the RAM: the difficulty switches. A cannon is 14 pixels wide at
+difficulty 1, boxes say 7: the ROM reads the switches where it draws (F1EB) and where a shot leaves
+the cannon (FBC8), 4 pixels further right; until then two games that differ in the switch alone have
+the same RAM. What a hit takes from a shield on the frame of the hit, which alien's explosion ends
+on a frame, an upper bomb on the frame on which it hits.
+
+VEM: reads a player's value only while Lives shows it, and does not see what an alien, a shield or a
+cannon covers of a bullet.
 """
 
 import functools
+from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box, choose
 from ocjax.console.fonts import Digits
+from ocjax.console.ops import match, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import packed_position
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.rules import Blobs, Bounds
 from ocjax.vision.shades import Saver
 from ocjax.vision.shapes import Shape
@@ -51,19 +60,26 @@ SCORES = (0, 8, 160, 22)
 CANNONS = (0, 185, 160, 195)
 SHIELDS = tuple((left, 157, left + 32, 175) for left in (30, 62, 94))  # they move in some modes
 
-# of the aliens' slots
-ROWS = np.arange(36) // 6
-COLUMNS = np.arange(36) % 6
-# pixels from one to the next
-ALIEN_X = 16
+SCORE_1 = NumberDisplay(FONT, right=64, top=10, digits=4, leading_zeros=True)
+SCORE_2 = NumberDisplay(FONT, right=144, top=10, digits=4, leading_zeros=True)
+
+ALIEN_ROW = np.arange(36) // 6  # by slot
+ALIEN_COLUMN = np.arange(36) % 6  # by slot
+ALIEN_X = 16  # pixels from one to the next
 ALIEN_Y = 18
+ALIENS_TOP = 31
+SHORT_ROWS = (ALIEN_ROW == 2) | (ALIEN_ROW == 3)  # a row less in the first pose
 SHIELD_ROWS = 9
+SHIELDS_TOP = 157
 
 NO_SAUCER = 180  # `saucer_x`
-SAUCER_EXPLODES = 0x39  # these bits of `explosion`: row 7
-DEATH_BEGINS = 0x81  # `clock`, on this frame and the next
-GONE = 0x70  # `y`, or more, of no bullet
-TOUCHED = 0x7C  # `bullet_step` after a bullet hit something
+SAUCER_EXPLODES = 57  # these bits of `explosion`: row 7
+DEATH_BEGINS = 129  # `clock`, on this frame and the next
+SAVER = 128  # `saver_clock`, this or more: the screen saver is shown
+BLINK = 8  # bit of `clock`
+GONE = 112  # `y`, or more, of no bullet
+LOWEST = 108  # `y` that no flying bullet reaches
+TOUCHED = 124  # `bullet_step` after a bullet hit something
 # Steps of the bullet counter at the top of the screen, at the shields, at the ground.
 SKY = 8
 SHIELD_TOP = 73
@@ -72,7 +88,6 @@ GROUND = 86
 
 
 class Ram(RamMap):
-    saver_clock = byte(71)  # from 128 on the screen saver is shown
     saucer_code = byte(3)  # x + 1 in the chip's coding, if a saucer was drawn
     shield_code = byte(5)  # x + 1 in the chip's coding
     cannon_code = byte(6, 7)  # x + 1 in the chip's coding
@@ -93,6 +108,7 @@ class Ram(RamMap):
     died_1 = bits(42, first=2)
     demo = bits(42, first=7)
     shields = byte(*range(43, 70))  # 9 rows each, top first
+    saver_clock = byte(71)
     explosion = byte(72)  # stage * 64 + row * 8 + column; row 7: saucer
     lives = byte(73)
     clock = byte(74)  # counts frames down
@@ -118,8 +134,8 @@ def decode(m: Ram) -> dict[str, Box]:
         "Satellite": saucer,
         "Bullet": _bullets(m, saucer.valid),
         "Lives": box(84, 185, 12, 10, (m.starting == 1) & (m.fallen == 0), value=m.lives),
-        "P1Score": box(4, 10, 60, 10, value=m.score[0]),
-        "P2Score": box(84, 10, 60, 10, ~saucer.valid, value=m.score[1]),
+        "P1Score": SCORE_1.box(m.score[0]),
+        "P2Score": SCORE_2.box(m.score[1], valid=~saucer.valid),
     }
 
 
@@ -134,7 +150,7 @@ def _lowest_row(m: Ram) -> jax.Array:
 
 def _cannon(m: Ram, x: jax.Array, there: jax.Array, died: jax.Array) -> Box:
     shows_death = (died == 1) & ((m.clock | 1) != DEATH_BEGINS)
-    blank = (m.starting == 1) & ((m.clock & 8) == 0)
+    blank = (m.starting == 1) & ((m.clock & BLINK) == 0)
     there = (there == 1) & (m.fallen == 0) & ~blank
     return box(x, 185, jnp.where(shows_death, 8, 7), 10, there, value=m.lives)
 
@@ -142,13 +158,13 @@ def _cannon(m: Ram, x: jax.Array, there: jax.Array, died: jax.Array) -> Box:
 def _aliens(m: Ram) -> Box:
     # An alien that was hit on this very frame is still drawn whole.
     just_hit = _odd(m) & ((m.alien_points[0] > 0) | (m.alien_points[1] > 0))
-    explodes = (m.explosion & 63) == 8 * ROWS + COLUMNS
-    explodes = explodes & (just_hit | (_lowest_row(m) <= ROWS))
-    alive = (jnp.repeat(m.rows, 6) >> COLUMNS & 1) == 1
-    x = m.aliens_x - 1 + ALIEN_X * COLUMNS
-    y = 31 + 2 * m.drop + ALIEN_Y * (5 - ROWS)
-    short = (m.second_pose == 0) & ((ROWS == 2) | (ROWS == 3))
-    whole = box(x, jnp.where(short & (ROWS == 3), y + 1, y), 8, jnp.where(short, 9, 10))
+    explodes = (m.explosion & 63) == 8 * ALIEN_ROW + ALIEN_COLUMN
+    explodes = explodes & (just_hit | (_lowest_row(m) <= ALIEN_ROW))
+    alive = (jnp.repeat(m.rows, 6) >> ALIEN_COLUMN & 1) == 1
+    x = m.aliens_x - 1 + ALIEN_X * ALIEN_COLUMN
+    y = ALIENS_TOP + 2 * m.drop + ALIEN_Y * (5 - ALIEN_ROW)
+    short = (m.second_pose == 0) & SHORT_ROWS
+    whole = box(x, y + when(short & (ALIEN_ROW == 3), 1), 8, jnp.where(short, 9, 10))
     visible = m.alien_color != m.sky_color
     aliens = choose(explodes & ~just_hit, _explosion(m, x, y), whole)
     return aliens.where((alive | explodes) & visible)
@@ -156,11 +172,10 @@ def _aliens(m: Ram) -> Box:
 
 def _explosion(m: Ram, x: jax.Array, y: jax.Array | int) -> Box:
     """The picture at its stage, which moves on after drawing on every eighth frame."""
-    drawn = jnp.where((m.clock & 7) == 0, m.explosion - 64, m.explosion)
+    drawn = m.explosion - when((m.clock & 7) == 0, 64)
     stage = drawn >> 6 & 3
-    inset = jnp.where(stage == 0, 1, 0)
-    height = jnp.where(stage == 0, 5, jnp.where(stage == 1, 9, 10))
-    return box(x + inset, y + 2 * inset, 8 - 2 * inset, height)
+    inset = when(stage == 0, 1)
+    return box(x + inset, y + 2 * inset, 8 - 2 * inset, pick(stage, (5, 9, 10)))
 
 
 def _saucer(m: Ram) -> Box:
@@ -178,18 +193,17 @@ def _saucer(m: Ram) -> Box:
 def _shields(m: Ram) -> Box:
     """Tight boxes around what is left of the shields."""
     lines = [m.shields[row::SHIELD_ROWS] for row in range(SHIELD_ROWS)]
-    ink, top, bottom = lines[0], jnp.full(3, SHIELD_ROWS), jnp.full(3, 0)
-    for row, line in enumerate(lines):
-        ink = ink | line
-        top = jnp.where((line > 0) & (top == SHIELD_ROWS), row, top)
-        bottom = jnp.where(line > 0, row + 1, bottom)
-    left, right = jnp.full(3, 0), jnp.full(3, 0)
-    for column in range(1, 8):
-        left = jnp.where(ink < 256 >> column, column, left)
-        right = jnp.where((ink & ((1 << column) - 1)) == 0, column, right)
+    seen = list(enumerate(line > 0 for line in lines))
+    top = match(*((shown, row) for row, shown in seen), otherwise=SHIELD_ROWS)
+    bottom = match(*((shown, row + 1) for row, shown in reversed(seen)), otherwise=0)
+    ink = functools.reduce(jnp.bitwise_or, lines)
+    # The columns that are empty on the left and on the right.
+    left = sum(when(ink < 256 >> column, 1) for column in range(1, 8))
+    right = sum(when((ink & (1 << column) - 1) == 0, 1) for column in range(1, 8))
     x = packed_position(m.shield_code) - 1 + 32 * np.arange(3)
     there = (ink > 0) & (m.shields_up == 1)
-    return box(x + left, 157 + 2 * top, 8 - left - right, 2 * (bottom - top), there)
+    y, h = SHIELDS_TOP + 2 * top, 2 * (bottom - top)
+    return box(x + left, y, 8 - left - right, h, there)
 
 
 def _bullets(m: Ram, saucer: jax.Array) -> Box:
@@ -198,8 +212,8 @@ def _bullets(m: Ram, saucer: jax.Array) -> Box:
     swapped = m.first_owner == 1  # shots go to their owners' slots
     y = jnp.concatenate([bombs, jnp.where(swapped, shots[::-1], shots)])
     x = jnp.concatenate([m.bomb_x, jnp.where(swapped, m.shot_x[::-1], m.shot_x)]) - 2
-    top = _line(m, y - 3, x, saucer, ending=False)
-    bottom = _line(m, y + 1, x, saucer, ending=True)
+    top = _line(m, Switch(y - 3, x, ending=False), saucer)
+    bottom = _line(m, Switch(y + 1, x, ending=True), saucer)
     return box(x, top, 1, bottom - top, y < GONE)
 
 
@@ -217,64 +231,98 @@ def _drawn(m: Ram, y: jax.Array) -> jax.Array:
     below = jnp.where(untouched, last + m.bullet_step, below) & 255
     none = (upper >= GONE) & (lower >= GONE)
     one = (upper < GONE) & (lower >= GONE)
-    top = jnp.where(none & (only > 7) & (only < 0x6C), only, upper)
-    bottom = jnp.where(one & (below >= upper) & (below < 0x6C), below, lower)
+    top = jnp.where(none & (only > 7) & (only < LOWEST), only, upper)
+    bottom = jnp.where(one & (below >= upper) & (below < LOWEST), below, lower)
     return jnp.stack([top, bottom])
 
 
-def _line(m: Ram, k: jax.Array, x: jax.Array, saucer: jax.Array, *, ending: bool) -> jax.Array:
-    """The first screen line that shows, at x, the k-th step of the bullet counter.
+@dataclass(frozen=True)
+class Switch:
+    """What switches a bullet on or off.
 
-    That is about 2 * k + 9. The display program counts at some column of a line; left of it, a step
-    shows one line later. The column depends on what else the program draws there.
+    The display program counts at some column of a line; left of it, a step shows one line later.
+    The column depends on what else the program draws there.
+    """
+
+    step: jax.Array  # of the bullet counter
+    x: jax.Array  # column of the bullet
+    ending: bool  # whether it ends; between rows that waits for the next line
+
+    def late(self, column: int) -> jax.Array:
+        """1 where the bullet is not right of a column."""
+        return (self.x <= column).astype(jnp.int32)
+
+    def waiting(self, column: int) -> jax.Array:
+        """`late`, or 1 at the end of a bullet."""
+        return jnp.ones_like(self.x) if self.ending else self.late(column)
+
+
+def _line(m: Ram, s: Switch, saucer: jax.Array) -> jax.Array:
+    """The first screen line that shows a switch.
 
     Args:
         m: the RAM.
-        k: the step.
-        x: column of the bullet.
+        s: the switch.
         saucer: whether a saucer is drawn, which takes the scores' place.
-        ending: whether the step ends a bullet; between rows that waits for the next line.
     """
-
-    def passed(column: int) -> jax.Array:
-        return (x <= column).astype(jnp.int32)
-
-    def waiting(column: int) -> jax.Array:
-        return jnp.ones_like(x) if ending else passed(column)
-
-    since = k - m.drop - 11  # steps from the first row of aliens on
+    since = s.step - m.drop - 11  # steps from the first row of aliens on
     end = 51 - 9 * _lowest_row(m)
-    phase = since % 9
-    bend = jnp.where(phase == 7, 9 + passed(111), 8 + waiting(117))
-    bend = jnp.where(phase == 5, 10, jnp.where(phase == 6, 9, bend))
-    in_rows = jnp.where(phase < 5, 11, bend)
-    edge = jnp.where(k == SHIELD_END + 1, waiting(30), passed(87))
-    at_shields = 9 + jnp.where(k == SHIELD_END, passed(57), edge)
-    at_shields = jnp.where((k > SHIELD_TOP) & (k < SHIELD_END), 10, at_shields)
-    at_shields = jnp.where(k == SHIELD_TOP, 10 + passed(87 if ending else 84), at_shields)
-    gap = jnp.where(since == end, waiting(7), waiting(66))
-    gap = 9 + jnp.where(k == GROUND - 1, passed(111), gap)
-    under = jnp.where((m.shields_up == 1) & (k >= SHIELD_TOP), at_shields, gap)
-    sky = jnp.where(k == SKY, 7, 6 + jnp.where(k < SKY, waiting(51), waiting(69)))
-    over = jnp.where(since == -2, 9, jnp.where(since == -1, 9 if ending else 8, sky))
-    field = jnp.where(since < 0, over, jnp.where(since < end, in_rows, under))
-    near = jnp.where(k > GROUND, 11 + passed(111), jnp.where(k == GROUND, 10, field))
-    line = jnp.where((k <= SKY) & ~saucer, 23, 2 * k + near)
+    beyond = match(
+        (s.step > GROUND, 11 + s.late(111)),
+        (s.step == GROUND, 10),
+        (since < 0, _above_aliens(s, since)),
+        (since < end, _among_aliens(s, since)),
+        ((m.shields_up == 1) & (s.step >= SHIELD_TOP), _at_shields(s)),
+        (s.step == GROUND - 1, 9 + s.late(111)),
+        (since == end, 9 + s.waiting(7)),
+        otherwise=9 + s.waiting(66),
+    )
+    line = jnp.where((s.step <= SKY) & ~saucer, 23, 2 * s.step + beyond)
     return jnp.clip(line, jnp.where(saucer, 6, 23), 195)
 
 
-player = functools.partial(Category, attributes=("value",))
+def _above_aliens(s: Switch, since: jax.Array) -> jax.Array:
+    """Lines beyond twice the step, as in the next functions."""
+    return match(
+        (since == -2, 9),
+        (since == -1, 9 if s.ending else 8),
+        (s.step == SKY, 7),
+        (s.step < SKY, 6 + s.waiting(51)),
+        otherwise=6 + s.waiting(69),
+    )
+
+
+def _among_aliens(s: Switch, since: jax.Array) -> jax.Array:
+    phase = since % 9
+    return match(
+        (phase < 5, 11),
+        (phase == 5, 10),
+        (phase == 6, 9),
+        (phase == 7, 9 + s.late(111)),
+        otherwise=8 + s.waiting(117),
+    )
+
+
+def _at_shields(s: Switch) -> jax.Array:
+    return match(
+        (s.step == SHIELD_TOP, 10 + s.late(87 if s.ending else 84)),
+        (s.step < SHIELD_END, 10),
+        (s.step == SHIELD_END, 9 + s.late(57)),
+        (s.step == SHIELD_END + 1, 9 + s.waiting(30)),
+        otherwise=9 + s.late(87),
+    )
+
+
+player_category = functools.partial(Category, attributes=("value",))
 
 CANNON_2 = Blobs(BROWN, CANNONS, Shape(w=(1, 8), h=(1, 10)), gap=(0, 1))
 INVADERS = Blobs(YELLOW, FIELD, Shape(w=(1, 8), h=(1, 10)), gap=(0, 1))
 BULLETS = Blobs(GRAY, (0, 8, 160, 195), Shape(w=1, h=(1, 14)), gap=(0, 4))
 LIVES = Bounds(BROWN, (84, 185, 96, 195), min_size=(12, 10), value=Digits(FONT, (84,), 185))
-SCORE_1 = Bounds(GREEN, SCORES, value=Digits(FONT, (4, 20, 36, 52), 10))
-SCORE_2 = Bounds(BROWN, SCORES, value=Digits(FONT, (84, 100, 116, 132), 10))
 
 
 def _saver_key(m: Ram) -> jax.Array:
-    return jnp.where(m.saver_clock >= 128, m.saver_clock, -1)
+    return jnp.where(m.saver_clock >= SAVER, m.saver_clock, -1)
 
 
 GAME = Game(
@@ -284,14 +332,19 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (10, 195), 226, mask=0xF7),
     categories=(
-        player("Player", Bounds(GREEN, CANNONS), doc="the cannon; value: lives"),
-        player("Player2", CANNON_2, doc="the second player's cannon"),
+        player_category("Player", Bounds(GREEN, CANNONS), doc="the cannon; value: lives"),
+        player_category("Player2", CANNON_2, doc="the second player's cannon"),
         Category("Alien", INVADERS, count=36, doc="bitmap row from the bottom * 6 + column"),
         Category("Shield", Bounds(RED, SHIELDS), count=3, doc="what is left of it"),
         Category("Satellite", Bounds(PURPLE, SCORES), doc="the saucer"),
         Category("Bullet", BULLETS, count=4, doc="two bombs, two shots"),
         display("Lives", LIVES, doc="shown when a life begins"),
-        display("P1Score", SCORE_1, blinks=True, doc="below 10,000; hidden by the saucer"),
-        display("P2Score", SCORE_2, doc="below 10,000; hidden by the saucer"),
+        display(
+            "P1Score",
+            SCORE_1.rule(GREEN, SCORES),
+            blinks=True,
+            doc="below 10,000; hidden by the saucer",
+        ),
+        display("P2Score", SCORE_2.rule(BROWN, SCORES), doc="below 10,000; hidden by the saucer"),
     ),
 )

@@ -1,13 +1,14 @@
 """Time Pilot: a jet in the middle of the sky, and enemies that fly around it, in five eras.
 
-The colour of the enemies tells the era, and so does their category: green biplanes (1910), black
-ones (1940), yellow helicopters (1970), blue jets (1983), orange saucers (2001). The mother ship,
-which comes when no enemies are left, is an enemy of its era. Slots of enemies: the game's four
-records, and then the parts of the same four that a plane at the upper edge has at the lower edge.
-A plane that explodes stays an object until it is gone. Clouds, the purple bars beside the lives,
-and the texts before a flight are scenery, but Score has the box of the text in its place. The icons
-of Enemies_Left stand for four enemies each, and so its value is a multiple of four: the most that
-can be left.
+Screen: The colour of the enemies tells the era, and so does their category: green biplanes (1910),
+black ones (1940), yellow helicopters (1970), blue jets (1983), orange saucers (2001). The mother
+ship, which comes when no enemies are left, is an enemy of its era. Clouds, the purple bars beside
+the lives, and the texts before a flight are scenery, but Score has the box of the text in its
+place. The icons of Enemies_Left stand for four enemies each, and so its value is a multiple of
+four: the most that can be left.
+
+Slots: Enemies have the game's four records, and then the parts of the same four that a plane at the
+upper edge has at the lower edge. A plane that explodes stays an object until it is gone.
 
 RAM: ALE's source (score, lives), OCAtari 2.2, and the ROM's code. The sync at F051 is followed by
 the steps at F346 and the drawing at F8E6, after which only F0AB changes the states and the pictures
@@ -15,11 +16,14 @@ of a hit. Every lane of 16 rows has a place for a plane. Shots are drawn on even
 two by turns, the jet's shot by turns at its place and at the place before.
 
 Covered: all eras and mother ships (written to RAM), all difficulties, the flight through time, lost
-lives, the end of the game. Not exact: clouds in the lower half hide shots and parts of planes,
-black lines what is at the left edge; a plane hides its new shot; none is drawn where `y` is a
-multiple of 16. VEM sees no shot at the jet's nose or within 2 columns of a plane, whose tips look
-like shots; it reads no score where a text is in its place, and takes the era from a pixel of sky
-that clouds may hide.
+lives, the end of the game.
+
+Not exact: clouds in the lower half hide shots and parts of planes, black lines what is at the left
+edge; a plane hides its new shot; none is drawn where `y` is a multiple of 16.
+
+VEM: sees no shot at the jet's nose or within 2 columns of a plane, whose tips look like shots. It
+reads no score where a text is in its place, and takes the era from a pixel of sky that clouds may
+hide.
 """
 
 import functools
@@ -30,12 +34,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box, choose
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import lookup, pick
+from ocjax.console.ops import among, lookup, match, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import wrap
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.rules import Blobs, Bounds, Gauge
 from ocjax.vision.shades import Shades
 from ocjax.vision.shapes import Shape
@@ -44,57 +48,72 @@ ROM = Rom("time_pilot", "fc2104dd2dadf9a6176c1c1c8f87ced9")
 FONT = ROM.font(0xD00, rows=10)
 BANK = 0x1000  # offset of the pictures, which are at $D000
 
-ERAS = "Green", "Black", "Yellow", "Blue", "Orange"
-HEAVEN, CLOUDS, JET, ENEMY = (
-    ROM.bytes(at, 5).tolist() for at in (0xD88, 0xD8D, 0xD92, 0xD97)
-)  # colours by era
-WARP_WHITE = 0x0E
-GOLD = 0x2A
-TEXT = 0x28
-VIOLET = 0x8A
-RED = 0x42
+SCORE = NumberDisplay(FONT, right=104, top=7, digits=6, leading_zeros=True)
+
+ERAS = ("Green", "Black", "Yellow", "Blue", "Orange")
+# Colours by era.
+HEAVEN = ROM.bytes(0xD88, 5).tolist()
+CLOUDS = ROM.bytes(0xD8D, 5).tolist()
+JET = ROM.bytes(0xD92, 5).tolist()
+ENEMY = ROM.bytes(0xD97, 5).tolist()
+WARP_WHITE = 14
+TEXT = 40
+GOLD = 42
+RED = 66
+VIOLET = 138
 UNUSED = (ENEMY[0], 3, 5, 7, 9)  # stand for the enemies of other eras; no frame has the odd ones
+
 PAGES = [int(page) for page in ROM.bytes(0xE3E, 5)]  # of the enemies' pictures by era
-# eras with two pages
 FIRST_PAGE = 0xD8
 N_PAGES = 7
-ANIMATED = (2, 4)
-EAST_PICTURE = 0x4C
+ANIMATED = (2, 4)  # eras with two pages
 BOSS_PICTURE = 0xC6
 EXPLOSION = 0xA6
 LOOKS = (*(int(p) for p in ROM.bytes(0xDD8, 8)), BOSS_PICTURE, EXPLOSION)  # eight ways first
-# of LOOKS
-BOSS = 8
-EXPLODES = 9
+BOSS = 8  # place in `LOOKS`
+EXPLODES = 9  # place in `LOOKS`
+WESTWARD = 4  # least way to the west; their pictures are mirrored
 JET_LOOKS = tuple(int(p) for p in ROM.bytes(0xECD, 8))  # by way
-# `look`
-JET_EXPLODES = 0x7C
-JET_GONE = 0x8C
 
+
+class Look:  # of `Ram.look`
+    EXPLODES = 0x7C
+    GONE = 0x8C
+
+
+class State:  # of `Ram.state`
+    READY = 1
+    FLIES = 2
+
+
+class Flag:  # bits of `Ram.flags`
+    MOTHER = 64
+    HIT = 128
+
+
+class Player:  # bits of `Ram.player`
+    DONE = 64  # the era is over
+    SHOWN = 128  # the texts were shown
+
+
+BLANKED = 128  # least `idle` of a blank screen
 SKY = (0, 33, 160, 177)
 LANE = 16
 LATE = 20  # least `x` at which the picture is set before the first row is over
+UPPER_EDGE = 143  # `y` of a plane whose last row is the first one of the sky
+WRAPS = range(131, 144)  # `y` of a plane that has a part at the lower edge
+AT_JET = range(48, 80)  # `y` of a plane that may have hit the jet
 NOSE = (76, 97, 84, 113)  # around the jet
-# `state`
-READY = 1
-FLIES = 2
-BLANKED = 0x80  # least `idle` of a blank screen
-# of `flags`
-HIT = 0x80
-MOTHER = 0x40
-DONE = 0x40  # of `player`: the era is over
-SHOWN = 0x80  # the texts were shown
-STEP_X = np.array([0, 4, 4, 4, 0, -4, -4, -4]).tolist()  # of shots, by way
-STEP_Y = np.array([4, 4, 0, -4, -4, -4, 0, 4]).tolist()  # upwards
-# of the clock, modulo 8: enemies shoot, shots move
-SPAWN = 5
-MOVES = (2, 7)
-HIGHEST_SHOT = 0x8E
-# of the clouds across and of their rows in a lane
-CLOUD_PLACES = 21
-CLOUD_ROWS = range(0, 28, 4)
+STEP_X = [0, 4, 4, 4, 0, -4, -4, -4]  # of shots, by way
+STEP_Y = [4, 4, 0, -4, -4, -4, 0, 4]  # upwards
+# Of the clock, modulo 8.
+SPAWN = 5  # enemies shoot
+MOVES = (2, 7)  # shots move
+HIGHEST_SHOT = 142  # greatest `enemy_shot_y` of a new shot
+CLOUD_PLACES = 21  # across
+CLOUD_ROWS = range(0, 28, 4)  # of a cloud, in a lane
 
-REVERSED = np.array([int(f"{byte_:08b}"[::-1], 2) for byte_ in range(256)])
+REVERSED = np.array([int(f"{row:08b}"[::-1], 2) for row in range(256)])
 ENEMY_ROWS = [
     ROM.rows(BANK | (page & 0xF) << 8 | look, LANE)
     for page in range(FIRST_PAGE, FIRST_PAGE + N_PAGES)
@@ -109,8 +128,7 @@ def _cuts() -> Pictures:
     first the lowest 1 to 16 rows, and then what is left above them.
     """
     row = np.arange(LANE)[::-1]
-    columns = (0x3F, 0x7F, 0xFF, 0xFE, 0xFC)
-    seen = [rows & columns_ for rows in ENEMY_ROWS for columns_ in columns]
+    seen = [rows & mask for rows in ENEMY_ROWS for mask in (0x3F, 0x7F, 0xFF, 0xFE, 0xFC)]
     parts = (row <= cut for cut in range(LANE)), (row > cut for cut in range(LANE))
     kept = [rows for part in parts for rows in part]
     return Pictures.of([np.where(k, rows, 0) for rows in seen for k in kept])
@@ -132,8 +150,9 @@ def _behind_clouds(rows: np.ndarray) -> list[np.ndarray]:
 
 
 CUTS = _cuts()
-WHOLE = 2  # of the five cuts of columns
-JET_ROWS = [ROM.rows(BANK | 0x500 | look, LANE) for look in (*JET_LOOKS, *[JET_EXPLODES] * 2)]
+N_CUTS = 5  # of columns
+WHOLE = 2  # of them
+JET_ROWS = [ROM.rows(BANK | 0x500 | look, LANE) for look in (*JET_LOOKS, *[Look.EXPLODES] * 2)]
 MIRRORED = np.array([0, 0, 0, 0, 1, 1, 1, 1, 0, 1])
 JETS = Pictures.of(
     [
@@ -172,49 +191,50 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    flight = ((m.state == FLIES) & (m.bars > 0)) | _just_gone(m)
     there = (m.idle < BLANKED) & ~_warps(m)
-    enemies, shots = _enemies(m).where(there), _enemy_shots(m).where(there)
     jet, enemy = pick(m.era, JET), pick(m.era, ENEMY)
-    enemies, shots = replace(enemies, color=enemy), replace(shots, color=enemy)
-    boxes = {f"Enemy_{name}": enemies.where(m.era == era) for era, name in enumerate(ERAS)}
-    boxes |= {f"Enemy_{name}_Shot": shots.where(m.era == era) for era, name in enumerate(ERAS)}
-    value = 100 * m.score
-    score = score_box(FONT, value, right=104, top=7, digits=6, leading_zeros=True, value=value)
-    score = choose(flight, score, box(56, 7, 48, 9, m.state >= READY, value=value))
-    return boxes | {
+    enemies = replace(_enemies(m).where(there), color=enemy)
+    shots = replace(_enemy_shots(m).where(there), color=enemy)
+    return {
+        **{f"Enemy_{name}": enemies.where(m.era == era) for era, name in enumerate(ERAS)},
+        **{f"Enemy_{name}_Shot": shots.where(m.era == era) for era, name in enumerate(ERAS)},
         "Player": replace(_jet(m), color=jnp.where(_warps(m), WARP_WHITE, jet)),
         "Player_Shot": replace(_shot(m).where(there), color=jet),
-        "Life": _icons(m).where(flight),
-        "Enemies_Left": replace(_left(m), color=jnp.where(flight, 0, RED)),
-        "Score": replace(score, color=jnp.where(flight, GOLD, TEXT)),
+        "Life": _icons(m).where(_flight(m)),
+        "Enemies_Left": _left(m),
+        "Score": _score(m),
     }
+
+
+def _flight(m: Ram) -> jax.Array:
+    """Whether the screen shows a flight, and not a text."""
+    return ((m.state == State.FLIES) & (m.bars > 0)) | _just_gone(m)
 
 
 def _warps(m: Ram) -> jax.Array:
     """Whether the jet flies to the next era."""
-    return ((m.state == READY) | (m.bars == 0)) & ((m.player & DONE) > 0)
+    return ((m.state == State.READY) | (m.bars == 0)) & ((m.player & Player.DONE) > 0)
 
 
 def _just_gone(m: Ram) -> jax.Array:
     """Whether the jet's explosion has just ended, and is still on the screen."""
-    ready = (m.state == READY) & (m.timer == 1)
-    return ready & ((m.player & (DONE | SHOWN)) == SHOWN)
+    ready = (m.state == State.READY) & (m.timer == 1)
+    return ready & ((m.player & (Player.DONE | Player.SHOWN)) == Player.SHOWN)
 
 
 def _just_hit(m: Ram) -> jax.Array:
     """Whether the jet was hit on this frame, which still shows it whole."""
-    return (m.look == JET_EXPLODES) & (m.timer == 0) & (m.bars > 0)
+    return (m.look == Look.EXPLODES) & (m.timer == 0) & (m.bars > 0)
 
 
 def _jet(m: Ram) -> Box:
     """The jet, of which clouds may hide a part."""
-    explodes = ((m.look == JET_EXPLODES) & ~_just_hit(m)) | _just_gone(m)
+    explodes = ((m.look == Look.EXPLODES) & ~_just_hit(m)) | _just_gone(m)
     look = jnp.where(explodes, 8 + (m.way >> 2), m.way)
-    fresh = (m.state == READY) & (m.timer == 1) & ((m.player & SHOWN) == 0)
-    there = ((m.look != JET_GONE) | _just_gone(m)) & ~fresh & (m.idle < BLANKED)
+    fresh = (m.state == State.READY) & (m.timer == 1) & ((m.player & Player.SHOWN) == 0)
+    there = ((m.look != Look.GONE) | _just_gone(m)) & ~fresh & (m.idle < BLANKED)
     cloud = len(CLOUD_ROWS) * m.cloud_place + (m.cloud_row >> 2)
-    cloud = jnp.where(_warps(m), 0, jnp.clip(cloud + 1, 1, CLOUD_PLACES * len(CLOUD_ROWS)))
+    cloud = when(~_warps(m), jnp.clip(cloud + 1, 1, CLOUD_PLACES * len(CLOUD_ROWS)))
     whole = (CLOUD_PLACES * len(CLOUD_ROWS) + 1) * look
     seen = JETS.box(whole + cloud, 76, 97, valid=there, orientation=2 * m.way)
     return choose(seen.w > 0, seen, JETS.box(whole, 76, 97, valid=there, orientation=2 * m.way))
@@ -230,38 +250,41 @@ def _shot(m: Ram) -> Box:
 
 def _enemies(m: Ram) -> Box:
     """The planes, and what they have at the lower edge."""
-    spared = _just_hit(m) & (m.explosion == 0) & (m.y >= 0x30) & (m.y < 0x50)
-    hit = ((m.flags & HIT) > 0) & ~spared
-    look = jnp.where(hit, EXPLODES, jnp.where((m.flags & MOTHER) > 0, BOSS, m.enemy_way))
-    clock = m.clock - 1
-    second = ((m.era == ANIMATED[0]) | (m.era == ANIMATED[1])) & ((clock & 8) > 0)
-    page = pick(m.era, PAGES) - FIRST_PAGE + jnp.where(second, 1, 0)
-    beyond = jnp.clip(4 - m.x, 0, 2)  # columns
-    cut = WHOLE + jnp.where(m.enemy_way >= 4, beyond, -beyond)
-    picture = 2 * LANE * (5 * (len(LOOKS) * page + look) + cut)
-    room = 143 - m.y - jnp.where(m.x < LATE, 1, 0)  # rows below the upper edge, less 1
+    picture, past_edge = _enemy_pictures(m), UPPER_EDGE - m.y
+    room = past_edge - when(m.x < LATE, 1)  # rows below the upper edge, less 1
     most = jnp.minimum(room, jnp.where((m.y & 15) < 3, 15 - (m.y & 15), LANE - 1))
     low = picture + jnp.clip(most, 0, LANE - 1)
-    high = picture + LANE + jnp.clip(143 - m.y, 0, LANE - 1)
-    wraps = (m.y > 0x82) & (m.y < 0x90)
+    high = picture + LANE + jnp.clip(past_edge, 0, LANE - 1)
     there = (m.x > 0) & (m.y > 0)
-    there = jnp.concatenate([there, there & wraps])
+    there = jnp.concatenate([there, there & among(m.y, WRAPS)])
     index, y = jnp.concatenate([low, high]), jnp.concatenate([161 - m.y, 305 - m.y])
-    x, way, mirrored = (jnp.tile(v, 2) for v in (m.x, m.enemy_way, m.enemy_way >= 4))
-    planes = CUTS.box(index, x - 4, y, mirrored=mirrored, valid=there, orientation=2 * way)
+    x, way = jnp.tile(m.x, 2), jnp.tile(m.enemy_way, 2)
+    planes = CUTS.box(index, x - 4, y, mirrored=way >= WESTWARD, valid=there, orientation=2 * way)
     return planes.clip(*SKY)
+
+
+def _enemy_pictures(m: Ram) -> jax.Array:
+    """The first pictures in `CUTS` of what the planes look like and the columns that they have."""
+    spared = _just_hit(m) & (m.explosion == 0) & among(m.y, AT_JET)
+    hit, mother = (m.flags & Flag.HIT) > 0, (m.flags & Flag.MOTHER) > 0
+    look = match((hit & ~spared, EXPLODES), (mother, BOSS), otherwise=m.enemy_way)
+    second = among(m.era, ANIMATED) & ((m.clock - 1 & 8) > 0)
+    page = pick(m.era, PAGES) - FIRST_PAGE + when(second, 1)
+    beyond = jnp.clip(4 - m.x, 0, 2)  # columns
+    cut = WHOLE + jnp.where(m.enemy_way >= WESTWARD, beyond, -beyond)
+    return 2 * LANE * (N_CUTS * (len(LOOKS) * page + look) + cut)
 
 
 def _enemy_shots(m: Ram) -> Box:
     """The enemies' shots where they were drawn last, without one that is not drawn yet."""
     phase = m.clock - 1 & 7
-    turn = (phase & 1) == np.arange(2)
-    late = ((phase == MOVES[0]) | (phase == MOVES[1])) & ~turn & (m.state == FLIES)
-    x = m.enemy_shot_x - jnp.where(late, pick(m.enemy_shot_way, STEP_X), 0)
-    y = m.enemy_shot_y - jnp.where(late, pick(m.enemy_shot_way, STEP_Y), 0)
+    waits = ((phase & 1) != np.arange(2)) & (m.state == State.FLIES)  # for its turn
+    late = among(phase, MOVES) & waits
+    x = m.enemy_shot_x - when(late, pick(m.enemy_shot_way, STEP_X))
+    y = m.enemy_shot_y - when(late, pick(m.enemy_shot_way, STEP_Y))
     source_x, source_y = m.x + 4, jnp.minimum(m.y + 4, HIGHEST_SHOT)
     at = (x[:, None] == source_x[None]) & (y[:, None] == source_y[None])
-    fresh = (phase == SPAWN) & ~turn & at.any(axis=1) & (m.state == FLIES)
+    fresh = (phase == SPAWN) & waits & at.any(axis=1)
     there = (m.enemy_shot_y > 0) & ~fresh
     return box(wrap(x - 5), 176 - y - (y & 1), 1, 2, there).clip(*SKY)
 
@@ -281,8 +304,8 @@ def _left_boxes() -> np.ndarray:
             rows = [ROM.rows(BANK | (page & 15) << 8 | int(p), 10) if p else None for p in shown]
             used = [56 + 8 * i for i, r in enumerate(rows) if r is not None]
             ink = np.flatnonzero(sum(np.zeros(10, int) if r is None else r for r in rows))
-            box_ = (used[0], ink[0], used[-1] + 8 - used[0], np.ptp(ink) + 1) if used else (0,) * 4
-            out.append(sum(int(v) << 8 * i for i, v in enumerate(box_)))
+            place = (used[0], ink[0], used[-1] + 8 - used[0], np.ptp(ink) + 1) if used else (0,) * 4
+            out.append(sum(int(v) << 8 * i for i, v in enumerate(place)))
     return np.array(out)
 
 
@@ -295,11 +318,20 @@ def _left(m: Ram) -> Box:
     icons = m.left + PER_ICON - 1 >> 2
     packed = lookup(LEFT_BOXES, 5 * icons + m.era)
     x, y, w, h = (packed >> shift & 0xFF for shift in (0, 8, 16, 24))
-    return box(x, 180 + y, w, h, (m.left > 0) & (m.idle < BLANKED), value=PER_ICON * icons)
+    there, color = (m.left > 0) & (m.idle < BLANKED), jnp.where(_flight(m), 0, RED)
+    return box(x, 180 + y, w, h, there, value=PER_ICON * icons, color=color)
 
 
-plane = functools.partial(Category, attributes=("orientation",), count=8)
-shot = functools.partial(Category, count=2, blinks=True, doc="their shots")
+def _score(m: Ram) -> Box:
+    """The score, or the text in its place."""
+    value = 100 * m.score
+    text = box(56, 7, 48, 9, m.state >= State.READY, value=value)
+    shown = choose(_flight(m), SCORE.box(value), text)
+    return replace(shown, color=jnp.where(_flight(m), GOLD, TEXT))
+
+
+plane_category = functools.partial(Category, attributes=("orientation",), count=8)
+shot_category = functools.partial(Category, count=2, blinks=True, doc="their shots")
 PLANES = [Blobs(c, SKY, Shape(w=(3, 8), h=(2, 15)), gap=(3, 2)) for c in UNUSED]
 SHOTS = [Blobs(c, SKY, Shape(w=1, h=2), gap=(2, 0)) for c in UNUSED]
 JET_SHOT = Blobs(JET[0], SKY, Shape(w=1, h=2), ignore=(NOSE,))
@@ -315,7 +347,6 @@ BY_ERA = Shades(
 )
 
 LAST_ICONS = Bounds((0, RED), (56, 180, 104, 188), value=Gauge(8, worth=PER_ICON))
-POINTS = Bounds((GOLD, TEXT), (56, 7, 104, 17), value=Digits(FONT, range(56, 104, 8), 7))
 
 GAME = Game(
     name="TimePilot",
@@ -326,10 +357,13 @@ GAME = Game(
     categories=(
         Category("Player", WHOLE_JET, attributes=("orientation",), doc="the jet"),
         Category("Player_Shot", JET_SHOT, blinks=True, doc="its shot"),
-        *(plane(f"Enemy_{n}", r, doc="enemies") for n, r in zip(ERAS, PLANES, strict=True)),
-        *(shot(f"Enemy_{n}_Shot", r) for n, r in zip(ERAS, SHOTS, strict=True)),
+        *(
+            plane_category(f"Enemy_{n}", r, doc="enemies")
+            for n, r in zip(ERAS, PLANES, strict=True)
+        ),
+        *(shot_category(f"Enemy_{n}_Shot", r) for n, r in zip(ERAS, SHOTS, strict=True)),
         display("Life", Bounds(VIOLET, (64, 18, 96, 28), value=Gauge(8, 0, 1)), doc="lives"),
         display("Enemies_Left", LAST_ICONS, doc="before the mother ship comes, at most"),
-        display("Score", POINTS, doc="points"),
+        display("Score", SCORE.rule((GOLD, TEXT)), doc="points"),
     ),
 )

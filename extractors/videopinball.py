@@ -1,12 +1,14 @@
 """Video Pinball: a ball, two flippers, a plunger, and what the ball can hit.
 
-Bumper: the boxes with a number, which is a hundredth of the value; at the top, and two below it.
-DropTarget: the three diamonds at the top. Target: the diamond that is lit now and then. Rollover:
-the number and the logo between bars. Logo: the logos that the ball has rolled over, of which the
-middle one is a cross if they have given another ball. DifficultyLevel is the first digit, which is
-the player's number; LifeUsed is the second one, the ball's number. The walls are scenery. After too
-strong a shake, the score's background is red until the ball is lost. Other names that OCAtari 2.2
-has for this game (Fish, Shark, the strings, ScoreP1, ScoreP2) are of another game.
+Screen: The walls are scenery. After too strong a shake, the score's background is red until the
+ball is lost. Other names that OCAtari 2.2 has for this game (Fish, Shark, the strings, ScoreP1,
+ScoreP2) are of another game.
+
+Slots: Bumper is the boxes with a number, which is a hundredth of the value; at the top, and two
+below it. DropTarget is the three diamonds at the top, Target the diamond that is lit now and then,
+Rollover the number and the logo between bars. Logo is the logos that the ball has rolled over, of
+which the middle one is a cross if they have given another ball. DifficultyLevel is the first digit,
+which is the player's number; LifeUsed is the second one, the ball's number.
 
 RAM: ALE's source (score), OCAtari 2.2 (ball, flippers, what the numbers are), and the ROM's code:
 the steps at F522 and F80E are made before the drawing at F1CE, those at F664 after it. Of the
@@ -14,10 +16,13 @@ latter, `decode` takes back what moves the ball along walls and changes the bump
 pictures that the drawing has pushed on the stack (F24E) or last pointed to are those on the screen.
 
 Covered: all modes and difficulties, all targets and values, extra balls, the end of the game.
+
 Not exact: the last frame of a ball. Gone from the RAM are its column, whether the second and the
 third drop target stood, and whether the target was lit. The score on the screen is that of the
-frame before. VEM does not see the part of the ball that is on a wall, and knows the colours of
-flashes by the right wall's.
+frame before.
+
+VEM: does not see the part of the ball that is on a wall, and knows the colours of flashes by the
+right wall's.
 """
 
 from dataclasses import replace
@@ -26,23 +31,30 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, hex_font, score_box
-from ocjax.console.ops import among, pick
+from ocjax.console.fonts import Digits, hex_font
+from ocjax.console.ops import among, pick, reached, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.rules import Bounds
 from ocjax.vision.shades import Saver, Shades
 
 ROM = Rom("video_pinball", "107cc025334211e6d29da0b6be46aec7")
-GLYPHS = "75557", "62227", "71747", "71317", "55711", "74717", "74757", "71222", "75757", "75717"
+GLYPHS = (
+    *("75557", "62227", "71747", "71317", "55711"),
+    *("74717", "74757", "71222", "75757", "75717"),
+)
 FONT = hex_font(GLYPHS, dots=3, dot=(4, 2), pitch=16)
 NUMBERS = ROM.font(0xC00, rows=7, stride=8, dots=7, shift=1, dot=(1, 2), top_first=True)
+PLAYER_NUMBER = NumberDisplay(FONT, right=16, top=3, digits=1)
+BALL_NUMBER = NumberDisplay(FONT, right=48, top=3, digits=1)
+SCORE = NumberDisplay(FONT, right=156, top=3, digits=6, leading_zeros=True)
 
-WHITE = 0x0E
-GOLD = 0x2A
-YELLOW = 0xF8
-BLUE = 0x76
+WHITE = 14
+GOLD = 42
+BLUE = 118
+YELLOW = 248
 SAVER_MASK = 0xF7  # the saver drops a bit, which yellow has in play and blue has not
 FLASHES = range(0, 0x4A, 2)  # what all colours are XORed with
 COLORS = {
@@ -59,7 +71,8 @@ COLORS = {
     "LifeUsed": YELLOW,
     "Score": YELLOW,
 }
-# pictures
+
+# Low bytes of the pictures' addresses; the ten numbers come first.
 DIAMOND = 0x50
 SPINS = (0x57, 0x5E, 0x65, 0x6C)
 LOGO = 0x73
@@ -70,27 +83,48 @@ PICTURES = ROM.pictures(
     7,
     top_first=True,
 )
-# in PICTURES
-AT_DIAMOND = 10
-AT_SPINS = 11
-AT_LOGO = 15
-AT_LIT = 16
-AT_CROSS = 17
-FRAMES_AT = np.array((72, 40, 104)), np.array((48, 112, 112))  # columns and rows of the bumpers
-FIRST = 8  # of the numbers' pictures
-# `sound` on the frame of these
-HIT_TARGET = 0xC1
-ALL_HIT = 0x8D
-# columns that tell which target the ball has hit
-TARGET_LEFT = 0x48
-TARGET_RIGHT = 0x58
-PLUNGED = 149, 132  # the ball in front of the plunger
+
+
+class Place:  # in `PICTURES`
+    DIAMOND = 10
+    SPINS = 11
+    LOGO = 15
+    LIT = 16
+    CROSS = 17
+
+
+class Sound:  # of `Ram.sound`
+    ALL_HIT = 0x8D
+    HIT_TARGET = 0xC1
+
+
+class Touch:  # of `Ram.flags`, when the ball touches a wall in one way only
+    IN_ROW = 1
+    IN_COLUMN = 2
+
+
+class Way:  # bits of `Ram.way`
+    BY_1 = 0x40  # the ball was moved by +1, else by -1
+    IN_ROW = 0x80  # in its row, else in its column
+
+
+BUMPER_X = np.array((72, 40, 104))
+BUMPER_Y = np.array((48, 112, 112))
+NEXT_NUMBER = 8  # pictures from a number to the next
+BOTH_SIDES = 0xC0  # bits of `sides`
+TARGET_RIGHT = 88  # column right of which the ball has hit the third target, not the second
+PLUNGED_X = 149  # of the ball in front of the plunger
+PLUNGED_Y = 132
 UNCHECKED = 4  # rows, modulo 16, at which the drawing does not look at the plunger
-# where the ball changes late
+# Where the ball changes late.
 PICTURE_ROWS = range(24, 168)
 LATE_COLUMN = 13
-GONE = 96  # `ball_row` of a ball that was lost
-DEEP = 97  # and of one below the screen
+GONE = 96  # least `ball_row` of a ball that was lost
+DEEP = 97  # least `ball_row` of one below the screen
+LOST_X = 79  # where a ball that was lost is seen
+LOST_Y = 189
+WALL_ROWS = 22  # of the playfield
+LAST_ROWS = {20: (0xB0, 0xF0, 0x00), 21: (0xB0, 0xFF, 0x0F)}  # that the ROM does not list
 
 
 def _extents(left: int, right: int) -> list[list[int]]:
@@ -104,28 +138,24 @@ def _extents(left: int, right: int) -> list[list[int]]:
     return np.array(out).T.tolist()
 
 
-FLIPPERS = _extents(0xD00, 0xD40), _extents(0xD80, 0xDC0)
+FLIPPERS = (_extents(0xD00, 0xD40), _extents(0xD80, 0xDC0))
 
 
 def _walls() -> tuple[tuple[int, int, int, int], ...]:
     """The areas of the playfield's dots, which the screen's right half shows mirrored."""
     out = []
-    for zone in range(22):
-        pf0, pf1, pf2 = (int(b) for b in ROM.bytes(0xCB3 + 3 * zone, 3))
-        if zone == 20:
-            pf0, pf1, pf2 = 0xB0, 0xF0, 0
-        if zone == 21:
-            pf0, pf1, pf2 = 0xB0, 0xFF, 0x0F
+    for row in range(WALL_ROWS):
+        listed = (int(part) for part in ROM.bytes(0xCB3 + 3 * row, 3))
+        pf0, pf1, pf2 = LAST_ROWS.get(row) or listed
         dots = [pf0 >> i & 1 for i in range(4, 8)] + [pf1 >> i & 1 for i in range(7, -1, -1)]
         dots += [pf2 >> i & 1 for i in range(8)]
         dots += dots[::-1]
         edges = np.flatnonzero(np.diff([0, *dots, 0])).reshape(-1, 2) * 4
-        out += [(int(a), 16 + 8 * zone, int(b), 24 + 8 * zone) for a, b in edges]
+        out += [(int(a), 16 + 8 * row, int(b), 24 + 8 * row) for a, b in edges]
     return tuple(out)
 
 
 class Ram(RamMap):
-    saver_key = byte(65)  # what colours are XORed with; 0 in play
     flags = byte(3)  # bits: the ball touches a wall in a row, in a column
     collides = byte(20)  # 0: the ball touched no wall
     sides = byte(22)
@@ -135,6 +165,7 @@ class Ram(RamMap):
     player = bits(46)
     score = bcd((52, 50, 48))
     launched = byte(59)
+    saver_key = byte(65)  # what colours are XORed with; 0 in play
     ball_x = byte(67)
     ball_y = byte(68)  # y + 3
     ball_row = byte(69)  # half of `ball_y` as it was drawn
@@ -152,30 +183,40 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    all_hit = m.sound == ALL_HIT
-    bumper = m.bumper - jnp.where(all_hit & (m.bumper > FIRST), FIRST, 0)
-    cross = m.logo == CROSS
-    top = 2 * m.plunger - 1 + jnp.where((m.plunger & 15) == UNCHECKED, 2, 0)
     boxes = {
         "Ball": _ball(m),
         "Flipper": _flippers(m),
-        "Plunger": box(148, top, 4, 192 - top),
-        "Bumper": box(*FRAMES_AT, 16, 32, value=100 * (bumper >> 3)),
-        "DropTarget": _picture(AT_DIAMOND, np.array((60, 76, 92)), 24).where(_up(m)),
-        "Target": _picture(AT_LIT, 77, 120).where(m.target == LIT),
+        "Plunger": _plunger(m),
+        "Bumper": _bumpers(m),
+        "DropTarget": _picture(Place.DIAMOND, np.array((60, 76, 92)), 24).where(_up(m)),
+        "Target": _picture(Place.LIT, 77, 120).where(m.target == LIT),
         "Rollover": _rollovers(m),
         "Spinner": _spinners(m),
-        "Logo": _picture(jnp.where(cross, AT_CROSS, AT_LOGO), np.array((60, 76, 92)), 152).where(
-            cross | (m.logo == LOGO)
-        ),
-        "DifficultyLevel": _digit(m.player + 1, 16),
-        "LifeUsed": _digit(m.ball, 48),
-        "Score": score_box(
-            FONT, m.score, right=156, top=3, digits=6, leading_zeros=True, value=m.score
-        ),
+        "Logo": _logos(m),
+        "DifficultyLevel": PLAYER_NUMBER.box(m.player + 1),
+        "LifeUsed": BALL_NUMBER.box(m.ball),
+        "Score": SCORE.box(m.score),
     }
-    flash = jnp.where(m.saver_key > 0, 0, m.black & ~1)
+    flash = when(m.saver_key == 0, m.black & ~1)
     return {name: replace(b, color=COLORS[name] ^ flash) for name, b in boxes.items()}
+
+
+def _plunger(m: Ram) -> Box:
+    top = 2 * m.plunger - 1 + when((m.plunger & 15) == UNCHECKED, 2)
+    return box(148, top, 4, 192 - top)
+
+
+def _bumpers(m: Ram) -> Box:
+    """The bumpers before all targets were hit, which gives them the next number."""
+    next_now = (m.sound == Sound.ALL_HIT) & (m.bumper > NEXT_NUMBER)
+    bumper = m.bumper - when(next_now, NEXT_NUMBER)
+    return box(BUMPER_X, BUMPER_Y, 16, 32, value=100 * (bumper >> 3))
+
+
+def _logos(m: Ram) -> Box:
+    cross = m.logo == CROSS
+    place = jnp.where(cross, Place.CROSS, Place.LOGO)
+    return _picture(place, np.array((60, 76, 92)), 152).where(cross | (m.logo == LOGO))
 
 
 def _picture(index: jax.Array | int, x: jax.Array | np.ndarray | int, y: int) -> Box:
@@ -185,25 +226,25 @@ def _picture(index: jax.Array | int, x: jax.Array | np.ndarray | int, y: int) ->
     return box(x + left, y + 2 * top, width, 2 * height)
 
 
-def _digit(value: jax.Array, right: int) -> Box:
-    return score_box(FONT, value, right=right, top=3, digits=1, value=value)
-
-
 def _ball(m: Ram) -> Box:
     """The ball before a wall has moved it, or where it was lost."""
-    touches = m.flags & 3
-    turned = (m.sides & 0xC0) == 0xC0
-    moved = (m.collides > 0) & (m.launched > 0) & among(touches, (1, 2)) & ~turned
-    step = jnp.where(moved, jnp.where((m.way & 0x40) > 0, 1, -1), 0)
-    across = (m.way & 0x80) > 0
-    x = m.ball_x - jnp.where(across, step, 0)
-    y = m.ball_y - jnp.where(across, 0, step) - 3
+    x, y = _ball_drawn(m)
     left = (y & 1 == 0) & (x <= LATE_COLUMN)
-    top = y + jnp.where(left & (x < LATE_COLUMN) & _late(y), 1, 0)
-    end = y + 4 + jnp.where(left & _late(y + 4), 1, 0)
-    lost = (m.ball_x == PLUNGED[0]) & (m.ball_y == PLUNGED[1]) & (m.ball_row >= GONE)
-    x, y = jnp.where(lost, 79, x), jnp.where(lost, 189, top)
+    top = y + when(left & (x < LATE_COLUMN) & _late(y), 1)
+    end = y + 4 + when(left & _late(y + 4), 1)
+    lost = (m.ball_x == PLUNGED_X) & (m.ball_y == PLUNGED_Y) & (m.ball_row >= GONE)
+    x, y = jnp.where(lost, LOST_X, x), jnp.where(lost, LOST_Y, top)
     return box(x, y, 2, end - top, ~lost | (m.ball_row < DEEP)).clip(0, 16, 160, 192)
+
+
+def _ball_drawn(m: Ram) -> tuple[jax.Array, jax.Array]:
+    """Column and row of the ball before a wall has moved it."""
+    touches = among(m.flags & 3, (Touch.IN_ROW, Touch.IN_COLUMN))
+    turned = (m.sides & BOTH_SIDES) == BOTH_SIDES
+    moved = (m.collides > 0) & (m.launched > 0) & touches & ~turned
+    step = when(moved, jnp.where((m.way & Way.BY_1) > 0, 1, -1))
+    across = (m.way & Way.IN_ROW) > 0
+    return m.ball_x - when(across, step), m.ball_y - when(~across, step) - 3
 
 
 def _late(y: jax.Array) -> jax.Array:
@@ -232,15 +273,15 @@ def _up(m: Ram) -> jax.Array:
     The other two stand again already if the last one has just been hit, or the ball was lost.
     """
     hit_slot = jnp.where(m.ball_x < TARGET_RIGHT, 1, 2)
-    hit_now = (m.sound == HIT_TARGET) & (np.arange(3) == hit_slot)
-    others = ((m.targets > 0) & (m.sound != ALL_HIT)) | hit_now
+    hit_now = (m.sound == Sound.HIT_TARGET) & (np.arange(3) == hit_slot)
+    others = ((m.targets > 0) & (m.sound != Sound.ALL_HIT)) | hit_now
     return jnp.where(np.arange(3) == 0, m.first_target > 0, others)
 
 
 def _rollovers(m: Ram) -> Box:
     """The number and the logo at the top."""
     number = m.rollover >> 3
-    index = jnp.stack([number, jnp.full_like(number, AT_LOGO)])
+    index = jnp.stack([number, jnp.full_like(number, Place.LOGO)])
     boxes = _picture(index, np.array((45, 109)), 56)
     return box(
         boxes.x, boxes.y, boxes.w, boxes.h, value=jnp.stack([number, jnp.zeros_like(number)])
@@ -248,32 +289,28 @@ def _rollovers(m: Ram) -> Box:
 
 
 def _spinners(m: Ram) -> Box:
-    index = AT_SPINS + sum(jnp.where(m.spinner >= s, 1, 0) for s in SPINS[1:])
+    index = Place.SPINS + reached(m.spinner, SPINS[1:])
     return _picture(jnp.stack([index, index]), np.array((30, 126)), 88)
 
 
-TOKENS = WHITE, GOLD, YELLOW, BLUE
-FLASHING = tuple(0x76 ^ flash for flash in FLASHES)
+TOKENS = (WHITE, GOLD, YELLOW, BLUE)
+FLASHING = tuple(BLUE ^ flash for flash in FLASHES)
 BY_FLASH = Shades(
     (156, 100),
     FLASHING,
     tuple(tuple(c ^ flash for c in TOKENS) for flash in FLASHES),
 )
 FIELD = (8, 16, 152, 192)
-FRAMES = (72, 48, 88, 80), (40, 112, 56, 144), (104, 112, 120, 144)
+CORNERS = tuple(zip(BUMPER_X.tolist(), BUMPER_Y.tolist(), strict=True))
+FRAMES = tuple((x, y, x + 16, y + 32) for x, y in CORNERS)
 TARGETS = tuple((x, 24, x + 8, 40) for x in (60, 76, 92))
 LOGOS = tuple((x, 152, x + 8, 168) for x in (60, 76, 92))
 BALL = Bounds(BLUE, FIELD, (1, 2), ignore=_walls())
 LOGO_ROWS = tuple((ROM.rows(0xC00 | LOGO, 7, top_first=True) >> 1).tolist())
 NUMBER_OR_LOGO = replace(NUMBERS, signs=(LOGO_ROWS,))  # the logo counts 0
-NUMBER = Digits(NUMBER_OR_LOGO, (45,), 56), Digits(NUMBER_OR_LOGO, (109,), 56)
-BONUS = tuple(Digits(NUMBERS, (x + 5,), y + 8, weights=(100,)) for x, y, _, _ in FRAMES)
+NUMBER = tuple(Digits(NUMBER_OR_LOGO, (left,), 56) for left in (45, 109))
+BONUS = tuple(Digits(NUMBERS, (x + 5,), y + 8, weights=(100,)) for x, y in CORNERS)
 BUMPERS = Bounds((BLUE, GOLD), FRAMES, value=BONUS)
-POINTS = Bounds(YELLOW, (64, 3, 156, 13), value=Digits(FONT, range(64, 160, 16), 3))
-
-
-def _shown(left: int) -> Bounds:
-    return Bounds(YELLOW, (left, 3, left + 12, 13), value=Digits(FONT, (left,), 3))
 
 
 def _saver_key(m: Ram) -> jax.Array:
@@ -313,8 +350,8 @@ GAME = Game(
             doc="left, right",
         ),
         Category("Logo", Bounds(GOLD, LOGOS), count=3, doc="rolled over"),
-        display("DifficultyLevel", _shown(4), doc="the player's number"),
-        display("LifeUsed", _shown(36), doc="the ball's number"),
-        display("Score", POINTS, doc="points"),
+        display("DifficultyLevel", PLAYER_NUMBER.rule(YELLOW), doc="the player's number"),
+        display("LifeUsed", BALL_NUMBER.rule(YELLOW), doc="the ball's number"),
+        display("Score", SCORE.rule(YELLOW), doc="points"),
     ),
 )
