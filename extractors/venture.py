@@ -66,12 +66,12 @@ DOORS = (2, 4, 8)  # `door` of a hall's rooms but the first one
 class Plan(NamedTuple):
     """What never moves in a room."""
 
-    wall_x: int  # of the upper wall
-    wall_width: int
-    x: int  # of the treasure
-    y: int
-    width: int
-    height: int
+    wall_x: int | jax.Array  # of the upper wall
+    wall_width: int | jax.Array
+    x: int | jax.Array  # of the treasure
+    y: int | jax.Array
+    width: int | jax.Array
+    height: int | jax.Array
 
 
 # fmt: off
