@@ -1,8 +1,10 @@
 """Beam Rider: a ship on five beams, saucers and other enemies that come down them, the sentinel.
 
-The console keeps eight records: three for saucers, four for other enemies, one for the player's
-shot. Each category has a slot for every record that may hold one of its objects. What a shot has
-hit becomes an Explosion, then Sparks. The beams' lines and dots and the maker's name are scenery.
+Screen: what a shot has hit becomes an Explosion, then Sparks. The beams' lines and dots and the
+maker's name are scenery.
+
+Slots: the console keeps eight records: three for saucers, four for other enemies, one for the
+player's shot. Each category has a slot for every record that may hold one of its objects.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (records), and the ROM's code. Every second frame the
 game makes the list of what is drawn from the records and moves the records afterwards, so the
@@ -10,287 +12,203 @@ screen shows where they were one step before. That step follows from what the re
 speed or the script that it follows, and from the frame counter. A table gives the screen line of a
 record's depth, a product of line and lane gives the column, state and depth give the picture.
 
-Covered: sectors 1 to 20, all enemies, deaths, game over, the sentinel. Not exact: the step of a
-record that has just changed what it does; which of two near objects is moved by a few lines or left
-out on a frame; an enemy but a saucer on the frame of the hit; the last frame of a torpedo.
+Covered: sectors 1 to 20, all enemies, deaths, game over, the sentinel.
+
+Not exact: the step of a record that has just changed what it does; which of two near objects is
+moved by a few lines or left out on a frame; an enemy but a saucer on the frame of the hit; the last
+frame of a torpedo.
 """
 
-import functools
 from dataclasses import replace
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box, choose
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import among, lookup, pick, reached
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import packed_position, signed_nibble
-from ocjax.console.rom import Rom
+from ocjax.console.fonts import Digits
+from ocjax.console.ops import among, lookup, match, pick, reached, when
+from ocjax.console.registers import packed_position
 from ocjax.extraction.game import Category, Game, display
+from ocjax.extractors._beamrider import (
+    OTHERS,
+    ROM,
+    SAUCERS,
+    Flag,
+    Ram,
+    State,
+    bursting,
+    drawn_places,
+    is_saucer,
+    just_hit,
+    list_is_new,
+)
+from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.filters import ShortRuns
 from ocjax.vision.rules import Blobs, Bounds, Cells
 from ocjax.vision.shapes import Shape
 
-ROM = Rom("beam_rider", "79ab4123a83dc11d468fb2108ea09e2e")
 FONT = ROM.font(0x3, rows=8)
 NARROW_FONT = ROM.font(0x3, rows=8, dots=6, shift=1, pitch=6)  # the same without margins
 
-# States of a record; they are also the numbers of its pictures.
-DEBRIS = range(1, 2)
-ENEMY_SHOT = range(2, 4)
-BLOCKER = range(4, 6)
-BLOCKER_ASIDE = 4
-BLOCKER_FALLING = 5
-BURST = range(6, 12)
-EXPLOSION = range(6, 10)
-SPARKS = range(10, 12)
-CHARGER = range(12, 16)
-CHARGER_WAITING = 15
-REJUVENATOR = range(16, 20)
-JUMPER = range(20, 24)
-ROCK = range(24, 28)
-SIZED = range(CHARGER.start, ROCK.stop)  # four pictures each, larger the nearer
-CHIRPER = range(28, 32)
-CHIRPER_TURNED = range(30, 32)
-CRAFT = range(32, 35)
-CRAFT_ASIDE = 32
-CRAFT_FALLING = 33
-CRAFT_RISING = 34
-LASER = 35
-TORPEDO = range(36, 39)
-DISK = 39  # a saucer far away
-PICTURE_COUNT = 45  # five larger ones follow
-# The first states mean other things in the records of the saucers.
-SAUCER = range(1, 6)
-SAUCER_SCRIPTED = range(4, 6)
-SAUCER_LEAVING = 1
-SAUCER_LEFT = 2
-SAUCER_RIGHT = 3
-COLORS = ROM.bytes(0x1D8E, CRAFT.stop)  # by picture
-JUST_HIT = 8  # timer of a burst on the frame of the hit, which still shows what was hit
-STRUCK = 192  # the player's shot on that frame
-SHIP_EXPLODES = 0x98 >> 3
-# among the records
-SAUCERS = slice(0, 3)
-OTHERS = slice(3, 7)
-SEVEN = slice(0, 7)
-SHOT = 7
-# The saucers' script: what to do, and how fast. Operations 0 and 1 are the ways to the side.
-SCRIPT_OPS = ROM.bytes(0xD96, 216) & 7
-SCRIPT_PACES = ROM.bytes(0xE6E, 216)
-RISE = 2
-FALL = 3
+SCORE = NumberDisplay(FONT, right=108, top=10, digits=6, leading_zeros=True)
+SECTOR = NumberDisplay(FONT, right=108, top=21, digits=2)
+AMOUNT = NumberDisplay(NARROW_FONT, right=31, top=32, digits=2)
 
-# depths where objects are on the beams; row of line 0
-HORIZON = 32
+
+class Ship:  # of `Ram.ship`
+    EXPLODES = 19
+
+
+SEVEN = slice(0, 7)  # the records but that of the shot
+SHOT = 7  # among the records
+NO_SHIPS = 128  # from here on, `spare_ships` is none
+SENTINEL = 128  # from here on, `enemies` says that the sentinel passes
+
+HORIZON = 32  # depths where objects are on the beams
 NEAREST = 210
-GROUND = 164
+NEAR = 94  # depth from which saucers are brighter
+GROUND = 164  # row of line 0
 LINES = ROM.bytes(0x1EEF, 256) + 2  # by depth
-# at depths
-SAUCER_GROWS = (0x30, 0x50, 0x70, 0x90, 0xB8)
-ENEMY_GROWS = (0x68, 0x90, 0xB0)
-TORPEDO_GROWS = (0x4E, 0x80)
+SAUCER_GROWS = (48, 80, 112, 144, 184)  # at these depths
+ENEMY_GROWS = (104, 144, 176)
+TORPEDO_GROWS = (78, 128)
+DISK = 39  # picture of a saucer far away
+PICTURE_COUNT = 45  # five larger ones follow
 # Tables of pages and low bytes. The top row is 2 bytes before that, seven more rows before it.
 PAGES = ROM.bytes(0x1CE8, PICTURE_COUNT) & 15
 LOW_BYTES = ROM.bytes(0x11D8, PICTURE_COUNT)
 PICTURES = ROM.pictures((PAGES << 8 | LOW_BYTES - 2 - 7).tolist(), 8)
 
+COLORS = ROM.bytes(0x1D8E, State.CRAFT.stop)  # by picture
 YELLOW = 26
 LASER_COLOR = 54
 FIELD = (0, 44, 160, 164)
 WRECK = 70  # an exploding ship
 DISK_COLORS = (8, 14)  # far and near saucers
-NEAR = 0x5E  # depth
+
+
+class Enemy(NamedTuple):
+    """A kind of enemies: its states, how VEM finds it, and what it is."""
+
+    states: range
+    rule: Blobs
+    doc: str
+
+
+def _blobs(color: int, w: int | tuple[int, int], h: int | tuple[int, int], gap: int = 0) -> Blobs:
+    return Blobs(color, FIELD, Shape(w=w, h=h), gap=(gap, gap))
+
+
 SHOTS = Blobs((104, 86), FIELD, Shape(w=(2, 4), h=(2, 6), pixels=(8, 12)))
-ENEMIES = {  # states, rule, doc
-    "Rejuvenator": (REJUVENATOR, Blobs(24, FIELD, Shape(w=(3, 5), h=(2, 7))), "a life"),
-    "Debris": (
-        DEBRIS,
-        Blobs(52, FIELD, Shape(w=(1, 7), h=(1, 7)), gap=(1, 1)),
-        "of a rejuvenator shot",
-    ),
-    "Rock": (ROCK, Blobs(20, FIELD, Shape(w=(1, 8), h=(1, 6))), "brown"),
-    "Chriper": (CHIRPER, Blobs(26, FIELD, Shape(w=8, h=7)), "yellow, crosses"),
-    "Blocker": (BLOCKER, Blobs(216, FIELD, Shape(w=(1, 8), h=(1, 7)), gap=(1, 1)), "green"),
-    "Bouncecraft": (
-        CRAFT,
-        Blobs(218, FIELD, Shape(w=(1, 8), h=(1, 7))),
-        "green, withstands the laser",
-    ),
-    "Charger": (CHARGER, Blobs(202, FIELD, Shape(w=(1, 8), h=(1, 7))), "fast"),
-    "Jumper": (JUMPER, Blobs(40, FIELD, Shape(w=(1, 7), h=(1, 6))), "orange"),
-    "Enemy_Projectile": (ENEMY_SHOT, SHOTS, "shots at the ship"),
+ENEMIES = {
+    "Rejuvenator": Enemy(State.REJUVENATOR, _blobs(24, (3, 5), (2, 7)), "a life"),
+    "Debris": Enemy(State.DEBRIS, _blobs(52, (1, 7), (1, 7), gap=1), "of a rejuvenator shot"),
+    "Rock": Enemy(State.ROCK, _blobs(20, (1, 8), (1, 6)), "brown"),
+    "Chriper": Enemy(State.CHIRPER, _blobs(26, 8, 7), "yellow, crosses"),
+    "Blocker": Enemy(State.BLOCKER, _blobs(216, (1, 8), (1, 7), gap=1), "green"),
+    "Bouncecraft": Enemy(State.CRAFT, _blobs(218, (1, 8), (1, 7)), "green, withstands the laser"),
+    "Charger": Enemy(State.CHARGER, _blobs(202, (1, 8), (1, 7)), "fast"),
+    "Jumper": Enemy(State.JUMPER, _blobs(40, (1, 7), (1, 6)), "orange"),
+    "Enemy_Projectile": Enemy(State.ENEMY_SHOT, SHOTS, "shots at the ship"),
 }
 
 
-class Ram(RamMap):
-    sector = bcd(0)
-    sector_ones = bits(0, count=4)  # its last digit
-    clock = bits(1, count=4)  # steps
-    drift = byte(4)  # speed of the saucers
-    speed = byte(7)  # of the other enemies
-    spare_ships = byte(5)  # 128 and more: none
-    score = bcd((11, 10, 9))
-    ship = bits(14, first=3, count=5)  # picture
-    ship_position = byte(15)  # as HMP0 and the positioning loop take it
-    script_at = byte(17, 18, 19)  # the saucers' places in the script
-    y = byte(*range(25, 32))  # depth: 0 horizon, 255 none
-    shot_y = byte(32)  # depth
-    x = byte(*range(33, 40))  # lane, 128 in the middle
-    shot_x = byte(40)  # lane
-    state = bits(*range(42, 49), count=6)
-    follows = bits(*range(42, 49), first=6)  # drifts as the saucers do
-    back = bits(*range(42, 49), first=7)  # on its way back
-    shot = byte(49)  # state of the player's shot
-    timer = byte(*range(50, 57))  # frames, or speed to the side
-    sentinel_x = byte(52)
-    torpedoes = byte(83)
-    enemies = byte(84)  # left in this sector; 255 while the sentinel passes
-    list_color = byte(*range(85, 92))
-    list_line = byte(*range(93, 100))
-    half = byte(101)  # 0 or 255: the list is new, and not drawn yet
-    ship_lost = byte(103)  # 255 on the frame on which the next ship is taken from the spare ones
-
-
 def decode(m: Ram) -> dict[str, Box]:
-    x, y = _drawn_places(m)
+    x, y = drawn_places(m)
     picture = _pictures(m, y)
     shot_y, shot_picture, laser = _shot(m)
     flying = shot_y < NEAREST - 3
     all_x, all_y = jnp.append(x, m.shot_x), jnp.append(y, shot_y)
-    # Shared by many categories: without it REM takes 0.18 instead of 0.16 us a state.
     drawn = _drawn(all_x, all_y, jnp.append(picture, shot_picture))
-    burst, kind = _bursting(m), m.state[OTHERS]
-    wrecked = m.ship == SHIP_EXPLODES
-    sunk, ship_color = jnp.where(wrecked, 4, 0), jnp.where(wrecked, WRECK, YELLOW)
-    ship_x = packed_position(m.ship_position) + 9
     colored = replace(drawn[SEVEN], color=lookup(COLORS, picture))
-    way = m.sentinel_x - 7
-    sentinel_x = 9 + (way + (way >> 2) + (way >> 1 & 1) >> 1)
-    i3, i13 = np.arange(3), np.arange(13)
-    spare = jnp.where(m.spare_ships < 128, m.spare_ships, 0) + jnp.where(m.ship_lost == 255, 1, 0)
+    burst = colored.where(bursting(m))
     return {
-        "Player": box(ship_x, 164 + sunk, 15, 16 - sunk, color=ship_color),
+        "Player": _ship(m),
         "Saucer": _saucers(m, drawn, x, y),
-        **{name: drawn[OTHERS].where(among(kind, e[0])) for name, e in ENEMIES.items()},
-        "Enemy_Projectile": colored[OTHERS].where(among(kind, ENEMY_SHOT)),
-        "Explosion": colored.where(burst & among(picture, EXPLOSION)),
-        "Sparks": colored.where(burst & among(picture, SPARKS)),
+        **_enemies(m, drawn, colored),
+        "Explosion": burst.where(among(picture, State.EXPLOSION)),
+        "Sparks": burst.where(among(picture, State.SPARKS)),
         "Player_Projectile": drawn[SHOT].where(laser & flying),
-        "Torpedos": drawn[SHOT].where(among(m.shot, TORPEDO) & flying),
-        "Sentinel": box(sentinel_x, 37, 16, 7, m.enemies > 127),
-        "Torpedos_Available": box(128 + 8 * i3, 32, 4, 8, i3 >= 3 - m.torpedoes),
-        "Enemy_Amount": amount(m.enemies, valid=m.enemies < 128, value=m.enemies),
-        "Score": score(m.score, value=m.score),
+        "Torpedos": drawn[SHOT].where(among(m.shot, State.TORPEDO) & flying),
+        "Sentinel": _sentinel(m),
+        "Torpedos_Available": _torpedoes(m),
+        "Enemy_Amount": AMOUNT.box(m.enemies, valid=m.enemies < SENTINEL),
+        "Score": SCORE.box(m.score),
         "Sector": box(60, 21, jnp.where(m.sector_ones == 1, 46, 47), 8, value=m.sector),
-        "Life": box(32 + 9 * i13, 183, 5, 7, i13 < spare),
+        "Life": _lives(m),
     }
 
 
-def _just_hit(m: Ram) -> jax.Array:
-    return (m.state == BURST.start) & (m.timer == JUST_HIT)
+def _ship(m: Ram) -> Box:
+    wrecked = m.ship == Ship.EXPLODES
+    sunk, color = when(wrecked, 4), jnp.where(wrecked, WRECK, YELLOW)
+    return box(packed_position(m.ship_position) + 9, 164 + sunk, 15, 16 - sunk, color=color)
 
 
-def _bursting(m: Ram) -> jax.Array:
-    return among(m.state, BURST) & ~_just_hit(m)
+def _enemies(m: Ram, drawn: Box, colored: Box) -> dict[str, Box]:
+    kind = m.state[OTHERS]
+    boxes = {name: drawn[OTHERS].where(among(kind, e.states)) for name, e in ENEMIES.items()}
+    shots = colored[OTHERS].where(among(kind, State.ENEMY_SHOT))
+    return boxes | {"Enemy_Projectile": shots}
 
 
-def _is_saucer(m: Ram) -> jax.Array:
-    return (among(m.state, SAUCER) | _just_hit(m)) & (np.arange(7) < 3)
+def _sentinel(m: Ram) -> Box:
+    way = m.sentinel_x - 7
+    x = 9 + ((way + (way >> 2) + (way >> 1 & 1)) >> 1)
+    return box(x, 37, 16, 7, m.enemies >= SENTINEL)
 
 
-def _list_is_new(m: Ram) -> jax.Array:
-    """Whether the records other than the saucers have moved since the list was made."""
-    return (m.half == 0) | (m.half == 255)
+def _torpedoes(m: Ram) -> Box:
+    place = np.arange(3)
+    return box(128 + 8 * place, 32, 4, 8, place >= 3 - m.torpedoes)
 
 
-def _step(m: Ram, speed: jax.Array | int) -> jax.Array:
-    """How far a speed moves a record in this step: a signed nibble, and a nibble of sixteenths."""
-    bit = np.arange(4)
-    tick = jnp.sum((m.clock >> bit & 1) << 3 - bit) + 1
-    sixteenths = jnp.asarray(speed, jnp.int32) & 255
-    return signed_nibble(sixteenths >> 4) + jnp.where((sixteenths & 15) >= tick, 1, 0)
-
-
-def _drawn_places(m: Ram) -> tuple[jax.Array, jax.Array]:
-    """Lane and depth of the seven records before their last step."""
-    saucer_dx, saucer_dy = _saucer_steps(m)
-    other_dx, other_dy = _other_steps(m)
-    x = m.x - jnp.concatenate((saucer_dx, other_dx))
-    y = m.y - jnp.concatenate((saucer_dy, other_dy))
-    return x, jnp.where(m.y == 0, 0, y)
-
-
-def _saucer_steps(m: Ram) -> tuple[jax.Array, jax.Array]:
-    state, burst = m.state[SAUCERS], _bursting(m)[SAUCERS]
-    op, speed = lookup(SCRIPT_OPS, m.script_at), lookup(SCRIPT_PACES, m.script_at)
-    forth, back = _step(m, speed), _step(m, -speed)
-    scripted = among(state, SAUCER_SCRIPTED) | _just_hit(m)[SAUCERS]
-    aside = jnp.where((op ^ state) & 1 == 1, forth, back)
-    dx = jnp.where(state == SAUCER_LEFT, -1, jnp.where(state == SAUCER_RIGHT, 1, 0))
-    dx = jnp.where(scripted, jnp.where(op < RISE, aside, 0), dx)
-    ahead = jnp.where(op == FALL, forth, jnp.where(op == RISE, back, _step(m, m.drift)))
-    leaving = jnp.where(state == SAUCER_LEAVING, _step(m, 0xB3), 0)
-    dy = jnp.where(scripted, ahead, leaving)
-    return jnp.where(burst, 0, dx), jnp.where(burst, -2, dy)
-
-
-def _other_steps(m: Ram) -> tuple[jax.Array, jax.Array]:
-    kind, new = m.state[OTHERS], _list_is_new(m)
-    aside = (kind == BLOCKER_ASIDE) | among(kind, CHIRPER) | (kind == CRAFT_ASIDE)
-    aside = aside | among(kind, JUMPER) & (m.back[OTHERS] == 1)
-    ahead = jnp.where(among(kind, BURST), -2, _step(m, _other_speeds(m)))
-    dx = jnp.where(new & aside, _step(m, m.timer[OTHERS]), 0)
-    dy = jnp.where(new & ~aside, ahead, 0)
-    return dx, dy + jnp.where(m.follows[OTHERS] == 1, _step(m, m.drift), 0)
-
-
-def _other_speeds(m: Ram) -> jax.Array:
-    """Speed along the beams of the records other than the saucers."""
-    kind, timer, back = m.state[OTHERS], m.timer[OTHERS], m.back[OTHERS] == 1
-    speed = m.speed + jnp.where(kind == BLOCKER_FALLING, 0x0E, 0x13)
-    speed = jnp.where(kind < BLOCKER.start, m.speed, speed)
-    speed = jnp.where(among(kind, DEBRIS), m.speed + 0x2D, speed)
-    waits = (kind == CHARGER_WAITING) & (timer < 128)
-    speed = jnp.where(waits, jnp.where(timer > 0, 0, 8), speed)
-    speed = jnp.where(among(kind, CHARGER) & back, 0x8D, speed)
-    speed = jnp.where(among(kind, REJUVENATOR), (m.speed >> 1) + 0x13, speed)
-    speed = jnp.where(among(kind, ROCK), m.speed + 0x0C, speed)
-    speed = jnp.where(kind == CRAFT_FALLING, m.speed + 0xFB, speed)
-    return jnp.where(kind == CRAFT_RISING, 0xE0 - m.speed, speed)
+def _lives(m: Ram) -> Box:
+    place = np.arange(13)
+    spare = when(m.spare_ships < NO_SHIPS, m.spare_ships) + when(m.ship_lost == Flag.SET, 1)
+    return box(32 + 9 * place, 183, 5, 7, spare > place)
 
 
 def _pictures(m: Ram, y: jax.Array) -> jax.Array:
     """The pictures with which the seven records were drawn."""
-    state, new = m.state, _list_is_new(m)
-    odd = jnp.where((np.arange(7) < 3) | new, m.clock & 1, 0)
-    turned = jnp.where(state == CHIRPER.start, state + 1, state - 1)
-    turned_back = jnp.where(among(state, CHIRPER_TURNED), state ^ 1, state + 1)
-    chirper = jnp.where(m.back == 1, turned_back, turned)
-    picture = jnp.where(among(state, CHIRPER) & new, chirper, state)
-    picture = jnp.where(among(state, SIZED), (state & ~3) + reached(y, ENEMY_GROWS), picture)
-    picture = jnp.where(among(state, ENEMY_SHOT), state ^ odd, picture)
-    picture = jnp.where(_bursting(m), jnp.maximum(state - odd, BURST.start), picture)
-    return jnp.where(_is_saucer(m), DISK + reached(y, SAUCER_GROWS), picture)
+    state, new = m.state, list_is_new(m)
+    odd = when((np.arange(7) < 3) | new, m.clock & 1)
+    return match(
+        (is_saucer(m), DISK + reached(y, SAUCER_GROWS)),
+        (bursting(m), jnp.maximum(state - odd, State.BURST.start)),
+        (among(state, State.ENEMY_SHOT), state ^ odd),
+        (among(state, State.SIZED), (state & ~3) + reached(y, ENEMY_GROWS)),
+        (among(state, State.CHIRPER) & new, _chirpers(m)),
+        otherwise=state,
+    )
+
+
+def _chirpers(m: Ram) -> jax.Array:
+    """The picture before the one that a chirper has now."""
+    state = m.state
+    forth = jnp.where(state == State.CHIRPER.start, state + 1, state - 1)
+    back = jnp.where(among(state, State.CHIRPER_TURNED), state ^ 1, state + 1)
+    return jnp.where(m.back == 1, back, forth)
 
 
 def _shot(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Depth and picture of the player's shot as drawn, and whether it is the laser's."""
-    new, struck = _list_is_new(m), m.shot == STRUCK
-    target = jnp.max(jnp.where(_just_hit(m), m.y + 1, 0))
+    new, struck = list_is_new(m), m.shot == State.STRUCK
+    target = jnp.max(when(just_hit(m), m.y + 1))
     ended = jnp.cumsum(m.list_line == 0) > 0  # the rest of the list is old
     listed = among(m.list_line, (101, 104)) & (m.list_color == LASER_COLOR) & ~ended
-    gone = new & (m.shot & 63 == 0) & jnp.any(listed)
-    y = jnp.where(struck, (target & ~7) + 14, jnp.where(gone, 102, m.shot_y + jnp.where(new, 8, 0)))
-    laser = (m.shot == LASER) | struck & (target > 0) | gone
-    return y, jnp.where(laser, LASER, TORPEDO.start + reached(y, TORPEDO_GROWS)), laser
+    gone = new & ((m.shot & 63) == 0) & jnp.any(listed)
+    y = match((struck, (target & ~7) + 14), (gone, 102), otherwise=m.shot_y + when(new, 8))
+    laser = (m.shot == State.LASER) | (struck & (target > 0)) | gone
+    torpedo = State.TORPEDO.start + reached(y, TORPEDO_GROWS)
+    return y, jnp.where(laser, State.LASER, torpedo), laser
 
 
 def _drawn(x: jax.Array, y: jax.Array, picture: jax.Array) -> Box:
     """Pictures at a lane and a depth; not valid where they are not on the beams."""
     line = lookup(LINES, y)
-    left = 80 + _scaled(x - 128, 0xC6 - line + (line >> 4) + (line >> 3 & 1))
+    left = 80 + _scaled(x - 128, 198 - line + (line >> 4) + (line >> 3 & 1))
     on_beams = (y >= HORIZON) & (y < NEAREST) & (left < 158)
     return PICTURES.box(picture, left, GROUND - line + 1, valid=on_beams)
 
@@ -302,19 +220,17 @@ def _scaled(side: jax.Array, scale: jax.Array | int) -> jax.Array:
 
 def _saucers(m: Ram, drawn: Box, x: jax.Array, y: jax.Array) -> Box:
     """The saucers on the beams; beyond the horizon they are dots."""
-    saucer, x, y = _is_saucer(m)[SAUCERS], x[SAUCERS], y[SAUCERS]
+    saucer, x, y = is_saucer(m)[SAUCERS], x[SAUCERS], y[SAUCERS]
     far = saucer & (y < HORIZON)
     i, other, own = np.arange(3), y[None], y[:, None]
-    before = (other < own) | (other == own) & (i[None] > i[:, None])
-    third = jnp.sum(jnp.where(before & far[None], 1, 0), axis=1) == 2  # another sprite draws it
+    before = (other < own) | ((other == own) & (i[None] > i[:, None]))
+    third = jnp.sum(when(before & far[None], 1), axis=1) == 2  # another sprite draws it
     dot_x = jnp.where(third, 84, 80) + _scaled(x - jnp.where(third, 128, 123), 84)
-    near = jnp.where(y >= NEAR, 1, 0)
+    near = when(y >= NEAR, 1)
     saucers = choose(far, box(dot_x, 43, 1, 1), drawn[SAUCERS].where(saucer))
     return replace(saucers, color=pick(near, DISK_COLORS))
 
 
-score = functools.partial(score_box, FONT, right=108, top=10, digits=6, leading_zeros=True)
-amount = functools.partial(score_box, NARROW_FONT, right=31, top=32, digits=2)
 SHIP_COLORS = (*range(64, 112, 2), YELLOW)
 SHIP = Blobs(SHIP_COLORS, (0, 164, 160, 180), Shape(w=(9, 15), h=(9, 16)), gap=(4, 2))
 SAUCER_SHAPES = (
@@ -327,9 +243,7 @@ ENDS = Blobs((38, 86), FIELD, Shape(w=(7, 8), h=5), gap=(2, 1))
 PASSING = Blobs((140, 66, 68, 218, 58), (0, 37, 160, 44), Shape(w=(8, 16), h=(4, 7)))
 SPARE_TORPEDOES = Cells(98, (128, 136, 144), (32,) * 3, 4, 8)
 SPARE_SHIPS = Blobs(YELLOW, (0, 182, 160, 194), Shape(w=(1, 5), h=(1, 7)))
-AMOUNT = Bounds(212, (15, 30, 40, 43), value=Digits(NARROW_FONT, (6, 19, 25), 32))
-SCORE = Bounds(42, (56, 8, 110, 19), value=Digits(FONT, range(60, 101, 8), 10))
-SECTOR = Bounds(42, (56, 20, 110, 30), value=Digits(FONT, (92, 100), 21))
+AMOUNT_CELLS = Digits(NARROW_FONT, (6, *AMOUNT.lefts), AMOUNT.top)
 
 GAME = Game(
     name="BeamRider",
@@ -339,7 +253,7 @@ GAME = Game(
     categories=(
         Category("Player", SHIP, color_row=-1, doc="the ship"),
         Category("Saucer", SAUCERS_SHOWN, count=3, doc="white; dots at the horizon"),
-        *(Category(name, e[1], count=4, doc=e[2]) for name, e in ENEMIES.items()),
+        *(Category(name, e.rule, count=4, doc=e.doc) for name, e in ENEMIES.items()),
         Category("Explosion", EXPLOSIONS, count=7, doc="what was hit"),
         Category("Sparks", ENDS, count=7, doc="the end of an explosion"),
         Category(
@@ -354,9 +268,13 @@ GAME = Game(
         ),
         Category("Sentinel", PASSING, doc="passes above when no enemies are left"),
         display("Torpedos_Available", SPARE_TORPEDOES, count=3, attributes=(), doc="left"),
-        display("Enemy_Amount", AMOUNT, doc="enemies left in this sector"),
-        display("Score", SCORE, doc="the score", aliases=("HUD",)),
-        display("Sector", SECTOR, doc="the sector's number"),
+        display(
+            "Enemy_Amount",
+            Bounds(212, (15, 30, 40, 43), value=AMOUNT_CELLS),
+            doc="enemies left in this sector",
+        ),
+        display("Score", SCORE.rule(42, (56, 8, 110, 19)), doc="the score", aliases=("HUD",)),
+        display("Sector", SECTOR.rule(42, (56, 20, 110, 30)), doc="the sector's number"),
         display("Life", SPARE_SHIPS, count=13, attributes=(), doc="spare ships"),
     ),
 )
