@@ -1,58 +1,64 @@
 """Demon Attack: a ship that shoots at up to three demons, which drop bombs or fire rays.
 
-Enemy slots: the game's three rows of demons from the top, each a whole demon or, after it split,
-its left half; the right halves of the rows; the small demon that dives at the ship. When one begins
-to dive, the game moves the demons above it down a row. What appears (OCAtari's EnemyPart) or
-explodes, demon or ship, is a cloud of particles and no object; the shot waits for its launch in the
-ship. EnemyMissile has two slots, left and right, for each of the game's ten rows of missiles; they
-turn as the missiles fall, so a missile keeps its slot. A ray fills its rows. Scenery: the ground.
-Each row of a demon has a colour of its level; a demon's colour is the fourth row's from below.
+Screen: what appears (OCAtari's EnemyPart) or explodes, demon or ship, is a cloud of particles and
+no object; the shot waits for its launch in the ship. A ray fills its rows. Each row of a demon has
+a colour of its level; a demon's colour is the fourth row's from below. The ground is scenery.
+
+Slots: of Enemy, the game's three rows of demons from the top, each a whole demon or, after it
+split, its left half; the right halves of the rows; the small demon that dives at the ship. When one
+begins to dive, the game moves the demons above it down a row. EnemyMissile has two slots, left and
+right, for each of the game's ten rows of missiles; they turn as the missiles fall, so a missile
+keeps its slot.
 
 RAM: ALE's source (score, lives), OCAtari 2.2, and the ROM's code. Demons, the score and the ship's
-state change after a frame is drawn, and `decode` takes that back. A demon hides what is less than
-four lines under it of the next one. What the display program writes in the middle of a line shows
-one line later to the left of it: so missiles and shots are longer or shorter in some columns.
+state change after a frame is drawn, which is taken back. A demon hides what is less than four lines
+under it of the next one. What the display program writes in the middle of a line shows one line
+later to the left of it: so missiles and shots are longer or shorter in some columns.
 
 Covered: all modes and difficulties, levels 1-14, splitting and diving demons, rays, deaths, the end
-of the game. Not in the RAM: the shot on the frame on which it hits, the picture of the demon that
-it hits, missiles on the frame on which one hits the ship, a row of a demon's height on a frame on
-which it turns round. When the game ends, it clears the demons that the screen still shows: they get
-the most frequent picture, and the score tells how many are left of a wave. If that is one of the
-upper two rows, its row is a guess (75 % are right); from level 5 on, they are not valid. VEM sees
-no demons while the sky flashes in one of their colours, or where halves cover each other, and not
-which pieces of bent rays are whose.
+of the game.
+
+Not exact, because it is not in the RAM: the shot on the frame on which it hits, the picture of the
+demon that it hits, missiles on the frame on which one hits the ship, a row of a demon's height on a
+frame on which it turns round. When the game ends, it clears the demons that the screen still shows:
+they get the most frequent picture, and the score tells how many are left of a wave. If that is one
+of the upper two rows, its row is a guess (75 % are right); from level 5 on, they are not valid.
+
+VEM: it sees no demons while the sky flashes in one of their colours, or where halves cover each
+other, and not which pieces of bent rays are whose.
 """
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import div, lookup, mod
+from ocjax.console.ops import among, div, lookup, match, mod, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import packed_position
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Gauge
+from ocjax.vision.displays import IconRow, NumberDisplay
+from ocjax.vision.rules import Blobs, Bounds
 from ocjax.vision.shapes import Shape
 
 ROM = Rom("demon_attack", "f0e0addc07971561ab80d9abe1b8d333")
 FONT = ROM.font(0xF00, rows=9, stride=10)
-SCORE_LEFTS = tuple(range(55, 103, 8))
-PURPLE = 0x56
-SHOT = 0x6E
-MISSILE = 0x4E
-YELLOW = 0x2C
+SCORE = NumberDisplay(FONT, right=103, top=7, digits=6)
+SHIPS = IconRow(left=17, top=188, width=3, height=5, pitch=8)
+
+PURPLE = 86
+RED = 110
+ORANGE = 78
+YELLOW = 44
 DEMON_COLORS = tuple(sorted({YELLOW, *ROM.bytes(0xFAE, 56).tolist()}))
-GROUND_COLORS = tuple(range(0x80, 0x8E, 2))
+GROUND_COLORS = tuple(range(128, 142, 2))
 
 # The display program counts rows down to 0. Three lines are between the lowest demon and the rest.
 UPPER = 182  # line + row: down to the lowest demon
-LOWER = 185  # under it
-# rows of demons are below the last one
+LOWER = 185  # line + row: under it
 GROUND = LOWER + 1
-TOP_ROW = 0xA2
-CEILING = 0x97
+TOP_ROW = 162  # the highest one of demons
+CEILING = 151  # above the row of the highest demon
 
 ROWS = 8  # of a demon
 COLOR_ROW = -4  # from the bottom of a demon's box; most demons have the most pixels there
@@ -66,37 +72,47 @@ PICTURES = Pictures.of(
     for rows in range(ROWS + 1)
 )
 FIRST_PICTURES = ROM.bytes(0xB9F, 12)  # of the demons of half a level
-EXPLODING = 3  # first pictures
-SPLITTING = 0x18  # lower ones than EXPLODING follow
-SMALL = 0x1A  # a picture of halves and of the diving demon
 ROW = np.arange(3)
-LOWEST = 2
-# slots
-DIVER = 6
-MIRRORED = np.arange(7) // 3 == 1
-
-# `state`
-ALIVE = 2
-EXPLODES = 3
-# `code`; `appearing` where none does
-RIGHTMOST = 0x49
-LEFTMOST = 0x71
-NO_ROW = 255
-# by phase
-Y_STEPS = ROM.bytes(0xEF0, 8)
+LOWEST = 2  # row of demons
+SLOTS = np.arange(7)
+DIVER = 6  # slot
+MIRRORED = SLOTS // 3 == 1
+Y_STEPS = ROM.bytes(0xEF0, 8)  # by phase
 X_STEPS = ROM.bytes(0xEF8, 8)
-WAVE = 8  # demons; points of each
-POINTS = (10, 10, 15, 15)  # by level; later ones split
+RIGHTMOST = 73  # `code`
+LEFTMOST = 113
+NO_ROW = 255  # `appearing` where none does
+WAVE = 8  # demons
+POINTS = (10, 10, 15, 15)  # of each demon, by level; later ones split
 WAVE_ENDS = WAVE * np.cumsum(POINTS)  # scores
-# `sound` and, by level, `note` of a hit
-HIT = 2
-HIT_NOTES = (8 * FIRST_PICTURES + 1) & 255
-SHIP_EXPLODED = 0x1D  # `page`: the frame shows the exploding ship
+HIT_NOTES = (8 * FIRST_PICTURES + 1) & 255  # `note` of a hit, by level
 JUST_HIT = 63  # `explosion` on the last frame that shows the ship
-GAME_OVER = 0xBD  # `game`
+SHIP_EXPLODED = 29  # `page`: the frame shows the exploding ship
+GAME_OVER = 189  # `game`
 MISSILE_ROWS = 10
 SHOT_ROWS = 8
+IN_SHIP = 12  # below this row, the ship is drawn
 PERIODS = ROM.bytes(0xDA2, 12)  # frames between two steps of the missiles
+
+
+class Picture:  # of `Ram.picture`
+    EXPLODING = 3  # the first one; lower ones follow
+    SPLITTING = 24  # the first one
+    SMALL = 26  # of halves and of the diving demon
+
+
+class State:  # of `Ram.state` and `Ram.diver_state`
+    ALIVE = 2
+    EXPLODES = 3
+
+
+class Sound:  # of `Ram.sound`
+    HIT = 2
+
+
+class Weapon:  # of `Ram.bombs_or_rays`
+    DIVER = 0  # none, because a demon dives
+    MISSILES = 1
 
 
 class Ram(RamMap):
@@ -138,7 +154,7 @@ class Ram(RamMap):
     note = byte(80)
     lives_color = byte(84)
     digits = byte(93, 95, 97, 99, 101)  # 10 * digit, 100: blank; the last one is not kept
-    bombs_or_rays = bits(107, first=7)  # 0: a demon dives
+    bombs_or_rays = bits(107, first=7)
     bombs = bits(108, first=2)  # 0: rays
     cycle = byte(112)  # of the levels' difficulty
     game = byte(113)
@@ -165,37 +181,43 @@ def _player(m: Ram) -> Box:
 
 def _rows(m: Ram) -> jax.Array:
     """Where the demons were drawn, before they moved."""
-    moved = (m.state == ALIVE) & (m.y_part < lookup(Y_STEPS, m.phase))
-    return jnp.where(ROW == LOWEST, m.drawn_y, m.y - jnp.where(moved, 2 * m.rises - 1, 0))
+    moved = (m.state == State.ALIVE) & (m.y_part < lookup(Y_STEPS, m.phase))
+    return jnp.where(ROW == LOWEST, m.drawn_y, m.y - when(moved, 2 * m.rises - 1))
 
 
 def _step(m: Ram) -> jax.Array:
     """Columns to the right that whole demons and left halves moved after they were drawn."""
     turned = jnp.where(m.goes_right == 1, m.code[:3] == LEFTMOST, m.code[:3] == RIGHTMOST)
-    moves = (m.state == ALIVE) & ((m.is_split == 0) | (m.left_alive == 1)) & ~turned
+    moves = (m.state == State.ALIVE) & ((m.is_split == 0) | (m.left_alive == 1)) & ~turned
     moves = moves & ((ROW != LOWEST) | (m.volley == 0))  # it stands while it fires
     moved = moves & (m.x_part < lookup(X_STEPS, m.phase))
-    return jnp.where(moved, 2 * m.goes_right - 1, 0)
+    return when(moved, 2 * m.goes_right - 1)
 
 
 def _demons(m: Ram, y: jax.Array) -> Box:
-    split, over = m.is_split == 1, m.game == GAME_OVER
+    split = m.is_split == 1
     alive, hit = _alive(m, split)
     small = _slots(split, jnp.ones(3, bool), jnp.asarray(True))
-    usual = jnp.where(ROW == LOWEST, m.drawn_picture, lookup(FIRST_PICTURES, m.level >> 1) + 1)
-    usual = jnp.where(small, SMALL, _slots(usual, usual, m.level))
-    picture = jnp.where(hit | over, usual, m.picture)
     above = jnp.concatenate([jnp.full(1, TOP_ROW + 4), y[:-1]])
     visible = jnp.clip(above - 3 - y, 0, ROWS)  # rows that are not too close under the demon above
     rows = _slots(visible, visible, jnp.asarray(ROWS))
+    picture = _demon_pictures(m, small, hit)
     left, top, width, height = PICTURES.extent((ROWS + 1) * picture + rows)
     left = jnp.where(MIRRORED, 8 - left - width, left)
     x = packed_position(m.code) + 5 - jnp.pad(_step(m), (0, 4)) + left
-    line = np.where(np.arange(7) == DIVER, LOWER, UPPER) + 1 - ROWS - _slots(y, y, m.diver_y)
+    line = np.where(SLOTS == DIVER, LOWER, UPPER) + 1 - ROWS - _slots(y, y, m.diver_y)
     width = jnp.where(small, width, 16 - 2 * left)
-    row = ROWS - top - 1 + jnp.minimum(-height - COLOR_ROW, 0) + jnp.where(x + 1 < COLORED_AT, 1, 0)
+    row = ROWS - top - 1 + jnp.minimum(-height - COLOR_ROW, 0) + when(x + 1 < COLORED_AT, 1)
     color = lookup(COLORS, m.colors + row)
     return box(x, line + top, width, height, (alive | hit) & (height > 0), color=color)
+
+
+def _demon_pictures(m: Ram, small: jax.Array, hit: jax.Array) -> jax.Array:
+    """The pictures; of demons that were hit, and after the game, the most frequent ones."""
+    first = lookup(FIRST_PICTURES, m.level >> 1) + 1
+    whole = jnp.where(ROW == LOWEST, m.drawn_picture, first)
+    usual = jnp.where(small, Picture.SMALL, _slots(whole, whole, m.level))
+    return jnp.where(hit | (m.game == GAME_OVER), usual, m.picture)
 
 
 def _slots(left: jax.Array, right: jax.Array, diver: jax.Array) -> jax.Array:
@@ -207,20 +229,20 @@ def _flags(left: jax.Array, right: jax.Array, diver: jax.Array) -> jax.Array:
 
     Otherwise the game takes 1.3 times as long.
     """
-    bits = jnp.sum(jnp.where(left, 1 << ROW, 0) + jnp.where(right, 8 << ROW, 0))
-    return (bits + jnp.where(diver, 64, 0)) >> np.arange(7) & 1 == 1
+    word = jnp.sum(when(left, 1 << ROW) + when(right, 8 << ROW)) + when(diver, 64)
+    return (word >> SLOTS & 1) == 1
 
 
 def _alive(m: Ram, split: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Which demons are alive, and which one was hit on this frame, which shows it alive."""
     over = m.game == GAME_OVER
-    left = jnp.where(split, m.left_alive == 1, (m.state == ALIVE) & (m.appearing != ROW))
+    left = jnp.where(split, m.left_alive == 1, (m.state == State.ALIVE) & (m.appearing != ROW))
     left, right = jnp.where(over, _remain(m), left), ~over & split & (m.right_alive == 1)
-    alive = _flags(left, right, ~over & (m.diver_state == ALIVE))
-    alive = alive & (over | (m.picture > EXPLODING))
-    struck = (m.picture == EXPLODING) | (m.picture == SPLITTING)
-    struck = struck & (m.sound == HIT) & (m.note == lookup(HIT_NOTES, m.level))
-    exploding = _slots(split | (m.state == EXPLODES), split, m.diver_state == EXPLODES)
+    alive = _flags(left, right, ~over & (m.diver_state == State.ALIVE))
+    alive = alive & (over | (m.picture > Picture.EXPLODING))
+    struck = among(m.picture, (Picture.EXPLODING, Picture.SPLITTING))
+    struck = struck & (m.sound == Sound.HIT) & (m.note == lookup(HIT_NOTES, m.level))
+    exploding = _slots(split | (m.state == State.EXPLODES), split, m.diver_state == State.EXPLODES)
     return alive, struck & exploding
 
 
@@ -231,12 +253,12 @@ def _remain(m: Ram) -> jax.Array:
     rather the one that is farther from the middle between its neighbours, to which the row of a
     dead one moves.
     """
-    lowest, y = m.drawn_picture > EXPLODING, m.y
+    lowest, y = m.drawn_picture > Picture.EXPLODING, m.y
     points, missing = lookup(POINTS, m.level), lookup(WAVE_ENDS, m.level) - m.score
     number = np.arange(1, 4)
     known = (m.level < len(POINTS)) & (missing == number * points)
-    left = jnp.max(jnp.where(known, number, 0))
-    upper = left - jnp.where(lowest, 1, 0) - jnp.where(m.appearing == NO_ROW, 0, 1)
+    left = jnp.max(when(known, number))
+    upper = left - when(lowest, 1) - when(m.appearing != NO_ROW, 1)
     first = jnp.abs(2 * y[0] - CEILING - y[1]) > jnp.abs(2 * y[1] - y[0] - y[2])
     needed = jnp.where((ROW == 0) == first, 1, 2)
     alive = ((m.appeared < WAVE) | (upper >= needed)) & (m.appearing != ROW)
@@ -260,11 +282,18 @@ def _line(m: Ram, y: jax.Array, row: jax.Array, x: jax.Array, sooner: int) -> ja
         row = jnp.where((row < y[i]) & (row >= y[i] - 3), y[i] - 4, row)
     above = row >= y[LOWEST]
     at_demon = jnp.any((row >= y) & (row < y + ROWS))
+    beam = match(
+        (above & at_demon, 106),
+        (above, 31),
+        (m.page == SHIP_EXPLODED, 4),
+        otherwise=_low_beam(m, row) + when(row < IN_SHIP, 18),
+    )
+    return jnp.where(above, UPPER, LOWER) - row + when(x < beam - sooner, 1)
+
+
+def _low_beam(m: Ram, row: jax.Array) -> jax.Array:
     at_diver = (row >= m.diver_y) & (row < m.diver_y + ROWS)
-    beam = jnp.where(m.bombs_or_rays == 1, 1, jnp.where(at_diver, 88, 43))
-    beam = jnp.where(m.page == SHIP_EXPLODED, 4, beam + jnp.where(row < 12, 18, 0))  # in the ship
-    beam = jnp.where(above, jnp.where(at_demon, 106, 31), beam)
-    return jnp.where(above, UPPER, LOWER) - row + jnp.where(x < beam - sooner, 1, 0)
+    return match((m.bombs_or_rays == Weapon.MISSILES, 1), (at_diver, 88), otherwise=43)
 
 
 def _missiles(m: Ram) -> Box:
@@ -272,7 +301,7 @@ def _missiles(m: Ram) -> Box:
     steps = jax.lax.div(jnp.maximum(m.frame - m.missile_clock, 0), lookup(PERIODS, m.cycle))
     row = np.arange(MISSILE_ROWS) - mod(steps, MISSILE_ROWS)  # of a pair of slots
     row = jnp.where(row < 0, row + MISSILE_ROWS, row)
-    dots = sum(jnp.where(row == i, m.missiles[i], 0) for i in range(MISSILE_ROWS))
+    dots = sum(when(row == i, m.missiles[i]) for i in range(MISSILE_ROWS))
     last = dots & -dots
     pairs = jnp.stack([dots, jnp.where(dots == last, 0, last)], axis=1)
     x = packed_position(m.code[DIVER]) + 5 + jax.lax.clz(pairs) - 24  # of the first dot
@@ -281,7 +310,9 @@ def _missiles(m: Ram) -> Box:
     bottom = 8 * row + jnp.where(bomb & ~second, 4, 0)
     top = jnp.minimum(top, m.drawn_y - 1)
     line, end = _missile_line(m, top[:, None], x), _missile_line(m, bottom[:, None] - 1, x)
-    falls = (m.bombs_or_rays == 1) & (m.page != SHIP_EXPLODED) & (m.explosion != JUST_HIT)
+    falls = (
+        (m.bombs_or_rays == Weapon.MISSILES) & (m.page != SHIP_EXPLODED) & (m.explosion != JUST_HIT)
+    )
     there = falls & (pairs > 0) & (top >= bottom)[:, None]
     missiles = box(x.ravel(), line.ravel(), 1, (end - line).ravel(), there.ravel())
     return missiles.clip(0, 0, 160, GROUND)
@@ -290,22 +321,21 @@ def _missiles(m: Ram) -> Box:
 def _missile_line(m: Ram, row: jax.Array, x: jax.Array) -> jax.Array:
     """The first line that shows, at x, a change of the missiles at a row."""
     beside_shot = (row >= m.shot_y) & (row < m.shot_y + SHOT_ROWS)
-    beam = jnp.where(row < 12, 119, 101) + jnp.where(beside_shot, 3, 0)
-    return LOWER - row + jnp.where(x < beam, 1, 0)
+    beam = jnp.where(row < IN_SHIP, 119, 101) + when(beside_shot, 3)
+    return LOWER - row + when(x < beam, 1)
 
 
 def _score(m: Ram) -> Box:
     digits = jnp.where(m.digits >= 100, 0, div(m.digits, 10))
     old = jnp.sum(digits * np.array([100000, 10000, 1000, 100, 10]))
-    return score_box(FONT, old, right=103, top=7, digits=6, value=m.score).where(m.score_shown == 1)
+    return SCORE.box(old, valid=m.score_shown == 1, value=m.score)
 
 
 def _lives(m: Ram) -> Box:
     """The ships on the screen lag behind a life that is lost or won by a frame."""
     lost = (m.page == SHIP_EXPLODED) & (m.explosion == 0) & (m.game != GAME_OVER)
-    shown = m.lives + jnp.where(lost, 1, 0) - jnp.where(m.extra_life == 1, 1, 0)
-    there, value = (shown > 0) & (shown <= 6), m.lives + 1
-    return box(17, 188, 8 * shown - 5, 5, there, value=value, color=m.lives_color)
+    shown = m.lives + when(lost, 1) - when(m.extra_life == 1, 1)
+    return SHIPS.box(shown, shown <= 6, value=m.lives + 1, color=m.lives_color)
 
 
 FIELD = (0, 17, 160, GROUND)
@@ -322,11 +352,10 @@ SMALL_EYES = Blobs(DEMON_COLORS, HIGH, (Shape(w=6, h=3, pixels=24), Shape(w=2, h
 DEMONS = Blobs(DEMON_COLORS, FIELD, DEMON_SHAPES, gap=(1, 1), also=(SMALL_EYES,))
 
 # The shot that waits in the ship ends three rows above the lower end of this region.
-LAUNCHED = Blobs(SHOT, (0, 171, 160, 174), Shape(w=1, h=(1, 3)))
-SHOTS = Blobs(SHOT, (0, 17, 160, 178), Shape(w=1, h=(4, 12)), gap=(0, 3), also=(LAUNCHED,))
-MISSILES = Blobs(MISSILE, FIELD, Shape(w=1, h=(1, 40), split=(1, 8)))
-SCORE = Bounds(YELLOW, (55, 7, 103, 16), value=Digits(FONT, SCORE_LEFTS, 7, required=True))
-LIVES = Bounds(GROUND_COLORS, (16, 188, 66, 193), inverse=True, value=Gauge(8, 3, 2))
+LAUNCHED = Blobs(RED, (0, 171, 160, 174), Shape(w=1, h=(1, 3)))
+SHOTS = Blobs(RED, (0, 17, 160, 178), Shape(w=1, h=(4, 12)), gap=(0, 3), also=(LAUNCHED,))
+MISSILES = Blobs(ORANGE, FIELD, Shape(w=1, h=(1, 40), split=(1, 8)))
+LIVES = SHIPS.rule(GROUND_COLORS, (16, 188, 66, 193), single=2, inverse=True)
 
 GAME = Game(
     name="DemonAttack",
@@ -338,7 +367,7 @@ GAME = Game(
         Category("Enemy", DEMONS, count=7, color_row=COLOR_ROW, doc="demons, halves, the diver"),
         Category("PlayerMissile", SHOTS, doc="the shot in flight"),
         Category("EnemyMissile", MISSILES, count=2 * MISSILE_ROWS, doc="bombs, pieces of rays"),
-        display("Score", SCORE, doc="points"),
+        display("Score", SCORE.rule(YELLOW, required=True), doc="points"),
         display("Lives", LIVES, doc="ships in reserve; value: one more"),
     ),
 )
