@@ -1,39 +1,46 @@
 """Kangaroo: a mother climbs floors and ladders to her child while monkeys throw coconuts.
 
-Platform has the floors and steps of a level from the top, Ladder a slot for each ladder of the
-three levels. The player's box has her fist in it. The walls and the dashes on the left one are
-scenery. Nothing is valid on the title screen, which follows the last life.
+Screen: the player's box has her fist in it. Of three or four monkeys one above the other, each is
+drawn on every third or fourth frame. Nothing is valid on the title screen, which follows the last
+life. The walls and the dashes on the left one are scenery.
+
+Slots: Platform has the floors and steps of a level from the top, Ladder a slot for each ladder of
+the three levels.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (what the bytes are) and the ROM's code. The coconut
 that falls moves before a frame is drawn; the player, the monkeys and the thrown coconuts move after
-it, monkeys once in 16 frames. `decode` undoes these steps as far as the counters tell them.
+it, monkeys once in 16 frames. These steps are taken back as far as the counters tell them.
 
 Covered: modes 0 and 1, deaths, the end of the game, and all three levels with the scenes that end
 them. Random play shows the first one; the others were reached by writing RAM.
-Not in RAM: whether the player has just stepped, turned or steered a jump to the side, and whether a
-jump, a crouch or a climb has just ended, for the joystick is nowhere noted. New points show a frame
-late.
-Of three or four monkeys one above the other, each is drawn on every third or fourth frame. VEM does
-not see the wood in the frames in which it flashes black.
+
+Not exact, because it is not in the RAM: whether the player has just stepped, turned or steered a
+jump to the side, and whether a jump, a crouch or a climb has just ended, for the joystick is
+nowhere noted. New points show a frame late.
+
+VEM: it does not see the wood in the frames in which it flashes black.
 """
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import lookup
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
+from ocjax.console.ops import lookup, match, when
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Gauge, Run, Runs
+from ocjax.extractors._kangaroo import EMPTY, ROM, Pose, Ram, Scene, player_drawn
+from ocjax.vision.displays import IconRow, NumberDisplay
+from ocjax.vision.rules import Blobs, Bounds, Run, Runs
 from ocjax.vision.shapes import Shape
 from ocjax.vision.steps import Packed
 
-ROM = Rom("kangaroo", "4326edb70ff20d0ee5ba58fa5cb09d60")
 BANK = 0x1000  # offset of the second bank
 FONT = ROM.font(0xB00, rows=7, stride=8)
 CLOCK_FONT = ROM.font(0xD00, rows=5, stride=8, dots=4, pitch=4)
+
+SCORE = NumberDisplay(FONT, right=145, top=183, digits=6)
+HUNDREDS = NumberDisplay(FONT, right=129, top=183, digits=4)  # of the score
+TIME = NumberDisplay(CLOCK_FONT, right=95, top=191, digits=4)
+RESERVE = IconRow(left=16, top=183, width=4, height=7, pitch=8)
 
 WOOD_RGB = (162, 98, 33)
 WOOD = 36
@@ -44,41 +51,35 @@ PINEAPPLE = 40
 MONKEY = 58
 DIGITS = 232
 SKY = 96
+
 FIELD = (16, 4, 144, 180)
-SCORE_LEFTS = range(97, 145, 8)
-SCORE_TOP = 183
-SCORE_RIGHT = 145
-CLOCK_LEFTS = range(79, 95, 4)
-CLOCK_TOP = 191
 EAST = 4
 WEST = 12
-# `ROW`: its lines
 LEVELS = 3
-ROWS = 22
-ROW = 8
-START_LIVES = 2  # `lives` at the start
-GAME_OVER = 128  # its least value after the end
-EMPTY = 128  # least value of bytes that stand for no object
-# Bits of `pose`.
-STANDING = 0
-RIGHT = 8
-JUMPS = 64
-PUNCHES = 128
-# `pose` but for `RIGHT`
-CROUCHED = 20
-PUNCHING = 134
-FIST = 2  # columns
+ROWS = 22  # of the screen
+ROW = 8  # lines
 RUNG = 8  # columns
+FIST = 2  # columns
 MOST_PLATFORMS = 20  # of a level
-# low nibbles of `monkey_state`
-DESCENDS = 1
-WALKS = 4
-WALK_1 = 0x43  # pictures of monkeys that go left
-WALK_2 = 0x64  # those to the right follow them
-DYING = 1  # values of `scene`
-PUNCHED = 2  # the latter until the button is released
+START_LIVES = 2  # `lives` at the start
+START_TENS = 2  # `tens` at the start of a life
+GAME_OVER = 128  # from here on, `lives` are none
+BLANK_DIGIT = 10
+
+
+class MonkeyState:  # of `Ram.monkey_state`; the first two of its lower four bits
+    DESCENDS = 1
+    WALKS = 4
+    SECOND = 16  # bit of a second picture
+    BACK = 32  # bit
+
+
+WALK_1 = 67  # pictures of monkeys that go left
+WALK_2 = 100
+WALKS_RIGHT = 16  # those to the right follow them
 CHILD_X = ROM.bytes(BANK + 0xD8F, 8)
-PRIZE_ROW, PRIZE_X = (ROM.bytes(BANK + at, 24).reshape(4, 6)[:, :3] for at in (0xFA3, 0xFA6))
+PRIZE_ROW = ROM.bytes(BANK + 0xFA3, 24).reshape(4, 6)[:, :3]  # by prize and level
+PRIZE_X = ROM.bytes(BANK + 0xFA6, 24).reshape(4, 6)[:, :3]
 PRIZE_PICTURES = ROM.bytes(BANK + 0xF97, 8)  # of the bell, of the fruits
 POSE_ROWS = ROM.bytes(BANK + 0xF81, 8)
 # The pictures of the player, by the low bits of `pose`, of the bell and the fruits, and of monkeys.
@@ -119,35 +120,7 @@ LADDERS = np.array([ladder for level in range(LEVELS) for ladder in _ladders(lev
 LADDER_LEVEL = np.repeat(np.arange(LEVELS), [len(_ladders(level)) for level in range(LEVELS)])
 
 
-class Ram(RamMap):
-    monkey_picture = byte(0, 1, 2, 3)  # low byte of its address
-    monkey_state = byte(4, 5, 6, 7)
-    monkey_row = byte(8, 9, 10, 11)
-    monkey_x = byte(12, 13, 14, 15)  # x + 15
-    row = byte(16)  # of the player's top
-    x = byte(17)  # x - 15
-    pose = byte(18)
-    timer = byte(19)  # of the pose
-    thrown_state = byte(21, 22, 23)
-    thrown_row = byte(25, 26, 27)
-    thrown_x = byte(28, 29, 30)  # x - 14
-    falling_row = byte(33)  # counts the rows of all levels
-    falling_x = byte(34)  # x - 14
-    level = byte(36)
-    score = bcd((39, 40))  # hundreds
-    bell = byte(41)
-    fruits = byte(42, 43, 44)
-    lives = byte(45)
-    scene = byte(54)
-    clock = byte(57)
-    tens = bits(59, first=4, count=4)  # of the time in hundreds; 10 stands for a blank
-    ones = bits(59, count=4)
-    third = byte(60)  # 0-2; the player steps at 0
-    fire = byte(124)  # 128 or more: the button is not pressed
-
-
 def decode(m: Ram) -> dict[str, Box]:
-    platforms, (x, y, w, h) = _level(m, PLATFORMS), LADDERS.T
     boxes = {
         "Player": _player(m),
         "Child": _child(m),
@@ -156,54 +129,70 @@ def decode(m: Ram) -> dict[str, Box]:
         "ThrownCoconut": _thrown(m),
         "Bell": _prize(m, 0, 1, m.bell[None])[0],
         "Fruit": _prize(m, 1, 4, m.fruits),
-        "Platform": box(platforms & 255, platforms >> 16, platforms >> 8 & 255, 4),
-        "Ladder": box(x, y, w, h, m.level == LADDER_LEVEL),
+        "Platform": _floors(m),
+        "Ladder": _ladder_boxes(m),
         "Score": _score(m),
-        "Lives": box(16, 183, 8 * m.lives - 4, 7, m.lives > 0, value=m.lives + 1),
+        "Lives": RESERVE.box(m.lives, value=m.lives + 1),
         "Time": _time(m),
     }
     return {name: b.where(m.lives < GAME_OVER) for name, b in boxes.items()}
 
 
+def _floors(m: Ram) -> Box:
+    packed = _level(m, PLATFORMS)
+    return box(packed & 255, packed >> 16, packed >> 8 & 255, 4)
+
+
+def _ladder_boxes(m: Ram) -> Box:
+    x, y, w, h = LADDERS.T
+    return box(x, y, w, h, m.level == LADDER_LEVEL)
+
+
 def _level(m: Ram, table: np.ndarray) -> jax.Array:
     """What a table by level has for this one."""
     chosen = (np.arange(LEVELS) == m.level).reshape(LEVELS, *[1] * (table.ndim - 1))
-    return jnp.sum(jnp.where(chosen, table, 0), axis=0)
+    return jnp.sum(when(chosen, table), axis=0)
 
 
 def _prize(m: Ram, first: int, last: int, state: jax.Array) -> Box:
     """The bell or the fruits, which are at fixed places of a level."""
     row, x = (_level(m, table[first:last].T) for table in (PRIZE_ROW, PRIZE_X))
-    picture = lookup(PRIZE_PICTURES, jnp.where(first > 0, 4, 0) + (state & 3))
+    picture = lookup(PRIZE_PICTURES, (4 if first > 0 else 0) + (state & 3))
     return PRIZES.box(picture, x + 15, ROW * row + 4, valid=state < EMPTY)
+
+
+def _life_begins(m: Ram) -> jax.Array:
+    """Whether this is the first frame of a life."""
+    return (m.clock == 0) & (m.tens == START_TENS)
 
 
 def _next_life(m: Ram) -> jax.Array:
     """Whether this is the first frame of a life that is not the first one."""
-    return (m.clock == 0) & (m.tens == 2) & ((m.lives < START_LIVES) | (m.score > 0))
+    return _life_begins(m) & ((m.lives < START_LIVES) | (m.score > 0))
 
 
 def _child(m: Ram) -> Box:
     """The child, which walks to and fro, and stands still when the player has come."""
-    begins = (m.clock == 0) & (m.tens == 2) & ~_next_life(m)
+    begins = _life_begins(m) & ~_next_life(m)
     clock = jnp.where(begins, 0, m.clock - 1)
-    step = jnp.where((m.scene & 64) > 0, 6, clock >> 4 & 7)
+    step = jnp.where((m.scene & Scene.FOUND) > 0, 6, clock >> 4 & 7)
     return box(lookup(CHILD_X, step) + 15, 12, 8, 15)
 
 
 def _monkeys(m: Ram) -> Box:
     state, acts = m.monkey_state, m.scene < EMPTY
-    kind, back = state & 15, (state & 32) > 0
+    kind, back = state & 15, (state & MonkeyState.BACK) > 0
+    walks = kind == MonkeyState.WALKS
     moved = ((m.clock & 15) == 0) & acts
-    step = jnp.where(kind == WALKS, jnp.where(back, -3, 3), 0)
-    climb = jnp.where(kind == DESCENDS, jnp.where(back, -1, 1), 0)
+    step = when(walks, jnp.where(back, -3, 3))
+    climb = when(kind == MonkeyState.DESCENDS, jnp.where(back, -1, 1))
     climbed = moved | (((m.clock & 15) == 8) & acts & back)
-    x = m.monkey_x - jnp.where(moved, step, 0)
-    row = (m.monkey_row - jnp.where(climbed, climb, 0)) & 255
-    there = (state < EMPTY) & (row < ROWS)
-    walked = jnp.where((state & 16) > 0, WALK_1, WALK_2) + jnp.where(back, 0, 16)
-    picture = jnp.where(moved & (kind == WALKS), walked, m.monkey_picture)
-    return MONKEYS.box(picture, x + 15, ROW * row + 4, valid=there)
+    x = m.monkey_x - when(moved, step)
+    row = (m.monkey_row - when(climbed, climb)) & 255
+    first = jnp.where((state & MonkeyState.SECOND) > 0, WALK_1, WALK_2)
+    walked = first + jnp.where(back, 0, WALKS_RIGHT)
+    picture = jnp.where(moved & walks, walked, m.monkey_picture)
+    return MONKEYS.box(picture, x + 15, ROW * row + 4, valid=(state < EMPTY) & (row < ROWS))
 
 
 def _thrown(m: Ram) -> Box:
@@ -217,70 +206,43 @@ def _falling(m: Ram) -> Box:
     """The coconut that falls. Beside a sprite of the other kind the game switches it on late."""
     row, x = m.falling_row - ROWS * m.level, m.falling_x + 14
     there = (m.falling_row < EMPTY) & (row >= 0) & (row < ROWS)
-    _, player_row, pose = _player_drawn(m)
-    starts = jnp.concatenate([_level(m, PRIZE_ROW.T), jnp.stack([jnp.int32(1), player_row])])
+    drawn = player_drawn(m)
+    starts = jnp.concatenate([_level(m, PRIZE_ROW.T), jnp.stack([jnp.int32(1), drawn.row])])
     visible = jnp.concatenate([m.bell[None], m.fruits, jnp.zeros(2, jnp.int32)]) < EMPTY
-    heights = jnp.where(np.arange(6) == 5, lookup(POSE_ROWS, pose & 7), 2)
+    heights = jnp.where(np.arange(6) == 5, lookup(POSE_ROWS, drawn.pose & 7), 2)
     beside = jnp.any(visible & (starts <= row) & (row < starts + heights))
-    late = jnp.where(beside & (x < 20), 1, 0)
+    late = when(beside & (x < 20), 1)
     return box(x, ROW * row + 9 + late, 2, 3 - late, there).clip(*FIELD)
 
 
 def _player(m: Ram) -> Box:
     """The player. She is not valid below the screen and on the first frame of the next life."""
-    x, row, pose = _player_drawn(m)
-    right = (pose & RIGHT) > 0
-    first, top, width, height = POSES.extent(pose & 15)
-    punches = pose >= PUNCHES
-    left = first - jnp.where(punches & ~right, FIST, 0)
-    end = first + width + jnp.where(punches & right, FIST, 0)
-    facing = jnp.where(right, EAST, WEST)
-    player = box(x + 15 + left, ROW * row + 4 + top, end - left, height, orientation=facing)
+    drawn = player_drawn(m)
+    right, punches = (drawn.pose & Pose.RIGHT) > 0, drawn.pose >= Pose.PUNCHES
+    first, top, width, height = POSES.extent(drawn.pose & 15)
+    left = first - when(punches & ~right, FIST)
+    end = first + width + when(punches & right, FIST)
+    x, y = drawn.x + 15 + left, ROW * drawn.row + 4 + top
+    player = box(x, y, end - left, height, orientation=jnp.where(right, EAST, WEST))
     return player.where(~_next_life(m)).clip(0, 4, 160, 180)
-
-
-def _player_drawn(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """Where the player was drawn, and in what pose.
-
-    A jump goes up and down by its timer; it, a crouch and a punch begin with the timer at 1 or 13.
-    A punch has just ended if the game has not yet noticed that the button is released.
-    """
-    pose, timer = m.pose, m.timer
-    acts, dies, still = m.scene < EMPTY, m.scene == DYING, pose & RIGHT
-    jumps = (pose >= JUMPS) & (pose < PUNCHES)
-    crouches, walks = (pose & ~RIGHT) == CROUCHED, (pose & ~(RIGHT | 1)) == STANDING
-    rose = jumps & ((timer == 8) | (timer == 24))
-    fell = (jumps & ((timer == 32) | (timer == 40))) | (crouches & (timer == 1))
-    row = m.row + jnp.where(rose, 1, 0) - jnp.where(fell | (dies & (timer == 4)), 1, 0)
-    tucks = jnp.where(timer == 16, pose - 1, jnp.where(timer == 24, pose + 1, pose))
-    began = ((jumps | crouches) & (timer == 1)) | ((pose >= PUNCHES) & (timer == 13))
-    released = (m.scene == PUNCHED) & (m.fire >= 128)
-    punched = (pose == still) & released & ((m.clock & 1) == 1)
-    changed = walks & ((m.clock & 7) == 0)
-    drawn = jnp.where(jumps, tucks, jnp.where(changed, pose ^ 1, pose))
-    drawn = jnp.where(began, still, jnp.where(punched, still | PUNCHING, drawn))
-    drawn = jnp.where(dies & (timer == 4), pose ^ RIGHT, drawn)
-    stepped = walks & ((pose | drawn) & 1 == 1) & (m.third == 0) & (m.x != 1) & (m.x != 0x79)
-    x = m.x - jnp.where(stepped & ~dies, jnp.where(still > 0, 1, -1), 0)
-    return jnp.where(acts, x, m.x), jnp.where(acts, row, m.row), jnp.where(acts, drawn, pose)
 
 
 def _score(m: Ram) -> Box:
     """The score. Its last two digits are always noughts."""
-    number = score_box(FONT, m.score, right=SCORE_RIGHT - 16, top=SCORE_TOP, digits=4)
-    left = jnp.where(m.score == 0, SCORE_RIGHT - 16 + int(FONT.left[0]), number.x)
-    right = SCORE_RIGHT - 8 + int(FONT.right[0])
-    return box(left, SCORE_TOP, right - left, FONT.height, value=100 * m.score)
+    zero = HUNDREDS.right + int(FONT.left[0])
+    left = jnp.where(m.score == 0, zero, HUNDREDS.box(m.score).x)
+    right = SCORE.right - FONT.width + int(FONT.right[0])
+    return box(left, SCORE.top, right - left, FONT.height, value=100 * m.score)
 
 
 def _time(m: Ram) -> Box:
-    tens, ones = (jnp.where(d < 10, d, 0) for d in (m.tens, m.ones))
-    left = jnp.where(m.tens < 10, 80, jnp.where(m.ones < 10, 84, 88))
-    return box(left, CLOCK_TOP, 95 - left, CLOCK_FONT.height, value=1000 * tens + 100 * ones)
+    tens, ones = (jnp.where(d < BLANK_DIGIT, d, 0) for d in (m.tens, m.ones))
+    left = match((m.tens < BLANK_DIGIT, 80), (m.ones < BLANK_DIGIT, 84), otherwise=88)
+    return box(left, TIME.top, 95 - left, CLOCK_FONT.height, value=1000 * tens + 100 * ones)
 
 
 # The wood flashes at the end of the third level. A climbing player hides rungs of long ladders.
-WOODEN = tuple(c for c in range(1, 128) if c & 0xF4 == c != SKY)
+WOODEN = tuple(c for c in range(1, 128) if c & 244 == c != SKY)
 RUNG_COLORS = tuple((*WOODEN, FUR) if level == 0 else WOODEN for level in LADDER_LEVEL)
 WOODEN_ROWS = tuple((16, y, 144, y + 4) for y in range(4, 180, ROW))  # never hold the coconut
 CROUCHING = Blobs(FUR, (0, 28, 160, 180), Shape(w=(4, 12), h=(5, 16)), gap=(1, 1))
@@ -301,9 +263,7 @@ PLACES = tuple((x, y, x + w, y + h) for x, y, w, h in LADDERS.tolist())
 # Less than the ladders, which figures cover, and more than what is there in other levels.
 HEIGHTS = tuple((RUNG, max(4, h - 4)) for h in LADDERS[:, 3].tolist())
 RUNGS = Bounds(RUNG_COLORS, PLACES, HEIGHTS)
-ICONS = Bounds(DIGITS, (16, 183, 80, 190), value=Gauge(8, -4, 1))
-POINTS = Bounds(DIGITS, (97, 183, 145, 190), value=Digits(FONT, SCORE_LEFTS, SCORE_TOP))
-SECONDS = Bounds(DIGITS, (79, 191, 95, 196), value=Digits(CLOCK_FONT, CLOCK_LEFTS, CLOCK_TOP))
+ICONS = RESERVE.rule(DIGITS, (16, 183, 80, 190), single=2)
 
 GAME = Game(
     name="Kangaroo",
@@ -320,8 +280,8 @@ GAME = Game(
         Category("Fruit", FRUITS, count=3, doc="fruits"),
         Category("Platform", FLOORS, count=MOST_PLATFORMS, rgb=WOOD_RGB, doc="floors and steps"),
         Category("Ladder", RUNGS, count=12, rgb=WOOD_RGB, doc="ladders of the three levels"),
-        display("Score", POINTS, doc="points"),
+        display("Score", SCORE.rule(DIGITS), doc="points"),
         display("Lives", ICONS, doc="lives left but the last one"),
-        display("Time", SECONDS, doc="time left"),
+        display("Time", TIME.rule(DIGITS), doc="time left"),
     ),
 )
