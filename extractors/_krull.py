@@ -10,6 +10,8 @@ The shot is switched on in a turn of the second sprite and off in one of the fir
 depends on what else the program does in that turn. These columns are counted in its cycles.
 """
 
+from typing import NamedTuple
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -77,6 +79,35 @@ class Ram(RamMap):
     y = byte(*range(91, 99))
     flags = byte(*range(99, 107))
     picture = byte(*range(107, 115))
+
+
+class Record(NamedTuple):
+    """Which record is a person's."""
+
+    elsewhere: int  # in other scenes than the wedding
+    taken: int  # at the wedding when the bride is taken
+    free: int  # before that
+
+
+COLWYNS = Record(elsewhere=0, taken=7, free=6)
+BRIDES = Record(elsewhere=2, taken=6, free=0)
+
+
+class Person(NamedTuple):
+    """The fields of a person's record."""
+
+    x: jax.Array
+    y: jax.Array
+    flags: jax.Array
+    picture: jax.Array
+
+
+def person(m: Ram, y: jax.Array, record: Record) -> Person:
+    """A person's fields."""
+    fields = jnp.stack([m.x, y, m.flags, m.picture])
+    wedding = jnp.where(m.taken == 1, fields[:, record.taken], fields[:, record.free])
+    here = jnp.where(m.scene == Scene.WEDDING, wedding, fields[:, record.elsewhere])
+    return Person(*here)
 
 
 class State:  # of a sprite; from `ENDED` on, four turns after a figure

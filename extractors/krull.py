@@ -25,7 +25,6 @@ shot behind figures, a weapon in the light that gives it flames or before the be
 """
 
 from functools import partial
-from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -37,6 +36,8 @@ from ocjax.console.registers import NUSIZ_COPIES, NUSIZ_SPACING, signed_nibble, 
 from ocjax.console.rom import Pictures
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors._krull import (
+    BRIDES,
+    COLWYNS,
     FIGURES,
     ROM,
     SECOND,
@@ -46,6 +47,7 @@ from ocjax.extractors._krull import (
     Scene,
     off_at,
     on_at,
+    person,
     turns,
 )
 from ocjax.vision.filters import Lines
@@ -80,29 +82,8 @@ WALL_Y = 39 + 4 * ROW
 WALL_BYTE = 2 * ROW + COLUMN // 8
 WALL_BIT = np.minimum(COLUMN, 15 - COLUMN)
 ICON = np.arange(3)
-
-
-class Record(NamedTuple):
-    """Which record is a person's."""
-
-    elsewhere: int  # in other scenes than the wedding
-    taken: int  # at the wedding when the bride is taken
-    free: int  # before that
-
-
-COLWYNS = Record(elsewhere=0, taken=7, free=6)
-BRIDES = Record(elsewhere=2, taken=6, free=0)
-BEAST = 1
-FOE = 6  # in the web; the weapon in the lair
-
-
-class Figure(NamedTuple):
-    """A record's fields."""
-
-    x: jax.Array
-    y: jax.Array
-    flags: jax.Array
-    picture: jax.Array
+BEAST = 1  # record
+FOE = 6  # record in the web; the weapon in the lair
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -125,13 +106,19 @@ def decode(m: Ram) -> dict[str, Box]:
         "Beast": _beast(m).where(m.scene == Scene.LAIR),
         "Enemy_Weapon": _enemy_weapon(m).where(m.scene == Scene.LAIR),
         "Wall": _cage(m).where(m.scene == Scene.LAIR),
+        **_display(m),
+    }
+    return {name: b.where((name in STAY) | (m.over == 0)) for name, b in boxes.items()}
+
+
+def _display(m: Ram) -> dict[str, Box]:
+    return {
         "Sun": _sun(m),
         "Hour_Glass": box(121, 3, 5, 8, value=jax.lax.population_count(m.sand)),
         "Score": _score(m),
         "Life_HUD": box(56 + 8 * ICON, 188, 6, 7, m.lives > ICON, value=m.lives + 1),
         "Weapon_HUD": box(79 + 8 * ICON, 188, 8, 7, m.weapons > ICON),
     }
-    return {name: b.where((name in STAY) | (m.over == 0)) for name, b in boxes.items()}
 
 
 def _mares(m: Ram) -> Box:
@@ -187,18 +174,10 @@ def _beast(m: Ram) -> Box:
     return box(x, 2 * m.y[BEAST] + 15, jnp.where(wide, 12, 10), 22)
 
 
-def _figure(m: Ram, y: jax.Array, record: Record) -> Figure:
-    """A person's fields."""
-    fields = jnp.stack([m.x, y, m.flags, m.picture])
-    wedding = jnp.where(m.taken == 1, fields[:, record.taken], fields[:, record.free])
-    here = jnp.where(m.scene == Scene.WEDDING, wedding, fields[:, record.elsewhere])
-    return Figure(*here)
-
-
 def _player(m: Ram, y: jax.Array, mares: Box) -> Box:
     """The player; in the desert, the box around the mares."""
     web, lair = m.scene == Scene.WEB, m.scene == Scene.LAIR
-    colwyn = _figure(m, y, COLWYNS)
+    colwyn = person(m, y, COLWYNS)
     page = when(web & (m.shot_page == SHOT_PAGE), SECOND)
     walks = PEOPLE.box(
         page + jnp.where(web, m.player_picture, colwyn.picture),
@@ -220,7 +199,7 @@ def _left(x: jax.Array) -> jax.Array:
 def _lyssa(m: Ram, y: jax.Array) -> Box:
     wedding = m.scene == Scene.WEDDING
     there = wedding | ((m.scene == Scene.LAIR) & (m.y[BRIDES.elsewhere] < SANK))
-    bride = _figure(m, y, BRIDES)
+    bride = person(m, y, BRIDES)
     top = 2 * bride.y + jnp.where((m.taken == 1) & wedding, 16, 15)
     turned = (bride.flags & Flags.TURNED) > 0
     shape = PEOPLE.box(bride.picture, bride.x + 8, top, mirrored=turned)
