@@ -110,8 +110,7 @@ class Sound:  # of `Ram.sound`
     HIT = 2
 
 
-class Weapon:  # of `Ram.bombs_or_rays`
-    DIVER = 0  # none, because a demon dives
+class Weapon:  # of `Ram.bombs_or_rays`; while a demon dives, there is none
     MISSILES = 1
 
 
