@@ -1,4 +1,4 @@
-"""When Krull draws the figures of the wedding, and where the beam is when it switches the shot.
+"""Krull's RAM, when the figures of the wedding are drawn, and the beam as it switches the shot.
 
 The display program ($B300 and $B400 of the first half) draws two rows of each sprite a turn. One
 sprite shows the bride, while she is free, and the Slayers; the other one the player and the bride
@@ -10,10 +10,13 @@ The shot is switched on in a turn of the second sprite and off in one of the fir
 depends on what else the program does in that turn. These columns are counted in its cycles.
 """
 
+from typing import NamedTuple
+
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import lookup, pick
+from ocjax.console.ops import lookup, match, pick
+from ocjax.console.ram import RamMap, bcd, bits, byte, signed
 from ocjax.console.rom import Rom
 
 ROM = Rom("krull", "4baada22435320d185c95b7dd2bcdb24")
@@ -22,19 +25,99 @@ SECOND = 256  # the first picture of the second page
 RECORDS = np.arange(8)
 FEW = 6  # records of the first sprite
 SETUP = 5  # turns before a figure, after the one before it
-PAUSE = 0x48  # the turn, or the next free one, in which the game changes the ground's color
-# turns
-LAST = 0x50
-NEVER = 0xFF
+PAUSE = 72  # the turn, or the next free one, in which the game changes the ground's color
+LAST = 80  # turn
+NEVER = 255  # instead of a turn
 # Records from the top down, the first turn with a figure, and that with a pause.
 SPRITES = ((range(FEW - 1, -1, -1), 6, PAUSE), ((7, 6), 22, NEVER))
-# States of a sprite: it waits for a row, begins, draws, has no more to draw, or is in one of four
-# turns after a figure. In the second of these the game places the next one.
-WAITS = 0
-BEGINS = 1
-DRAWS = 2
-ENDED = 3
-PLACES = 5
+
+
+class Scene:  # of `Ram.scene`
+    WEDDING = 0
+    LAIR = 1
+    WEB = 2
+    DESERT = 3
+
+
+class Item:  # of `Ram.item`
+    WEAPON = 226
+    LIFE = 233
+
+
+class Flags:  # bits of `Ram.flags`
+    SIZE = 7  # NUSIZ
+    MARE_TURNED = 8
+    TURNED = 16
+
+
+class Ram(RamMap):
+    over = bits(0, first=7)  # the title is shown
+    sun_y = byte(23)
+    sun_x = byte(24)
+    sand = bits(26, first=4, count=4)  # a bit for each row that is still above
+    score = bcd((28, 29, 30))
+    lives = byte(31)  # in reserve
+    weapons = byte(32)
+    taken = bits(33, first=6)  # the bride is taken: her record is the seventh then
+    scene = byte(34)
+    shot_page = byte(67)
+    player_picture = byte(66)
+    foe_picture = byte(68)
+    item = byte(70)
+    speed = signed(76)  # 1/32 of a column a frame
+    shot_top = byte(76)  # (y - 13) / 2
+    shot_bottom = byte(77)  # likewise; what is found in the desert: steps of 1/32 of a column
+    shot_x = byte(78)  # x - 7; of what is found in the desert
+    shot_slant = bits(79, first=4, count=4)
+    castle = byte(80)  # rows that have risen
+    cage = byte(*range(115, 123))  # a bit for each piece
+    line_x = byte(116, 115)  # x + 33 and x - 7 of the first place
+    next_place = byte(117)  # at which the lines are drawn on the next frame
+    shot_color = byte(81)  # changes after the drawing
+    slayers = byte(82)
+    x = byte(*range(83, 91))  # of the eight records
+    y = byte(*range(91, 99))
+    flags = byte(*range(99, 107))
+    picture = byte(*range(107, 115))
+
+
+class Record(NamedTuple):
+    """Which record is a person's."""
+
+    elsewhere: int  # in other scenes than the wedding
+    taken: int  # at the wedding when the bride is taken
+    free: int  # before that
+
+
+COLWYNS = Record(elsewhere=0, taken=7, free=6)
+BRIDES = Record(elsewhere=2, taken=6, free=0)
+
+
+class Person(NamedTuple):
+    """The fields of a person's record."""
+
+    x: jax.Array
+    y: jax.Array
+    flags: jax.Array
+    picture: jax.Array
+
+
+def person(m: Ram, y: jax.Array, record: Record) -> Person:
+    """A person's fields."""
+    fields = jnp.stack([m.x, y, m.flags, m.picture])
+    wedding = jnp.where(m.taken == 1, fields[:, record.taken], fields[:, record.free])
+    here = jnp.where(m.scene == Scene.WEDDING, wedding, fields[:, record.elsewhere])
+    return Person(*here)
+
+
+class State:  # of a sprite; from `ENDED` on, four turns after a figure
+    WAITS = 0  # for a row
+    BEGINS = 1
+    DRAWS = 2
+    ENDED = 3  # or has no more to draw
+    PLACES = 5  # the next figure
+
+
 OFF_AT = (61, 94, 4, 82, 95, 0, 115, 136)  # columns, by the first sprite's state
 ON_AT = (73, 106, 4, 94, 116, 0, 115, 115)  # likewise, the second one's
 # The column while a figure is placed, by its x: the loop before it takes 15 columns a step.
@@ -96,10 +179,13 @@ def _beam(turn: jax.Array, figures: jax.Array, columns: tuple[int, ...], ready: 
     start, end, placed = figures
     drawn = start < NEVER
     since = turn - jnp.max(jnp.where(drawn & (end < turn), end, ready - SETUP))
-    state = jnp.where(since < SETUP, ENDED + since, WAITS)
-    state = jnp.where(turn > jnp.max(jnp.where(drawn, end, 0)), ENDED, state)
-    state = jnp.where((turn == start).any(), BEGINS, state)
-    state = jnp.where(((start < turn) & (turn <= end)).any(), DRAWS, state)
+    state = match(
+        (((start < turn) & (turn <= end)).any(), State.DRAWS),
+        ((turn == start).any(), State.BEGINS),
+        (turn > jnp.max(jnp.where(drawn, end, 0)), State.ENDED),
+        (since < SETUP, State.ENDED + since),
+        otherwise=State.WAITS,
+    )
     next_start = jnp.min(jnp.where(start > turn, start, NEVER))
     next_placed = jnp.max(jnp.where(start == next_start, placed, 0))
-    return jnp.where(state == PLACES, next_placed, pick(state, columns))
+    return jnp.where(state == State.PLACES, next_placed, pick(state, columns))

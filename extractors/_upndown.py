@@ -17,34 +17,56 @@ import itertools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import among, lookup
+from ocjax.console.ops import among, lookup, match, when
 from ocjax.console.ram import RamMap, byte
 from ocjax.console.rom import Rom
 
 ROM = Rom("up_n_down", "a499d720e7ee35c62424de882a3351b6")
 BANK = 0x1000  # of the tables
-GROUND = 0x58  # row of the player on the road
-HIDDEN = 0x17  # kind
-KINDS = {0: HIDDEN, 16: 0, 48: 1, 80: 3, 112: 2, 144: 8, 176: HIDDEN, 191: 24, 208: HIDDEN, 223: 25}
+GROUND = 88  # row of the player on the road
+
+
+class Kind:  # of `Ram.kind` and `Ram.kinds`; cars are below `FLAG`
+    FLAG = 8  # the first of eight
+    PLAYER = 16
+    HIDDEN = 23
+    COLLECTABLE = 24  # the first of eight
+    GONE = 32  # bit of a flag
+
+
+KINDS = {  # by low byte of the pictures' addresses
+    0: Kind.HIDDEN,
+    16: 0,
+    48: 1,
+    80: 3,
+    112: 2,
+    144: Kind.FLAG,
+    176: Kind.HIDDEN,
+    191: Kind.COLLECTABLE,
+    208: Kind.HIDDEN,
+    223: Kind.COLLECTABLE + 1,
+}
 COLLECTABLES = (24, 25)  # two more are on the pictures' next page but one
+
 ROADS = 3
-ROWS = 1024
-PLACES = 1024
-ROUND_ROADS = ((ROM.bytes(BANK + 0xBE3, 10) & 15) - 12).tolist()  # by round
-MIDDLE = 72  # in `COLUMNS`
-CROSSING = 1  # which are counted from the middle
-DOUBLE = 128  # but from the left where both roads lead the same way
-APART = 80  # this far apart
-DRAWN = 42  # pieces of the road on the screen
+ROWS = 1024  # of a road
+PLACES = 1024  # of the pieces, by their hash
 HASH = np.array((125, 153, 27))  # of a piece's bytes: few pieces share one
+DRAWN = 42  # pieces of the road on the screen
+ROUND_ROADS = ((ROM.bytes(BANK + 0xBE3, 10) & 15) - 12).tolist()  # by round
+MIDDLE = 72  # in `COLUMNS`, which are counted from it, but at least as `CROSSING`
+CROSSING = 1
+DOUBLE = 128  # added to those counted from the left, where both roads lead the same way
+APART = 80  # columns from one such road to the other
+
 FULL = (16, 17)  # rows left between a sprite that loses its last rows and the next one
 LOST = range(18)  # rows that it loses
 FAR = 512  # rows, more than any
 PHASES = np.arange(4)  # of the first sprite
 TRIES = np.arange(8).reshape(2, 4)  # by the piece's place and the phase
 BITS = 1 << np.arange(9).reshape(3, 3, 1, 1)  # by row and record
-NONE = 512 * 8
-IMPOSSIBLE = 4
+NONE = 512 * 8  # instead of a try
+IMPOSSIBLE = 4  # instead of a fine scroll
 ORDERS = tuple(itertools.permutations(range(3)))  # the records from the top
 RANKS = np.argsort(ORDERS, axis=1).ravel()  # of the records
 WANTED = [sum(1 << 3 * row + record for row, record in enumerate(order)) for order in ORDERS]
@@ -99,7 +121,7 @@ def column(m: DrawnRam, row: jax.Array) -> jax.Array:
 
 
 def drawn(m: DrawnRam) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """The records' kinds (HIDDEN where it is not known) and rows, and the road's fine scroll."""
+    """The records' kinds, which may be hidden, and rows, and the road's fine scroll."""
     picture, kind = lookup(PICTURES, m.pictures), lookup(LOOKS, m.pictures)
     kind = jnp.where(among(kind, COLLECTABLES), kind + (m.pages & 2), kind)
     cut = jnp.where((picture > 0) & (np.arange(4) < 3), m.pictures - picture, 0)
@@ -111,8 +133,8 @@ def drawn(m: DrawnRam) -> tuple[jax.Array, jax.Array, jax.Array]:
     one = ((best >> 9) & 3) == PHASES
     y = jnp.sum(jnp.where(one[None], rows, 0), axis=1)
     rank = lookup(RANKS, 3 * lookup(ORDER, best & 511) + np.arange(3))
-    y, kind = (jnp.where(rank == 0, v[0], jnp.where(rank == 1, v[1], v[2])) for v in (y, kind))
-    kind = jnp.where(best < NONE, kind, HIDDEN)
+    y, kind = (match((rank == 0, v[0]), (rank == 1, v[1]), otherwise=v[2]) for v in (y, kind))
+    kind = jnp.where(best < NONE, kind, Kind.HIDDEN)
     return kind, y, jnp.sum(jnp.where(one, fine, 0))
 
 
@@ -125,10 +147,7 @@ def _rows(m: DrawnRam, hidden: jax.Array, cut: jax.Array) -> tuple[jax.Array, ja
     """
     apart = m.gaps + 2 + cut[1:] - cut[:-1]
     ends = 160 - 2 * m.ends - jnp.sum(apart)  # twice the first row, plus the rows lost to the road
-    # Sprites that take turns are hidden, too: the player is the one that is about where he is.
-    about = jnp.sum(jnp.where(np.tri(4, 3, -1, dtype=bool), apart[None], 0), axis=1)
-    about = jnp.abs(about + ((ends & 255) >> 1) - GROUND)
-    player = jnp.min(jnp.where(hidden, 4 * about, 4 * FAR) + np.arange(4)) & 3
+    player = _player(hidden, apart, ends)
     is_player = player == np.arange(4)
     full = jnp.any(is_player[:3] & ~hidden[1:] & among(m.gaps, FULL))
     loses = full & (((m.counter - 1 + player) & 1) == 0)
@@ -144,13 +163,20 @@ def _rows(m: DrawnRam, hidden: jax.Array, cut: jax.Array) -> tuple[jax.Array, ja
     rows = jnp.stack(phases) + (top - start)[None]
     lost = GROUND - jnp.sum(jnp.where(is_player[:, None], rows, 0), axis=0)
     ends = 160 - sum(jnp.where(is_player[i], GROUND, rows[i]) for i in (0, 3))
-    possible = ((ends & 255) >> 1 == m.ends) & ((lost == 0) | loses & among(lost, LOST))
+    possible = ((ends & 255) >> 1 == m.ends) & ((lost == 0) | (loses & among(lost, LOST)))
     return player, rows, jnp.where(possible, (start - top) & 3, IMPOSSIBLE)
+
+
+def _player(hidden: jax.Array, apart: jax.Array, ends: jax.Array) -> jax.Array:
+    """Which sprite is the player: of those that are hidden, the one that is about where he is."""
+    below = jnp.sum(jnp.where(np.tri(4, 3, -1, dtype=bool), apart[None], 0), axis=1)
+    away = jnp.abs(below + ((ends & 255) >> 1) - GROUND)
+    return jnp.min(jnp.where(hidden, 4 * away, 4 * FAR) + np.arange(4)) & 3
 
 
 def _late(phase: jax.Array | np.ndarray) -> jax.Array:
     """Rows that are lost where the road's next piece begins."""
-    return jnp.where(((phase + 1) & 2) == 0, 1, 0)
+    return when(((phase + 1) & 2) == 0, 1)
 
 
 def _best(m: DrawnRam, kind: jax.Array, rows: jax.Array, fine: jax.Array) -> jax.Array:
@@ -162,7 +188,7 @@ def _best(m: DrawnRam, kind: jax.Array, rows: jax.Array, fine: jax.Array) -> jax
     side = jnp.minimum(jnp.abs(m.x - MIDDLE), MIDDLE)
     double = jnp.where(m.x >= MIDDLE + 4, m.x - APART, m.x) + DOUBLE
     fits = (there == side[None, :, None, None]) | (there == double[None, :, None, None])
-    fits = fits | (kind == HIDDEN)[:, None, None, None]
+    fits = fits | (kind == Kind.HIDDEN)[:, None, None, None]
     bits = jnp.sum(jnp.where(fits, BITS, 0), axis=(0, 1))
     good = (lookup(ORDER, bits) < len(ORDERS)) & (fine < IMPOSSIBLE)[None]
     return jnp.min(jnp.where(good, 512 * TRIES + bits, NONE))

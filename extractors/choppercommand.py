@@ -1,53 +1,63 @@
 """Chopper Command: a helicopter that guards convoys of trucks, enemies in three lanes, a radar.
 
-Slots of EnemyHelicopter and EnemyPlane: the game's three lanes from the bottom, which hold one or
-the other. Of Truck: the places of a convoy. Of Bomb: the whole one or its upper half, the lower
-half. Of MiniTruck and MiniEnemy: block of the landscape from the left (all move on together,
-uncounted) * 3 + place or lane, with boxes of what the radar shows. The shot is the line that is
-left of it. Life has a box around the helicopters in reserve, one less than its `value`. What
-explodes is no object, but a truck that was hit blinks. Scenery: sky, mountains, the maker's name.
+Screen: the shot is the line that is left of it. What the radar shows are MiniTruck, MiniEnemy and
+MiniPlayer. Life has a box around the helicopters in reserve, one less than its `value`. What
+explodes is no object, but a truck that was hit blinks. Sky, mountains and the maker's name are
+scenery.
+
+Slots: of EnemyHelicopter and EnemyPlane, the game's three lanes from the bottom, which hold one or
+the other. Of Truck, the places of a convoy. Of Bomb, the whole one or its upper half, the lower
+half. Of MiniTruck and MiniEnemy, block of the landscape from the left (all move on together,
+uncounted) * 3 + place or lane.
 
 RAM: ALE's source (score, lives), OCAtari 2.2, and the ROM's code. The game moves the enemies before
 a frame is drawn, and the player, the bombs and the landscape after it, when it also counts hits.
-`decode` takes that back. How far the landscape moved follows from the chip's codes for the places
-of the two lower lanes, which are kept from the drawing, or else from the player's speed.
+`_as_drawn` takes that back. How far the landscape moved follows from the chip's codes for the
+places of the two lower lanes, which are kept from the drawing, or else from the player's speed.
 
-Covered: both modes and difficulties, later waves, deaths, the end of the game. Not in the RAM: the
-player's place and direction on the frame on which he turns, his place (by a column or a line) on
-some on which he comes to rest; the enemies on the frame on which the blocks move on, and a hit
-one's picture on that of the hit; bombs on that on which they leave the screen. VEM does not see the
-part of a shot or an enemy that something covers.
+Covered: both modes and difficulties, later waves, deaths, the end of the game.
+
+Not exact, because it is not in the RAM: the player's place and direction on the frame on which he
+turns, his place (by a column or a line) on some on which he comes to rest; the enemies on the frame
+on which the blocks move on, and a hit one's picture on that of the hit; bombs on that on which they
+leave the screen.
+
+VEM: it does not see the part of a shot or an enemy that something covers.
 """
 
 import functools
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import among
+from ocjax.console.ops import among, match, when
 from ocjax.console.ram import RamMap, bcd, bits, byte, high, low, signed
 from ocjax.console.registers import position, signed_nibble
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.displays import IconRow, NumberDisplay
 from ocjax.vision.filters import LoneRuns
-from ocjax.vision.rules import Blobs, Bounds, Gauge
+from ocjax.vision.rules import Blobs, Bounds
 from ocjax.vision.shades import Saver
 from ocjax.vision.shapes import Shape
 
 ROM = Rom("chopper_command", "c1cb228470a87beb5f36e90ac745da26")
 FONT = ROM.font(0xE00, rows=7, stride=8)
 
-GOLD = 0x2C
-WHITE = 0x0E
-BLUE = 0x80
+SCORE = NumberDisplay(FONT, right=81, top=16, digits=6)
+RESERVE = IconRow(left=33, top=24, width=8, height=9, pitch=8)
+
+GOLD = 44
+WHITE = 14
+BLUE = 128
 BLACK = 0
-YELLOW = 0x2E
-BROWN = 0x20
-LASER = (*range(0x70, 0x90, 2), 0x9E)
-# columns 0-7 of the screen are black
-FIELD = (8, 52, 160, 168)
+YELLOW = 46
+BROWN = 32
+LASER = (*range(112, 144, 2), 158)
+
+FIELD = (8, 52, 160, 168)  # columns 0-7 of the screen are black
 ROAD = (8, 161, 160, 168)
 WINDOW = (56, 179, 104, 187)  # of the radar, below the mountains
 
@@ -56,48 +66,66 @@ ROWS = 10
 PARTS = 15
 MASKS = [*(255 >> cut for cut in range(8)), *(255 << cut & 255 for cut in range(1, 8))]
 TURNED = np.array([int(f"{dots:08b}"[::-1], 2) for dots in range(256)])
-WHOLE = [ROM.rows(0xE00 + at, ROWS) for at in ROM.bytes(0xF0E, 12).tolist()]
-WHOLE[7:10] = [TURNED[picture] for picture in WHOLE[7:10]]
-KINDS = Pictures.of(picture & mask for picture in WHOLE for mask in MASKS)
+STORED = [ROM.rows(0xE00 + at, ROWS) for at in ROM.bytes(0xF0E, 12).tolist()]
+WHOLE = [TURNED[rows] if kind in (7, 8, 9) else rows for kind, rows in enumerate(STORED)]
+KINDS = Pictures.of(rows & mask for rows in WHOLE for mask in MASKS)
 CHOPPERS = ROM.pictures((0xEC0, 0xEB6), ROWS)
 
-# first kinds; those that face left
-PLANE = 6
-HELICOPTER = 8
-WESTWARD = (6, 8, 9)
-HIT_HELICOPTER = 1  # its kind then
+PLACES = ((3, 5, 6, 7), (2, 4, 6, 7), (1, 4, 5, 7))  # convoys with a truck at each place
+BLOCK = 320  # columns of the landscape
+GOES_RIGHT = 16  # the player's column when he flies to the right, and the landscape to the left
+GOES_LEFT = 134
+BEHIND_LEFT = 21  # up to here, the landscape moves instead of a player who falls back
+BEHIND_RIGHT = 130  # from here on, likewise
+LOWEST = 4  # `player_y`
+HIGHEST = 95
+OFF = 111  # from here on, `player_y` and `bomb_y` are none
+SPLIT = 128  # from here on, `bomb_time` is that of a whole bomb
 JUST_EXPLODES = 15  # `timer`
+JUST_HIT = 31  # `pause`
+BLINKING = 8  # from here on, `wreck` is that of a truck that blinks
+SAVER_MASK = 247  # `saver_mask` of the screen saver, which drops a bit of colours
 WEST = 12
 EAST = 4
-PLACES = ((3, 5, 6, 7), (2, 4, 6, 7), (1, 4, 5, 7))  # convoys with a truck at each place
-SPLIT = 128  # least `bomb_time` of a whole bomb
-BLINKING = 8  # `wreck` of a truck that blinks
-# `pause` and `phase`
-JUST_HIT = 31
-DEAD = 0x7F
-EXPLODES = 0x5E  # least `phase`: the chopper explodes
-BETWEEN = 0x80  # a wave is over
-LOWEST = 4  # `player_y`
-HIGHEST = 0x5F  # and least row of no bomb
-OFF = 0x6F  # no player
+
+
+class Kind:  # of `Ram.kind`
+    HIT_HELICOPTER = 1
+    PLANE = 6  # the first picture
+    HELICOPTER = 8  # the first picture
+    WESTWARD = (6, 8, 9)
+
+
+class Phase:  # of `Ram.phase`
+    PLAYS = 0
+    EXPLODES = 94  # from here on, the chopper
+    DEAD = 127
+    BETWEEN = 128  # from here on, a wave is over
+
+
+class Stick:  # bits of `Ram.stick`
+    UP = 1
+    DOWN = 2
+    LEFT = 4
+    RIGHT = 8
+
 
 # Byte of `shot` and bit in it for each dot of a line, of four columns.
 SHOT_BYTE = np.repeat([0, 1, 2, 3, 4, 5], [4, 8, 8, 4, 8, 8])
 SHOT_BIT = np.tile([4, 5, 6, 7, *range(7, -1, -1), *range(8)], 2)
 
-SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
-
 
 class Ram(RamMap):
     saver_key = byte(117)  # what colours are XORed with
-    saver_mask = byte(116)  # what they are masked with: 0xFF in play
+    saver_mask = byte(116)  # what they are masked with: 255 in play
     frame = byte(0)
     # A value for each of the blocks; the column of an enemy counts from 1.
     convoys = bits(8, 7, 6, 5, first=3, count=3)
     middle_lane = bits(8, 7, 6, 5, count=3)
     top_lane = bits(12, 11, 10, 9, count=3)
     low_lane = bits(12, 11, 10, 9, first=3, count=3)
-    coarse, fine = byte(14, 15), high(30, 31)  # where the lower lanes were drawn
+    coarse = byte(14, 15)  # with `fine`, where the lower lanes were drawn
+    fine = high(30, 31)
     x = byte(18, 19, 20)  # of the lanes, in the landscape
     y = byte(22, 23, 24)  # 158 - y
     clock = byte(26)  # of the enemies and bombs, counts down
@@ -121,7 +149,7 @@ class Ram(RamMap):
     bomb_x = byte(70)  # x + 1
     player_x = byte(71)  # x - 1
     player_y = byte(72)  # 159 - y
-    stick = bits(84, first=4, count=4)  # up, down, left, right
+    stick = bits(84, first=4, count=4)
     bomb_y = byte(94, 95)  # 167 - y
     phase = byte(97)
     lives = byte(100)
@@ -130,77 +158,105 @@ class Ram(RamMap):
     radar = high(122)
 
 
+class Drawn(NamedTuple):
+    """What has changed since the frame was drawn."""
+
+    x: jax.Array  # the player's column on the frame
+    y: jax.Array  # his row
+    shift: jax.Array  # the landscape's place on the frame
+    moved: jax.Array  # columns to the left that it has moved since
+    ticked: jax.Array  # 1 where the clock of the enemies has ended
+
+
 def decode(m: Ram) -> dict[str, Box]:
-    ticked = jnp.where((m.phase == 0) & (m.clock == ((3 - m.wave) & 255)), 1, 0)
-    step, shift, moved = _motion(m, ticked)
-    x, y = m.player_x - step, _player_row(m)
-    lanes, helicopter = _lanes(m, shift)
-    mini_enemies, mini_trucks = _radar(m)
-    mini_x = 74 - signed_nibble(((x >> 1) + 0xF2) >> 4 & 15 ^ 15)
-    points = jnp.sum(jnp.where(m.timer == JUST_EXPLODES, m.kind, 0))  # not yet on the screen
-    shown = 100 * jnp.maximum(m.score - points, 0)
+    drawn = _as_drawn(m)
+    lanes, helicopter = _lanes(m, drawn)
     return {
-        "Player": _player(m, x, y),
+        "Player": _player(m, drawn),
         "EnemyHelicopter": lanes.where(helicopter),
         "EnemyPlane": lanes.where(~helicopter),
-        "Truck": _trucks(m, shift, ticked),
-        "Bomb": _bombs(m, shift, moved - ticked),
+        "Truck": _trucks(m, drawn),
+        "Bomb": _bombs(m, drawn),
         "Shot": _shot(m),
-        "MiniPlayer": box(mini_x, 184 - (y >> 4 & 7), 2, 2),
-        "MiniEnemy": mini_enemies,
-        "MiniTruck": mini_trucks,
-        "Score": score_box(FONT, shown, right=81, top=16, digits=6, value=100 * m.score),
-        "Life": box(33, 24, 8 * m.lives - 8, 9, m.lives > 1, value=m.lives),
+        "MiniPlayer": _mini_player(drawn),
+        "MiniEnemy": _mini_enemies(m),
+        "MiniTruck": _mini_trucks(m),
+        "Score": _score(m),
+        "Life": RESERVE.box(m.lives - 1, value=m.lives),
     }
+
+
+def _as_drawn(m: Ram) -> Drawn:
+    """The player's step is what the landscape's leaves, where that is seen and he can make it."""
+    ticked = when((m.phase == Phase.PLAYS) & (m.clock == ((3 - m.wave) & 255)), 1)
+    now = m.scroll - jnp.where(m.odd == 1, 0, BLOCK // 2)
+    flown = _flown(m) + ticked
+    shift, seen = _seen_shift(m)
+    step = _player_step(m, flown + now - shift, seen)
+    behind = jnp.where(step < 0, m.player_x < BEHIND_RIGHT, m.player_x > BEHIND_LEFT)
+    moved = jnp.where(seen, shift - now, flown - when(behind, step))
+    block = when(_moved_on(m), jnp.where(m.odd == 1, -BLOCK, BLOCK))
+    x, y = m.player_x - step, m.player_y - _player_rise(m)
+    return Drawn(x, y, now + moved + block, moved, ticked)
+
+
+def _flown(m: Ram) -> jax.Array:
+    """Columns that the player's speed has moved him in the landscape."""
+    part = m.part - m.speed  # the game keeps it from 0 to 31 or from -33 to -2
+    part = match(
+        ((m.speed > 0) & (m.part >= 0), part & 31),
+        ((m.speed < 0) & (m.part < 0), ((part + 33) & 31) - 33),
+        otherwise=part,
+    )
+    return when(m.phase < Phase.BETWEEN, (part + m.speed - m.part) >> 5)
+
+
+def _seen_shift(m: Ram) -> tuple[jax.Array, jax.Array]:
+    """The landscape's place, as one of the lower lanes tells, and whether it does."""
+    coarse = jnp.where(m.coarse < 128, m.coarse, m.coarse - 122)
+    x = position(coarse, m.fine) - 1
+    seen = (x > 0) & (m.timer[:2] != JUST_EXPLODES) & ~_moved_on(m)
+    return jnp.where(seen[0], x[0] - m.x[0], x[1] - m.x[1]), jnp.any(seen)
+
+
+def _player_step(m: Ram, step: jax.Array, seen: jax.Array) -> jax.Array:
+    """The player's step after he was drawn: the one that was seen, if he can make it."""
+    x = m.player_x
+    gains, stays, loses = (_step_from(m, x - by) == by for by in (1, 0, -1))
+    possible = (gains & (step == 1)) | (stays & (step == 0)) | (loses & (step == -1))
+    possible = seen & possible & (x > BEHIND_LEFT) & (x < BEHIND_RIGHT)
+    step = jnp.where(possible, step, _usual_step(m, gains, stays, loses))
+    return when(m.phase < Phase.BETWEEN, step)
 
 
 def _step_from(m: Ram, x: jax.Array) -> jax.Array:
     """Columns that the game moves the player from x, to the place that goes with his speed."""
     aim = (x - (m.speed >> 1)) & 255
-    aim = jnp.where(aim >= 200, 0, aim) & 0xFE
-    goal = jnp.where(m.faces_right == 1, 0x10, 0x86)
-    near = jnp.where(x == 0x86, 0, jnp.where(x > 0x86, -1, 1))
-    far = jnp.where(x == 0x11, 0, jnp.where(x < 0x11, near, -1))
-    return jnp.where(aim < goal, near, jnp.where(aim == goal, 0, far))
+    aim = jnp.where(aim >= 200, 0, aim) & ~1
+    goal = jnp.where(m.faces_right == 1, GOES_RIGHT, GOES_LEFT)
+    near = jnp.sign(GOES_LEFT - x)
+    far = match((x == GOES_RIGHT + 1, 0), (x <= GOES_RIGHT, near), otherwise=-1)
+    return match((aim < goal, near), (aim == goal, 0), otherwise=far)
 
 
 def _usual_step(m: Ram, gains: jax.Array, stays: jax.Array, loses: jax.Array) -> jax.Array:
     """The player's step, where several are possible: he follows his speed when that changes."""
-    right, left, slows = (m.stick & 8) != 0, (m.stick & 12) == 4, (m.stick & 12) == 0
+    aside = m.stick & (Stick.LEFT | Stick.RIGHT)
+    right, left, slows = (aside & Stick.RIGHT) > 0, aside == Stick.LEFT, aside == 0
     rises = (right & (m.speed < 64)) | (slows & (m.speed < 0))
     falls = (left & (m.speed > -65)) | (slows & (m.speed > 0))
-    edge = jnp.where(m.faces_right == 1, 0x10, 0x86) + (m.speed >> 1)
+    edge = jnp.where(m.faces_right == 1, GOES_RIGHT, GOES_LEFT) + (m.speed >> 1)
     follows = gains & rises & ((m.speed & 1) == 0) & (m.player_x == edge)
     yields = loses & falls & ((m.speed & 1) == 1) & (m.player_x == edge + 1)
-    return jnp.where(stays & ~follows & ~yields, 0, jnp.where(gains, 1, jnp.where(loses, -1, 0)))
+    return match((stays & ~follows & ~yields, 0), (gains, 1), (loses, -1), otherwise=0)
 
 
-def _motion(m: Ram, ticked: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """The player's step after he was drawn; where the landscape was, and its step to the left.
-
-    The landscape moves by the player's speed, less his own step, and by one when the clock ends.
-    """
-    x = m.player_x
-    gains, stays, loses = (_step_from(m, x - step) == step for step in (1, 0, -1))
-    part = m.part - m.speed  # the game keeps it from 0 to 31 or from -33 to -2
-    part = jnp.where((m.speed > 0) & (m.part >= 0), part & 31, part)
-    part = jnp.where((m.speed < 0) & (m.part < 0), ((part + 33) & 31) - 33, part)
-    moves = m.phase < BETWEEN
-    flown = jnp.where(moves, (part + m.speed - m.part) >> 5, 0) + ticked
-    now = m.scroll - jnp.where(m.odd == 1, 0, 160)
-    coarse = jnp.where(m.coarse < 128, m.coarse, m.coarse - 122)
-    drawn = position(coarse, m.fine) - 1  # the lower lanes
-    seen = (drawn > 0) & (m.timer[:2] != JUST_EXPLODES) & ~_moved_on(m)
-    shift = jnp.where(seen[0], drawn[0] - m.x[0], drawn[1] - m.x[1])
-    step = flown + now - shift
-    possible = (gains & (step == 1)) | (stays & (step == 0)) | (loses & (step == -1))
-    possible = jnp.any(seen) & possible & (x > 0x15) & (x < 0x82)
-    step = jnp.where(possible, step, _usual_step(m, gains, stays, loses))
-    step = jnp.where(moves, step, 0)
-    moved = flown - jnp.where(jnp.where(step < 0, x < 0x82, x > 0x15), step, 0)
-    moved = jnp.where(jnp.any(seen), shift - now, moved)
-    block = jnp.where(_moved_on(m), jnp.where(m.odd == 1, -320, 320), 0)
-    return step, now + moved + block, moved
+def _player_rise(m: Ram) -> jax.Array:
+    """Lines that the player has risen."""
+    up = ((m.stick & Stick.UP) > 0) & (m.player_y < HIGHEST)
+    only_down = (m.stick & (Stick.UP | Stick.DOWN)) == Stick.DOWN
+    down = only_down & (m.player_y > LOWEST)
+    return when(m.phase == Phase.PLAYS, match((up, 1), (down, -1), otherwise=0))
 
 
 def _moved_on(m: Ram) -> jax.Array:
@@ -215,34 +271,28 @@ def _blocks(m: Ram, values: jax.Array) -> jax.Array:
     return jnp.where(_moved_on(m), back, values)
 
 
-def _player_row(m: Ram) -> jax.Array:
-    up = ((m.stick & 1) != 0) & (m.player_y < HIGHEST)
-    down = ((m.stick & 3) == 2) & (m.player_y > LOWEST)
-    moved = jnp.where(up, 1, jnp.where(down, -1, 0))
-    return m.player_y - jnp.where(m.phase == 0, moved, 0)
-
-
-def _player(m: Ram, x: jax.Array, y: jax.Array) -> Box:
+def _player(m: Ram, drawn: Drawn) -> Box:
     right = m.faces_right == 1
-    just_hit = (m.phase == DEAD) & (m.pause == JUST_HIT)
-    turns = ((m.phase == 0) | just_hit) & (((m.frame - 2) & 2) == 0)  # the rotor
+    just_hit = (m.phase == Phase.DEAD) & (m.pause == JUST_HIT)
+    turns = ((m.phase == Phase.PLAYS) | just_hit) & (((m.frame - 2) & 2) == 0)  # the rotor
     left, top, width, height = CHOPPERS.extent(jnp.where(turns, 0, 1))
     left = jnp.where(right, left, 8 - left - width)
-    there = (m.phase < EXPLODES) | (m.phase >= BETWEEN) | just_hit
+    there = (m.phase < Phase.EXPLODES) | (m.phase >= Phase.BETWEEN) | just_hit
     there, facing = there & (m.player_y < OFF), jnp.where(right, EAST, WEST)
-    chopper = box(x + 1 + 2 * left, 159 - y + top, 2 * width, height, there, orientation=facing)
-    return chopper.clip(*FIELD)
+    x, y = drawn.x + 1 + 2 * left, 159 - drawn.y + top
+    return box(x, y, 2 * width, height, there, orientation=facing).clip(*FIELD)
 
 
-def _lanes(m: Ram, shift: jax.Array) -> tuple[Box, jax.Array]:
+def _lanes(m: Ram, drawn: Drawn) -> tuple[Box, jax.Array]:
     """What flies in the lanes, and where that is a helicopter."""
     hit = m.timer == JUST_EXPLODES  # after the frame, which shows it whole
-    helicopter = jnp.where(hit, m.kind == HIT_HELICOPTER, m.kind >= HELICOPTER)
+    helicopter = jnp.where(hit, m.kind == Kind.HIT_HELICOPTER, m.kind >= Kind.HELICOPTER)
     second = (m.frame - 1) >> 1 & 1
-    kind = jnp.where(hit, jnp.where(helicopter, HELICOPTER + second, PLANE), m.kind)
-    there = ((m.kind >= PLANE) | hit) & ~_moved_on(m)
-    facing = jnp.where(among(kind, WESTWARD), WEST, EAST)
-    return _cut(kind, m.x + shift, 158 - m.y, there, facing), helicopter
+    whole = jnp.where(helicopter, Kind.HELICOPTER + second, Kind.PLANE)
+    kind = jnp.where(hit, whole, m.kind)
+    there = ((m.kind >= Kind.PLANE) | hit) & ~_moved_on(m)
+    facing = jnp.where(among(kind, Kind.WESTWARD), WEST, EAST)
+    return _cut(kind, m.x + drawn.shift, 158 - m.y, there, facing), helicopter
 
 
 def _cut(kind: jax.Array, x: jax.Array, y: jax.Array, there: jax.Array, facing: jax.Array) -> Box:
@@ -253,22 +303,23 @@ def _cut(kind: jax.Array, x: jax.Array, y: jax.Array, there: jax.Array, facing: 
     return KINDS.box(PARTS * kind + part, x, y, valid=there, orientation=facing)
 
 
-def _trucks(m: Ram, shift: jax.Array, ticked: jax.Array) -> Box:
+def _trucks(m: Ram, drawn: Drawn) -> Box:
     convoy = jnp.where(m.wreck >= BLINKING, m.wreck_convoy, _blocks(m, m.convoys)[1])
     there = jnp.stack([among(convoy, convoys) for convoys in PLACES])
-    x = jnp.array([64, 96, 128]) + shift
-    trucks = _cut(m.truck_kind ^ ticked, x, jnp.full(3, ROAD[1]), there, jnp.full(3, 0))
+    x = jnp.array([64, 96, 128]) + drawn.shift
+    trucks = _cut(m.truck_kind ^ drawn.ticked, x, jnp.full(3, ROAD[1]), there, jnp.full(3, 0))
     return trucks.clip(*ROAD)
 
 
-def _bombs(m: Ram, shift: jax.Array, scrolled: jax.Array) -> Box:
+def _bombs(m: Ram, drawn: Drawn) -> Box:
     """A bomb flies to the side or, on other frames, up or down, and its halves fall apart."""
     sideways, whole = (m.clock == 0) | (m.clock > 128), m.bomb_time >= SPLIT - 1
-    x = m.bomb_x - jnp.where(sideways, m.bomb_speed[0], 0) + scrolled
+    scrolled = drawn.moved - drawn.ticked
+    x = m.bomb_x - when(sideways, m.bomb_speed[0]) + scrolled
     dy = jnp.where(sideways, 0, m.bomb_speed[1])
     y = m.bomb_y - jnp.where(m.bomb_time >= SPLIT, dy, jnp.array([2, -2]))
-    lane = m.x + shift  # a bomb is shown from the second frame on
-    fresh = (x == lane + jnp.where(lane < 156, 3, 0)) & (y[0] == m.y + 4)
+    lane = m.x + drawn.shift  # a bomb is shown from the second frame on
+    fresh = (x == lane + when(lane < 156, 3)) & (y[0] == m.y + 4)
     there = (m.bomb_time > 0) & (m.bomb_y < OFF) & ~jnp.any(fresh)
     there = there & (np.array([True, False]) | ~whole)
     return box(x - 1, 167 - y, 2, jnp.where(whole, 2, 1), there).clip(*FIELD)
@@ -278,31 +329,48 @@ def _shot(m: Ram) -> Box:
     lit = (m.shot[SHOT_BYTE] >> SHOT_BIT & 1) == 1
     column = np.arange(0, 160, 4)
     left, right = jnp.min(jnp.where(lit, column, 160)), jnp.max(jnp.where(lit, column + 4, 0))
-    color = m.shot_color + 0x6F ^ 0x0F ^ jnp.maximum(_saver_key(m), 0)  # the saver leaves it
+    color = (m.shot_color + 111) ^ 15 ^ jnp.maximum(_saver_key(m), 0)  # the saver leaves it
     return box(left, 167 - m.shot_y, right - left, 1, right > left, color=color).clip(*FIELD)
 
 
-def _radar(m: Ram) -> tuple[Box, Box]:
-    """Enemies and trucks on the radar."""
-    left = 56 - signed_nibble(m.radar) + 16 * np.arange(4)  # of the blocks
+def _mini_player(drawn: Drawn) -> Box:
+    x = 74 - signed_nibble(((drawn.x >> 1) + 242) >> 4 & 15 ^ 15)
+    return box(x, 184 - (drawn.y >> 4 & 7), 2, 2)
+
+
+def _mini_lefts(m: Ram) -> jax.Array:
+    """The radar's column of each block."""
+    return 56 - signed_nibble(m.radar) + 16 * np.arange(4)
+
+
+def _mini_enemies(m: Ram) -> Box:
     lanes = [_blocks(m, lane) for lane in (m.low_lane, m.middle_lane, m.top_lane)]
-    x = jnp.stack([left + lane - 1 for lane in lanes], 1).reshape(12)
+    x = jnp.stack([_mini_lefts(m) + lane - 1 for lane in lanes], 1).reshape(12)
     there = jnp.stack([lane > 0 for lane in lanes], 1).reshape(12)
-    enemies = box(x, np.tile([183, 181, 179], 4), 2, 2, there)
-    x = jnp.stack([left + column for column in (3, 5, 7)], 1).reshape(12)
-    there = jnp.stack([among(_blocks(m, m.convoys), place) for place in PLACES], 1).reshape(12)
-    return enemies.clip(*WINDOW), box(x, 185, 1, 2, there).clip(*WINDOW)
+    return box(x, np.tile([183, 181, 179], 4), 2, 2, there).clip(*WINDOW)
+
+
+def _mini_trucks(m: Ram) -> Box:
+    x = jnp.stack([_mini_lefts(m) + column for column in (3, 5, 7)], 1).reshape(12)
+    convoys = _blocks(m, m.convoys)
+    there = jnp.stack([among(convoys, place) for place in PLACES], 1).reshape(12)
+    return box(x, 185, 1, 2, there).clip(*WINDOW)
+
+
+def _score(m: Ram) -> Box:
+    """The points, of which those of this frame are not yet on the screen."""
+    points = jnp.sum(when(m.timer == JUST_EXPLODES, m.kind))
+    return SCORE.box(100 * jnp.maximum(m.score - points, 0), value=100 * m.score)
 
 
 enemies = functools.partial(Category, count=3, attributes=("orientation",))
 CHOPPER = Blobs(GOLD, FIELD, Shape(w=(3, 16), h=(6, 10)))
 vehicles = functools.partial(Blobs, gap=(1, 2), shapes=Shape(w=(1, 8), h=(1, 10)))
 BOMBS = Blobs(GOLD, FIELD, (Shape(w=2, h=2, pixels=4), Shape(w=2, h=1)))  # whole, or halves
-LIFE = Bounds(GOLD, (30, 24, 110, 33), value=Gauge(8, 8, 2))
+LIFE = RESERVE.rule(GOLD, (30, 24, 110, 33), single=2)
 LINE = Bounds(LASER, FIELD, (4, 1), max_size=(152, 1), filters=(LoneRuns(2),))
 row = functools.partial(Blobs, YELLOW, shapes=Shape(w=(1, 2), h=(1, 2)))
 LANES = row((56, 179, 104, 181), also=(row((56, 181, 104, 183)), row((56, 183, 104, 185))))
-SCORE = Bounds(GOLD, (33, 16, 81, 23), value=Digits(FONT, tuple(range(33, 81, 8)), 16))
 
 
 def _saver_key(m: Ram) -> jax.Array:
@@ -325,7 +393,7 @@ GAME = Game(
         Category("MiniPlayer", Bounds(BROWN, WINDOW), doc="on the radar"),
         Category("MiniEnemy", LANES, count=12, doc="block * 3 + lane"),
         Category("MiniTruck", row((56, 185, 104, 187)), count=12, doc="block * 3 + place"),
-        display("Score", SCORE, doc="points"),
+        display("Score", SCORE.rule(GOLD), doc="points"),
         display("Life", LIFE, doc="helicopters in reserve; value: one more"),
     ),
 )

@@ -1,11 +1,12 @@
 """Pitfall: Harry runs through 255 scenes of a jungle with pits, tar, logs, beasts and treasures.
 
-A scene has up to three objects of one kind on the ground; below the ground there is a scorpion, or
-a brick wall and a ladder. StairPit: the hole above the ladder, with a Pit on either side in some
-scenes. Tarpit and Waterhole open and close in some; holes are background, which nothing draws.
-Rope: its brown part, below the leaves, without what trunks of its colour hide. PlayerScore has the
-value of the points won, 2,000 less than shown. Scenery: trees, the ground (OCAtari's Platform), the
-maker's name. The screen saver puts what is below the ground behind the left edge.
+Screen: a scene has up to three objects of one kind on the ground; below the ground there is a
+scorpion, or a brick wall and a ladder. StairPit is the hole above the ladder, with a Pit on either
+side in some scenes. Tarpit and Waterhole open and close in some; holes are background, which
+nothing draws. Rope is its brown part, below the leaves, without what trunks of its colour hide.
+PlayerScore has the value of the points won, 2,000 less than shown. Trees, the ground (OCAtari's
+Platform) and the maker's name are scenery. The screen saver puts what is below the ground behind
+the left edge.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (what the bytes are), and the ROM's code. Everything
 moves at F66D-FA72, before a scene is drawn at F0CE-F58E, but for the first step into a hole and
@@ -13,8 +14,11 @@ Harry's new start; his column is then still in the position of the sprite. Harry
 is drawn after column 34, so that left of it the row above is seen again.
 
 Covered: all scenes, objects and treasures (by writing RAM), falls, ladders, ropes, deaths, the end.
+
 Not exact: a box that has lost columns to the edge, the ground or another object keeps its rows.
-VEM misses ropes that are mostly behind trunks or beside trunks behind Harry, and tar of two rows.
+
+VEM: it misses ropes that are mostly behind trunks or beside trunks behind Harry, and tar of two
+rows.
 """
 
 import functools
@@ -25,11 +29,12 @@ import numpy as np
 from jax import lax
 from ocjax.console import registers
 from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import among, div, pick
+from ocjax.console.fonts import Digits
+from ocjax.console.ops import among, div, match, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte, high
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.filters import ShortRuns
 from ocjax.vision.rules import Blobs, Bounds, Gauge
 from ocjax.vision.shades import Saver
@@ -37,10 +42,13 @@ from ocjax.vision.shapes import Shape
 
 ROM = Rom("pitfall", "3e90cf23106f2e08b2781e41299de556")
 FONT = ROM.font(0xF00, rows=8)
-# Harry's pictures and their rows
-POSES = 9
-TALL = 22
-NO_ROW = 24
+LEFTS = FONT.left.tolist()
+RIGHTS = FONT.right.tolist()
+SCORE = NumberDisplay(FONT, right=69, top=9, digits=6)
+
+POSES = 9  # Harry's pictures
+TALL = 22  # and their rows
+NO_ROW = 24  # none of them is shown again
 
 
 def _harrys() -> Pictures:
@@ -56,58 +64,79 @@ def _harrys() -> Pictures:
 HARRYS = _harrys()
 OBJECTS = Pictures.of([ROM.rows(0xD00 + low, 15) for low in range(0xF1)])
 SCORPIONS = Pictures.of([ROM.rows(0xD90 + 16 * i, 16) for i in range(2)])
-# Scenes: with a hole, with three, with a rope, with crocodiles, with a treasure; with tar or water.
-HOLE = 0
-HOLES = 1
-CROCODILES = 4
-TREASURES = 5
-TAR = (2, 5, 6)
-WATER = (3, 4, 7)
-ROPES = ROM.bytes(0xCA1, 8).tolist()
-# Objects by their pictures: below which low byte.
-LOGS = 0x20
-FIRES = 0x40
-SNAKES = 0x60
-TEETH = 0x80
-BAGS = 0xC0
-BARS = 0xE0
-RINGS = 0xF0
-SILVER = 1
-GOLD = 2
-VIEW = (8, 0, 160, 210)
-# first line of Harry; ends of a rope; where it hangs
-TOP = 72
-HANG = 118
-ROPE_TOP = 65
-ROPE_X = 78
-# `y`; ABOVE: or more
-RUNS = 0x20
-SUNK = 0x36
-BELOW_AGAIN = 0x40
-FLOOR = 0x56
-ABOVE = 0xDF
-TRUNKS = (48, 56, 64, 68)  # left columns of the left one of two in the middle, by `trees`
-EARLY = 97
-EARLY_ROW = 20
-LATE = 30
-LATE_ROW = 45
-GROUND = 53  # row that the ground hides
-BELOW = (75, 60)  # first one below it without and with a hole
-CLOSED = 0xFF
-MARK = 0x80
-START = 2000
-START_X = 20
-FALLS = 0x20  # `jump` and `stick` of one who falls
-INTO_HOLE = 0x1F  # and falls into a hole
-LEFTS = FONT.left.tolist()
-RIGHTS = FONT.right.tolist()
+ROPES = ROM.bytes(0xCA1, 8).tolist()  # not 0 for a scene with a rope
+THINGS = {  # objects on the ground: low bytes of their pictures
+    "Logs": range(0, 32),
+    "Fire": range(32, 64),
+    "Snake": range(64, 96),
+    "Crocodile": range(96, 128),
+    "MoneyBag": range(128, 192),
+    "SilverBar": range(192, 224),
+    "GoldenBar": range(192, 224),
+    "DiamondRing": range(224, 240),
+}
+THREE = ("Logs", "Crocodile")  # of which a scene may have three
 
-SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
+VIEW = (8, 0, 160, 210)
+TOP = 72  # first line of Harry's band
+EARLY_X = 97  # beyond it, Harry's first row is drawn a line earlier
+EARLY_ROW = 20  # the last row for which that holds
+LATE_X = 30  # up to here, a row of Harry is seen again
+LATE_ROW = 45  # which one, counted from the top of his band
+GROUND = 53  # row that the ground hides
+BELOW = 75  # the first row below the ground
+BELOW_HOLE = 60  # the same where there is a ladder
+ROPE_TOP = 65
+ROPE_BOTTOM = 118
+ROPE_X = 78  # where it hangs
+TRUNKS = (48, 56, 64, 68)  # left columns of the left one of two in the middle, by `trees`
+START = 2000  # points of a new game
+START_X = 20  # of Harry
+CLOSED = 255  # a row of a hole
+
+
+class Scene:  # of `Ram.scene`
+    HOLE = 0
+    HOLES = 1  # three
+    CROCODILES = 4
+    TAR = (2, 5, 6)
+    WATER = (3, 4, 7)
+
+
+class Metal:  # of the lower two bits of `Ram.kind`
+    SILVER = 1
+    GOLD = 2
+
+
+class Height:  # of `Ram.y`
+    RUNS = 32
+    STEPS_DOWN = 33
+    SUNK = 54
+    BELOW_AGAIN = 64  # at a new start
+    FLOOR = 86
+    ABOVE = 223  # at a new start; from here on, above his band
+
+
+class Jump:  # of `Ram.jump`
+    FALLS = 32
+
+
+class Stick:  # of `Ram.stick`
+    INTO_HOLE = 31  # of one who falls
+
+
+class Tally:  # of `Ram.tally`, and a bit of it
+    ONE = 128
+    TWO = 160
+
+
+class Saved:  # of `Ram.saver_mask`
+    MASK = 247  # the screen saver drops a bit of colours
 
 
 class Ram(RamMap):
     saver_key = byte(7)  # what colours are XORed with
-    saver_mask = byte(8)  # what they are masked with: 0xFF in play
+    saver_mask = byte(8)  # what they are masked with: 255 in play
     tally = byte(0)  # marks for lives
     rope = byte(18)  # 117 - its lowest line
     kind = byte(19)  # of the objects
@@ -119,10 +148,12 @@ class Ram(RamMap):
     scorpion = byte(65)  # likewise
     copies = bits(84, count=3)
     score = bcd((85, 86, 87))
-    minutes, seconds = bcd(88), bcd(89)
+    minutes = bcd(88)
+    seconds = bcd(89)
     slope = byte(92)  # 1/256 columns a line
     swing = bits(93, first=7)  # to the right
-    fine, coarse = high(21, 22, 23), byte(24, 25, 26)  # x + 1: Harry, object, below the ground
+    fine = high(21, 22, 23)  # with `coarse`, x + 1: Harry, object, below the ground
+    coarse = byte(24, 25, 26)
     x = byte(97)
     mirrored = bits(101, first=3)
     turned = bits(102, first=3)  # scorpion
@@ -134,44 +165,42 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    open_rows = jnp.sum(m.holes != CLOSED)
-    middle = 4 * lax.population_count(m.holes[0])
-    hole = box(48 + middle, 125 - open_rows, 64 - 2 * middle, 2 * open_rows, open_rows > 0)
-    things, one = _things(m), m.kind & 3
+    hole = _hole(m)
     return {
         "Player": _harry(m),
-        "Logs": things.where(m.picture < LOGS),
-        "Fire": things.where(among(m.picture, range(LOGS, FIRES)))[:1],
-        "Snake": things.where(among(m.picture, range(FIRES, SNAKES)))[:1],
-        "Crocodile": things.where(among(m.picture, range(SNAKES, TEETH))),
-        "MoneyBag": things.where(among(m.picture, range(TEETH, BAGS)))[:1],
-        "SilverBar": things.where(among(m.picture, range(BAGS, BARS)) & (one == SILVER))[:1],
-        "GoldenBar": things.where(among(m.picture, range(BAGS, BARS)) & (one == GOLD))[:1],
-        "DiamondRing": things.where(among(m.picture, range(BARS, RINGS)))[:1],
+        **_things(m),
         "Scorpion": _scorpion(m),
         "Wall": box(_at(m, 2), 148, 7, 32, m.ladder != 0).clip(*VIEW),
         "Stair": box(78, 136, 4, 42, m.ladder != 0),
-        "StairPit": box(76, 122, 8, 6, among(m.scene, (HOLE, HOLES))),
-        "Pit": box(np.array((48, 100)), 122, 12, 6, m.scene == HOLES),
-        "Tarpit": hole.where(among(m.scene, TAR)),
-        "Waterhole": hole.where(among(m.scene, WATER)),
+        "StairPit": box(76, 122, 8, 6, among(m.scene, (Scene.HOLE, Scene.HOLES))),
+        "Pit": box(np.array((48, 100)), 122, 12, 6, m.scene == Scene.HOLES),
+        "Tarpit": hole.where(among(m.scene, Scene.TAR)),
+        "Waterhole": hole.where(among(m.scene, Scene.WATER)),
         "Rope": _rope(m),
         "LifeCount": _tally(m),
         "Timer": _timer(m),
-        "PlayerScore": score_box(FONT, m.score, right=69, top=9, digits=6, value=m.score - START),
+        "PlayerScore": SCORE.box(m.score, value=m.score - START),
     }
+
+
+def _hole(m: Ram) -> Box:
+    """The tar or water, as far as it is open."""
+    rows = jnp.sum(m.holes != CLOSED)
+    closed = 4 * lax.population_count(m.holes[0])
+    return box(48 + closed, 125 - rows, 64 - 2 * closed, 2 * rows, rows > 0)
 
 
 def _again(m: Ram) -> jax.Array:
     """Whether Harry has just been put to his new place, after the frame was drawn."""
-    return among(m.y, (ABOVE, BELOW_AGAIN)) & (m.jump == FALLS) & (m.x == START_X)
+    placed = among(m.y, (Height.ABOVE, Height.BELOW_AGAIN))
+    return placed & (m.jump == Jump.FALLS) & (m.x == START_X)
 
 
 def _tally(m: Ram) -> Box:
     """The marks for lives, of which one has just been taken where Harry begins again."""
-    marks = jnp.where(_again(m), m.tally >> 2 | MARK, m.tally)
+    marks = jnp.where(_again(m), m.tally >> 2 | Tally.ONE, m.tally)
     lives = 1 + lax.population_count(m.tally)
-    return box(21, 22, jnp.where(marks == 5 * MARK >> 2, 3, 1), 8, marks > 0, value=lives)
+    return box(21, 22, jnp.where(marks == Tally.TWO, 3, 1), 8, marks > 0, value=lives)
 
 
 def _at(m: Ram, sprite: int) -> jax.Array:
@@ -181,33 +210,53 @@ def _at(m: Ram, sprite: int) -> jax.Array:
 
 def _line(row: jax.Array) -> jax.Array:
     """The line of a row of Harry's band; the ground hides seven rows, and lines repeat after it."""
-    return TOP + row + jnp.where(row >= 60, jnp.where(row > 62, 1, 2), 0)
+    return TOP + row + match((row > 62, 1), (row >= 60, 2), otherwise=0)
 
 
 def _harry(m: Ram) -> Box:
     """Harry; those of his rows that the ground hides are not shown."""
-    died = jnp.where(m.y == BELOW_AGAIN, FLOOR, jnp.where(m.scene <= HOLES, RUNS, SUNK))
-    steps = (m.y == RUNS + 1) & (m.jump == FALLS) & (m.stick == INTO_HOLE)
-    y = jnp.where(_again(m), died, m.y - jnp.where(steps, 1, 0))
-    x, y = _at(m, 0), jnp.where(y >= ABOVE, y - 256, y) + m.sunk - 1
-    late = jnp.where((x < LATE) & (y < LATE_ROW) & (y > LATE_ROW - NO_ROW), LATE_ROW - y, NO_ROW)
-    pose = (NO_ROW + 1) * div(m.pose, TALL) + late
-    whole = HARRYS.box(pose, x, y, mirrored=m.mirrored == 1)
+    x = _at(m, 0)
+    whole = _whole_harry(m, x)
     first, last = whole.y, whole.y + whole.h - 1
-    below = jnp.where(m.ladder == 0, BELOW[0], BELOW[1])
+    below = jnp.where(m.ladder == 0, BELOW, BELOW_HOLE)
     first = jnp.maximum(jnp.where((first >= GROUND) & (first < below), below, first), 0)
     last = jnp.where((last >= GROUND) & (last < below), GROUND - 1, last)
-    top = _line(first) - jnp.where((first <= EARLY_ROW) & (x > EARLY), 1, 0)
+    top = _line(first) - when((first <= EARLY_ROW) & (x > EARLY_X), 1)
     there = whole.valid & (last >= first)
     return box(whole.x, top, whole.w, _line(last) + 1 - top, there).clip(*VIEW)
 
 
-def _things(m: Ram) -> Box:
+def _whole_harry(m: Ram, x: jax.Array) -> Box:
+    """Harry in rows of his band, as if there were no ground."""
+    died = match(
+        (m.y == Height.BELOW_AGAIN, Height.FLOOR),
+        (m.scene <= Scene.HOLES, Height.RUNS),
+        otherwise=Height.SUNK,
+    )
+    falls = (m.jump == Jump.FALLS) & (m.stick == Stick.INTO_HOLE)
+    steps = (m.y == Height.STEPS_DOWN) & falls
+    height = jnp.where(_again(m), died, m.y - when(steps, 1))
+    y = jnp.where(height >= Height.ABOVE, height - 256, height) + m.sunk - 1
+    repeats = (x < LATE_X) & (y < LATE_ROW) & (y > LATE_ROW - NO_ROW)
+    repeated = jnp.where(repeats, LATE_ROW - y, NO_ROW)
+    look = (NO_ROW + 1) * div(m.pose, TALL) + repeated
+    return HARRYS.box(look, x, y, mirrored=m.mirrored == 1)
+
+
+def _things(m: Ram) -> dict[str, Box]:
     """The objects on the ground."""
     copy = np.arange(3)
     x = registers.wrap(_at(m, 1) + copy * registers.spacing(m.copies))
     there = copy < registers.copies(m.copies)
-    return OBJECTS.box(m.picture, x, 118, valid=there).clip(*VIEW)
+    shapes = OBJECTS.box(m.picture, x, 118, valid=there).clip(*VIEW)
+    metal = m.kind & 3
+    of_metal = {"SilverBar": metal == Metal.SILVER, "GoldenBar": metal == Metal.GOLD}
+    boxes = {}
+    for name, pictures in THINGS.items():
+        slots = slice(3 if name in THREE else 1)
+        shown = among(m.picture, pictures) & of_metal.get(name, True)
+        boxes[name] = shapes[slots].where(shown)
+    return boxes
 
 
 def _scorpion(m: Ram) -> Box:
@@ -218,7 +267,7 @@ def _scorpion(m: Ram) -> Box:
 
 def _rope(m: Ram) -> Box:
     """The lines of the rope that are not in a trunk."""
-    line = np.arange(ROPE_TOP, HANG)
+    line = np.arange(ROPE_TOP, ROPE_BOTTOM)
     way = (line - 33) * m.slope >> 8
     x = ROPE_X + jnp.where(m.swing == 1, way, -way)
     trunk = pick(m.trees, TRUNKS)
@@ -226,9 +275,10 @@ def _rope(m: Ram) -> Box:
     seen = free & (line <= 116 - m.rope)
     first = jnp.min(jnp.where(seen, line, 255))
     last = jnp.max(jnp.where(seen, line, 0))
-    a, b = jnp.min(jnp.where(seen, x, 255)), jnp.max(jnp.where(seen, x, 0))
-    there = (pick(m.scene, ROPES) > 0) & ((m.scene != CROCODILES) | ((m.kind & 2) > 0))
-    return box(a, first, b + 1 - a, last + 1 - first, there & (last >= first))
+    left = jnp.min(jnp.where(seen, x, 255))
+    right = jnp.max(jnp.where(seen, x, 0))
+    there = (pick(m.scene, ROPES) > 0) & ((m.scene != Scene.CROCODILES) | ((m.kind & 2) > 0))
+    return box(left, first, right + 1 - left, last + 1 - first, there & (last >= first))
 
 
 def _timer(m: Ram) -> Box:
@@ -239,26 +289,26 @@ def _timer(m: Ram) -> Box:
     return box(left, 22, right - left, 8, value=60 * m.minutes + m.seconds)
 
 
-HAIR = 0x12
-FACE = 0x4A
-SHIRT = 0xC8
-LEGS = 0xD2
+HAIR = 18
+FACE = 74
+SHIRT = 200
+LEGS = 210
 BLACK = 0
-BROWN = 0x10
-WHITE = 0x0C
-SHINE = 0x0E
+BROWN = 16
+WHITE = 12
+SHINE = 14
 GRAY = 4
 SILVERY = 6
-GOLDEN = 0x1E
-RED = 0x42
-GREEN = 0xD0
-EARTH = 0x14
-BLUE = 0xA4
+GOLDEN = 30
+RED = 66
+GREEN = 208
+EARTH = 20
+BLUE = 164
 HARRY = Bounds((HAIR, FACE, SHIRT, LEGS), (8, 66, 160, 181), exclude=("Logs", "MoneyBag"))
 ground = functools.partial(Blobs, region=(8, 117, 160, 134), shapes=Shape(w=(5, 8), h=(8, 15)))
 still = functools.partial(Bounds, regions=(113, 117, 142, 134), min_size=(5, 10))
 LOG = ground(HAIR, gap=(1, 1), shapes=Shape(w=(1, 8), h=(6, 14)))
-FIRE = Bounds((BROWN, 0x3E, 0x2E), (8, 117, 160, 134), min_size=(5, 8))
+FIRE = Bounds((BROWN, 62, 46), (8, 117, 160, 134), min_size=(5, 8))
 BAG = ground((HAIR, GRAY), gap=(2, 1), first=GRAY)
 JAWS = Bounds(GREEN, tuple((x, 117, x + 8, 134) for x in (60, 76, 92)))
 GOLDS = Bounds((SHINE, GOLDEN), (113, 117, 142, 134), min_size=(7, 10))
@@ -273,13 +323,12 @@ BESIDE = rope(gap=(0, 0), shapes=Shape(w=(3, 8), h=(16, 40), pixels=(16, 44)))  
 ROPE_SHAPES = Shape(w=(6, 33), h=(20, 41)), Shape(w=(1, 10), h=(41, 42))  # slanting, hanging down
 ROPE = rope(shapes=ROPE_SHAPES, also=(BESIDE,))
 CLOCK = Digits(FONT, (29, 37, 53, 61), 22, weights=(600, 60, 10, 1))
-POINTS = Digits(FONT, range(21, 69, 8), 9, base=-START)
-hole = functools.partial(Category, rgb=(0, 0, 0), blinks=True)  # background, so never drawn
+background = functools.partial(Category, rgb=(0, 0, 0), blinks=True)  # background, so never drawn
 dark = functools.partial(Category, rgb=(74, 74, 74))
 
 
 def _saver_key(m: Ram) -> jax.Array:
-    return jnp.where(m.saver_mask == SAVER_MASK, m.saver_key, -1)
+    return jnp.where(m.saver_mask == Saved.MASK, m.saver_key, -1)
 
 
 GAME = Game(
@@ -287,7 +336,7 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
-    saver=Saver(_saver_key, (29, 193), 12, mask=SAVER_MASK, taken=(12, 14, 24, 66)),
+    saver=Saver(_saver_key, (29, 193), 12, mask=Saved.MASK, taken=(12, 14, 24, 66)),
     categories=(
         Category("Player", HARRY, rgb=(92, 186, 92), doc="Harry"),
         Category("Logs", LOG, count=3, doc="rolling or lying"),
@@ -301,13 +350,13 @@ GAME = Game(
         Category("Scorpion", Bounds(SHINE, (8, 164, 160, 181)), doc="below the ground"),
         Category("Wall", BRICKS, rgb=(167, 26, 26), doc="bricks below the ground"),
         Category("Stair", STAIR, doc="the ladder"),
-        hole("StairPit", STAIR_PIT, needs=("Stair",), doc="above the ladder"),
-        hole("Pit", PITS, count=2, needs=("Stair",), doc="left and right of it"),
-        hole("Tarpit", SLIME, doc="tar or quicksand"),
+        background("StairPit", STAIR_PIT, needs=("Stair",), doc="above the ladder"),
+        background("Pit", PITS, count=2, needs=("Stair",), doc="left and right of it"),
+        background("Tarpit", SLIME, doc="tar or quicksand"),
         Category("Waterhole", Bounds(BLUE, (48, 118, 112, 132)), doc="a pond"),
         Category("Rope", ROPE, doc="a liana"),
         display("LifeCount", Bounds(WHITE, (21, 22, 29, 30), value=Gauge(2, -1, 1)), doc="lives"),
         display("Timer", Bounds(WHITE, (29, 22, 69, 30), value=CLOCK), doc="seconds left"),
-        display("PlayerScore", Bounds(WHITE, (21, 9, 69, 17), value=POINTS), doc="points won"),
+        display("PlayerScore", SCORE.rule(WHITE, base=-START), doc="points won"),
     ),
 )

@@ -1,37 +1,40 @@
 """Up'n Down: a jumping car drives along two roads that cross, past other cars, and collects flags.
 
-Slots are the game's own records: three for what is on the roads besides the player, each of which
-holds a car, a flag, a collectable or nothing. The sprites share the rows of the screen: where two
-of them are near each other, the upper one loses its last rows on one frame and the lower one its
-first rows on the next; where they are closer still, they take turns. Roads, trees and explosions
-are scenery, and the number of the round is not an object.
+Screen: the sprites share its rows: where two of them are near each other, the upper one loses its
+last rows on one frame and the lower one its first rows on the next; where they are closer still,
+they take turns. Life shows at most four of the five in reserve. Roads, trees and explosions are
+scenery, and the number of the round is not an object.
+
+Slots: the game's own records, three for what is on the roads besides the player, each of which
+holds a car, a flag, a collectable or nothing.
 
 RAM: OCAtari and stable-retro (what some bytes are), ALE's source (score, lives), and the ROM's
 code. Bank 1 sorts the records and prepares the drawing at f6d2-f8e2, bank 0 draws the road at
 f000-f3ff, and bank 1 moves all at f173-f5ef, after the frame was drawn but before the vertical
-sync ends. That `decode` takes back: cars take a step where their speed reaches a limit that the
+sync ends. That `_as_drawn` takes back: cars take a step where their speed reaches a limit that the
 frame counter makes (f3a9), their columns follow from the road's table (f454), and the road scrolls
 by the player's last step but one (f275).
 
 Covered: round 1, lost lives, the end of the game, all modes and difficulties; the other rounds by
-the ROM's tables alone.
-The first frame of a start shows none of the cars; that of a lost life, the old records: `_upndown`.
+the ROM's tables alone. The first frame of a start shows none of the cars; that of a lost life, the
+old records: `_upndown`.
+
 Not exact: a few of the latter; frames on which a car is hit, a flag is collected or a record begins
 anew, because the new state has overwritten the old one; all rows but the player's on some frames on
 which he speeds up or slows down, because the joystick is not kept; the column of a car that
 changes sides in a crossing.
-For VEM: cars that touch, some parts of cars of a few rows, and flags in the road's colour.
-Life shows at most four of the five in reserve.
+
+VEM: it misses cars that touch, some parts of cars of a few rows, and flags in the road's colour.
 """
 
 import functools
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import among
+from ocjax.console.ops import among, match, when
 from ocjax.console.ram import bcd, bits, byte
 from ocjax.console.registers import mirrored
 from ocjax.console.rom import Pictures
@@ -41,52 +44,65 @@ from ocjax.extractors._upndown import (
     BANK,
     DOUBLE,
     GROUND,
-    HIDDEN,
     MIDDLE,
     ROM,
     DrawnRam,
+    Kind,
     column,
     drawn,
 )
+from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.rules import Blobs, Bounds
 from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(BANK + 0xF01, rows=7, stride=8)
 
+SCORE = NumberDisplay(FONT, right=63, top=6, digits=6)
+
 VIEW = (8, 27, 160, 194)
-# `kind`
-PLAYER = 0x10
-FLAG = 8
-COLLECTABLE = 0x18
-# in `PICTURES`; the player's is that of a car
-CAR_LOOK = 3
-FLAG_LOOK = 4
-COLLECTABLE_LOOK = 5
-# `jump`
-LANDED = 24
-TAKEOFF = 255
-SINKS = 224
-NEAR = 4  # rows between sprites
-ROWS = 16  # of a picture
-FAR = 255  # and where there is none
-SPACE = 24  # rows that a sprite out of the way needs
-BOTTOM = 0x98  # and where they end
 RIGHT = 142  # from this column on, the last row of a picture is cleared before it is drawn
-LAST_ROW = 0x9E  # beyond it a record begins anew
+LAST_ROW = 158  # beyond it a record begins anew
 START_ROWS = ROM.bytes(BANK + 0xA84, 3)  # `y` of the other cars
 MOST = 3  # columns that the player moves in a frame
-# `pause` and `attract` on the frame of a lost life
-DYING = 0x40
-LIFE_TAKEN = 0x20
-# likewise while a text replaces the score
-STARTING = (0x3F, 0x40)
-IDLE = 0x22
+ROWS = 16  # of a picture
+NEAR = 4  # rows between sprites
+SPACE = 24  # rows that a sprite out of the way needs
+BOTTOM = 152  # and where they end
+NOWHERE = 255  # rows to a sprite where there is none
+BACKWARD = 128  # least speed that is not forward
+
 BLACK = 0
 GREY = 10
 CAR_COLORS = (56, 72, 200, 168, 104, 120, 136, 152)
 FLAG_COLORS = (118, 102, 86, 70, 54, 38, 134)  # but one, which the road has, too
 HUD_COLORS = (116, 20, 100, 84, 68, 52, 36, 132)
 HUD_LEFTS = (91, 19, 107, 127, 71, 55, 35, 143)  # by bit of `collected`
+
+
+class Look:  # in `PICTURES`; those before are the other cars'
+    PLAYER = 3  # that of a car
+    FLAG = 4
+    COLLECTABLE = 5  # the first of four
+
+
+class Jump:  # of `Ram.jump`
+    LANDED = 24
+    LOW = 216  # from here on, in the air; falls
+    LANDS = 217
+    SINKS = 224  # from here on, falls row by row
+    RISES = 236
+    TAKEOFF = 255
+
+
+class Pause:  # of `Ram.pause`
+    RUNNING = 0
+    DYING = 64  # on the frame of a lost life
+    STARTING = (63, 64)  # while a text replaces the score
+
+
+class Attract:  # of `Ram.attract`
+    LIFE_TAKEN = (32, 33)  # on the frame of a lost life
+    IDLE = 34  # while a text replaces the score
 
 
 def _picture(kind: int) -> np.ndarray:
@@ -99,7 +115,7 @@ def _picture(kind: int) -> np.ndarray:
 def _extents() -> Pictures:
     """Extents of the pictures where only the rows from `low` + 1 to `high` show, last row first."""
     at = np.arange(ROWS + 1)
-    kinds = (*range(4), FLAG, *range(COLLECTABLE, COLLECTABLE + 4))
+    kinds = (*range(4), Kind.FLAG, *range(Kind.COLLECTABLE, Kind.COLLECTABLE + 4))
     shown = [
         np.where((at > low) & (at <= high), _picture(kind), 0)[:0:-1]
         for kind in kinds
@@ -134,39 +150,59 @@ class Ram(DrawnRam):
     player_x = byte(84)  # before the last move
 
 
+class Drawn(NamedTuple):
+    """The sprites as they were drawn, the player's first."""
+
+    kind: jax.Array
+    x: jax.Array
+    y: jax.Array
+    fine: jax.Array  # rows by which the road had come down
+
+
 def decode(m: Ram) -> dict[str, Box]:
-    limit = mirrored((m.counter - 1) & 255) & 255
-    scroll = jnp.where(m.pause == 0, _steps(m.speed, limit), 0)
-    x, y = _before(m, scroll)
-    lost = (m.pause == DYING) & (m.attract >> 1 == LIFE_TAKEN >> 1)
-    kind, rows, fine = drawn(m)
-    kind = jnp.where(lost, kind, m.kinds)
-    y = jnp.where(lost, jnp.concatenate([y[:1], rows]), y)
-    fine = jnp.where(lost, fine, m.fine - scroll)
-    kinds = jnp.concatenate([m.kind[None], kind])
-    objects = _objects(m, kinds, x, y, fine).where(~_starts(m))
-    others = objects[1:]
-    score = jnp.where(((m.counter & 63) == 0) & (m.pause == 0), m.score - 10, m.score)
-    icons = m.lives + jnp.where(lost, 1, 0)
-    icon = np.arange(4)
-    flag = np.arange(8)
+    d = _as_drawn(m)
+    objects = _objects(m, d).where(~_starts(m))
+    others, kind = objects[1:], d.kind[1:]
+    flags, icons = np.arange(8), np.arange(4)
+    lives = m.lives + when(_life_lost(m), 1)
     return {
-        "Player": objects[0].where(m.kind == PLAYER),
-        "Truck": others.where(kind < FLAG),
-        "Flag": others.where(among(kind & ~0x20, range(FLAG, PLAYER))),
-        "Collectable": others.where(among(kind, range(COLLECTABLE, 0x20))),
-        "HUD_Flag": box(np.array(HUD_LEFTS), 15, 5, 11, ((m.collected >> flag) & 1) == 0),
-        "Score": score_box(
-            FONT,
-            jnp.maximum(score, 0),
-            right=63,
-            top=6,
-            digits=6,
-            valid=~(among(m.pause, STARTING) & (m.attract == IDLE) & (m.score == 0)),
-            value=m.score,
-        ),
-        "Life": box(16 + 8 * icon, 196, 4, 8, icon < icons),
+        "Player": objects[0].where(m.kind == Kind.PLAYER),
+        "Truck": others.where(kind < Kind.FLAG),
+        "Flag": others.where(among(kind & ~Kind.GONE, range(Kind.FLAG, Kind.PLAYER))),
+        "Collectable": others.where(_is_collectable(kind)),
+        "HUD_Flag": box(np.array(HUD_LEFTS), 15, 5, 11, ((m.collected >> flags) & 1) == 0),
+        "Score": _score(m),
+        "Life": box(16 + 8 * icons, 196, 4, 8, lives > icons),
     }
+
+
+def _is_collectable(kind: jax.Array) -> jax.Array:
+    return among(kind, range(Kind.COLLECTABLE, Kind.COLLECTABLE + 8))
+
+
+def _score(m: Ram) -> Box:
+    """The score, of which points for the way are not yet on the screen."""
+    ticks = ((m.counter & 63) == 0) & (m.pause == Pause.RUNNING)
+    text = among(m.pause, Pause.STARTING) & (m.attract == Attract.IDLE) & (m.score == 0)
+    return SCORE.box(jnp.maximum(m.score - when(ticks, 10), 0), valid=~text, value=m.score)
+
+
+def _as_drawn(m: Ram) -> Drawn:
+    limit = mirrored((m.counter - 1) & 255) & 255
+    scroll = when(m.pause == Pause.RUNNING, _steps(m.speed, limit))
+    x, y = _before(m, scroll)
+    lost = _life_lost(m)
+    kind, rows, fine = drawn(m)
+    return Drawn(
+        kind=jnp.concatenate([m.kind[None], jnp.where(lost, kind, m.kinds)]),
+        x=x,
+        y=jnp.where(lost, jnp.concatenate([y[:1], rows]), y),
+        fine=jnp.where(lost, fine, m.fine - scroll),
+    )
+
+
+def _life_lost(m: Ram) -> jax.Array:
+    return (m.pause == Pause.DYING) & among(m.attract, Attract.LIFE_TAKEN)
 
 
 def _starts(m: Ram) -> jax.Array:
@@ -177,14 +213,14 @@ def _starts(m: Ram) -> jax.Array:
 
 def _steps(speed: jax.Array, limit: jax.Array) -> jax.Array:
     """By how many rows a car moves on a frame: -1, 0 or 1."""
-    ahead = speed >= 0x80
-    amount = jnp.where(ahead, 2 * (speed & 127), 255 - 2 * (speed & 127))
-    return jnp.where((amount > 0) & (amount >= limit), jnp.where(ahead, -1, 1), 0)
+    back = speed >= BACKWARD
+    amount = jnp.where(back, 2 * (speed & 127), 255 - 2 * (speed & 127))
+    return when((amount > 0) & (amount >= limit), jnp.where(back, -1, 1))
 
 
 def _before(m: Ram, scroll: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Columns and rows before the last move, the player's first."""
-    step = jnp.where(m.pause == 0, _steps(m.speeds, m.limit), 0)
+    step = when(m.pause == Pause.RUNNING, _steps(m.speeds, m.limit))
     x = jnp.where(step == 0, m.x, _column(m, step))
     y = m.y - step + scroll
     return jnp.concatenate([m.player_x[None], x]), jnp.concatenate([_player_y(m)[None], y])
@@ -194,36 +230,39 @@ def _column(m: Ram, step: jax.Array) -> jax.Array:
     """The cars' columns on the road before their last step."""
     there = column(m, m.y + 4 * m.coarse + m.fine - step)
     right = jnp.where(m.x >= MIDDLE, MIDDLE + there, MIDDLE - there)
-    double = there - DOUBLE + jnp.where(m.x >= MIDDLE + 4, APART, 0)
+    double = there - DOUBLE + when(m.x >= MIDDLE + 4, APART)
     return jnp.where(there >= DOUBLE, double, right)
 
 
 def _height(jump: jax.Array) -> jax.Array:
     """Rows of the player below the road, less than 0 in a jump."""
-    up = jnp.where(jump >= 0xEC, jump - 256, 0xD7 - jump)
-    return jnp.where(jump >= 0xD8, up + (up >> 1), 0)
+    up = jnp.where(jump >= Jump.RISES, jump - 256, Jump.LOW - 1 - jump)
+    return when(jump >= Jump.LOW, up + (up >> 1))
 
 
 def _player_y(m: Ram) -> jax.Array:
-    landing = (m.jump == LANDED) & (m.player_y == GROUND)
-    jump = jnp.where((m.jump == LANDED) & ~landing, SINKS - 2, m.jump)
-    quick = among(jump, range(0xD8, SINKS)) & (m.flight == 0)
-    before = jnp.where(quick, jnp.minimum(jump + 3, SINKS), jump + 1)
-    before = jnp.where(landing, 0xD9, before)
-    there = (jump >= 0xD8) & (jump < TAKEOFF) | landing
-    before = GROUND + jnp.where(there, _height(before), 0)
-    return jnp.where(m.pause == 0, before, m.player_y)
+    landing = (m.jump == Jump.LANDED) & (m.player_y == GROUND)
+    jump = jnp.where((m.jump == Jump.LANDED) & ~landing, Jump.SINKS - 2, m.jump)
+    quick = among(jump, range(Jump.LOW, Jump.SINKS)) & (m.flight == 0)
+    before = match(
+        (landing, Jump.LANDS),
+        (quick, jnp.minimum(jump + 3, Jump.SINKS)),
+        otherwise=jump + 1,
+    )
+    in_air = among(jump, range(Jump.LOW, Jump.TAKEOFF)) | landing
+    y = GROUND + when(in_air, _height(before))
+    return jnp.where(m.pause == Pause.RUNNING, y, m.player_y)
 
 
 def _ranks(y: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Rows by which each sprite is below each other one, and the sprites' order from the top."""
     apart = y[:, None] - y[None, :]
     tie = np.arange(4)[:, None] > np.arange(4)[None, :]
-    return apart, jnp.sum(jnp.where((apart > 0) | (apart == 0) & tie, 1, 0), axis=1)
+    return apart, jnp.sum(when((apart > 0) | ((apart == 0) & tie), 1), axis=1)
 
 
 def _least(condition: jax.Array, values: jax.Array) -> jax.Array:
-    return jnp.min(jnp.where(condition, values, FAR), axis=-1)
+    return jnp.min(jnp.where(condition, values, NOWHERE), axis=-1)
 
 
 def _sprites(m: Ram, y: jax.Array) -> tuple[jax.Array, jax.Array]:
@@ -237,37 +276,39 @@ def _sprites(m: Ram, y: jax.Array) -> tuple[jax.Array, jax.Array]:
     return skipped, jnp.where(skipped, place, y)
 
 
-def _rows(m: Ram, kind: jax.Array, y: jax.Array, fine: jax.Array) -> tuple[jax.Array, jax.Array]:
+def _rows(m: Ram, d: Drawn) -> tuple[jax.Array, jax.Array]:
     """The rows of the pictures that show, `low` + 1 to `high`, the last row first."""
-    skipped, y = _sprites(m, y)
+    skipped, y = _sprites(m, d.y)
     apart, rank = _ranks(y)
     above = _least(apart >= NEAR, apart)
-    hidden = jnp.where(skipped | (kind == HIDDEN), 1, 0)
+    hidden = when(skipped | (d.kind == Kind.HIDDEN), 1)
     below = _least(apart <= -NEAR, 2 * -apart + hidden[None, :])
-    late = jnp.where(((y - above + fine + 1) & 2) == 0, 1, 0)
-    room = jnp.where(above == FAR, y + 1 - ((fine & 2) >> 1), above - 2 - late)
+    late = when(((y - above + d.fine + 1) & 2) == 0, 1)
+    room = jnp.where(above == NOWHERE, y + 1 - ((d.fine & 2) >> 1), above - 2 - late)
     turn = ((m.counter - 1 + rank) & 1) == 0  # to lose its last rows, else its first
     lost = jnp.minimum(ROWS + 3 - (below >> 1), room - 2)
-    low = jnp.where(turn & (rank < 3) & ((below & 1) == 0), lost, 0)
-    cut = turn | (rank == 0) | (rank == 3) & ((m.counter & 1) == 0)
+    low = when(turn & (rank < 3) & ((below & 1) == 0), lost)
+    cut = turn | (rank == 0) | ((rank == 3) & ((m.counter & 1) == 0))
     high = jnp.where(cut, room, ROWS)
-    low, high = (jnp.clip(v, 0, ROWS) for v in (low, high))
+    low, high = (jnp.clip(row, 0, ROWS) for row in (low, high))
     return jnp.where(skipped, 0, low), jnp.where(skipped, ROWS, high)
 
 
-def _objects(m: Ram, kind: jax.Array, x: jax.Array, y: jax.Array, fine: jax.Array) -> Box:
+def _objects(m: Ram, d: Drawn) -> Box:
     """The boxes of all four sprites, with the rows that the others leave them."""
-    low, high = _rows(m, kind, y, fine)
-    low = jnp.where(x >= RIGHT, jnp.maximum(low, 1), low)
-    look = jnp.where(kind < FLAG, kind & 3, FLAG_LOOK)
-    look = jnp.where(among(kind, range(COLLECTABLE, 0x20)), COLLECTABLE_LOOK + (kind & 3), look)
-    look = jnp.where(kind == PLAYER, CAR_LOOK, look)
-    x0, y0, w, h = PICTURES.extent((look * (ROWS + 1) + high) * (ROWS + 1) + low)
-    x0 = jnp.where(m.mirrored == 1, 8 - x0 - w, x0)
-    wide = look < FLAG_LOOK
-    x = jnp.where(wide, x + 2 * x0, x + x0 - 1)
-    drawn = y <= LAST_ROW
-    return box(x, y + ROWS + y0, jnp.where(wide, 2 * w, w), h, drawn & (h > 0)).clip(*VIEW)
+    low, high = _rows(m, d)
+    low = jnp.where(d.x >= RIGHT, jnp.maximum(low, 1), low)
+    look = match(
+        (d.kind == Kind.PLAYER, Look.PLAYER),
+        (_is_collectable(d.kind), Look.COLLECTABLE + (d.kind & 3)),
+        (d.kind < Kind.FLAG, d.kind & 3),
+        otherwise=Look.FLAG,
+    )
+    left, top, w, h = PICTURES.extent((look * (ROWS + 1) + high) * (ROWS + 1) + low)
+    left = jnp.where(m.mirrored == 1, 8 - left - w, left)
+    wide = look < Look.FLAG
+    x, width = d.x + jnp.where(wide, 2 * left, left - 1), jnp.where(wide, 2 * w, w)
+    return box(x, d.y + ROWS + top, width, h, (d.y <= LAST_ROW) & (h > 0)).clip(*VIEW)
 
 
 blobs = functools.partial(Blobs, region=VIEW)
@@ -296,7 +337,6 @@ small = functools.partial(blobs, (BLACK, *FLAG_COLORS))
 FLAGS = small(shapes=Shape(w=(4, 7), h=(7, 16), pixels=(14, 52)))
 COLLECTABLES = small(shapes=Shape(w=(6, 8), h=(14, 16), pixels=(53, 90)))
 HUD = Bounds(tuple((c,) for c in HUD_COLORS), tuple((x, 15, x + 5, 26) for x in HUD_LEFTS))
-POINTS = Bounds(84, (15, 6, 63, 13), value=Digits(FONT, range(15, 63, 8), 6, required=True))
 ICONS = Bounds(54, tuple((x, 196, x + 4, 204) for x in range(16, 48, 8)))
 
 GAME = Game(
@@ -310,7 +350,7 @@ GAME = Game(
         Category("Flag", FLAGS, count=3, doc="on the road, by record"),
         Category("Collectable", COLLECTABLES, count=3, doc="by record"),
         display("HUD_Flag", HUD, count=8, attributes=(), doc="the flags still to collect"),
-        display("Score", POINTS, doc="points"),
+        display("Score", SCORE.rule(84, required=True), doc="points"),
         display("Life", ICONS, count=4, attributes=(), doc="lives in reserve"),
     ),
 )

@@ -1,88 +1,77 @@
 """Yars' Revenge: an insect nibbles at the Qotile's shield and shoots it with the Zorlon cannon.
 
-The shield and the neutral zone, Barrier, are drawn by turns, on every other frame; missiles and the
-cannon are drawn with the zone. What is not drawn on a frame has the box that it had on the one
-before. Score and Life are shown between two rounds, stay valid and keep their values. The Qotile is
-an Enemy until it becomes a Swirl. A shield block has the slot row * 8 + column, from the top left.
-The explosion of the Qotile, which fills the screen, is scenery. The zone and the cannon have the
-colour of their first stripe, as each has another one.
+Screen: the shield and the neutral zone, Barrier, are drawn by turns, on every other frame; missiles
+and the cannon are drawn with the zone. What is not drawn on a frame has the box that it had on the
+one before. Score and Life are shown between two rounds, stay valid and keep their values. The
+Qotile is an Enemy until it becomes a Swirl. The explosion of the Qotile, which fills the screen, is
+scenery. The zone and the cannon have the colour of their first stripe, as each has another one.
+
+Slots: a shield block has the slot row * 8 + column, from the top left.
 
 RAM: D. Debro's disassembly (what bytes are), ALE's source (score, lives), and the ROM's code. f000
-draws the shield, f06c the zone, f0d6 the explosion and f11c the score; ram[126] holds what the
-stack had last: the kernel that was drawn, or where the program was after it. f7a1-fcb0 moves all
-before the frame is drawn, but HMOVE comes after it, so that columns are those before the last move.
+draws the shield, f06c the zone, f0d6 the explosion and f11c the score. f7a1-fcb0 moves all before
+the frame is drawn, but HMOVE comes after it, so that columns are those before the last move.
 
 Covered: all modes and difficulties, both shields, the cannon, rounds without the zone.
+
 Not exact, up to 4 columns off: a Yar that has just reached the edge, that the shield threw back or
 that a missile hit in motion while a shot flew (its last move is in the byte that a shot uses, too);
 the column of a shot fired on the frame on which the one before left the screen (f8e8 keeps the old
 one's column for it, 3 of 100 shots); a fast swirl's in its first frames; shield blocks, missile and
-swirl on the frame of a hit; the swirl as it leaves the screen, when it is home in the RAM. VEM sees
-of what is behind the zone, and of missiles in front of it, only parts or nothing, a shot not while
-it touches the Yar, and the Qotile inside a shield that rotates only while that is not drawn.
+swirl on the frame of a hit; the swirl as it leaves the screen, when it is home in the RAM.
+
+VEM: it sees of what is behind the zone, and of missiles in front of it, only parts or nothing, a
+shot not while it touches the Yar, and the Qotile inside a shield that rotates only while that is
+not drawn.
 """
 
 import functools
 from dataclasses import replace
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import among, lookup, pick
+from ocjax.console.ops import among, lookup, match, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte, high, low
 from ocjax.console.registers import signed_nibble
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.rules import Blobs, Bounds, Cells
 from ocjax.vision.shapes import Shape
 
 ROM = Rom("yars_revenge", "c5930d0e8cdae3e037349bfa08e871be")
 FONT = ROM.font(0xE00, rows=7, stride=8)
-number = functools.partial(score_box, FONT, right=103)
+SCORE = NumberDisplay(FONT, right=103, top=48, digits=6)
+LIVES = NumberDisplay(FONT, right=103, top=74, digits=1)
 
-# `stack`
-SHIELD_DRAWN = 0xFF
-ZONE_DRAWN = 0x6B
-EXPLOSION_DRAWN = 0xD5
-SCORE_DRAWN = 0x1B
-WAITING = 6  # `status` between two rounds
-NEW_ROUND = 0x8A  # `stack` after the fire button has ended the display of the score
-THROWN_BACK = (0xD9, 0xE6, 0xEC)  # `stack` after the Yar has touched the shield
-LIFE_LOST = (0x9A, 0xA3)  # `stack` when the Yar has dissolved
-LAST_PICTURE = 0x59  # its `look`
-SHOT_HIT = (0x1D, 0x37, 0x3F, 0x47, 0x50)  # `stack` after a shot was compared with the shield
-# `enemy_look`
-FIRST_SWIRL = 0xC4
-QOTILE = 0xDF
-HIT = 0xC0  # `explosion` on the frame of a hit
-EXPLODES = 0x40  # and a bit of it
-# of the Qotile, its missile; `cannon_y`
-HOME_X = 0x96
-LAUNCH_X = 0x9A
-NO_CANNON = 0xF0
-YAR = 0x7C
-SWIRLS = (0x34, 0x86, 0xD8)
-SHIELDS = (0x32, 0x06, 0x74, 0x58)
-CANNON_COLOR = 0x5A  # where no stripe is
+HOME_X = 150  # of the Qotile
+LAUNCH_X = 154  # of its missile
+RIGHT_EDGE = 151  # of the Yar's columns
+LEFT_EDGE = 5
+NO_CANNON = 240  # from here on, `cannon_y` is none
+LAST_PICTURE = 0x59  # `look` of a Yar that has dissolved
+YAR = 124
+SWIRLS = (52, 134, 216)
+SHIELDS = (50, 6, 116, 88)
+CANNON_COLOR = 90  # where no stripe is
 LIGHTS = tuple(hue | light for hue in range(0, 256, 16) for light in range(2, 16, 2))
 DIM = tuple(hue | light for hue in range(0, 256, 16) for light in (0, 2, 4, 6) if hue | light)
+STRIPE_BITS = 246  # of a colour, in the zone
 ZONE = (52, 3, 80, 195)
-ROWS = np.arange(128) // 8
+ROWS = np.arange(128) // 8  # of the shield's blocks
 COLUMNS = np.arange(128) % 8
-CELLS_X, CELLS_Y = (tuple(v.tolist()) for v in (128 + 4 * COLUMNS, 8 * ROWS))
-SCORE_LEFTS = range(55, 103, 8)
+CELLS_X = tuple((128 + 4 * COLUMNS).tolist())
+CELLS_Y = tuple((8 * ROWS).tolist())
 
 MOVES = ROM.bytes(0xF25, 16)
 YAR_MOVES = ROM.bytes(0xF25, 8, 2).tolist()
-DX = (8 - (MOVES >> 4 ^ 8)).tolist()
-DY = ((MOVES & 15 ^ 8) - 8).tolist()
-"""Pixels a step in each of 16 directions, from the south on, counterclockwise."""
-FAST_DX = (8 - (np.roll(ROM.bytes(0xFEA, 16), 8) >> 4 ^ 8)).tolist()
-"""Those of a fast swirl, which flies in the directions from 8 on and in 0."""
-DELAYS = ROM.bytes(0xF08, 5).tolist()
-"""Steps of a missile in 256 frames, by its speed."""
+DX = (8 - (MOVES >> 4 ^ 8)).tolist()  # columns a step, by heading
+DY = ((MOVES & 15 ^ 8) - 8).tolist()  # rows a step
+FAST_DX = (8 - (np.roll(ROM.bytes(0xFEA, 16), 8) >> 4 ^ 8)).tolist()  # of a fast swirl
+DELAYS = ROM.bytes(0xF08, 5).tolist()  # steps of a missile in 256 frames, by its speed
 
 
 def _zone_rows(clock: int) -> int:
@@ -91,9 +80,9 @@ def _zone_rows(clock: int) -> int:
     for row in range(1, 193, 2):
         upper, lower = row, ~(row + 1) & 255
         a, b = (y ^ ROM.bytes(clock + y, 1).item() for y in (upper, lower))
-        lit = a & 0xF6
+        lit = a & STRIPE_BITS
         colors += [lit] * (lit > 0)
-        seen += [row] * (lit > 0) + [row + 1] * (lit > 0 and b & 0xFE > 0)
+        seen += [row] * (lit > 0) + [row + 1] * (lit > 0 and b & 254 > 0)
     return colors[0] << 16 | seen[0] + 2 << 8 | seen[-1] - seen[0] + 1
 
 
@@ -106,12 +95,37 @@ def _double(start: int, height: int) -> np.ndarray:
     return np.repeat(ROM.rows(0xF00 + start + 1, height), 2)
 
 
+class EnemyLook:  # of `Ram.enemy_look`
+    FIRST_SWIRL = 0xC4
+    QOTILE = 0xDF
+
+
+class Stack:  # of `Ram.stack`: the kernel that was drawn, or where the program was after it
+    SHIELD_DRAWN = 0xFF
+    ZONE_DRAWN = 0x6B
+    EXPLOSION_DRAWN = 0xD5
+    SCORE_DRAWN = 0x1B
+    NEW_ROUND = 0x8A  # the fire button has ended the display of the score
+    THROWN_BACK = (0xD9, 0xE6, 0xEC)  # the Yar has touched the shield
+    LIFE_LOST = (0x9A, 0xA3)  # the Yar has dissolved
+    SHOT_HIT = (0x1D, 0x37, 0x3F, 0x47, 0x50)  # a shot was compared with the shield
+
+
+class Status:  # of `Ram.status`
+    WAITING = 6  # between two rounds
+
+
+class Explosion:  # of `Ram.explosion`
+    RUNS = 64  # a bit
+    HIT = 192  # on the frame of a hit
+
+
 YARS = Pictures.of([_double(look, 8) for look in range(256)])
-ENEMIES = Pictures.of([_double(look, 9 if look == QOTILE else 8) for look in range(256)])
+ENEMIES = Pictures.of([_double(look, 9 if look == EnemyLook.QOTILE else 8) for look in range(256)])
 
 
 class Ram(RamMap):
-    saver_mask = byte(114)  # of the colour of the score: 0xF7 in the screen saver
+    saver_mask = byte(114)  # of the colour of the score: 247 in the screen saver
     variation = bits(0, count=3)  # of the game
     trenches = bits(0, first=5)  # later rounds, in which the swirl flies at any time
     shield = byte(*range(16, 0, -1))  # its rows from the top; the lowest bit is the left column
@@ -130,7 +144,7 @@ class Ram(RamMap):
     cannon_y = byte(24)
     cannon_x = byte(25)  # x - 1
     shield_y = byte(26)  # y - 2
-    heading = low(30)  # counterclockwise from south
+    heading = low(30)  # of 16 directions, counterclockwise from south
     lives = high(30)
     y = byte(31)  # y - 3
     x = byte(32)
@@ -155,55 +169,71 @@ class Ram(RamMap):
     stack = byte(126)
 
 
+class Frame(NamedTuple):
+    """What the frame shows."""
+
+    score: jax.Array  # whether it is the score, between two rounds
+    play: jax.Array  # whether it is play, without an explosion
+    clock: jax.Array
+    odd: jax.Array  # 1 where the zone has been drawn, 0 where the shield has
+    zone_clock: jax.Array  # `clock` when the zone was drawn last
+
+
 def decode(m: Ram) -> dict[str, Box]:
-    waits = (m.status == WAITING) & ~among(m.stack, (*LIFE_LOST, EXPLOSION_DRAWN))
-    shows_score = waits | among(m.stack, (SCORE_DRAWN, NEW_ROUND))
-    explodes = (m.explosion & EXPLODES > 0) & (m.explosion != HIT) | (m.stack == EXPLOSION_DRAWN)
-    plays = ~shows_score & ~explodes
-    clock = (m.next_clock - 1) & 255
-    odd = jnp.where(m.stack == SHIELD_DRAWN, 0, jnp.where(m.stack == ZONE_DRAWN, 1, clock & 1))
-    odd = jnp.where(among(m.stack, LIFE_LOST), 0, odd)
-    before = _before(m)
-    enemy = replace(_enemy(m, odd, clock).where(plays), color=m.enemy_color & ~1)
-    begins = (m.missile_flies | m.dies | m.spins) == 0  # a round
-    zone_clock = (clock - 1) & 255 | 1
-    zone = lookup(ZONE_ROWS, zone_clock)
+    frame = _frame(m)
+    enemy = _enemy(m, frame)
     color = YAR & m.saver_mask
     return {
-        "Player": _player(m, odd, before).where(~shows_score),
-        "Player_Bullet": _shot(m, odd, zone_clock, before).where(plays),
-        "Enemy": enemy.where(m.enemy_look == QOTILE),
-        "Swirl": enemy.where(m.enemy_look != QOTILE),
-        "Enemy_Missile": replace(
-            _missile(m, odd, zone_clock).where(plays), color=_missile_color(m, odd, clock)
-        ),
-        "Zorlon_Cannon": _cannon(m, zone_clock).where(plays),
-        "Shield_Block": _shield(m, clock).where(plays & ~(begins & (odd == 1))),
-        "Barrier": box(52, zone >> 8 & 255, 28, zone & 255, plays & (m.zone > 0), color=zone >> 16),
-        "Score": number(m.score, top=48, digits=6, value=m.score, color=color),
-        "Life": number(m.lives, top=74, digits=1, valid=m.lives > 0, value=m.lives, color=color),
+        "Player": _player(m, frame),
+        "Player_Bullet": _shot(m, frame),
+        "Enemy": enemy.where(m.enemy_look == EnemyLook.QOTILE),
+        "Swirl": enemy.where(m.enemy_look != EnemyLook.QOTILE),
+        "Enemy_Missile": _missile(m, frame),
+        "Zorlon_Cannon": _cannon(m, frame),
+        "Shield_Block": _shield(m, frame),
+        "Barrier": _barrier(m, frame),
+        "Score": SCORE.box(m.score, color=color),
+        "Life": LIVES.box(m.lives, valid=m.lives > 0, color=color),
     }
+
+
+def _frame(m: Ram) -> Frame:
+    ends = among(m.stack, (*Stack.LIFE_LOST, Stack.EXPLOSION_DRAWN))
+    waits = (m.status == Status.WAITING) & ~ends
+    shows_score = waits | among(m.stack, (Stack.SCORE_DRAWN, Stack.NEW_ROUND))
+    runs = ((m.explosion & Explosion.RUNS) > 0) & (m.explosion != Explosion.HIT)
+    explodes = runs | (m.stack == Stack.EXPLOSION_DRAWN)
+    clock = (m.next_clock - 1) & 255
+    odd = match(
+        (among(m.stack, (*Stack.LIFE_LOST, Stack.SHIELD_DRAWN)), 0),
+        (m.stack == Stack.ZONE_DRAWN, 1),
+        otherwise=clock & 1,
+    )
+    zone_clock = ((clock - 1) & 255) | 1
+    return Frame(shows_score, ~shows_score & ~explodes, clock, odd, zone_clock)
 
 
 def _before(m: Ram) -> jax.Array:
     """The Yar's column before its last move: that of a waiting shot; at an edge it did not move."""
-    step = jnp.where(m.moving > 0, pick(m.heading, DX), 0)
-    stays = (m.x + step < 5) | (m.x + step > 0x97)
-    waits = (m.shot_flies == 0) & ~among(m.stack, SHOT_HIT) & (jnp.abs(m.shot_x - 4 - m.x) <= 4)
+    step = when(m.moving > 0, pick(m.heading, DX))
+    stays = (m.x + step < LEFT_EDGE) | (m.x + step > RIGHT_EDGE)
+    near = jnp.abs(m.shot_x - 4 - m.x) <= 4
+    waits = (m.shot_flies == 0) & ~among(m.stack, Stack.SHOT_HIT) & near
     return jnp.where(waits, m.shot_x - 4, m.x - jnp.where(stays, 0, step))
 
 
-def _player(m: Ram, odd: jax.Array, before: jax.Array) -> Box:
+def _player(m: Ram, frame: Frame) -> Box:
     """The Yar; where it was before its last move if a missile hit it, as f645 clears HMP1."""
-    thrown = among(m.stack, THROWN_BACK)
-    thrown = thrown | (m.dies == 1) & (m.shot_flies == 0) & (m.last_move == m.x + 12)
-    x = jnp.where(odd == 1, before, m.x + jnp.where(thrown, 7, 0))
-    gone = among(m.stack, LIFE_LOST)
+    by_shot = (m.dies == 1) & (m.shot_flies == 0) & (m.last_move == m.x + 12)
+    thrown = among(m.stack, Stack.THROWN_BACK) | by_shot
+    gone = among(m.stack, Stack.LIFE_LOST)
     halted = ((m.dies == 1) | gone) & (m.missile_flies == 0) & among(m.last_move, YAR_MOVES)
-    x = x + jnp.where(halted, signed_nibble(m.last_move >> 4), 0)
+    x = jnp.where(frame.odd == 1, _before(m), m.x + when(thrown, 7))
+    x = x + when(halted, signed_nibble(m.last_move >> 4))
     look = jnp.where(gone, LAST_PICTURE, m.look)
-    mirrored = m.heading & 8 == 0
-    return YARS.box(look, x, m.y + 3, mirrored=mirrored, orientation=8 - m.heading & 15)
+    west, orientation = (m.heading & 8) == 0, (8 - m.heading) & 15
+    yar = YARS.box(look, x, m.y + 3, mirrored=west, orientation=orientation)
+    return yar.where(~frame.score)
 
 
 def _beam(cycle: int, below: jax.Array, height: jax.Array | int, page: jax.Array) -> jax.Array:
@@ -211,82 +241,91 @@ def _beam(cycle: int, below: jax.Array, height: jax.Array | int, page: jax.Array
 
     The program is later on lines of a picture and below it, and where a table crosses a page.
     """
-    late = jnp.where(below < 0, 0, jnp.where(below < height, 6, 4))
-    return 3 * (cycle + late + jnp.where(page > 255, 1, 0)) - 68
+    late = match((below < 0, 0), (below < height, 6), otherwise=4)
+    return 3 * (cycle + late + when(page > 255, 1)) - 68
 
 
-def _beam_on_even(m: Ram, zone_clock: jax.Array, row: jax.Array, cycle: int) -> jax.Array:
-    height = jnp.where(m.enemy_look == QOTILE, 18, 16)
-    return _beam(cycle, row - m.enemy_y, height, zone_clock + (~row & 255))
+def _beam_on_even(m: Ram, frame: Frame, row: jax.Array, cycle: int) -> jax.Array:
+    height = jnp.where(m.enemy_look == EnemyLook.QOTILE, 18, 16)
+    return _beam(cycle, row - m.enemy_y, height, frame.zone_clock + (~row & 255))
 
 
-def _shot(m: Ram, odd: jax.Array, zone_clock: jax.Array, before: jax.Array) -> Box:
+def _shot(m: Ram, frame: Frame) -> Box:
     """The Yar's shot, which moves on every frame; on its first one it is in front of the Yar."""
     dx, dy = pick(m.shot_heading, DX), pick(m.shot_heading, DY)
-    x, y = m.shot_x - jnp.where(odd == 1, 0, dx), m.shot_y - jnp.where(odd == 1, 0, dy)
-    new = (x == before + 4) & (y == (m.y + 6 & ~1))
-    there = (m.shot_flies == 1) | among(m.stack, SHOT_HIT)
-    x = x - dx
-    late = jnp.where(x < _beam_on_even(m, zone_clock, y, 39), 3, 2)
-    return box(x, y + late, 1, 2, there & ~new & (m.dies == 0), orientation=8 - m.shot_heading & 15)
+    even = frame.odd == 0
+    x, y = m.shot_x - when(even, dx), m.shot_y - when(even, dy)
+    new = (x == _before(m) + 4) & (y == ((m.y + 6) & ~1))
+    there = (m.shot_flies == 1) | among(m.stack, Stack.SHOT_HIT)
+    there = there & ~new & (m.dies == 0) & frame.play
+    late = jnp.where(x - dx < _beam_on_even(m, frame, y, 39), 3, 2)
+    return box(x - dx, y + late, 1, 2, there, orientation=(8 - m.shot_heading) & 15)
 
 
-def _enemy(m: Ram, odd: jax.Array, clock: jax.Array) -> Box:
+def _enemy(m: Ram, frame: Frame) -> Box:
     """The Qotile or the swirl, which rests when its pictures begin again.
 
     It starts when the clock is at 0 or 128. A swirl that is further than it could be is fast.
     """
-    rests = (m.flies == 0) | (m.enemy_x == HOME_X) | (m.dies == 1)
-    rests = rests | (m.enemy_look == FIRST_SWIRL) & (odd == 0)
+    begins = (m.enemy_look == EnemyLook.FIRST_SWIRL) & (frame.odd == 0)
+    rests = (m.flies == 0) | (m.enemy_x == HOME_X) | (m.dies == 1) | begins
     slow = pick(m.enemy_heading, DX)
-    fast = (m.variation > 1) & (m.trenches == 0) & (HOME_X - m.enemy_x > (clock & 127) * -slow)
-    step = jnp.where(fast, pick(m.enemy_heading, FAST_DX), slow)
-    step = jnp.where(rests, 0, step)
-    return ENEMIES.box(m.enemy_look, m.enemy_x - step, m.enemy_y + 3)
+    far = HOME_X - m.enemy_x > (frame.clock & 127) * -slow
+    fast = (m.variation > 1) & (m.trenches == 0) & far
+    step = match((rests, 0), (fast, pick(m.enemy_heading, FAST_DX)), otherwise=slow)
+    enemy = ENEMIES.box(m.enemy_look, m.enemy_x - step, m.enemy_y + 3)
+    return replace(enemy.where(frame.play), color=m.enemy_color & ~1)
 
 
-def _missile(m: Ram, odd: jax.Array, zone_clock: jax.Array) -> Box:
+def _missile(m: Ram, frame: Frame) -> Box:
     """The missile that follows the Yar; it moves on frames on which it is not drawn."""
-    moved = (m.missile_part < pick(m.speed, DELAYS)) & (odd == 0)
-    x = m.missile_x + jnp.where(moved, jnp.sign(m.missile_x - m.x - 2), 0)
-    y = m.missile_y + jnp.where(moved, 2 * jnp.sign(m.missile_y - m.y - 8), 0)
-    beam = _beam_on_even(m, zone_clock, y, 45)
+    moved = (m.missile_part < pick(m.speed, DELAYS)) & (frame.odd == 0)
+    x = m.missile_x + when(moved, jnp.sign(m.missile_x - m.x - 2))
+    y = m.missile_y + when(moved, 2 * jnp.sign(m.missile_y - m.y - 8))
+    beam = _beam_on_even(m, frame, y, 45)
     late = jnp.where(x <= beam - 4, 3, 2)
     height = jnp.where((x > beam - 4) & (x < beam), 3, 2)
-    there = (m.missile_flies == 1) & (m.missile_x != LAUNCH_X) & (m.dies == 0)
-    return box(x, y + late, 4, height, there)
+    there = (m.missile_flies == 1) & (m.missile_x != LAUNCH_X) & (m.dies == 0) & frame.play
+    return box(x, y + late, 4, height, there, color=_missile_color(m, frame))
 
 
-def _missile_color(m: Ram, odd: jax.Array, clock: jax.Array) -> jax.Array:
+def _missile_color(m: Ram, frame: Frame) -> jax.Array:
     """The colour when the missile was drawn last; it grows every 8 frames, but is never black."""
-    grown = (odd == 0) & (clock & 7 == 0) & (m.spins == 0)
-    step = jnp.where(m.enemy_color & 0xE == 2, 4, 2)
-    return m.enemy_color - jnp.where(grown, step, 0) & 0xFE
+    grown = (frame.odd == 0) & ((frame.clock & 7) == 0) & (m.spins == 0)
+    step = jnp.where((m.enemy_color & 14) == 2, 4, 2)
+    return (m.enemy_color - when(grown, step)) & 254
 
 
-def _cannon(m: Ram, zone_clock: jax.Array) -> Box:
+def _barrier(m: Ram, frame: Frame) -> Box:
+    word = lookup(ZONE_ROWS, frame.zone_clock)
+    color, top, height = word >> 16, word >> 8 & 255, word & 255
+    return box(52, top, 28, height, frame.play & (m.zone > 0), color=color)
+
+
+def _cannon(m: Ram, frame: Frame) -> Box:
     """The cannon at the left edge, and its shot, in lines of two rows."""
     rows = (m.cannon_y | 1) + 2 * np.arange(5)
-    height = rows - m.cannon_y - jnp.where(rows < m.y, 1, 0)
-    lit = (height >= 0) & (height <= 6)
+    line = rows - m.cannon_y - when(rows < m.y, 1)
+    lit = (line >= 0) & (line <= 6)
     top = jnp.min(jnp.where(lit, rows, 255))
     step = jnp.where(m.leftward == 1, -6, 4)
-    x = m.cannon_x + 1 - jnp.where(m.cannon_fired == 1, step, 0)
-    stripe = (top ^ lookup(CODE, zone_clock + top)) & m.zone & 0xF6
+    x = m.cannon_x + 1 - when(m.cannon_fired == 1, step)
+    stripe = (top ^ lookup(CODE, frame.zone_clock + top)) & m.zone & STRIPE_BITS
     color = jnp.where(stripe > 0, stripe, CANNON_COLOR)
-    late = jnp.where(x < _beam(52, top - m.y, 16, zone_clock + top), 3, 2)
-    there = ((m.cannon_fired | m.cannon_armed) == 1) & (m.cannon_y < NO_CANNON)
-    return box(
-        x, top + late, 4 << m.cannon_wide, 2 * jnp.sum(jnp.where(lit, 1, 0)), there, color=color
-    )
+    beam = _beam(52, top - m.y, 16, frame.zone_clock + top)
+    y, height = top + jnp.where(x < beam, 3, 2), 2 * jnp.sum(when(lit, 1))
+    there = ((m.cannon_fired | m.cannon_armed) == 1) & (m.cannon_y < NO_CANNON) & frame.play
+    return box(x, y, 4 << m.cannon_wide, height, there, color=color)
 
 
-def _shield(m: Ram, clock: jax.Array) -> Box:
+def _shield(m: Ram, frame: Frame) -> Box:
     """The blocks as they were drawn last, before the shield rotated."""
-    turned = (m.rotates == 1) & ((clock & 3) < 2)
+    turned = (m.rotates == 1) & ((frame.clock & 3) < 2)
     row = jnp.where(turned, _turned_back(m.shield), m.shield)
-    there = jnp.repeat(row, 8) >> COLUMNS & 1 == 1
-    y = m.shield_y + jnp.where(ROWS == 0, 2, 1 + 8 * ROWS)
+    lit = (jnp.repeat(row, 8) >> COLUMNS & 1) == 1
+    round_begins = ((m.missile_flies | m.dies | m.spins) == 0) & (frame.odd == 1)
+    y = m.shield_y + np.where(ROWS == 0, 2, 1 + 8 * ROWS)
+    there = lit & frame.play & ~round_begins
     return box(128 + 4 * COLUMNS, y, 4, np.where(ROWS == 0, 7, 8), there)
 
 
@@ -294,7 +333,7 @@ def _turned_back(shield: jax.Array) -> jax.Array:
     """The shield before its bits moved on: in odd rows from the top to the left, in others back."""
     odd = np.arange(16) % 2 == 1
     carry = jnp.roll(jnp.where(odd, shield >> 7, shield & 1), -1)
-    return jnp.where(odd, shield << 1 & 255 | carry, shield >> 1 | carry << 7)
+    return jnp.where(odd, (shield << 1 & 255) | carry, (shield >> 1) | (carry << 7))
 
 
 facing = functools.partial(Category, attributes=("orientation",))
@@ -318,9 +357,7 @@ CANNON = cannon((*DIM, CANNON_COLOR), (0, 0, 128, 195))
 cells = functools.partial(Cells, whole=False, exclude=("Enemy", "Enemy_Missile"), floats=True)
 BLOCKS = cells(SHIELDS, CELLS_X, CELLS_Y, 4, 8)
 STRIPES = Bounds(DIM, ZONE, min_size=(28, 150))
-TEXT = (YAR, YAR & 0xF7)  # in the screen saver the latter
-POINTS = Bounds(TEXT, (55, 48, 103, 55), value=Digits(FONT, SCORE_LEFTS, 48, required=True))
-LIVES = Bounds(TEXT, (95, 74, 103, 81), value=Digits(FONT, (95,), 74, required=True))
+TEXT = (YAR, YAR & 247)  # in the screen saver the latter
 
 GAME = Game(
     name="YarsRevenge",
@@ -341,7 +378,7 @@ GAME = Game(
         ),
         Category("Shield_Block", BLOCKS, count=128, doc="by row and column"),
         Category("Barrier", STRIPES, doc="the neutral zone"),
-        between("Score", POINTS, doc="points"),
-        between("Life", LIVES, doc="lives"),
+        between("Score", SCORE.rule(TEXT, required=True), doc="points"),
+        between("Life", LIVES.rule(TEXT, required=True), doc="lives"),
     ),
 )

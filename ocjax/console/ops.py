@@ -12,6 +12,8 @@ from jax import lax
 
 __all__ = ["among", "div", "lookup", "match", "mod", "pick", "reached", "when"]
 
+Value = jax.Array | np.ndarray | int
+
 
 def pick(index: jax.Array, values: Sequence[int]) -> jax.Array:
     """`values[index]` for a short table; an index that is out of range takes the last entry."""
@@ -22,7 +24,7 @@ def pick(index: jax.Array, values: Sequence[int]) -> jax.Array:
     return out
 
 
-def match(*cases: tuple[jax.Array, jax.Array | int], otherwise: jax.Array | int) -> jax.Array:
+def match(*cases: tuple[jax.Array, Value], otherwise: Value) -> jax.Array:
     """The value of the first condition that holds.
 
     Args:
@@ -35,7 +37,7 @@ def match(*cases: tuple[jax.Array, jax.Array | int], otherwise: jax.Array | int)
     return out
 
 
-def when(condition: jax.Array, value: jax.Array | int) -> jax.Array:
+def when(condition: jax.Array | np.ndarray, value: Value) -> jax.Array:
     """The value where the condition holds, and 0 elsewhere."""
     return jnp.where(condition, value, 0)
 

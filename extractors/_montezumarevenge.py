@@ -1,0 +1,289 @@
+"""Montezuma's Revenge's RAM, and what never moves in the rooms of the pyramid.
+
+Each room has drawing code of its own in the ROM, so the table of parts was read off the screen. REM
+looks up the boxes of the room's parts. VEM finds a part by a run of pixels in one of its rows.
+"""
+
+from functools import partial
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.console.boxes import Box, box
+from ocjax.console.ops import lookup
+from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.console.rom import Rom
+from ocjax.vision.rules import Run, Runs
+
+ROM = Rom("montezuma_revenge", "3347a6dd59049b15a38394aa2dafa585")
+ROOMS = 24
+BRIDGES_GO = 0  # `clock` modulo 128 on the frame after whose drawing the bridges disappear
+BRIDGES_COME = 36  # and on the one after whose drawing they come back
+
+
+class State:  # of `Ram.state`
+    EXITS = 2  # the explorer leaves the room
+    PLAYS = 4
+    FALLS = 7
+
+
+class Pose:  # of `Ram.pose`
+    STANDS = 8
+    CLIMBS = 10  # or more: on a ladder or a rope
+    SWINGS = 14
+    STRIDES = 18
+
+
+class Picture:  # low byte of the picture of the explorer, the rolling skull or a door
+    GONE = 0x75
+    DOOR = 0x7C
+    FIRST_BEAM = 0xA3  # the first of four, in a door's place
+    JUMP = 0xA5
+
+
+class Thing:  # of `Ram.thing`
+    FLAME = 0x0A
+    SKULL = 0x17
+    KEY = 0x2E
+    RUBY = 0x36
+    SWORD = 0x3E
+    AMULET = 0x4E
+    TORCHES = (0x68, FLAME)
+    SNAKES = (0xEE, 0xFC)
+    SPIDERS = (0x47, 0x57)
+
+
+class Dark:  # of `Ram.dark`
+    BLANK = 1  # the room is not drawn
+
+
+class Leap:  # of `Ram.leap`
+    ASIDE = 2
+
+
+class Tune:  # of `Ram.tune`
+    JUST_DIED = 91
+
+
+class Ram(RamMap):
+    clock = byte(0)
+    state = byte(2)
+    room = byte(3)
+    dark = byte(4)  # frames without a picture
+    score = bcd((19, 20, 21))
+    thing = byte(22)  # low byte of its picture's address
+    rolling = byte(24)  # likewise, of the rolling skull
+    left_door = byte(26)  # likewise, of the left door or the beams
+    right_door = byte(28)  # likewise
+    picture = byte(30)  # low byte of the explorer's next one
+    x = byte(42)  # x + 1
+    y = byte(43)
+    thing_x = byte(44)  # x + 1
+    thing_y = byte(45)
+    skull_x = byte(47)  # x + 1
+    skull_y = byte(46)
+    west = bits(52, first=6)
+    mirrored = bits(52, first=3)
+    drifts = bits(52, first=2)  # on in a fall
+    pose = byte(53)
+    lives = byte(58)  # less the one in play
+    turned = byte(61)  # of the rolling skull
+    roll = bits(62, count=4)
+    things = byte(65)  # carried; the highest bit: a torch
+    off = byte(83)  # frames until bridges are there again
+    copies = bits(84, count=3)  # of the thing, as in NUSIZ1
+    jump = byte(86)  # rest of a jump
+    leap = byte(87)  # kind of a jump
+    floor = byte(96)
+    stick = bits(102, first=4, count=4)  # up, down, left, right; 1: not pressed
+    tune = byte(108)  # counts the steps of one
+
+
+# Colours, by depth and pyramid.
+ROCK_COLORS, RUNG_COLORS = ROM.bytes(0x1DFF, 12).reshape(2, 6).tolist()
+EXPLORER_COLORS = (70, 74, 76, 250)  # he may stand in front of rock and rungs
+GOLD = 252
+FORCE = 138
+
+
+class Mark(NamedTuple):
+    """A run of pixels in one row of a part; over its whole width if none is given."""
+
+    colors: tuple[int, ...]
+    row: int
+    left: int = 0
+    width: int = 0
+
+
+class Part(NamedTuple):
+    """A part of some rooms: its box, and the marks by any of which VEM knows it."""
+
+    rooms: tuple[int, ...]
+    left: int
+    top: int
+    width: int
+    height: int
+    marks: tuple[Mark, ...]
+
+
+def _part(
+    rooms: tuple[int, ...], left: int, top: int, width: int, height: int, *marks: Mark
+) -> Part:
+    whole = (mark if mark.width else mark._replace(left=left, width=width) for mark in marks)
+    return Part(rooms, left, top, width, height, tuple(whole))
+
+
+_rock = partial(Mark, (*ROCK_COLORS, *EXPLORER_COLORS))
+_rungs = partial(Mark, (*RUNG_COLORS, *EXPLORER_COLORS))
+_either = partial(Mark, (*ROCK_COLORS, *RUNG_COLORS, *EXPLORER_COLORS))  # rock or rungs
+_plank = partial(Mark, (*ROCK_COLORS, *RUNG_COLORS))  # without the explorer, who walks above it
+_door = partial(Mark, (GOLD,))
+_force = partial(Mark, (FORCE,))
+
+
+def _bridge(rooms: tuple[int, ...], top: int, row: int) -> Part:
+    """The bridge over a pit, known by any of its first three planks."""
+    planks = _plank(row, 36, 8), _plank(row, 44, 8), _plank(row, 52, 8)
+    return _part(rooms, 36, top, 88, 6, *planks)
+
+
+def _steps(top: int) -> tuple[Part, Part]:
+    """The left and the right step of room 8 at a row, known by their inner two thirds."""
+    row = top + 1
+    left = _part((8,), 4, top, 12, 4, _plank(row, 8, 4), _plank(row, 12, 4))
+    right = _part((8,), 144, top, 12, 4, _plank(row, 144, 4), _plank(row, 148, 4))
+    return left, right
+
+
+# fmt: off
+LEDGES = (  #  rooms  left top width height  known by
+    _part((1,),      0,  93,  56,  3, _rock(95)),
+    _part((1,),     68,  93,  24,  3, _rock(95)),
+    _part((1,),    104,  93,  56,  3, _rock(95)),
+    _part((1,),      0, 136,  36,  3, _rock(137)),
+    _part((1,),    124, 136,  36,  3, _rock(137)),
+    _part((5,),     48, 130,  64,  3, _rock(131)),
+    _part((5, 8),    0,  93,  48,  3, _rock(95)),
+    _part((5, 8),  112,  93,  48,  3, _rock(95)),
+    _part((8,),     76,  93,   8,  3, _rock(93)),
+    _part((14,),     0,  93,  40,  3, _rock(95)),
+    _part((14,),    68,  93,  24,  3, _rock(95)),
+    _part((14,),   120,  93,  40,  3, _rock(95)),
+)
+WALLS = (
+    _part((1,),             0,  96,  8, 40, _either(101)),
+    _part((1,),           152,  96,  8, 40, _either(101)),
+    _part((1,),             0, 139, 16, 41, _either(158, 0, 32)),  # with the ladder beside it
+    _part((1,),           144, 139, 16, 41, _either(158, 128, 32)),
+    _part((5, 8),           0,  96,  4, 75, _either(101)),
+    _part((5, 8),         156,  96,  4, 75, _either(101)),
+    _part((5,),            32,  53,  4, 40, _either(68)),
+    _part((5,),           124,  53,  4, 40, _either(68)),
+    _part((14,),            0,  96, 16, 72, _either(101)),
+    _part((14,),          144,  96, 16, 72, _either(101)),
+    _part((3, 8, 10, 21),   0,  53,  4, 41, _either(68)),
+    _part((2, 9, 20, 23), 156,  52,  4, 41, _either(68)),
+    _part((0,),             0,  53,  4, 42, _force(93)),
+    _part((7,),           156,  53,  4, 41, _force(93)),
+)
+LADDERS = (
+    _part((4, 6, 9, 10, 11, 13, 19, 21, 22), 72, 53, 16, 40, _rungs(71)),
+    _part((1,),              72,  96, 16,  39, _rock(108)),
+    _part((0, 7),            72,  95, 16, 101, _rock(108, 76, 8)),
+    _part((2, 3, 4, 11, 13), 72,  94, 16, 101, _rock(107, 76, 8)),
+    _part((5,),              72, 173, 16,  24, _rock(179, 76, 8)),
+    _part((14,),             72, 170, 16,  24, _rock(176, 76, 8)),
+    _part((1,),              16, 139, 16,  41, _rock(158, 0, 32)),  # with the wall beside it
+    _part((1,),             128, 139, 16,  41, _rock(158, 128, 32)),
+)
+POLES = (
+    _part((5,),  125, 96, 2, 51, _rock(98)),
+    _part((14,),  87, 96, 2, 32, _rock(98)),
+)
+BELTS = (
+    _part((1,), 60, 136, 40, 5, _rock(138)),
+    _part((5,), 60,  93, 40, 5, _rock(95)),
+)
+BARRIERS = (  # the left one and the right one of a room
+    _part((1,),   20,  54, 4, 37, _door(60)),
+    _part((1,),  136,  54, 4, 37, _door(60)),
+    _part((17,),  20,  55, 4, 37, _door(61)),
+    _part((17,), 136,  55, 4, 37, _door(61)),
+    _part((5,),   56, 135, 4, 35, _rock(135)),
+    _part((5,),  100, 135, 4, 35, _rock(135)),
+)
+# fmt: on
+BRIDGES = (
+    _bridge((10, 20, 22), top=94, row=94),
+    _bridge((18,), top=95, row=100),
+    *(step for top in (103, 113, 123, 133, 153, 163) for step in _steps(top)),
+)
+
+PARTS = {  # and how many marks one row of the screen may have
+    "Platform": (LEDGES, 4),
+    "Wall": (WALLS, 4),
+    "Ladder": (LADDERS, 3),
+    "Pole": (POLES, 3),
+    "Conveyer_Belt": (BELTS, 3),
+    "Barrier": (BARRIERS, 3),
+    "Disappearing_Platform": (BRIDGES, 4),
+}
+
+
+def _run(part: Part, mark: Mark) -> Run:
+    return Run(
+        mark.colors,
+        mark.row,
+        mark.left,
+        mark.width,
+        height=part.top + part.height - mark.row,
+        before=mark.left - part.left,
+        above=mark.row - part.top,
+        after=part.left + part.width - mark.left - mark.width,
+    )
+
+
+def _rule(parts: tuple[Part, ...], most: int) -> Runs:
+    """How VEM finds parts: by their marks, from the top row down."""
+    runs = {mark[1:]: _run(part, mark) for part in parts for mark in part.marks}
+    return Runs(tuple(runs[place] for place in sorted(runs)), most)
+
+
+def _by_room(parts: tuple[Part, ...]) -> np.ndarray:
+    """Each room's parts, `[rooms, slots]`: left, top, width and height, a byte each, or 0."""
+    packed = [p.left | p.top << 8 | p.width << 16 | p.height << 24 for p in parts]
+    rooms = [
+        [word for p, word in zip(parts, packed, strict=True) if room in p.rooms]
+        for room in range(ROOMS)
+    ]
+    slots = max(map(len, rooms))
+    return np.array([words + [0] * (slots - len(words)) for words in rooms])
+
+
+RULES = {name: _rule(parts, most) for name, (parts, most) in PARTS.items()}
+PLACES = {name: _by_room(parts) for name, (parts, _) in PARTS.items()}
+ALL_PLACES = np.hstack(list(PLACES.values())).astype(np.uint32).view(np.int32)
+
+
+def room_parts(m: Ram, drawn: jax.Array, lit: jax.Array) -> dict[str, Box]:
+    """The parts of the room by category, while the room is drawn, and lit."""
+    slots = ALL_PLACES.shape[1]
+    packed = lookup(ALL_PLACES.ravel(), slots * m.room + np.arange(slots))
+    shut = jnp.stack([m.left_door, m.right_door]) == Picture.DOOR
+    there = dict.fromkeys(PARTS, lit)
+    there["Barrier"] = lit & shut
+    there["Disappearing_Platform"] = drawn & _bridged(m)  # these are lit in the dark, too
+    boxes, start = {}, 0
+    for name, places in PLACES.items():
+        end = start + places.shape[1]
+        own = jnp.where(there[name] & (m.room < ROOMS), packed[start:end], 0)
+        own = jnp.pad(own, (0, RULES[name].slots - places.shape[1]))
+        boxes[name] = box(*(own >> shift & 255 for shift in (0, 8, 16, 24)), valid=own != 0)
+        start = end
+    return boxes
+
+
+def _bridged(m: Ram) -> jax.Array:
+    turn = m.clock & 127
+    return (turn == BRIDGES_GO) | ((m.off == 0) & (turn != BRIDGES_COME))
