@@ -192,9 +192,9 @@ def _others(m: Ram, x: jax.Array, y: jax.Array, own: jax.Array) -> jax.Array:
 def _by_figure(m: Ram, own: jax.Array, packed: jax.Array) -> tuple[Box, jax.Array]:
     """The figures in an order that they keep when they pass each other, and their kinds."""
     twin = jnp.where(m.rank == TWINS, 1, 0)
-    slot = pick(m.rank, (0, 1, 2, 4)) + jnp.where(jnp.cumsum(twin) > 1, twin, 0)
-    slot = jnp.where(np.arange(7) == m.tracer, 5, slot)
-    slot = jnp.where(own | (m.y == NO_FIGURE), 6, slot)
+    by_rank = pick(m.rank, (0, 1, 2, 4)) + jnp.where(jnp.cumsum(twin) > 1, twin, 0)
+    nobody = own | (m.y == NO_FIGURE)
+    slot = match((nobody, 6), (np.arange(7) == m.tracer, 5), otherwise=by_rank)
     here = [jnp.where(slot == i, packed, 0) for i in range(6)]
     packed = jnp.stack([jnp.max(records) for records in (*here, jnp.zeros_like(slot))])
     x, y = packed >> 12 & 255, packed >> 20 & 255

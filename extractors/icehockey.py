@@ -139,11 +139,10 @@ def _team(m: Ram, team: int) -> Box:
     """A team's players. The chip draws a blue one's picture a row later than his stick."""
     x, faces_left = m.x[team::2] - 9, m.faces_left[team::2] == 1
     first, _, width, _ = PICTURES.extent(m.picture[team::2])
-    left = jnp.where(faces_left, 8 - first - width, first)
-    right = left + width
+    body = jnp.where(faces_left, 8 - first - width, first)
     stick, reach = m.stick[team::2] == 1, _reach(m)[team::2]
-    left = jnp.where(stick & faces_left, 9 - reach, left)
-    right = jnp.where(stick & ~faces_left, reach, right)
+    left = jnp.where(stick & faces_left, 9 - reach, body)
+    right = jnp.where(stick & ~faces_left, reach, body + width)
     top, bottom = 169 - team - m.y[team::2], 189 - m.y[team::2]
     return box(x + left, top, right - left, jnp.where(stick, bottom - top, 19))
 

@@ -186,9 +186,9 @@ def _player(m: Ram) -> Box:
         orientation=_compass(m.looks_left),
     )
     color = match((m.dying == 0, GOLD), ((m.dying & 1) == 1, FLASH), otherwise=BLACK)
-    top, bottom = whole.y, whole.y + whole.h
-    top = jnp.where(top >= FOOT[0], jnp.maximum(top, FOOT[1]), top)
-    bottom = jnp.where(bottom <= FOOT[1], jnp.minimum(bottom, FOOT[0]), bottom)
+    end = whole.y + whole.h
+    top = jnp.where(whole.y >= FOOT[0], jnp.maximum(whole.y, FOOT[1]), whole.y)
+    bottom = jnp.where(end <= FOOT[1], jnp.minimum(end, FOOT[0]), end)
     return replace(whole, y=top, h=bottom - top, color=color)
 
 

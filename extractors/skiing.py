@@ -228,8 +228,8 @@ def _objects(m: Ram) -> Box:
     shows = jnp.where((kind & 2) == 2, Thing.TREE, kind & 1)
     is_mirrored = kind >= MIRRORED
     left, above, right, below = FIELD  # left and right are at the same distance from the middle
-    x = _object_x(record >> 8 & 255, last_row)
-    x = jnp.where(is_mirrored, 160 - WIDTHS - x, x)
+    place = _object_x(record >> 8 & 255, last_row)
+    x = jnp.where(is_mirrored, 160 - WIDTHS - place, place)
     end = 180 + last_row - y + _last_step(m)[1]
     y = end - HEIGHTS
     rows = jnp.minimum(y - above, 0) + jnp.maximum(end - below, 0)
@@ -237,8 +237,8 @@ def _objects(m: Ram) -> Box:
     rows, columns = jnp.clip(rows, -HEIGHTS, HEIGHTS), jnp.clip(columns, -WIDTHS, WIDTHS)
     rest = lookup(CUT_TABLE, rows * (2 * WIDTHS + 1) + columns + UNCUT)
     width = rest >> 10 & 31
-    x = x + (rest & 31)
-    x = jnp.where(is_mirrored, 160 - width - x, x)
+    cut_x = x + (rest & 31)
+    x = jnp.where(is_mirrored, 160 - width - cut_x, cut_x)
     exists = (last_row < NO_OBJECT) & (shows == THINGS)
     color = jnp.where(kind == LAST_GATE, RED, np.array(COLORS))
     return box(x, y + (rest >> 5 & 31), width, rest >> 15, exists, color=color)
