@@ -8,6 +8,7 @@ from ocjax.extraction import records
 from ocjax.extraction.categories import Category
 from ocjax.extraction.declaration import Declaration
 
+MOST_ROWS = 30  # of a state's table in a notebook
 SCALE = 2  # of the drawing in a notebook; the console's pixels are twice as wide as high
 BACKGROUND = "#222"
 STYLE = "text-align: left; vertical-align: top"
@@ -54,7 +55,9 @@ def state_html(game: Declaration, fields: records.Fields) -> str:
         (r["category"], r["slot"], f"({r['x']}, {r['y']})", f"{r['w']} x {r['h']}", r.get("value", ""), _compass(r.get("orientation")))
         for r in state
     ]
-    objects = table(("category", "slot", "left, top", "size", "value", "facing"), rows)
+    objects = table(("category", "slot", "left, top", "size", "value", "facing"), rows[:MOST_ROWS])
+    if len(rows) > MOST_ROWS:
+        objects = f"<div>{objects}<p>and {len(rows) - MOST_ROWS} more</p></div>"
     return f'<div style="display: flex; gap: 1em">{picture(game, state)}{objects}</div>'
 
 

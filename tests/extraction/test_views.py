@@ -183,3 +183,13 @@ def test_objects_are_shown_in_an_interpreter_and_a_notebook(objects):
     assert "<rect" not in objects[:0]._repr_html_()
     assert all(c.doc in GAME._repr_html_() for c in GAME.categories)
     assert len(repr(GAME.categories)) < 700
+
+
+def test_long_tables_are_cut_in_a_notebook():
+    game = ocjax.load("SpaceInvaders")
+    objects = game.rem(excerpt("SpaceInvaders")["rams"])
+    most = objects[int(np.argmax(objects.valid.sum(axis=1)))]
+    number = int(most.valid.sum())
+    assert number > 30
+    assert f"and {number - 30} more" in most._repr_html_()
+    assert most._repr_html_().count("<rect") == number
