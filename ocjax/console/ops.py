@@ -12,7 +12,7 @@ from jax import lax
 
 __all__ = ["among", "div", "lookup", "match", "mod", "pick", "reached", "when"]
 
-Value = jax.Array | np.ndarray | int
+_Value = jax.Array | np.ndarray | int
 
 
 def pick(index: jax.Array, values: Sequence[int]) -> jax.Array:
@@ -24,7 +24,7 @@ def pick(index: jax.Array, values: Sequence[int]) -> jax.Array:
     return out
 
 
-def match(*cases: tuple[jax.Array, Value], otherwise: Value) -> jax.Array:
+def match(*cases: tuple[jax.Array, _Value], otherwise: _Value) -> jax.Array:
     """The value of the first condition that holds.
 
     Args:
@@ -37,7 +37,7 @@ def match(*cases: tuple[jax.Array, Value], otherwise: Value) -> jax.Array:
     return out
 
 
-def when(condition: jax.Array | np.ndarray, value: Value) -> jax.Array:
+def when(condition: jax.Array | np.ndarray, value: _Value) -> jax.Array:
     """The value where the condition holds, and 0 elsewhere."""
     return jnp.where(condition, value, 0)
 

@@ -355,7 +355,7 @@ def test_options_that_do_not_exist_are_refused(option, hint):
     for function in (gymnasium.make, gymnasium.make_vec):
         with pytest.raises(TypeError, match=message):
             function("ocjax/Pong-v5", **{option: 1})
-    with pytest.raises(ValueError, match=r"mode must be one of .*, got 1; the mode of the game is game_mode"):
+    with pytest.raises(ValueError, match=r"mode must be one of .*, got 1; .* the mode of the game is game_mode"):
         make("Pong", mode=1)
 
 
