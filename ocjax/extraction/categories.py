@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 
 from ocjax.console import palette
+from ocjax.extraction.html import table
 from ocjax.vision.rules import Bounds, ByColor, Cells, Rule
 
-__all__ = ["ATTRIBUTES", "Category", "display", "names_by_alias"]
+__all__ = ["ATTRIBUTES", "HEADER", "Category", "display", "names_by_alias"]
 
 ATTRIBUTES = ("orientation", "value")
+HEADER = "category", "slots", "attributes", "what it is"  # of tables of categories
 
 
 def _has_colors(rule: Rule) -> bool:
@@ -62,6 +64,14 @@ class Category:
 
     def __repr__(self) -> str:
         return f"Category({self.name!r}, count={self.count}, hud={self.hud}, attributes={self.attributes}, doc={self.doc!r})"
+
+    def row(self) -> tuple[str, int, str, str]:
+        """What a table says of the category, by `HEADER`."""
+        return self.name, self.count, ", ".join((*["hud"] * self.hud, *self.attributes)), self.doc
+
+    def _repr_html_(self) -> str:
+        """The category as a table for a notebook."""
+        return table(HEADER, [self.row()])
 
     @property
     def has_places(self) -> bool:

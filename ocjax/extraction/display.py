@@ -5,13 +5,13 @@ from html import escape
 from typing import Any
 
 from ocjax.extraction import records
-from ocjax.extraction.categories import Category
+from ocjax.extraction.categories import HEADER
 from ocjax.extraction.declaration import Declaration
+from ocjax.extraction.html import table
 
 MOST_ROWS = 30  # of a state's table in a notebook
 SCALE = 2  # of the drawing in a notebook; the console's pixels are twice as wide as high
 BACKGROUND = "#222"
-STYLE = "text-align: left; vertical-align: top"
 
 
 def summary(game: Declaration | None, batch: Sequence[int], slots: int) -> str:
@@ -38,16 +38,6 @@ def picture(game: Declaration, state: Iterable[Mapping[str, Any]]) -> str:
     return f'<svg xmlns="http://www.w3.org/2000/svg" {size} style="background: {BACKGROUND}">{"".join(boxes)}</svg>'
 
 
-def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """An HTML table."""
-    lines = [_row("th", header), *(_row("td", row) for row in rows)]
-    return f"<table>{''.join(lines)}</table>"
-
-
-def _row(tag: str, cells: Sequence[object]) -> str:
-    return "<tr>" + "".join(f'<{tag} style="{STYLE}">{escape(str(cell))}</{tag}>' for cell in cells) + "</tr>"
-
-
 def state_html(game: Declaration, fields: records.Fields) -> str:
     """The objects of one state as a picture with a table beside it."""
     state = records.of_state(fields, game)
@@ -67,14 +57,5 @@ def _compass(point: int | None) -> str:
 
 def game_html(game: Declaration) -> str:
     """A game's categories as a table."""
-    rows = [_category_row(c) for c in game.categories]
-    return f"<p>{escape(game.name)}: {game.num_slots} slots</p>{table(('category', 'slots', 'attributes', 'what it is'), rows)}"
-
-
-def category_html(c: Category) -> str:
-    """A category as a table of one row."""
-    return table(("category", "slots", "attributes", "what it is"), [_category_row(c)])
-
-
-def _category_row(c: Category) -> tuple[str, int, str, str]:
-    return c.name, c.count, ", ".join((*["hud"] * c.hud, *c.attributes)), c.doc
+    rows = [c.row() for c in game.categories]
+    return f"<p>{escape(game.name)}: {game.num_slots} slots</p>{table(HEADER, rows)}"

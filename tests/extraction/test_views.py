@@ -182,6 +182,7 @@ def test_objects_are_shown_in_an_interpreter_and_a_notebook(objects):
     assert "PlayerScore" in objects._repr_html_()
     assert "<rect" not in objects[:0]._repr_html_()
     assert all(c.doc in GAME._repr_html_() for c in GAME.categories)
+    assert GAME.categories[2].doc in GAME.categories[2]._repr_html_()
     assert len(repr(GAME.categories)) < 700
 
 
