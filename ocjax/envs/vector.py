@@ -96,6 +96,13 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         memory = {name: kind.initial(self.game, self.mode, size) for name, kind in self.kinds.items() if isinstance(kind, Computed)}
         return EnvShard(rows, arrays, memory)
 
+    def _repr_html_(self) -> str:
+        """The environments, and what is on the screen of the first one, for a notebook."""
+        shown = self.tensors if self._shards[0].objects else {}
+        methods = shown if isinstance(shown, dict) else {self.mode: shown}
+        about = f"<p>{self.num_envs} environments of {self.game.name}, mode {self.mode}</p>"
+        return about + "".join(objects._repr_html_() for objects in methods.values())
+
     @property
     def tensors(self) -> Objects | dict[str, Objects]:
         """The present objects.

@@ -538,3 +538,12 @@ def test_many_steps_do_not_leak(request):
     envs.close()
     assert not any(Path(f"/proc/{pid}").exists() for pid in pids)
     assert set(Path("/dev/shm").iterdir()) <= shared
+
+
+def test_environments_show_themselves_in_a_notebook():
+    envs = ocjax.make_vec("Pong", 2, num_workers=0)
+    assert envs._repr_html_() == "<p>2 environments of Pong, mode rem</p>"
+    envs.reset(seed=0)
+    assert envs._repr_html_().count("<svg") == 1
+    assert envs.tensors[0]._repr_html_().count("<rect") == envs._repr_html_().count("<rect")
+    envs.close()
