@@ -19,7 +19,7 @@ from rich.console import Console
 
 import ocjax
 from ocjax.emulators.start import variants
-from ocjax.evaluation import metrics, tables
+from ocjax.evaluation import matching, metrics, tables
 from ocjax.evaluation.report import percent
 from ocjax.play.rollouts import rollout
 
@@ -47,7 +47,7 @@ def measure(game: "Game", mode: int, difficulty: int, frame_skip: int, seed: int
     kept = np.flatnonzero(np.arange(len(tape)) % steps >= WARM_UP)[::EVERY]
     rams, screens, previous, rewards, lives = (tape.arrays[k][kept] for k in ("rams", "screens", "previous", "rewards", "lives"))
     rem, vem, before = (to_host(o) for o in (game.rem(rams), game.vem(screens), game.vem(previous)))
-    left, right, earlier = map(metrics.detections, (rem, vem, before))
+    left, right, earlier = map(matching.detections, (rem, vem, before))
     by_category = metrics.agreement(left, right, earlier).sum(axis=0)
     whole = by_category.sum()
     shares = metrics.value_shares(rem, rewards, lives)

@@ -32,6 +32,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
+from ocjax.console.compass import EAST, WEST
 from ocjax.console.ops import among, match, when
 from ocjax.console.ram import RamMap, bcd, bits, byte, high, low, signed
 from ocjax.console.registers import position, signed_nibble
@@ -85,8 +86,6 @@ JUST_EXPLODES = 15  # `timer`
 JUST_HIT = 31  # `pause`
 BLINKING = 8  # from here on, `wreck` is that of a truck that blinks
 SAVER_MASK = 247  # `saver_mask` of the screen saver, which drops a bit of colours
-WEST = 12
-EAST = 4
 
 
 class Kind:  # of `Ram.kind`

@@ -29,6 +29,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
+from ocjax.console.compass import EAST, WEST
 from ocjax.console.ops import among, lookup, reached, when
 from ocjax.console.ram import RamMap, bits, byte, high, low
 from ocjax.console.registers import position
@@ -53,8 +54,6 @@ ROTOR = 10
 BUILDING = (40, 43, 120, 198)
 SCORE = NumberDisplay(FONT, right=96, top=31, digits=6, leading_zeros=True)
 BONUS = NumberDisplay(FONT, right=96, top=21, digits=5, leading_zeros=True)
-EAST = 4
-WEST = 12
 
 OVER = 128  # `started`, this or more: the game is over
 NO_THROWER = 15  # `thrower`

@@ -30,6 +30,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
+from ocjax.console.compass import EAST, NORTH, WEST
 from ocjax.console.ops import among, lookup, match, pick, reached, when
 from ocjax.console.ram import RamMap, bcd, bits, byte, high
 from ocjax.console.registers import position
@@ -103,9 +104,6 @@ WHOLE = 13  # `ladder` below which a barrel rolls down it
 JUST_JUMPED = 31  # `air` when a jump has just begun
 RISE = 7  # rows of a jump
 NO_HAMMER = 112  # `hammer` of one that was used up
-NORTH = 0
-EAST = 4
-WEST = 12
 
 
 class Sound:  # of `Ram.sound`

@@ -32,6 +32,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 from ocjax.console.boxes import Box, Number, box
+from ocjax.console.compass import EAST, SOUTH, WEST
 from ocjax.console.ops import div, lookup, match, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import NUSIZ_COPIES, NUSIZ_SPACING, NUSIZ_WIDTH, mirrored, position
@@ -60,9 +61,6 @@ LINE_AREA = (12, 39, 148, 190)
 POLES = ((16, 38, 80, 39), (80, 38, 144, 39))
 SCORES = tuple(NumberDisplay(FONT, right, top=8, digits=2) for right in (56, 120))
 
-EAST = 4
-SOUTH = 8
-WEST = 12
 FISH_ROWS = np.arange(6)
 FISH_Y = 96  # of the uppermost fish
 ROWS_APART = 16  # from a fish to the next one

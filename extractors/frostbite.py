@@ -31,6 +31,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
+from ocjax.console.compass import EAST, WEST
 from ocjax.console.ops import lookup, match, mod, pick, reached, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import EDGE_CUTS, signed_nibble
@@ -97,8 +98,6 @@ FIRST_BEAR = 3  # `level`
 FIRST_SLIDING = 5  # `level` from which on the halves of floes slide
 JUST_LANDED = 16  # `landed`
 JUST_COUNTED = 6  # `delay`
-EAST = 4
-WEST = 12
 
 
 class Kind:  # of `Ram.kind`

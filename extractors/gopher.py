@@ -24,6 +24,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
+from ocjax.console.compass import EAST, WEST
 from ocjax.console.ops import among, lookup, match, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.rom import Pictures, Rom
@@ -45,8 +46,6 @@ DUCK_COLORS = (14, 140, 252, 40)
 SCORE = NumberDisplay(FONT, right=105, top=10, digits=6)
 CARROT_LEFTS = np.array((92, 76, 60))
 UNDERGROUND = 148  # first row below the farmer
-EAST = 4
-WEST = 12
 
 GOALS = ROM.bytes(0xBEF, 16)  # `gopher_x` at the six holes, the first two again, the carrots
 HOLES = 6

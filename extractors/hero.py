@@ -32,6 +32,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box, choose
+from ocjax.console.compass import EAST, WEST
 from ocjax.console.ops import among, div, lookup, match, pick, when
 from ocjax.console.registers import EDGE_CUTS
 from ocjax.console.rom import Pictures
@@ -79,8 +80,6 @@ HIGHEST = ROM.bytes(0x9EC, 3)
 NEITHER = 3  # `stick`
 REACH = 16  # columns that a beam flies
 LAVA_HUE = 64  # of a colour
-WEST = 12
-EAST = 4
 
 
 class Sprite(NamedTuple):

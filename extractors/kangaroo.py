@@ -25,6 +25,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
+from ocjax.console.compass import EAST, WEST
 from ocjax.console.ops import among, lookup, match, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.rom import Rom
@@ -55,8 +56,6 @@ SCORE = NumberDisplay(FONT, right=SCORE_RIGHT, top=SCORE_TOP, digits=6)
 HUNDREDS = NumberDisplay(FONT, right=SCORE_RIGHT - 16, top=SCORE_TOP, digits=4)
 LIVES = IconRow(left=16, top=183, width=4, height=7, pitch=8)
 CLOCK = NumberDisplay(CLOCK_FONT, right=95, top=191, digits=4)
-EAST = 4
-WEST = 12
 LEVELS = 3
 ROWS = 22  # of a level
 ROW = 8  # lines

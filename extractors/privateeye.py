@@ -30,6 +30,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Area, Box, box, choose
+from ocjax.console.compass import EAST, WEST
 from ocjax.console.fonts import Digits
 from ocjax.console.ops import among, div, lookup, mod, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte, signed
@@ -118,8 +119,6 @@ STARTS = 1000  # points at the beginning
 CAR_BASE = 19  # least `car_row` of a car that is not down on its wheels
 CAR_END = 177  # row below the lowest one of the car
 TICK = 171  # what a step adds to `fraction`; with a carry it takes two hundredths, not one
-EAST = 4
-WEST = 12
 LOOKS = np.array((0, 3, 4, 8, 9, 12, 13))  # the other seven of 14 are parts of these
 LOW_BYTES, PAGES, COLORS = ROM.bytes(SECOND | 0xD7F, 3 * 14).reshape(3, 14)[:, LOOKS].astype(int)
 APART = (LOW_BYTES - COLORS & 255).tolist()  # tells the looks apart

@@ -32,6 +32,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
+from ocjax.console.compass import EAST, WEST
 from ocjax.console.ops import among, match, pick, when
 from ocjax.console.ram import RamMap, bits, byte, high, low
 from ocjax.console.registers import position
@@ -99,8 +100,6 @@ START_OFFSET = 30  # `offset` when a life starts
 MOVING_LEVEL = 2  # first `level` in which objects move
 NO_DIGIT = 80  # `icon`, least value of empty pictures
 BLANK = 88  # `digits`, likewise
-EAST = 4
-WEST = 12
 WATER = 132
 PLAYER = 28
 NEEDLE = 30

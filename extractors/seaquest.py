@@ -28,6 +28,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
+from ocjax.console.compass import EAST, WEST
 from ocjax.console.ops import match, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import EDGE_CUTS
@@ -72,8 +73,6 @@ LIVES = IconRow(58, 22, width=7, height=8, pitch=8)
 SHARK_COLORS = tuple(int(c) & 0xFE for c in ROM.bytes(0xF0F, 8))  # by the level's lowest bits
 FLASHES = 15  # least `dying` at which the submarine is whole
 SURFACE = 13  # `y` at the surface
-EAST = 4
-WEST = 12
 
 
 class Look:  # of `Ram.look`

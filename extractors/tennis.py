@@ -27,6 +27,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
+from ocjax.console.compass import EAST, WEST
 from ocjax.console.fonts import Digits
 from ocjax.console.ops import among, lookup, match, when
 from ocjax.console.ram import RamMap, byte
@@ -44,8 +45,6 @@ BLUE = 140
 WHITE = 14
 SHADE = 2  # of the ball's shadow
 
-EAST = 4
-WEST = 12
 HEIGHT = 23  # rows of a player
 WIDTH = 13  # of a player with the racket
 SWING_WIDTHS = {0x5B: 16, 0x6C: 15, 0x84: 12}  # the same, by the racket's picture in a swing

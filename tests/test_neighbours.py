@@ -82,7 +82,7 @@ def test_script(copy_of, tmp_path, project, folder, script, result, notes):
         ).returncode
     error = log.read_text("utf-8", "replace")
     if (absent := ABSENT.search(error)) and code:
-        pytest.skip(f"needs {absent[1]}")
+        pytest.skip(f"the script imports {absent[1]}, which is not installed")
     if result == "refused":
         assert code
         assert QUOTED.search(notes)[1] in error

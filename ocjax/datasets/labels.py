@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ocjax.evaluation import metrics
+from ocjax.evaluation import matching, metrics
 from ocjax.evaluation.metrics import Agreement
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
@@ -36,7 +36,7 @@ def label(game: Game, rams: np.ndarray, screens: np.ndarray, previous: np.ndarra
     """
     vem = extractor(game, "vem")
     rem, seen, before = extractor(game, "rem")(rams), vem(screens), vem(previous)
-    counts = metrics.agreement(metrics.detections(rem), metrics.detections(seen), metrics.detections(before))
+    counts = metrics.agreement(matching.detections(rem), matching.detections(seen), matching.detections(before))
     return Labels(rem, seen, counts)
 
 

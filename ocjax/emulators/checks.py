@@ -1,6 +1,6 @@
 """Validation of the arguments of environments and pools, before anything is changed."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeGuard
 
 import numpy as np
@@ -77,6 +77,34 @@ def mask_array(name: str, mask: Any, num_envs: int) -> np.ndarray:
     if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (num_envs,):
         raise ValueError(f"{name} must be a bool array of shape ({num_envs},), got {mask!r}")
     return mask
+
+
+def reset_mask(options: Mapping[str, Any] | None, num_envs: int) -> np.ndarray | None:
+    """The environments that a reset is of, bool `[num_envs]`; None: all.
+
+    Raises:
+        ValueError: there is another option than `reset_mask`, or the mask is not a bool array of this shape, or all False.
+    """
+    options = dict(options or {})
+    mask = options.pop("reset_mask", None)
+    if options:
+        raise ValueError(f"unknown options {sorted(options)}: the only option is reset_mask")
+    if mask is None:
+        return None
+    if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (num_envs,) or not mask.any():
+        raise ValueError(f"reset_mask must be a bool array of shape ({num_envs},), not all False, got {mask!r}")
+    return mask
+
+
+def seeds_of(seed: Any, num_envs: int) -> list[int | None] | None:
+    """The seed of each environment: `seed + i` for environment i, or the i-th of a sequence; None: no seed was given.
+
+    Raises:
+        ValueError: see `seed_list`.
+    """
+    if seed is None:
+        return None
+    return seed_list(range(seed, seed + num_envs) if is_integer(seed) else seed, num_envs)
 
 
 def seed_list(seeds: Any, num_envs: int) -> list[int | None]:

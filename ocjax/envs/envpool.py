@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
-from ocjax.emulators.checks import NOT_RESET, integer, is_integer
+from ocjax.emulators.checks import NOT_RESET, integer, is_integer, seeds_of
 from ocjax.emulators.envpool import ROWS, EnvpoolPool
 from ocjax.emulators.memory import check_memory
 from ocjax.emulators.settings import Settings
@@ -96,7 +96,7 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
 
     def async_reset(self, seed: int | Sequence[int | None] | None = None) -> None:
         """Reset all environments without waiting for them; `recv` returns those that are ready first."""
-        self.pool.async_reset(self._seeds(seed))
+        self.pool.async_reset(seeds_of(seed, self.num_envs))
 
     def send(self, actions: np.ndarray, env_id: np.ndarray) -> None:
         """Start a step of some environments: actions, integers `[n]`, and their indices, integers `[n]`.

@@ -13,7 +13,7 @@ from gymnasium.error import AlreadyPendingCallError, NoAsyncCallError
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from ocjax.emulators.checks import NOT_RESET, Uncopied, is_integer, seed_list
+from ocjax.emulators.checks import NOT_RESET, Uncopied, reset_mask, seeds_of
 from ocjax.emulators.pool import EmulatorPool
 from ocjax.emulators.progress import start_bar
 from ocjax.emulators.states import States, check_carries
@@ -199,7 +199,9 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
             ValueError: a seed is negative, the number of seeds or the mask is wrong, or an option is unknown.
             AlreadyPendingCallError: a step is pending.
         """
-        mask, seeds = self._reset_mask(options), self._seeds(seed)
+        mask, seeds = reset_mask(options, self.num_envs), seeds_of(seed, self.num_envs)
+        if mask is not None and not self._current and not mask.all():
+            raise ValueError("the first reset must be of all environments, without reset_mask, and so must one after an interrupted call")
         self._require_no_step()
         with start_bar(self.num_envs) as report, self._changing():
             self.pool.reset(seeds, mask, report)
@@ -207,24 +209,6 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         result = self._observation(shards), self._info()
         self._replace(shards, self._ended & ~mask if mask is not None else np.zeros(self.num_envs, bool))
         return result
-
-    def _reset_mask(self, options: dict[str, Any] | None) -> np.ndarray | None:
-        options = dict(options or {})
-        mask = options.pop("reset_mask", None)
-        if options:
-            raise ValueError(f"unknown options {sorted(options)}: the only option is reset_mask")
-        if mask is None:
-            return None
-        if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (self.num_envs,) or not mask.any():
-            raise ValueError(f"reset_mask must be a bool array of shape ({self.num_envs},), not all False, got {mask!r}")
-        if not self._current and not mask.all():
-            raise ValueError("the first reset must be of all environments, without reset_mask, and so must one after an interrupted call")
-        return mask
-
-    def _seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None] | None:
-        if seed is None:
-            return None
-        return seed_list(range(seed, seed + self.num_envs) if is_integer(seed) else seed, self.num_envs)
 
     @contextmanager
     def _changing(self) -> Iterator[None]:

@@ -18,28 +18,9 @@ import jax
 import numpy as np
 
 from ocjax.evaluation import matching
-from ocjax.evaluation.matching import RADIUS, Columns, Detections, detections, from_records, iou, match
+from ocjax.evaluation.matching import RADIUS, Columns, Detections, detections, iou, match
 from ocjax.extraction.objects import Objects, whose
 from ocjax.transforms import tracking
-
-__all__ = [
-    "LIVES_NAMES",
-    "RADIUS",
-    "SCORE_NAMES",
-    "THRESHOLDS",
-    "Agreement",
-    "Detections",
-    "agreement",
-    "average_precision",
-    "coverage",
-    "detections",
-    "from_records",
-    "identity_switches",
-    "intervals",
-    "iou",
-    "match",
-    "value_shares",
-]
 
 THRESHOLDS = tuple(np.linspace(0.5, 0.95, 10).tolist())  # IoU thresholds of COCO
 _RECALLS = np.linspace(0, 1, 101)  # recall levels of COCO

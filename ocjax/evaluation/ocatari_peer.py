@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import platformdirs
 
-from ocjax.evaluation import metrics, ocatari_peer_program
-from ocjax.evaluation.metrics import Detections
+from ocjax.evaluation import matching, ocatari_peer_program
+from ocjax.evaluation.matching import Detections
 from ocjax.recordings import Recording
 
 VERSION = "2.2.1"
@@ -90,6 +90,6 @@ def run(recording: Recording, python: Path) -> dict[str, OcatariMethod]:
         raise OcatariError(f"OCAtari failed on {recording.game.name}:\n{done.stderr[-END_OF_LOG:]}")
     out = {}
     for method, answer in json.loads(done.stdout.splitlines()[-1]).items():
-        objects = metrics.from_records(answer["objects"], recording.game) if "objects" in answer else None
+        objects = matching.from_records(answer["objects"], recording.game) if "objects" in answer else None
         out[method] = OcatariMethod(objects, np.array(answer.get("us", ())), answer.get("error", ""))
     return out

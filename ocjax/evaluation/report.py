@@ -9,7 +9,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from ocjax.evaluation import metrics
+from ocjax.evaluation import matching, metrics
 from ocjax.evaluation.metrics import Agreement
 from ocjax.evaluation.ocatari_peer import OcatariMethod
 from ocjax.evaluation.tables import Cell, Table, is_number
@@ -81,9 +81,9 @@ def evaluate(recording: Recording, source: str, ocatari: dict[str, OcatariMethod
     rem: Objects = _in_chunks(game.rem, recording.rams)
     vem, overflow = _in_chunks(detect, recording.screens)
     earlier = None if recording.previous is None else _in_chunks(detect, recording.previous)[0]
-    left, right = metrics.detections(rem), metrics.detections(vem)
-    before = None if earlier is None else metrics.detections(earlier)
-    pairs = metrics.match(left, right)
+    left, right = matching.detections(rem), matching.detections(vem)
+    before = None if earlier is None else matching.detections(earlier)
+    pairs = matching.match(left, right)
     single_frame = metrics.agreement(left, right, pairs=pairs)
     flicker_aware = single_frame if before is None else metrics.agreement(left, right, before, pairs=pairs)
     return Evaluation(
@@ -147,7 +147,7 @@ def _switches(recording: Recording, rem: Objects, vem: Objects, earlier: Objects
     return metrics.identity_switches(rem, vem if earlier is None else tracking.merge_frames(earlier, vem), recording.resets)
 
 
-def _coverage(recording: Recording, boxes: metrics.Detections) -> tuple[float, float] | None:
+def _coverage(recording: Recording, boxes: matching.Detections) -> tuple[float, float] | None:
     if recording.shown is None:
         return None
     drawn = recording.shown != 0

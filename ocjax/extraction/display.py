@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import Any
 
+from ocjax.console.compass import POINTS
 from ocjax.extraction import records
 from ocjax.extraction.categories import HEADER
 from ocjax.extraction.declaration import Declaration
@@ -52,7 +53,7 @@ def state_html(game: Declaration, fields: records.Fields) -> str:
 
 
 def _compass(point: int | None) -> str:
-    return "" if point is None else records.COMPASS[point]
+    return "" if point is None else POINTS[point]
 
 
 def game_html(game: Declaration) -> str:

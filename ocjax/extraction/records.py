@@ -10,11 +10,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ocjax._extras import require
+from ocjax.console.compass import POINTS
 from ocjax.extraction.declaration import Declaration
 from ocjax.vision.unknown import UNKNOWN, UNKNOWN_VALUE
 
 __all__ = [
-    "COMPASS",
     "FIELDS",
     "Fields",
     "arrow",
@@ -31,8 +31,6 @@ __all__ = [
     "row_names",
     "text",
 ]
-
-COMPASS = tuple("N NNE NE ENE E ESE SE SSE S SSW SW WSW W WNW NW NNW".split())  # the compass points 0-15
 
 
 FIELDS: Mapping[str, tuple[type[np.generic], tuple[int, ...]]] = {  # of `Objects`: dtype, and shape after [..., N]
@@ -94,7 +92,7 @@ def text(records: list[dict[str, Any]]) -> str:
     for r in records:
         line = f"{r['category']} {r['slot']}: {r['w']} x {r['h']} at ({r['x']}, {r['y']})"
         line += f", value {r['value']}" if "value" in r else ""
-        lines.append(line + (f", facing {COMPASS[r['orientation']]}" if "orientation" in r else ""))
+        lines.append(line + (f", facing {POINTS[r['orientation']]}" if "orientation" in r else ""))
     return "\n".join(lines)
 
 

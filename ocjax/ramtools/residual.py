@@ -5,7 +5,7 @@ import dataclasses
 import jax
 import numpy as np
 
-from ocjax.evaluation import metrics
+from ocjax.evaluation import matching
 from ocjax.evaluation.tables import Table
 from ocjax.ramtools import fits
 from ocjax.ramtools.correlate import FIELDS, LEAST
@@ -75,9 +75,9 @@ def _errors(recording: Recording, category: str, field: str) -> tuple[np.ndarray
     if recording.screens is None:
         raise ValueError("the recording has no frames: there is nothing to compare REM with")
     sides = (game.rem, recording.rams), (game.vem, recording.screens)
-    rem, vem = (metrics.detections(jax.tree.map(np.asarray, extract(x))) for extract, x in sides)
+    rem, vem = (matching.detections(jax.tree.map(np.asarray, extract(x))) for extract, x in sides)
     s, i = game.slices[category], FIELDS.index(field)
-    pairs = metrics.match(rem, vem)[:, s]
+    pairs = matching.match(rem, vem)[:, s]
     n, k = np.nonzero(pairs >= 0)
     if len(n) < LEAST:
         raise ValueError(f"{category} is matched {len(n)} times on this recording, at least {LEAST} are needed")

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from ocjax.console.compass import POINTS
 from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects
-from ocjax.extraction.records import COMPASS
 
 __all__ = ["HIDDEN", "category_colors", "drawn", "overlay", "sheet"]
 
@@ -96,7 +96,7 @@ def _attributes(record: Mapping[str, Any]) -> str:
     if "value" in record:
         parts.append(f"{record['value']}" if record["hud"] else f"value {record['value']}")
     if "orientation" in record:
-        parts.append(f"facing {COMPASS[record['orientation']]}")
+        parts.append(f"facing {POINTS[record['orientation']]}")
     return " " * bool(parts) + ", ".join(parts)
 
 

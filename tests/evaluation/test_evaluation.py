@@ -45,21 +45,21 @@ def some(rng, frames=40, boxes=10, categories=3):
 def test_match_is_greedy(seed, monkeypatch):
     rng = np.random.default_rng(seed)
     left, right = some(rng), some(rng, boxes=13)
-    assert np.array_equal(metrics.match(left, right), greedy(left, right, 5.0))
+    assert np.array_equal(matching.match(left, right), greedy(left, right, 5.0))
     monkeypatch.setattr(matching, "PAIRS_AT_ONCE", 100)  # frame by frame
-    assert np.array_equal(metrics.match(left, right), greedy(left, right, 5.0))
+    assert np.array_equal(matching.match(left, right), greedy(left, right, 5.0))
 
 
 def test_labels_are_matched_by_name():
     left = detections([[(0, 0, 2, 2), (9, 9, 2, 2)]], [[0, 1]], ("A", "B"))
     right = detections([[(9, 9, 2, 2), (0, 0, 2, 2)]], [[0, 1]], ("B", "C"))
-    assert metrics.match(left, right).tolist() == [[-1, 0]]
+    assert matching.match(left, right).tolist() == [[-1, 0]]
 
 
 def test_iou():
     a, b = np.array([0, 0, 4, 4]), np.array([[0, 0, 4, 4], [2, 0, 4, 4], [9, 9, 1, 1], [0, 0, 0, 0]])
-    assert metrics.iou(a, b).tolist() == [1, 8 / 24, 0, 0]
-    assert metrics.iou(b[3], b[3]) == 0
+    assert matching.iou(a, b).tolist() == [1, 8 / 24, 0, 0]
+    assert matching.iou(b[3], b[3]) == 0
 
 
 def test_agreement():
@@ -119,21 +119,21 @@ def test_average_precision_takes_each_object_once():
 
 def test_records():
     game = ocjax.load("Pong")
-    d = metrics.from_records([[("Ball", 1, 2, 3, 4)], [("Ghost", 5, 6, 7, 8), ("Player", 0, 0, 1, 1)]], game)
+    d = matching.from_records([[("Ball", 1, 2, 3, 4)], [("Ghost", 5, 6, 7, 8), ("Player", 0, 0, 1, 1)]], game)
     assert d.categories == (*(c.name for c in game.categories), "Ghost")
     assert [[d.categories[k] for k in row if k >= 0] for row in d.label] == [["Ball"], ["Ghost", "Player"]]
     assert d.xywh[1, 0].tolist() == [5, 6, 7, 8]
-    assert metrics.from_records([[("Ball", 1, 2, 3, 4, 0.25)]], game).score.tolist() == [[0.25]]
+    assert matching.from_records([[("Ball", 1, 2, 3, 4, 0.25)]], game).score.tolist() == [[0.25]]
 
 
 def test_detections_of_objects():
     game, data = ocjax.load("Pong"), excerpt("Pong")
     objects = game.rem(data["rams"])
-    d = metrics.detections(objects)
+    d = matching.detections(objects)
     assert np.array_equal(d.label >= 0, np.asarray(objects.valid))
-    assert np.array_equal(metrics.match(d, d), np.where(d.label >= 0, np.arange(d.label.shape[1]), -1))
+    assert np.array_equal(matching.match(d, d), np.where(d.label >= 0, np.arange(d.label.shape[1]), -1))
     with pytest.raises(ValueError, match="have no reference to their game"):
-        metrics.detections(objects.of(game, "Ball"))
+        matching.detections(objects.of(game, "Ball"))
 
 
 def test_wrong_detections():
@@ -148,7 +148,7 @@ def test_wrong_detections():
         with pytest.raises(error, match=message):
             dataclasses.replace(good, **change)
     with pytest.raises(ValueError, match="same frames"):
-        metrics.match(good, detections([[None], [None]]))
+        matching.match(good, detections([[None], [None]]))
 
 
 def test_coverage():

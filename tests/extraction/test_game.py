@@ -14,7 +14,7 @@ from ocjax.console.boxes import box
 from ocjax.console.fonts import Digits, hex_font
 from ocjax.console.ram import RamMap, byte
 from ocjax.console.rom import Rom
-from ocjax.evaluation import metrics
+from ocjax.evaluation import matching
 from ocjax.extraction.categories import Category, display
 from ocjax.extraction.game import Game, GameError
 from ocjax.extraction.saver import key_of
@@ -111,7 +111,7 @@ def test_aliases():
     assert o.of(game, "Old").xywh.tolist() == o.of(game, "H").xywh.tolist()
     assert o.to_list()[-1]["category"] == "H"
     assert "Old" not in game.without_hud().slices
-    found = metrics.from_records([[("Old", 0, 0, 2, 2), ("X", 1, 1, 2, 2)]], game)
+    found = matching.from_records([[("Old", 0, 0, 2, 2), ("X", 1, 1, 2, 2)]], game)
     assert found.categories == ("A", "B", "H", "X")
     assert found.label.tolist() == [[2, 3]]
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ocjax import recordings
-from ocjax.evaluation import metrics
+from ocjax.evaluation import matching, metrics
 from ocjax.play.deciding import in_batches
 from ocjax.vision.unknown import UNKNOWN_VALUE
 from tests.support.states import DATA
@@ -174,7 +174,7 @@ def share_on_detections(rem, *vem):
 
 def test_methods_agree(game, detected):
     rem, vem, before = detected
-    counts = metrics.agreement(*map(metrics.detections, (rem, vem, before)))
+    counts = metrics.agreement(*map(matching.detections, (rem, vem, before)))
     whole, each = counts.sum(), counts.sum(axis=0)
     # What blinks is hidden for longer than the two frames that are compared.
     least = 0.98 if any(c.blinks for c in game.categories) else 0.99
@@ -188,11 +188,11 @@ def test_boxes_hold_drawn_pixels(game, truth, detected):
     What blinks for longer has a counterpart in VEM where it is drawn (`test_methods_agree`).
     """
     rem, vem, before = detected
-    boxes = metrics.detections(steady(game, rem))
+    boxes = matching.detections(steady(game, rem))
     if "drawn" in truth:
         assert metrics.coverage(boxes, truth["drawn"], truth["drawn"])[1] >= ON_DRAWN
     else:
-        assert share_on_detections(boxes, metrics.detections(vem), metrics.detections(before)) >= ON_DETECTED
+        assert share_on_detections(boxes, matching.detections(vem), matching.detections(before)) >= ON_DETECTED
 
 
 def test_colors_are_drawn(game, truth, detected):
@@ -210,7 +210,7 @@ def test_colors_are_drawn(game, truth, detected):
 def test_boxes_without_drawn_pixels_are_noticed(game, truth, detected):
     """The check that replaces drawn pixels passes on all recordings, and fails once boxes are moved off their objects."""
     rem, vem, before = detected
-    boxes, *detections = map(metrics.detections, (steady(game, rem), vem, before))
+    boxes, *detections = map(matching.detections, (steady(game, rem), vem, before))
     assert share_on_detections(boxes, *detections) >= ON_DETECTED
     shares = []
     for shift in ((80, 60), (40, 100), (0, 90)):  # one of them puts them where nothing of their kind is
@@ -283,7 +283,7 @@ def test_screen_savers(game):
     rem = dataclasses.replace(rem, valid=rem.valid & ~alike)
     assert (rem.valid.any() or vem.valid.any()) == (game.name != "Gopher")  # whose screen is black
     if rem.valid.any():
-        counts = metrics.agreement(*map(metrics.detections, (rem, vem, before)))
+        counts = metrics.agreement(*map(matching.detections, (rem, vem, before)))
         assert counts.sum().f1 >= 0.98
     both = rem.valid & vem.valid
     has_place = np.array([c.has_places for c in game.categories])[game.slot_category]
@@ -298,7 +298,7 @@ def extracted(tape):
 
 def agreement_on(tape):
     """Counts of objects and matches by sample and category."""
-    return metrics.agreement(*map(metrics.detections, extracted(tape)))
+    return metrics.agreement(*map(matching.detections, extracted(tape)))
 
 
 def test_rare_objects(game):
@@ -313,7 +313,7 @@ def test_states_of_all_modes(game):
     """In states that were chosen because they are unusual, the methods agree, and score and lives are right."""
     tape = recordings.read(DATA / "modes" / f"{game.name}.npz", game.name)
     rem, vem, before = extracted(tape)
-    counts = metrics.agreement(*map(metrics.detections, (rem, vem, before)))
+    counts = metrics.agreement(*map(matching.detections, (rem, vem, before)))
     by_category = dict(zip(game.slices, counts.sum(axis=0).f1, strict=True))
     assert counts.sum().f1 >= UNUSUAL.get(game.name, 0.97), by_category
     alive = (tape.lives > 0) | (tape.lives.max() == 0)  # after the end, displays may show something else
