@@ -9,13 +9,14 @@ import typer
 
 from ocjax._extras import extras
 from ocjax.cli.messages import console, errors_in_one_line
-from ocjax.cli.render import save
+from ocjax.cli.render import extract, pictures, save
 from ocjax.evaluation import tables
 from ocjax.evaluation.tables import Table
 from ocjax.extraction import registry
 from ocjax.extraction.game import Game
 from ocjax.files import writing
-from ocjax.play.games import Played
+from ocjax.play import human as human_play
+from ocjax.play.games import PICTURE_STEPS, Played
 from ocjax.play.games import play as play_games
 from ocjax.play.policies import TRAINED
 
@@ -77,12 +78,25 @@ def play(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the emulators and the actions.")] = 0,
     csv: Annotated[Path | None, typer.Option(help="Write the return and the emulated frames of each game as CSV.")] = None,
     gif: Annotated[Path | None, typer.Option(help="Write an animation of the first game, with its objects.")] = None,
+    human: Annotated[bool, typer.Option("--human", help="Play yourself, in a window that shows the objects.")] = False,
+    out: Annotated[Path | None, typer.Option(help="Recording of what you play. Default with --human: ocjax-<Game>.npz.")] = None,
 ) -> None:
-    """Let a policy play complete games, under the settings that it was trained with."""
+    """Let a policy play complete games, under the settings that it was trained with.
+
+    With --human, a window opens in which you play: arrows or wasd move, space fires, b hides the boxes, p pauses, and Escape ends. What you
+    have played is written as a recording, which `ocjax evaluate`, `ocjax render` and `ocjax extract` read, and as an animation.
+    """
     with errors_in_one_line():
         spec = registry.load(game)
         if gif is not None:
             writing.check_suffix(gif, (".gif",))
+        if human:
+            if csv is not None or policy != TRAINED or episodes != EVALUATION_EPISODES:
+                raise ValueError("--policy, --episodes and --csv say how a policy plays: they do not apply with --human")
+            _play_by_hand(spec, seed, out or Path(f"ocjax-{spec.name}.npz"), gif or Path(f"ocjax-{spec.name}.gif"))
+            return
+        if out is not None:
+            raise ValueError("--out is of the recording that --human makes; `ocjax dataset` records the play of policies")
         writing.check(csv, gif)
         played = play_games(spec, policy, episodes, seed=seed, pictures=gif is not None)
         tables.show(_table(spec, played), console)
@@ -92,6 +106,28 @@ def play(
         if gif is not None:
             save(played.pictures, gif, frame_time=FRAME_TIME)
             writing.announce(console, "The first game", gif)
+
+
+def _play_by_hand(game: Game, seed: int, out: Path, gif: Path) -> None:
+    """Let a person play, and write the recording and an animation of its first steps.
+
+    Raises:
+        ValueError: a file cannot be written, the game's ROM is wrong, or no window can be opened.
+    """
+    writing.check_suffix(out, (".npz",))
+    writing.check(out, gif)
+    playing = human_play.HumanGame(game, seed)
+    try:
+        human_play.play(playing)
+    except RuntimeError as error:
+        raise ValueError(str(error)) from error
+    tape = playing.recording()
+    tape.write(out)
+    writing.announce(console, f"{len(tape):,} samples of {game.name}", out)
+    samples = slice(0, min(len(tape), PICTURE_STEPS))
+    with console.status("drawing"):
+        save([*pictures(tape, extract(tape, ("REM",), samples), samples, scale=2)], gif, frame_time=FRAME_TIME)
+    writing.announce(console, "The first steps", gif)
 
 
 def _table(game: Game, played: Played) -> Table:

@@ -8,19 +8,17 @@ import numpy as np
 
 from ocjax.emulators.start import start_emulator
 from ocjax.extraction.game import Game
+from ocjax.play.human import FRAMES_PER_SHOWN, MOVES, held_action
 from ocjax.play.policies import make_policy
 
 HELP = (
     "wasd/arrows move, space fires, p pauses, n steps one frame, v toggles vision, k saves, l loads, :ADDRESS VALUE pokes, "
     "r acts at random, m by hand, q quits"
 )
-MOVES = {"w": "UP", "a": "LEFT", "s": "DOWN", "d": "RIGHT", " ": "FIRE"}
 ARROWS = {"\x1b[A": "w", "\x1b[D": "a", "\x1b[B": "s", "\x1b[C": "d"}
 ENTER, ESCAPE, BACKSPACE, INTERRUPT = ("\r", "\n"), "\x1b", ("\x7f", "\x08"), "\x03"
 HELD = 6  # emulated frames that a key press lasts: terminals do not report releases
 GLOW = 15  # emulated frames that a changed byte stays marked
-RATE = 30  # frames shown per second
-FRAMES_PER_SHOWN = 2  # the console draws 60 frames a second
 
 
 class Session:
@@ -41,7 +39,6 @@ class Session:
     def __init__(self, game: Game, policy: str = "keyboard", seed: int = 0, game_mode: int | None = None) -> None:
         self.game, self.ale = game, start_emulator(game, seed, game_mode)
         self.actions = list(self.ale.getMinimalActionSet())
-        self._by_name = ale_py.Action.__members__
         self._random = make_policy("repeat", game, len(self.actions), 1, seed)
         self.policy = None if policy == "keyboard" else make_policy(policy, game, len(self.actions), 1, seed)
         self.paused = self.vision = self.done = False
@@ -70,8 +67,7 @@ class Session:
         """The next action, from the policy or from the keys that are held."""
         if self.policy is not None:
             return self.actions[int(self.policy(self.ram[None], np.array([self.started]))[0])]
-        # ALE names its actions by what is held: UPRIGHTFIRE, LEFT, FIRE, ...
-        return self._by_name.get("".join(MOVES[k] for k in "wsda " if k in self.held), self._by_name["NOOP"])
+        return held_action(self.held)
 
     def step(self) -> None:
         """Emulate the frames of one frame shown, unless paused."""

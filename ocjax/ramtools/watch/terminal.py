@@ -15,7 +15,8 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from ocjax.ramtools.watch.session import ARROWS, GLOW, RATE, Session
+from ocjax.play.window import RATE
+from ocjax.ramtools.watch.session import ARROWS, GLOW, Session
 from ocjax.transforms.drawing import category_colors
 
 RAM_WIDTH = 72  # characters of the right column

@@ -1,13 +1,13 @@
 """`ocjax ram watch --window`: watch in a window."""
 
-from typing import Any
-
 import numpy as np
+from PIL import Image
 
-from ocjax.ramtools.watch.session import GLOW, RATE, Session
+from ocjax.play import window
+from ocjax.ramtools.watch.session import GLOW, Session
 from ocjax.transforms.drawing import overlay
 
-KEYS = {"Up": "w", "Left": "a", "Down": "s", "Right": "d", "Return": "\r", "BackSpace": "\x08", "Escape": "\x1b"}
+KEYS = {"Up": "w", "Left": "a", "Down": "s", "Right": "d", "Return": "\r", "BackSpace": "\x08", "Escape": "\x1b"}  # Tk's names
 BYTES_PER_ROW = 8
 
 
@@ -28,34 +28,15 @@ def watch(session: Session, scale: int = 2) -> None:
     Raises:
         RuntimeError: there is no display, or Python has no tkinter.
     """
-    try:
-        import tkinter
 
-        from PIL import ImageTk
-
-        root = tkinter.Tk()
-    except Exception as error:
-        raise RuntimeError(f"no window can be opened ({error}); without --window the terminal is used") from error
-    root.title(f"ocjax: {session.game.name}")
-    picture, text = tkinter.Label(root), tkinter.Label(root, font="TkFixedFont", justify="left", anchor="nw")
-    picture.pack(side="left")
-    text.pack(side="left", fill="both")
-
-    def press(event: Any) -> None:
-        if key := KEYS.get(event.keysym, event.char):
-            session.key(key)
-
-    def show() -> None:
+    def step() -> tuple[Image.Image, str] | None:
         session.step()
-        image = ImageTk.PhotoImage(overlay(session.game, session.screen, session.objects, scale=scale))
-        picture.configure(image=image)
-        picture.image = image  # pyright: ignore[reportAttributeAccessIssue]  # tkinter keeps no reference
-        text.configure(text=sidebar(session))
         if session.done:
-            root.destroy()
-        else:
-            root.after(1000 // RATE, show)
+            return None
+        return overlay(session.game, session.screen, session.objects, scale=scale), sidebar(session)
 
-    root.bind("<Key>", press)
-    show()
-    root.mainloop()
+    def on_key(key: str, pressed: bool) -> None:
+        if pressed:
+            session.key(KEYS.get(key, key))
+
+    window.show(f"ocjax: {session.game.name}", step, on_key)
