@@ -6,8 +6,10 @@ from collections.abc import Iterator
 from typing import Any
 
 INSTALL = {  # what installs each package
+    "cv2": "opencv-python-headless",
     "envpool": "'ocjax[envpool]'",
     "h5py": "'ocjax[data]'",
+    "matplotlib": "matplotlib",
     "minari": "'ocjax[data]'",
     "optax": "'ocjax[rl]'",
     "orbax": "'ocjax[rl]'",

@@ -1,0 +1,174 @@
+"""How long extraction and environments take on this machine, beside other programs that are installed."""
+
+import contextlib
+import dataclasses
+import importlib.metadata
+import importlib.util
+import os
+import platform
+import statistics
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import jax
+import numpy as np
+from ale_py.vector_env import AtariVectorEnv
+
+from ocjax import _extras
+from ocjax.envs import make_vec
+from ocjax.evaluation import ocatari_peer
+from ocjax.extraction.game import Game
+from ocjax.recordings import Recording
+
+BATCHES = {"REM": (1, 64, 4096), "VEM": (1, 64, 1024)}
+LEAST_CALLS = 5  # of a measurement
+FRAME_SKIP = 4  # emulated frames per agent step
+WITHOUT_OBJECTS = "environment without objects"
+
+
+@dataclasses.dataclass(frozen=True)
+class Measurement:
+    """The time of a call that handles a batch.
+
+    Args:
+        game: its name.
+        what: the method or the environment.
+        batch: states, frames or environments.
+        first_call: seconds of the first call, compilation included.
+        median: microseconds of one state, frame or agent step; the median of repeated calls.
+        low: the 10th percentile.
+        high: the 90th percentile.
+    """
+
+    game: str
+    what: str
+    batch: int
+    first_call: float
+    median: float
+    low: float
+    high: float
+
+
+def methods(game: Game, rams: np.ndarray, frames: np.ndarray, seconds: float) -> Iterator[Measurement]:
+    """Time REM and VEM on batches of several sizes.
+
+    Args:
+        game: the game.
+        rams: states, uint8 `[n, 128]`, which are repeated to fill a batch.
+        frames: uint8 `[n, H, 160]` of palette indices, likewise.
+        seconds: duration of each measurement.
+    """
+    for what, extract, samples in (("REM", game.rem, rams), ("VEM", game.vem, frames)):
+        for batch in BATCHES[what]:
+            x = jax.device_put(np.resize(samples, (batch, *samples.shape[1:])))
+            yield _measured(game, what, batch, lambda extract=extract, x=x: jax.block_until_ready(extract(x)), seconds)
+
+
+def environments(game: Game, num_envs: int, seconds: float) -> Iterator[Measurement]:
+    """Time agent steps, of four emulated frames, of ocjax's environments, of ale-py's, and of envpool's where it is installed."""
+    made: dict[str, Callable[[], Any]] = {
+        WITHOUT_OBJECTS: lambda: make_vec(game, num_envs, mode="raw"),
+        "environment with REM": lambda: make_vec(game, num_envs),
+        "environment with VEM": lambda: make_vec(game, num_envs, mode="vem"),
+        "ale-py's vector environment": lambda: AtariVectorEnv(game.rom, num_envs=num_envs, frameskip=FRAME_SKIP),
+    }
+    if _installed("envpool"):
+        made["envpool with REM"] = lambda: make_vec(game, num_envs, backend="envpool")
+        made["envpool without objects"] = lambda: _extras.require("envpool").make(
+            f"{game.name}-v5", env_type="gymnasium", num_envs=num_envs, frame_skip=FRAME_SKIP
+        )
+    for what, make in made.items():
+        with contextlib.closing(make()) as envs:
+            envs.reset()
+            actions = np.random.default_rng(0).integers(_actions(envs), size=(64, num_envs))
+            turns = iter(range(1 << 62))
+            yield _measured(game, what, num_envs, lambda envs=envs, a=actions, t=turns: envs.step(a[next(t) % len(a)]), seconds)
+
+
+def opencv(game: Game, frames: np.ndarray, seconds: float) -> Iterator[Measurement]:
+    """Time the usual way with OpenCV, where it is installed: a mask of each category's colours, and the boxes of its outer contours.
+
+    This finds boxes alone: it does not split, join, read or check anything.
+    """
+    if not _installed("cv2"):
+        return
+    cv2 = _extras.require("cv2")
+    cv2.setNumThreads(1)
+    tables = [np.isin(np.arange(256), c.rule.palette).astype(np.uint8) for c in game.categories]
+
+    def find() -> None:
+        for frame in frames:
+            for table in tables:
+                outlines, _ = cv2.findContours(cv2.LUT(frame, table), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
+                for outline in outlines:
+                    cv2.boundingRect(outline)
+
+    yield _measured(game, "OpenCV's contours", len(frames), find, seconds)
+
+
+def ocatari(game: Game, rams: np.ndarray, frames: np.ndarray, python: Path) -> Iterator[Measurement]:
+    """Time both methods of OCAtari, one state at a time, with an interpreter from `ocatari_peer.interpreter`.
+
+    Raises:
+        OcatariError: an OSError; OCAtari's process failed.
+    """
+    for method, found in ocatari_peer.run(Recording(game, rams, frames), python).items():
+        if not found.error:
+            first, spent = found.us[0] / 1e6, found.us[1:].tolist()
+            yield _summary(game, f"OCAtari's {method.upper()}", 1, first, spent)
+
+
+def machine() -> dict[str, Any]:
+    """What the times depend on: processor, cores, device, and versions."""
+    lines = Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []
+    names = [line.split(":")[1].strip() for line in lines if line.startswith("model name")]
+    versions = {name: importlib.metadata.version(name) for name in ("ocjax", "jax", "ale-py", "numpy")}
+    return {
+        "processor": names[0] if names else platform.processor() or platform.machine(),
+        "cores": os.cpu_count(),
+        "device": jax.devices()[0].device_kind,
+        "python": platform.python_version(),
+        "commit": _commit(),
+        **versions,
+    }
+
+
+def _commit() -> str | None:
+    """The commit of the checkout from which ocjax is imported; None if it is not a checkout."""
+    head = Path(__file__).parents[2] / ".git" / "HEAD"
+    if not head.is_file():
+        return None
+    text = head.read_text().strip()
+    if not text.startswith("ref: "):
+        return text
+    branch = head.parent / text.removeprefix("ref: ")
+    return branch.read_text().strip() if branch.exists() else None
+
+
+def _installed(module: str) -> bool:
+    return importlib.util.find_spec(module) is not None
+
+
+def _actions(envs: Any) -> int:
+    """The number of actions of one of the environments."""
+    return int(getattr(envs, "single_action_space", envs.action_space).n)
+
+
+def _measured(game: Game, what: str, batch: int, call: Callable[[], Any], seconds: float) -> Measurement:
+    """Time calls for so many seconds."""
+    start = time.perf_counter()
+    call()
+    first_call = time.perf_counter() - start
+    spent, start = [], time.perf_counter()
+    while len(spent) < LEAST_CALLS or time.perf_counter() - start < seconds:
+        t = time.perf_counter()
+        call()
+        spent.append(1e6 * (time.perf_counter() - t) / batch)
+    return _summary(game, what, batch, first_call, spent)
+
+
+def _summary(game: Game, what: str, batch: int, first_call: float, spent: list[float]) -> Measurement:
+    deciles = statistics.quantiles(spent, n=10)
+    return Measurement(game.name, what, batch, first_call, statistics.median(spent), deciles[0], deciles[-1])
