@@ -6,12 +6,25 @@ import html
 import io
 from collections.abc import Sequence
 
-from ocjax.evaluation.report import Evaluation, by_category, by_situation, notes, of_category, overview, rows_of, scores, tables_of
+from ocjax.evaluation.report import (
+    COLUMNS,
+    FLICKER,
+    Evaluation,
+    by_category,
+    by_situation,
+    notes,
+    of_category,
+    overview,
+    rows_of,
+    scores,
+    tables_of,
+)
 from ocjax.evaluation.tables import Cell, Table, is_number, text
 
 LOW, MIDDLE, HIGH = (215, 48, 39), (255, 255, 191), (26, 152, 80)  # red, yellow, green
 STYLE = """body{font:14px system-ui,sans-serif;margin:24px;max-width:1400px}table{border-collapse:collapse;margin:8px 0 24px}
 td,th{padding:3px 8px;border-bottom:1px solid #ddd;text-align:right}td:first-child,th:first-child{text-align:left}
+dl{display:grid;grid-template-columns:max-content 1fr;gap:2px 16px}dt{font-weight:600}dd{margin:0}
 figure{display:inline-block;margin:8px}figcaption{max-width:640px}img{image-rendering:pixelated;border:1px solid #444}"""
 
 
@@ -81,6 +94,7 @@ def _latex_cell(percent: Cell) -> str:
 def to_html(evaluations: Sequence[Evaluation]) -> str:
     """One page without other files: the tables, and pictures of the frames with the most disagreements."""
     parts = ["<!doctype html><meta charset=utf-8><title>ocjax evaluation</title><style>", STYLE, "</style><h1>ocjax evaluation</h1>"]
+    parts.append(_html_explanation(evaluations))
     parts.append(_html_table(overview(evaluations)))
     for e in evaluations:
         parts += map(_html_table, tables_of(e))
@@ -89,9 +103,17 @@ def to_html(evaluations: Sequence[Evaluation]) -> str:
     return "".join(parts) + "\n"
 
 
+def _html_explanation(evaluations: Sequence[Evaluation]) -> str:
+    """What the columns that occur mean."""
+    tables = [overview(evaluations), *(table for e in evaluations for table in tables_of(e))]
+    occurring = {heading for table in tables for heading in table.without_empty_columns().header}
+    rows = "".join(f"<dt>{html.escape(name)}</dt><dd>{html.escape(text)}</dd>" for name, text in COLUMNS.items() if name in occurring)
+    return f"<h2>How to read the tables</h2><p>{html.escape(FLICKER)}</p><dl>{rows}</dl>"
+
+
 def _html_table(table: Table) -> str:
     table = table.without_empty_columns()
-    head = "".join(f"<th>{html.escape(heading)}</th>" for heading in table.header)
+    head = "".join(f'<th title="{html.escape(COLUMNS.get(heading, ""))}">{html.escape(heading)}</th>' for heading in table.header)
     rows = "".join("<tr>" + "".join(map(_html_cell, row)) + "</tr>" for row in table.rows)
     return f"<h2>{html.escape(table.title)}</h2><table><tr>{head}</tr>{rows}</table>"
 

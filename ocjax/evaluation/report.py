@@ -163,6 +163,30 @@ def _ocatari_agreement(methods: dict[str, OcatariMethod]) -> Agreement | None:
 
 # ----------------------------------------------------------------------------------------------------------------- tables
 
+FLICKER = (
+    "Many games draw some objects only on every other frame. REM reports such an object on every frame, and VEM only where it is "
+    "drawn. So an object that REM reports counts as found if VEM finds it on the frame or on the one before, and an object that VEM "
+    "finds must be reported by REM on the same frame. The single-frame F1 compares the same frame alone: for an object that is drawn "
+    "on every other frame it is about 67 % even if both methods are right. An object that REM reports while it is hidden for longer, "
+    "such as a power pill that blinks slowly, lowers the precision of its category."
+)
+COLUMNS = {  # what the columns of the tables mean
+    "Objects": "the number of objects that REM reports",
+    "Precision": "the share of REM's objects that VEM finds, on the frame or on the one before",
+    "Recall": "the share of VEM's objects that REM reports on the same frame",
+    "F1": "the harmonic mean of precision and recall; objects match if their category is the same and their centres are within 5 pixels",
+    "F1 95 % CI": "the 95 % confidence interval of F1, by resampling episodes",
+    "Mean IoU": "the mean intersection over union of the boxes of matched objects",
+    "Exact boxes": "the share of matched objects whose boxes are identical",
+    "Single-frame F1": "F1 without the frame before",
+    "ID switches": "how often an object changes its slot in REM",
+    "Overflow": "the number of objects for which VEM has no slot left",
+    "Value accuracy": "the share of samples in which REM's score equals the sum of rewards, or its lives the emulator's",
+    "Sprites covered": "the share of the pixels of sprites that are inside REM's boxes",
+    "Boxes with pixels": "the share of REM's boxes in which something is drawn",
+    "OCAtari F1": "F1 of OCAtari's REM against OCAtari's VEM on the same frames; the other columns of OCAtari likewise",
+}
+
 
 def rows_of(game: Game) -> list[tuple[int | None, str]]:
     """The rows of a table by category: index and name of each category, then None and "all" for all of them together."""

@@ -6,7 +6,8 @@ import io
 import numpy as np
 from PIL import Image, ImageDraw
 
-from ocjax.evaluation.metrics import Agreement, Detections, match
+from ocjax.evaluation.matching import Detections, match
+from ocjax.evaluation.metrics import Agreement
 from ocjax.recordings import Recording
 
 COUNT = 6  # pictures

@@ -73,6 +73,11 @@ def test_errors_show_in_all_formats():
     page = formats.to_html([e])
     assert len(re.findall("<img ", page)) == len(e.worst_frames) > 0
     assert "false detections in yellow" in page
+    headings = {heading for table in (report.overview([e]), report.by_category(e)) for heading in table.without_empty_columns().header}
+    explained = set(re.findall("<dt>(.*?)</dt>", page))
+    assert explained == headings & set(report.COLUMNS)
+    assert headings - explained <= {"Game", "Category", "Samples", "Episodes"}
+    assert page.index("every other frame") < page.index("<table>")
     assert len(page) < 1_000_000
     latex = formats.to_latex([e])
     assert latex.count("\\cellcolor") == sum(v == v for row in report.by_category(e).rows for v in (row[2], row[3], row[4], row[6]))
