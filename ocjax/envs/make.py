@@ -1,6 +1,5 @@
 """Functions that make environments: `make_vec` and `make`."""
 
-import difflib
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -18,6 +17,7 @@ from ocjax.envs.protocols import preset_of
 from ocjax.envs.requests import Mode, Request, requested_kinds, required_screens
 from ocjax.envs.rewards import RewardFunction
 from ocjax.envs.single import ObjectEnv
+from ocjax.envs.spelling import accepts_other_names, no_option
 from ocjax.envs.vector import RENDER_MODES, ObjectVectorEnv
 from ocjax.extraction.game import Game
 from ocjax.extraction.names import env_id
@@ -28,17 +28,10 @@ AUTORESET = {
     AutoresetMode.SAME_STEP: SAME_STEP,
     AutoresetMode.DISABLED: DISABLED,
 }
-# Options of ale-py's environments, and what does the same here.
-_OTHER_NAMES = {
-    "frameskip": "it is called frame_skip",
-    "difficulty": "it is called game_difficulty",
-    "max_num_frames_per_episode": "it is called max_episode_frames",
-    "obs_type": "it is called obs, with 'ram' or 'pixels'",
-    "continuous": "their actions are discrete. ocjax.ocatari.OCAtari passes it on to ale-py's environment",
-}
 _VECTOR_ONLY = ("num_envs", "num_workers", "worker_timeout", "autoreset_mode", "backend", "batch_size")  # options that `make` lacks
 
 
+@accepts_other_names
 def make_vec(
     game: str | Game,
     num_envs: int = 1,
@@ -70,6 +63,9 @@ def make_vec(
     **unknown: Never,
 ) -> ObjectVectorEnv:
     """Make a vector environment: many instances of a game, stepped by worker processes, whose observations are objects.
+
+    ale-py's names `frameskip`, `difficulty` and `max_num_frames_per_episode`, an integer as `mode`, and OCAtari's modes "ram" and "vision"
+    are accepted, too.
 
     Args:
         game: the game's name in any of the usual spellings, or a `Game`. An id of version 0 or 4 ("PongNoFrameskip-v4") implies a preset,
@@ -115,14 +111,14 @@ def make_vec(
     Raises:
         ValueError: the game or an option is unknown, an option contradicts the id, the ROM is the wrong one, a hook is a variation of
             another game, or the backend does not support an option.
-        TypeError: there is no such option, a hook is not a function, or cannot be sent to worker processes, `reward_fn` is not a function,
-            or a game mode or difficulty is not an integer.
+        TypeError: there is no such option, one is given by two names, a hook is not a function, or cannot be sent to worker processes,
+            `reward_fn` is not a function, or a game mode or difficulty is not an integer.
         MemoryError: there is not enough memory for so many instances.
         MissingExtraError: a ModuleNotFoundError; the extra `envpool` is not installed.
         WorkerError: a worker process could not be started.
     """
     for name in unknown:
-        raise _no_option(name)
+        raise no_option(name, list(inspect.signature(make_vec).parameters)[:-1])
     overrides: dict[str, Any] = {
         "frame_skip": frame_skip,
         "repeat_action_probability": repeat_action_probability,
@@ -185,14 +181,6 @@ def _resolve(game: str | Game, hud: bool) -> Game:
     if not isinstance(game, Game):
         return load(game, hud=hud)
     return game if hud else game.without_hud()
-
-
-def _no_option(name: str) -> TypeError:
-    """The error that says which option a name was meant for."""
-    options = list(inspect.signature(make_vec).parameters)[:-1]
-    close = difflib.get_close_matches(name, options, n=1)
-    hint = _OTHER_NAMES.get(name) or (f"did you mean {close[0]}?" if close else "help(ocjax.make_vec) explains all options")
-    return TypeError(f"environments of ocjax have no option {name}: {hint}")
 
 
 def _recorded_screens(mode: Mode, obs: Request | None, render_mode: str | None) -> tuple[str, ...]:

@@ -60,8 +60,7 @@ def requested_kinds(mode: str, obs: Request | None) -> tuple[dict[str, Kind], bo
         ValueError: the mode or an observation is unknown, or objects are requested that mode "raw" does not extract.
     """
     if mode not in MODES:
-        others = "OCAtari's 'ram' is 'rem' and its 'vision' 'vem', and the mode of the game is game_mode"
-        raise ValueError(f"mode must be one of {MODES}, got {mode!r}; {others}")
+        raise ValueError(f"mode must be one of {MODES}, got {mode!r}; the mode of the game is game_mode")
     parsed = parse(obs if obs is not None else "ram" if mode == "raw" else "objects")
     kinds = parsed if isinstance(parsed, dict) else {"": parsed}
     for kind in kinds.values():

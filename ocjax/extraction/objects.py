@@ -91,9 +91,11 @@ class Objects:
         """Index the batch dimensions, as NumPy does; an index that is an array of JAX is not checked.
 
         Raises:
-            TypeError: as `len`.
+            TypeError: as `len`, or the index is the name of a category.
             IndexError: the index is out of range, or has more dimensions than the batch.
         """
+        if isinstance(index, str):
+            raise TypeError(f"an index selects states of the batch, got {index!r}; objects.of({index!r}) selects a category")
         if index is not Ellipsis:
             self._batch()
             if not any(isinstance(part, jax.Array) for part in (index if isinstance(index, tuple) else (index,))):

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import warnings
+from contextlib import closing
 from pathlib import Path
 
 import ale_py
@@ -338,10 +339,8 @@ def test_gymnasium_makes_further_render_modes():
 @pytest.mark.parametrize(
     ("option", "hint"),
     [
-        ("frameskip", "it is called frame_skip"),
-        ("difficulty", "it is called game_difficulty"),
-        ("max_num_frames_per_episode", "it is called max_episode_frames"),
         ("obs_type", "it is called obs"),
+        ("seed", "an argument of reset"),
         ("continuous", "their actions are discrete"),
         ("rewardfn", "did you mean reward_fn"),
         ("colour", r"help\(ocjax.make_vec\)"),
@@ -355,8 +354,32 @@ def test_options_that_do_not_exist_are_refused(option, hint):
     for function in (gymnasium.make, gymnasium.make_vec):
         with pytest.raises(TypeError, match=message):
             function("ocjax/Pong-v5", **{option: 1})
-    with pytest.raises(ValueError, match=r"mode must be one of .*, got 1; .* the mode of the game is game_mode"):
-        make("Pong", mode=1)
+
+
+@pytest.mark.parametrize(
+    ("theirs", "ours"),
+    [
+        ({"frameskip": 3}, {"frame_skip": 3}),
+        ({"difficulty": 1}, {"game_difficulty": 1}),
+        ({"max_num_frames_per_episode": 1000}, {"max_episode_frames": 1000}),
+        ({"mode": 1}, {"game_mode": 1}),
+        ({"mode": "ram"}, {"mode": "rem"}),
+        ({"mode": "vision"}, {"mode": "vem"}),
+    ],
+)
+def test_names_of_other_projects_are_accepted(theirs, ours):
+    for function in (make, ocjax.make_vec):
+        with closing(function("Pong", **theirs)) as env, closing(function("Pong", **ours)) as same:
+            assert env.spec == same.spec
+    with closing(gymnasium.make("ocjax/Pong-v5", **theirs)) as env, closing(make("Pong", **ours)) as same:
+        assert str(env.reset(seed=0)) == str(same.reset(seed=0))
+        assert str(env.step(2)) == str(same.step(2))
+
+
+def test_an_option_is_given_by_one_name():
+    for options in ({"frameskip": 3, "frame_skip": 3}, {"mode": 1, "game_mode": 1}):
+        with pytest.raises(TypeError, match="are names of one option"):
+            make("Pong", **options)
 
 
 def test_objects_have_ocataris_interface():

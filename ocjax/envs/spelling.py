@@ -1,0 +1,65 @@
+"""What other projects call the options of environments."""
+
+import difflib
+import functools
+from collections.abc import Callable, Iterable
+from typing import Any, ParamSpec, TypeVar
+
+from ocjax.emulators.checks import is_integer
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+# ale-py's names of options that mean the same here.
+SAME = {"frameskip": "frame_skip", "difficulty": "game_difficulty", "max_num_frames_per_episode": "max_episode_frames"}
+MODES = {"ram": "rem", "vision": "vem"}  # OCAtari's names of the two methods
+# Options of other environments that do not exist here, and what does the same.
+_INSTEAD = {
+    "obs_type": "it is called obs, with 'ram' or 'pixels'",
+    "obs_mode": "it is called obs, with 'objects', 'vector', 'dqn' or 'pixels'",
+    "continuous": "their actions are discrete. ocjax.ocatari.OCAtari passes it on to ale-py's environment",
+    "seed": "it is an argument of reset",
+    "sticky_actions": "it is called repeat_action_probability",
+    "stack_num": "obs=ocjax.envs.Dqn(stack=4) stacks frames",
+    "vectorization_mode": "it is an option of gymnasium.make_vec",
+}
+
+
+def accepts_other_names(make: Callable[P, T]) -> Callable[P, T]:
+    """Let a function that makes environments accept the names of other projects where these mean one thing."""
+
+    @functools.wraps(make)
+    def wrapped(*args: P.args, **options: P.kwargs) -> T:
+        return make(*args, **in_our_names(options))  # pyright: ignore[reportCallIssue]
+
+    return wrapped
+
+
+def in_our_names(options: dict[str, Any]) -> dict[str, Any]:
+    """Options in which other projects' names are replaced by ours.
+
+    Raises:
+        TypeError: an option is given by both names.
+    """
+    out = dict(options)
+    for theirs, ours in SAME.items():
+        if theirs in out:
+            _move(out, theirs, ours)
+    if is_integer(out.get("mode")):  # ale-py's name of the game mode
+        _move(out, "mode", "game_mode")
+    elif isinstance(out.get("mode"), str):
+        out["mode"] = MODES.get(out["mode"], out["mode"])
+    return out
+
+
+def _move(options: dict[str, Any], theirs: str, ours: str) -> None:
+    if ours in options:
+        raise TypeError(f"{theirs} and {ours} are names of one option: give one of them")
+    options[ours] = options.pop(theirs)
+
+
+def no_option(name: str, options: Iterable[str]) -> TypeError:
+    """The error that says which of the options a name was meant for."""
+    close = difflib.get_close_matches(name, list(options), n=1)
+    hint = _INSTEAD.get(name) or (f"did you mean {close[0]}?" if close else "help(ocjax.make_vec) explains all options")
+    return TypeError(f"environments of ocjax have no option {name}: {hint}")
