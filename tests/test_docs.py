@@ -24,10 +24,14 @@ def test_code_of_pages(page):
     names = {"ram": data["rams"][:2], "rams": data["rams"][:2], "frames": data["screens"][:2], "game": ocjax.load("Pong")}
     names["records"] = [[("Player", 140, 100, 4, 16)], []]
     for block in BLOCK.findall(page.read_text()):
+        made = []  # environments of the block, which are closed at its end
         for statement in ast.parse(block.replace("num_envs=64", "num_envs=2")).body:  # fewer of them, to save time
             exec(ast.unparse(statement), names)
-            for name in {"env", "envs"} & names.keys():
-                names.pop(name).close()
+            made += [names[name] for name in ("env", "envs") if name in names and names[name] not in made]
+        for env in made:
+            env.close()
+        for name in {"env", "envs"} & names.keys():
+            del names[name]
 
 
 @pytest.mark.slow
