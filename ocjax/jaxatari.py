@@ -1,4 +1,4 @@
-"""Real ROMs behind the interface of JAXAtari, so that a policy trained there can be tested on them.
+"""Real ROMs behind the interface of JAXAtari, now called JAXtari, so that a policy trained there can be tested on them.
 
     env = ocjax.jaxatari.Environment("Pong")
     observation, state = env.reset(key)
@@ -9,6 +9,7 @@ functions of their arguments and work under `jit`, `vmap`, `scan` and `cond`. A 
 and 0.05 ms for each emulated frame, in one thread: use `ocjax.make_vec` for speed.
 """
 
+import contextlib
 import dataclasses
 import functools
 import importlib
@@ -271,17 +272,33 @@ class Environment:
         return State(*new), reward, done
 
     def observation_space(self) -> Any:
-        """The space of observations as JAXAtari's wrappers need it, a `jaxatari.spaces.Dict`; needs JAXAtari."""
-        spaces = importlib.import_module("jaxatari.spaces")
+        """The space of observations as JAXAtari's wrappers need it, a `Dict` of its module `spaces`.
+
+        Raises:
+            ModuleNotFoundError: JAXAtari is not installed.
+        """
+        spaces = _spaces()
         numbers = np.iinfo(np.int32)
         score = spaces.Box(low=numbers.min, high=numbers.max, shape=(), dtype=jnp.int32)
         named = fields(self.game)
         return spaces.Dict({n: score if f.value else spaces.get_object_space(f.count, self.game.screen) for n, f in named.items()})
 
     def action_space(self) -> Any:
-        """The space of actions, a `jaxatari.spaces.Discrete`; needs JAXAtari."""
-        spaces = importlib.import_module("jaxatari.spaces")
-        return spaces.Discrete(len(self.ACTION_SET))
+        """The space of actions, a `Discrete` of JAXAtari's module `spaces`.
+
+        Raises:
+            ModuleNotFoundError: JAXAtari is not installed.
+        """
+        return _spaces().Discrete(len(self.ACTION_SET))
+
+
+def _spaces() -> Any:
+    """JAXAtari's module `spaces`, under the package's present name or the one that it had until 2026."""
+    for package in ("jaxtari", "jaxatari"):
+        # A package `jaxatari` without this module is on PyPI, too.
+        with contextlib.suppress(ModuleNotFoundError):
+            return importlib.import_module(f"{package}.spaces")
+    raise ModuleNotFoundError("JAXAtari is not installed: pip install jaxtari", name="jaxtari")
 
 
 def _on_host(function: Any, *arguments: jax.Array) -> Any:

@@ -1,6 +1,7 @@
 """JAXAtari's and gymnax's interfaces on the real ROM."""
 
 import dataclasses
+import importlib
 import sys
 
 import ale_py
@@ -144,34 +145,44 @@ def test_misuse():
         jaxatari.observation(ocjax.load("Pong", hud=False).rem(np.zeros(128, np.uint8)))
 
 
-@pytest.mark.filterwarnings("default")  # warnings of other projects
-def test_with_jaxatari(request, monkeypatch):
-    """Observations flatten as those of JAXAtari's own environments, and its wrappers take the environment."""
-    checkout = request.config.getoption("--jaxatari")
-    if checkout is None:
-        pytest.skip("needs --jaxatari with the path of a checkout of JAXAtari")
-    pytest.importorskip("flax")
-    monkeypatch.syspath_prepend(checkout / "src")
-    sys.modules.pop("jaxatari", None)
-    from jaxatari.games.jax_freeway import FreewayObservation, JaxFreeway
-    from jaxatari.games.jax_pong import JaxPong, PongConstants, PongObservation
-    from jaxatari.wrappers import AtariWrapper, ObjectCentricWrapper
+def test_without_jaxatari(env, monkeypatch):
+    for package in ("jaxtari", "jaxatari"):
+        monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(ModuleNotFoundError, match="pip install jaxtari"):
+        env.action_space()
 
+
+@pytest.fixture
+def theirs(request, monkeypatch):
+    """JAXAtari's package: from a checkout, or as it is installed under its present name."""
+    checkout = request.config.getoption("--jaxatari")
+    if checkout is not None:
+        monkeypatch.syspath_prepend(checkout / "src")
+    name = next((n for n in ("jaxtari", "jaxatari") if importlib.util.find_spec(n)), None)
+    if name is None:
+        pytest.skip("neither JAXtari is installed nor --jaxatari given, the path of a checkout of JAXAtari")
+    return lambda module: importlib.import_module(f"{name}.{module}")
+
+
+@pytest.mark.filterwarnings("default")  # warnings of other projects
+def test_with_jaxatari(theirs):
+    """Observations flatten as those of JAXAtari's own environments, and its wrappers take the environment."""
+    freeway, pong, wrappers = theirs("games.jax_freeway"), theirs("games.jax_pong"), theirs("wrappers")
     with jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):
-        theirs = object.__new__(JaxPong)  # without its renderer, which needs sprites
-        theirs.consts = PongConstants()
-        want, _ = theirs.reset(KEY)
+        game = object.__new__(pong.JaxPong)  # without its renderer, which needs sprites
+        game.consts = pong.PongConstants()
+        want, _ = game.reset(KEY)
         env = jaxatari.Environment("Pong")
         got, _ = env.reset(KEY)
-        assert got._fields == tuple(PongObservation.__dataclass_fields__)
+        assert got._fields == tuple(pong.PongObservation.__dataclass_fields__)
         assert [a.shape for a in jax.tree.leaves(got)] == [a.shape for a in jax.tree.leaves(want)]
         assert (got.player.x, got.player.width, got.player.height) == (want.player.x, want.player.width, want.player.height)
         for name in ("enemy", "ball"):  # before the first serve
             assert jax.tree.leaves(getattr(got, name)) == jax.tree.leaves(getattr(want, name))
-        assert jaxatari.fields(ocjax.load("Freeway")).keys() == FreewayObservation.__dataclass_fields__.keys()
-        assert np.array_equal(env.ACTION_SET, JaxPong.ACTION_SET)
-        assert np.array_equal(jaxatari.Environment("Freeway").ACTION_SET, JaxFreeway.ACTION_SET)
-        wrapped = ObjectCentricWrapper(AtariWrapper(env, noop_max=3))
+        assert jaxatari.fields(ocjax.load("Freeway")).keys() == freeway.FreewayObservation.__dataclass_fields__.keys()
+        assert np.array_equal(env.ACTION_SET, pong.JaxPong.ACTION_SET)
+        assert np.array_equal(jaxatari.Environment("Freeway").ACTION_SET, freeway.JaxFreeway.ACTION_SET)
+        wrapped = wrappers.ObjectCentricWrapper(wrappers.AtariWrapper(env, noop_max=3))
         stack, state = wrapped.reset(KEY)
         assert stack.shape == wrapped.observation_space().shape == (4, 3 * 8 + 2)
         for action in (2, 3, 2):
