@@ -92,7 +92,7 @@ MISTAKES = (
     ("envs.reset(seed=[1])", ValueError, "seed must be an integer from 0 to 2**63 - 1, or 2 of them with one for each environment"),
     ("envs.reset(seed=-1)", ValueError, "seed must be an integer from 0 to 2**63 - 1"),
     ("envs.reset(options={'mask': 1})", ValueError, "unknown options ['mask']: the only option is reset_mask"),
-    ("envs.close() or envs.step(np.zeros(2, int))", RuntimeError, "the pool is closed: make the environments anew"),
+    ("envs.close() or envs.step(np.zeros(2, int))", RuntimeError, "the environments are closed: create new ones"),
     # Files.
     ("ocjax.recordings.read('nothing.npz')", FileNotFoundError, "no recording nothing.npz"),
 )

@@ -33,7 +33,7 @@ def train(
 ) -> None:
     """Train an agent with PPO, and show how it plays.
 
-    Called again with the same folder, the training goes on from its latest checkpoint, also after it was interrupted. The folder gets the
+    Run it again with the same folder to resume from the latest checkpoint. The folder gets the
     metrics (metrics.csv and tensorboard/), checkpoints, the policy (policy.npz) and an animation of a game (agent.gif).
     """
     if inputs not in ("objects", "pixels"):

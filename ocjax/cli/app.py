@@ -51,7 +51,7 @@ def load(name: str) -> Any:
 
 
 class Commands(Interruptible):
-    """The subcommands, which stand for themselves by a line of help until one is called."""
+    """The subcommands. Each is imported when it is called; until then, only its line of help is known."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:
         """The subcommand that the arguments call."""

@@ -42,7 +42,7 @@ def dataset(
 ) -> None:
     """Make a dataset of frames and RAM with the objects of both methods.
 
-    The same command gives the same bytes. Interrupted, it goes on where it stopped.
+    The same command gives the same bytes. If it is interrupted, repeat it to resume.
     """
     with errors_in_one_line():
         spec = registry.load(game)
@@ -73,7 +73,7 @@ def relabel(
 ) -> None:
     """Write the objects of a dataset anew with the present decoders, and its datasheet.
 
-    Interrupted, the same command goes on where it stopped.
+    If it is interrupted, repeat the command to resume.
     """
     with errors_in_one_line(), progress_bar("labelling", "states", console) as report:
         generation.relabel(folder, ray=ray, report=report)

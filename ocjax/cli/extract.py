@@ -36,7 +36,7 @@ def extract(
 ) -> None:
     """Extract objects from RAM or frames in files.
 
-    Interrupted, the same command goes on where it stopped: until the output is complete, the work is kept in the folder OUT.parts.
+    If it is interrupted, repeat the command to resume. Until the output is complete, the work is kept in the folder OUT.parts.
     """
     with errors_in_one_line(), progress_bar("extracting", "rows", console) as report:
         extract_file(source, out, game, array=array, hud=hud, ray=ray, report=report)

@@ -1,4 +1,4 @@
-"""Make a dataset in a folder, and label one again. Both go on where they were interrupted."""
+"""Make a dataset in a folder, or label one again. Both resume where they were interrupted."""
 
 import functools
 from collections.abc import Callable
@@ -110,7 +110,7 @@ def _run(task: Callable[[int], object], numbers: list[int], plan: Plan, ray: str
 
 
 def _finish(folder: Path, plan: Plan) -> None:
-    """Write the datasheet, and delete what processes left behind that were killed while they wrote."""
+    """Write the datasheet, and delete temporary files of killed processes."""
     for unfinished in (folder / "data").glob(".*.tmp"):
         unfinished.unlink()
     found = [shards.facts(folder / plan.file(shard)) for shard in plan.shards]

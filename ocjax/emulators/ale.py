@@ -357,7 +357,7 @@ class AlePool(EmulatorPool):
     def require_open(self) -> None:
         """Check that the pool can be used in this process; see `EmulatorPool.require_open`."""
         if self.closed:
-            raise WorkerError("the pool is closed: make the environments anew")
+            raise WorkerError("the environments are closed: create new ones")
         if self._workers.forked:
             raise WorkerError(
                 "the workers belong to the process that this one was forked from: make environments in the process that uses them"

@@ -80,7 +80,7 @@ def mask_array(name: str, mask: Any, num_envs: int) -> np.ndarray:
 
 
 def reset_mask(options: Mapping[str, Any] | None, num_envs: int) -> np.ndarray | None:
-    """The environments that a reset is of, bool `[num_envs]`; None: all.
+    """Which environments to reset, bool `[num_envs]`; None for all.
 
     Raises:
         ValueError: there is another option than `reset_mask`, or the mask is not a bool array of this shape, or all False.

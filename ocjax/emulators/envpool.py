@@ -205,7 +205,7 @@ class EnvpoolPool(EmulatorPool):
     def require_open(self) -> None:
         """Check that the pool can be used; see `EmulatorPool.require_open`."""
         if self._closed:
-            raise WorkerError("the pool is closed: make the environments anew")
+            raise WorkerError("the environments are closed: create new ones")
 
     def _store(self, frames: np.ndarray, terminated: np.ndarray, truncated: np.ndarray, info: dict[str, Any]) -> None:
         """Write results to the rows of their environments."""

@@ -85,7 +85,7 @@ class WorkerProcess:
             raise self._death() from error
 
     def receive(self) -> None:
-        """Take replies from the socket, which only wake the pool up: `has_finished` tells what they mean.
+        """Read replies from the socket. They only wake the pool up; `has_finished` tells what they mean.
 
         Raises:
             WorkerError: the process died.

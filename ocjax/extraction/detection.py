@@ -90,7 +90,7 @@ def _substitute(c: Category) -> Category:
 
 
 def _either(scene: Scene, c: Category) -> Detected:
-    """A category's objects: on frames that have none by its rule, those of its rule `otherwise`; without heads then."""
+    """The objects of `rule` on frames where it found any, else those of `otherwise`; heads are dropped."""
     first = scene.found[c.name]
     if c.otherwise is None:
         return first

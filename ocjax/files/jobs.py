@@ -1,4 +1,4 @@
-"""Folders of long jobs, which go on where they were interrupted: each says in a file which job it is of."""
+"""Work folders of resumable jobs. A file in each folder identifies its job."""
 
 import json
 from pathlib import Path
@@ -7,7 +7,7 @@ from ocjax.files import writing
 
 
 def claim(folder: Path, name: str, plan: str, kind: str, *, error: type[ValueError] = ValueError) -> None:
-    """Make the folder of a job, or check that it is of the same job.
+    """Create a job's work folder, or check that it belongs to the same job.
 
     Args:
         folder: of the job.

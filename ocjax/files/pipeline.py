@@ -1,4 +1,4 @@
-"""Extract objects from an input to a file, block by block, so that an interrupted extraction goes on where it stopped."""
+"""Extract objects from an input to a file, block by block, so that an interrupted extraction can be resumed."""
 
 import dataclasses
 import functools
@@ -35,7 +35,7 @@ Progress = Callable[[int, int], object]  # called with how many rows are done, a
 
 @dataclasses.dataclass(frozen=True)
 class ExtractionPlan:
-    """What an extraction is. It is written to the work folder, and one that goes on must have the same."""
+    """Identifies an extraction. It is written to the work folder, and a resumed extraction must match it."""
 
     input: str
     array: str | None
@@ -258,7 +258,7 @@ def _plan(rows: Input, source: str | Path, array: str | None, game: Game, method
 
 
 def _prepare(folder: Path, plan: ExtractionPlan) -> None:
-    """Make the work folder, or check that it is of this extraction; one without results may be of another."""
+    """Create the work folder, or check that it belongs to this extraction. A folder without results may be reused."""
     if not any(folder.glob("*.npz")):
         for left in (folder / PLAN, *folder.glob(".*.tmp")):
             left.unlink(missing_ok=True)

@@ -78,5 +78,5 @@ def announce(console: Console, text: str, path: Path) -> None:
 
 
 def _is_replaced(target: Path) -> bool:
-    """Whether another file takes the place of the one at the path; a device or a pipe is not replaced."""
+    """Whether writing replaces the file at the path; devices and pipes are written to, not replaced."""
     return target.is_file() or not target.exists()

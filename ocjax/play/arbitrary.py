@@ -82,7 +82,7 @@ def frames(game: Game, played: np.ndarray) -> np.ndarray:
 def _changed(
     frame: np.ndarray, rows: np.ndarray, columns: np.ndarray, kind: int, colors: np.ndarray, played: np.ndarray, choices: list[int]
 ) -> np.ndarray:
-    """What takes the place of some rows and columns of a frame."""
+    """The pixels that replace some rows and columns of a frame."""
     piece, color = frame[np.ix_(rows, columns)], colors[choices[0] % len(colors)]
     background = piece[0, 0]
 

@@ -1,4 +1,4 @@
-"""Which states decide: those in which a number of a decoder changes what it reports.
+"""Which states decide: those in which a change of a decoder's number changes the objects.
 
 A decoder is traced once, and every integer in it, in an expression or a table, becomes an input. With one of them larger or smaller by one,
 some states have other objects. An excerpt that has such a state for every integer notices every slip in the game's file.
@@ -43,7 +43,7 @@ def decoder(game: Game) -> Callable[[jax.Array], Any]:
 
 
 def decisions(game: Game, rams: np.ndarray) -> np.ndarray:
-    """In which states an integer of the decoder that is changed by one changes the objects, or a byte that is read at the next address.
+    """In which states the objects change if one integer of the decoder is changed by one, or one byte is read at the next address.
 
     Args:
         game: the game.

@@ -76,7 +76,7 @@ def color_mask(planes: jax.Array, colors: Iterable[int]) -> Bitmap:
 
 
 def shade_mask(planes: jax.Array, bits: jax.Array) -> Bitmap:
-    """Which pixels have a colour of which each frame has its own: a bitmap `[5, H, B]` from those of `planes`.
+    """The mask of a colour that differs from frame to frame: a bitmap `[5, H, B]` from those of `planes`.
 
     Args:
         planes: see `color_mask`.

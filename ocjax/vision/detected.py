@@ -53,12 +53,12 @@ class Detected(NamedTuple):
         return (self.box >> (8 * i) & 255).astype(jnp.int32)
 
     def where(self, valid: jax.Array) -> Detected:
-        """Those of the objects that are valid, bool `[count, B]`."""
+        """Which of the objects are valid, bool `[count, B]`."""
         return self._replace(box=jnp.where(valid, self.box, jnp.uint32(0)))
 
 
 def words(x: ArrayLike, y: ArrayLike, w: ArrayLike, h: ArrayLike) -> jax.Array:
-    """Boxes as words, uint32, of integers from 0 to 255; others would spoil their neighbours' bytes."""
+    """Boxes packed into words, uint32. Each number must be 0 to 255, because larger ones overflow into the next byte."""
     x, y, w, h = (jnp.asarray(v).astype(jnp.uint32) for v in (x, y, w, h))
     return x | (y << 8) | (w << 16) | (h << 24)
 

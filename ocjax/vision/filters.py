@@ -88,7 +88,7 @@ class NoLines:
 
 @dataclass(frozen=True)
 class NoPairs:
-    """The pixels but those of pairs in a row with `gap` blank pixels between them, and no third pixel as far from one of them.
+    """Drops pairs of pixels in a row that have exactly `gap` blank pixels between them and no third pixel at that distance.
 
     This finds a beam that touches one of two dots in a face.
     """

@@ -25,7 +25,7 @@ def picture(ink: np.ndarray) -> Picture:
 
 
 def largest(pictures: Sequence[Picture]) -> tuple[int, int]:
-    """The width and height that a component has at most which may be a single one of some pictures; all count as `PICTURE_WIDTH` wide."""
+    """The largest size at which a component may still be one picture; all count as `PICTURE_WIDTH` wide."""
     return PICTURE_WIDTH, max(map(len, pictures))
 
 
