@@ -29,7 +29,7 @@ SUMMARIES = {  # the first line of each subcommand's help
     "render": "Draw objects over the frames of a recording.",
     "record": "Create the small recordings that the tests of a game use.",
     "evaluate": "Measure how well REM and VEM agree in each category, and how often scores and lives are right.",
-    "bench": "Time REM, VEM and the environments on this machine, beside envpool where it is installed.",
+    "bench": "Time REM, VEM and the environments on this machine, beside other programs.",
     "extract": "Extract objects from RAM or frames in files.",
     "dataset": "Make a dataset of frames and RAM with the objects of both methods.",
     "relabel": "Write the objects of a dataset anew with the present decoders, and its datasheet.",
