@@ -10,8 +10,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import lookup
+from ocjax.console.boxes import Box, BoxTable
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.rom import Rom
 from ocjax.vision.rules import Run, Runs
@@ -251,25 +250,24 @@ def _rule(parts: tuple[Part, ...], most: int) -> Runs:
 
 
 def _by_room(parts: tuple[Part, ...]) -> np.ndarray:
-    """Each room's parts, `[rooms, slots]`: left, top, width and height, a byte each, or 0."""
-    packed = [p.left | p.top << 8 | p.width << 16 | p.height << 24 for p in parts]
+    """The boxes of each room's parts, `[rooms, slots, 4]`; zeros where it has fewer."""
     rooms = [
-        [word for p, word in zip(parts, packed, strict=True) if room in p.rooms]
+        [(p.left, p.top, p.width, p.height) for p in parts if room in p.rooms]
         for room in range(ROOMS)
     ]
     slots = max(map(len, rooms))
-    return np.array([words + [0] * (slots - len(words)) for words in rooms])
+    return np.array([boxes + [(0, 0, 0, 0)] * (slots - len(boxes)) for boxes in rooms])
 
 
 RULES = {name: _rule(parts, most) for name, (parts, most) in PARTS.items()}
 PLACES = {name: _by_room(parts) for name, (parts, _) in PARTS.items()}
-ALL_PLACES = np.hstack(list(PLACES.values())).astype(np.uint32).view(np.int32)
+SLOTS = sum(places.shape[1] for places in PLACES.values())
+ALL_PLACES = BoxTable(np.hstack(list(PLACES.values())).reshape(-1, 4))
 
 
 def room_parts(m: Ram, drawn: jax.Array, lit: jax.Array) -> dict[str, Box]:
     """The parts of the room by category, while the room is drawn, and lit."""
-    slots = ALL_PLACES.shape[1]
-    packed = lookup(ALL_PLACES.ravel(), slots * m.room + np.arange(slots))
+    every = ALL_PLACES.at(SLOTS * m.room + np.arange(SLOTS), valid=m.room < ROOMS)
     shut = jnp.stack([m.left_door, m.right_door]) == Picture.DOOR
     there = dict.fromkeys(PARTS, lit)
     there["Barrier"] = lit & shut
@@ -277,11 +275,15 @@ def room_parts(m: Ram, drawn: jax.Array, lit: jax.Array) -> dict[str, Box]:
     boxes, start = {}, 0
     for name, places in PLACES.items():
         end = start + places.shape[1]
-        own = jnp.where(there[name] & (m.room < ROOMS), packed[start:end], 0)
-        own = jnp.pad(own, (0, RULES[name].slots - places.shape[1]))
-        boxes[name] = box(*(own >> shift & 255 for shift in (0, 8, 16, 24)), valid=own != 0)
+        boxes[name] = _in_slots(every[start:end].where(there[name]), RULES[name].slots)
         start = end
     return boxes
+
+
+def _in_slots(some: Box, slots: int) -> Box:
+    """Boxes in the first of so many slots."""
+    missing = slots - len(some.x)
+    return jax.tree.map(lambda v: jnp.pad(v, (0, missing)) if v.ndim else v, some)
 
 
 def _bridged(m: Ram) -> jax.Array:

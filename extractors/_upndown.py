@@ -17,7 +17,7 @@ import itertools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import among, lookup, match, when
+from ocjax.console.ops import among, lookup, match, only, when
 from ocjax.console.ram import RamMap, byte
 from ocjax.console.rom import Rom
 
@@ -131,11 +131,11 @@ def drawn(m: DrawnRam) -> tuple[jax.Array, jax.Array, jax.Array]:
     rows = jnp.where(below[:, None], rows[1:], rows[:-1])
     best = _best(m, kind, rows, fine)
     one = ((best >> 9) & 3) == PHASES
-    y = jnp.sum(jnp.where(one[None], rows, 0), axis=1)
+    y = only(one[None], rows, axis=1)
     rank = lookup(RANKS, 3 * lookup(ORDER, best & 511) + np.arange(3))
     y, kind = (match((rank == 0, v[0]), (rank == 1, v[1]), otherwise=v[2]) for v in (y, kind))
     kind = jnp.where(best < NONE, kind, Kind.HIDDEN)
-    return kind, y, jnp.sum(jnp.where(one, fine, 0))
+    return kind, y, only(one, fine)
 
 
 def _rows(m: DrawnRam, hidden: jax.Array, cut: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
@@ -161,7 +161,7 @@ def _rows(m: DrawnRam, hidden: jax.Array, cut: jax.Array) -> tuple[jax.Array, ja
     top = jnp.where(is_player[0], GROUND, (ends & 255) >> 1)
     top = jnp.where(first, (ends & 255) - GROUND - jnp.where(odd, 1, 0), top)
     rows = jnp.stack(phases) + (top - start)[None]
-    lost = GROUND - jnp.sum(jnp.where(is_player[:, None], rows, 0), axis=0)
+    lost = GROUND - only(is_player[:, None], rows, axis=0)
     ends = 160 - sum(jnp.where(is_player[i], GROUND, rows[i]) for i in (0, 3))
     possible = ((ends & 255) >> 1 == m.ends) & ((lost == 0) | (loses & among(lost, LOST)))
     return player, rows, jnp.where(possible, (start - top) & 3, IMPOSSIBLE)

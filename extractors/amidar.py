@@ -39,9 +39,9 @@ import itertools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
+from ocjax.console.boxes import Box, box, edges
 from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import among, div, match, mod, pick, when
+from ocjax.console.ops import among, div, match, mod, only, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
@@ -204,8 +204,8 @@ def _by_figure(m: Ram, own: jax.Array, packed: jax.Array) -> tuple[Box, jax.Arra
 def _player(m: Ram, x: jax.Array, y: jax.Array, own: jax.Array) -> Box:
     """At the end of the game its record is gone, but on this frame it was drawn at the start."""
     gone = (m.over == 1) & (m.wait == 0)
-    left = jnp.where(gone, START[0], jnp.sum(jnp.where(own, x, 0)))
-    top = jnp.where(gone, START[1], jnp.sum(jnp.where(own, y, 0)))
+    left = jnp.where(gone, START[0], only(own, x))
+    top = jnp.where(gone, START[1], only(own, y))
     return box(left, top, 7, 7, gone | jnp.any(own))
 
 
@@ -311,7 +311,7 @@ def _shadows(x: jax.Array, y: jax.Array, first: jax.Array) -> Box:
         (on_line | on_last_line, x + 4),
         otherwise=x + 2,
     )
-    return box(left, top, jnp.minimum(right, 144) - left, bottom - top)
+    return edges(left, top, jnp.minimum(right, 144), bottom)
 
 
 others_of = functools.partial(Category, count=7, blinks=True)

@@ -28,7 +28,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from ocjax.console.boxes import Box, box, choose
+from ocjax.console.boxes import Box, box, choose, edges
 from ocjax.console.ops import among, lookup, match, mod, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import COARSE, packed_position
@@ -291,7 +291,7 @@ def _missile(m: Ram, cannon: Box) -> Box:
     covered = (x > cannon.x) & (x < cannon.x + 7)  # the last line, by the cannon
     bottom = jnp.where(block == LAST_BLOCK, GROUND_TOP - when(covered, 1), bottom)
     there = (m.rises == 1) & (block > 0) & (block <= LAST_BLOCK)
-    return box(x, top, 1, bottom - top, there)
+    return edges(x, top, x + 1, bottom, there)
 
 
 def _side_shot(m: Ram) -> Box:
@@ -325,7 +325,7 @@ def _beam(m: Ram) -> Box:
     x, lines = packed_position(m.beam_x) - 23, jnp.where(m.level == Level.TALL_BEAMS, 32, 8)
     first = (m.beam_y - 6) & -lines
     top, bottom = _line_below(first, x), _line_below(first + lines, x)
-    return box(x, top, 1, bottom - top, m.beam_y > BEAM_STARTS)
+    return edges(x, top, x + 1, bottom, m.beam_y > BEAM_STARTS)
 
 
 def _fireball(m: Ram) -> Box:

@@ -15,7 +15,7 @@ knock-out (100 points, shown as KO, which VEM reads as 0). There is one mode.
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.boxes import Box, box, choose
+from ocjax.console.boxes import Box, box, choose, edges
 from ocjax.console.fonts import Digits, score_box
 from ocjax.console.ram import RamMap, bcd, byte, high
 from ocjax.console.rom import Rom
@@ -87,7 +87,7 @@ def _boxer(m: Ram, who: int, faces_left: jax.Array) -> Box:
     right = jnp.where(faces_left, 18 - back, reach + 1)
     top = m.top[who] + jnp.where(faces_left, 37, 38) + jnp.where(first >= HALF, 1, 0)
     bottom = m.bottom[who] + jnp.where(faces_left, 50, 51) - jnp.where(second >= HALF, 1, 0)
-    return box(m.x[who] + left, top, right - left, bottom - top)
+    return edges(m.x[who] + left, top, m.x[who] + right, bottom)
 
 
 def _reach(first: jax.Array, second: jax.Array) -> jax.Array:

@@ -105,7 +105,12 @@ def _part(kind: int, is_mirrored: bool, part: int) -> np.ndarray:
 
 
 PICTURES = ROM.rows((0xE00, 0xE10, 0xE20, 0xE30), 15)
-PARTS = Pictures.of(_part(k, bool(m), p) for k in range(4) for m in range(2) for p in range(16))
+PARTS = Pictures.of(
+    (_part(k, bool(m), p) for k in range(4) for m in range(2) for p in range(16)),
+    kind=4,
+    mirrored=2,
+    part=16,
+)
 
 GROUP = np.arange(18) // 3  # by slot of the targets
 COPY = np.arange(18) % 3  # by slot
@@ -205,7 +210,7 @@ def _targets(m: Ram, kind: jax.Array) -> Box:
     there = jnp.repeat(count, 3) > COPY
     at_right = jnp.where(x > WIDTH - TARGET, FIRST + WIDTH - x, WHOLE)
     part = jnp.where(x < LEFT_EDGE, x, at_right)
-    index = 2 * kind | np.where(MIRRORED, 16, 0) | part
+    index = PARTS.index(kind=kind >> 4, mirrored=np.where(MIRRORED, 1, 0), part=part)
     return PARTS.box(index, x, 89 - 21 * (GROUP >> 1), valid=there).clip(*ROWS)
 
 

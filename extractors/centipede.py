@@ -276,8 +276,7 @@ def _flea(m: Ram) -> Box:
     """The flea; at the left edge its first row is written too late."""
     x, y, picture = LEFT + m.flea_x, _zone_y(m.flea_row), 1 - (m.clock >> 1 & 1)
     flea = FLEAS.box(picture, x, y, valid=m.flea_x < NO_FLEA, color=_color(m, Color.FLEA))
-    late = jnp.where(m.flea_x < IN_TIME, 1, 0)
-    return replace(flea, y=flea.y + late, h=flea.h - late)
+    return flea.trimmed(top=jnp.where(m.flea_x < IN_TIME, 1, 0))
 
 
 def _scorpion(m: Ram) -> Box:
@@ -296,7 +295,7 @@ def _score(m: Ram) -> Box:
     """The score: at least two digits, in the easy game with a figure in the first digit's place."""
     digits, lefts = SCORE.box(m.score), SCORE.lefts
     left = match((m.easy == 1, lefts[0]), (m.score < 10, lefts[-2]), otherwise=digits.x)
-    return replace(digits, x=left, w=digits.x + digits.w - left)
+    return digits.trimmed(left=left - digits.x)
 
 
 LIFE_X = LEFT + 8 * np.arange(7)

@@ -33,7 +33,7 @@ import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
 from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, match, when
+from ocjax.console.ops import among, extremes, match, when
 from ocjax.console.ram import RamMap, bcd, bits, byte, high, low, signed
 from ocjax.console.registers import position, signed_nibble
 from ocjax.console.rom import Pictures, Rom
@@ -64,12 +64,13 @@ WINDOW = (56, 179, 104, 187)  # of the radar, below the mountains
 
 # Pictures of each kind: whole, without 1-7 columns on the left, without 1-7 on the right.
 ROWS = 10
-PARTS = 15
 MASKS = [*(255 >> cut for cut in range(8)), *(255 << cut & 255 for cut in range(1, 8))]
 TURNED = np.array([int(f"{dots:08b}"[::-1], 2) for dots in range(256)])
 STORED = [ROM.rows(0xE00 + at, ROWS) for at in ROM.bytes(0xF0E, 12).tolist()]
 WHOLE = [TURNED[rows] if kind in (7, 8, 9) else rows for kind, rows in enumerate(STORED)]
-KINDS = Pictures.of(rows & mask for rows in WHOLE for mask in MASKS)
+KINDS = Pictures.of(
+    (rows & mask for rows in WHOLE for mask in MASKS), kind=len(WHOLE), part=len(MASKS)
+)
 CHOPPERS = ROM.pictures((0xEC0, 0xEB6), ROWS)
 
 PLACES = ((3, 5, 6, 7), (2, 4, 6, 7), (1, 4, 5, 7))  # convoys with a truck at each place
@@ -299,7 +300,8 @@ def _cut(kind: jax.Array, x: jax.Array, y: jax.Array, there: jax.Array, facing: 
     left, right = jnp.clip(FIELD[0] - x, 0, 7), jnp.clip(x - 152, 0, 7)
     part = jnp.where(right > 0, 7 + right, left)
     there = there & (x > 0) & (x < 160)
-    return KINDS.box(PARTS * kind + part, x, y, valid=there, orientation=facing)
+    picture = KINDS.index(kind=kind, part=part)
+    return KINDS.box(picture, x, y, valid=there, orientation=facing)
 
 
 def _trucks(m: Ram, drawn: Drawn) -> Box:
@@ -327,7 +329,7 @@ def _bombs(m: Ram, drawn: Drawn) -> Box:
 def _shot(m: Ram) -> Box:
     lit = (m.shot[SHOT_BYTE] >> SHOT_BIT & 1) == 1
     column = np.arange(0, 160, 4)
-    left, right = jnp.min(jnp.where(lit, column, 160)), jnp.max(jnp.where(lit, column + 4, 0))
+    left, right = extremes(lit, column, column + 4)
     color = (m.shot_color + 111) ^ 15 ^ jnp.maximum(_saver_key(m), 0)  # the saver leaves it
     return box(left, 167 - m.shot_y, right - left, 1, right > left, color=color).clip(*FIELD)
 

@@ -28,9 +28,9 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
+from ocjax.console.boxes import Box, box, edges
 from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, lookup, reached, when
+from ocjax.console.ops import among, extremes, lookup, reached, when
 from ocjax.console.ram import RamMap, bits, byte, high, low
 from ocjax.console.registers import position
 from ocjax.console.rom import Pictures, Rom
@@ -160,7 +160,7 @@ def decode(m: Ram) -> dict[str, Box]:
 def _join(a: Box, b: Box) -> Box:
     left, top = jnp.minimum(a.x, b.x), jnp.minimum(a.y, b.y)
     right, bottom = jnp.maximum(a.x + a.w, b.x + b.w), jnp.maximum(a.y + a.h, b.y + b.h)
-    return box(left, top, right - left, bottom - top)
+    return edges(left, top, right, bottom)
 
 
 def _player(m: Ram) -> Box:
@@ -288,8 +288,7 @@ def _thing(m: Ram) -> Box:
     line = (ROW_LINES * building_row[None, :] + np.arange(ROW_LINES)[:, None]).ravel()
     row = _thing_rows(m, picture, building_row, line)
     y = 44 + line + m.scroll + _lower(m)
-    top = jnp.min(jnp.where(row > 0, y, 999))
-    bottom = jnp.max(jnp.where(row > 0, y + 1, 0))
+    top, bottom = extremes(row > 0, y, y + 1)
     first, last = _thing_columns(picture, row)
     zoom = jnp.where(m.wide != ORDINARY, 4, 1)
     there = (m.top > 0) & (bottom > top) & (m.on_roof == 0)

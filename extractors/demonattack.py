@@ -67,9 +67,13 @@ COLORS = ROM.bytes(0xF00, 256)  # of a demon's rows, the lowest one first
 COLORED_AT = np.array((43, 43, 43, 52, 52, 52, 34))  # by slot
 # How much is visible of 32 pictures: of each nothing, its last row, its last two rows, ...
 PICTURES = Pictures.of(
-    np.where(np.arange(ROWS) >= ROWS - rows, ROM.rows(0xE00 + ROWS * picture, ROWS), 0)
-    for picture in range(32)
-    for rows in range(ROWS + 1)
+    (
+        np.where(np.arange(ROWS) >= ROWS - rows, ROM.rows(0xE00 + ROWS * picture, ROWS), 0)
+        for picture in range(32)
+        for rows in range(ROWS + 1)
+    ),
+    picture=32,
+    rows=ROWS + 1,
 )
 FIRST_PICTURES = ROM.bytes(0xB9F, 12)  # of the demons of half a level
 EXPLODING = 3  # this picture and lower ones are explosions
@@ -193,7 +197,8 @@ def _demons(m: Ram, y: jax.Array) -> Box:
     alive, hit = _alive(m, split)
     small = _slots(split, jnp.ones(3, bool), jnp.asarray(True))
     picture = jnp.where(hit | over, _usual_pictures(m, small), m.picture)
-    left, top, width, height = PICTURES.extent((ROWS + 1) * picture + _visible_rows(y))
+    index = PICTURES.index(picture=picture, rows=_visible_rows(y))
+    left, top, width, height = PICTURES.extent(index)
     left = jnp.where(MIRRORED, 8 - left - width, left)
     x = packed_position(m.code) + 5 - jnp.pad(_step(m), (0, 4)) + left
     line = np.where(np.arange(7) == DIVER, LOWER, UPPER) + 1 - ROWS - _slots(y, y, m.diver_y)

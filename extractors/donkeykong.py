@@ -29,7 +29,7 @@ fireballs without rivets, and not the colours of a game that is left alone.
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
+from ocjax.console.boxes import Box, box, edges
 from ocjax.console.compass import EAST, NORTH, WEST
 from ocjax.console.ops import among, lookup, match, pick, reached, when
 from ocjax.console.ram import RamMap, bcd, bits, byte, high
@@ -184,8 +184,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 def _fixed(area: tuple[int, int, int, int] | np.ndarray, color: jax.Array | None = None) -> Box:
     """Boxes that never move, from their left, top, right and bottom."""
-    left, top, right, bottom = area
-    return box(left, top, right - left, bottom - top, color=color)
+    return edges(*area, color=color)
 
 
 def _in_play(m: Ram) -> jax.Array:

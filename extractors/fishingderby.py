@@ -31,9 +31,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from ocjax.console.boxes import Box, Number, box
+from ocjax.console.boxes import Box, BoxTable, Number, box
 from ocjax.console.compass import EAST, SOUTH, WEST
-from ocjax.console.ops import div, lookup, match, when
+from ocjax.console.ops import div, match, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import NUSIZ_COPIES, NUSIZ_SPACING, NUSIZ_WIDTH, mirrored, position
 from ocjax.console.rom import Rom
@@ -101,26 +101,25 @@ def _shark_rows(picture: int, shape: int) -> np.ndarray:
     return np.array([np.roll(_player(row, shape & 7), place) for row, shape, place in drawn])
 
 
-def _visible(pictures: list[np.ndarray], offset: int) -> np.ndarray:
-    """The tight boxes of pictures at each column between the bars: left, top, width and height.
+def _visible(pictures: list[np.ndarray], offset: int) -> BoxTable:
+    """The tight boxes of what shows of pictures at each column between the bars.
 
     Args:
         pictures: bool `[rows, columns]` each.
         offset: column at which their first columns are at position 0.
     """
-    boxes = [_visible_part(picture, x + offset) for picture in pictures for x in range(160)]
-    return np.array(boxes, np.int32)
+    columns = range(160)
+    return BoxTable([_visible_part(picture, x + offset) for picture in pictures for x in columns])
 
 
-def _visible_part(picture: np.ndarray, x: int) -> int:
-    """The box of what shows between the bars of a picture at a column, a byte a number."""
+def _visible_part(picture: np.ndarray, x: int) -> tuple[int, int, int, int]:
+    """Left, top, width and height of what shows between the bars of a picture at a column."""
     at = x + np.arange(picture.shape[1])
     seen = picture & (WATER[np.clip(at, 0, 159)] & (at >= 0) & (at < 160))
     rows, columns = np.flatnonzero(seen.any(axis=1)), at[seen.any(axis=0)]
     if not len(rows):
-        return 0
-    width, height = columns[-1] - columns[0] + 1, rows[-1] - rows[0] + 1
-    return columns[0] | rows[0] << 8 | width << 16 | height << 24
+        return (0, 0, 0, 0)
+    return (columns[0], rows[0], columns[-1] - columns[0] + 1, rows[-1] - rows[0] + 1)
 
 
 def _bitmaps(rows: np.ndarray) -> list[np.ndarray]:
@@ -179,10 +178,9 @@ def decode(m: Ram) -> dict[str, Box]:
     }
 
 
-def _boxes(table: np.ndarray, picture: jax.Array, x: jax.Array, y: Number) -> Box:
+def _boxes(table: BoxTable, picture: jax.Array, x: jax.Array, y: Number) -> Box:
     """The visible parts of pictures of a table at a column and a row."""
-    packed = lookup(table, 160 * picture + jnp.clip(x, 0, 159))
-    return box(packed & 255, y + (packed >> 8 & 255), packed >> 16 & 255, packed >> 24)
+    return table.at(160 * picture + jnp.clip(x, 0, 159), y=y)
 
 
 def _faces_left(m: Ram, x: jax.Array) -> jax.Array:

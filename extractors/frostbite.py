@@ -194,11 +194,12 @@ def _bailey(m: Ram) -> Box:
         valid=there,
         orientation=_compass(m.looks_left == 1),
     )
-    top, bottom = whole.y, whole.y + whole.h
-    late = m.x < IN_TIME
-    top = top + when(late & (top < SHORE[1]), 1)
-    bottom = bottom + when(late & (bottom < SHORE[1]), 1)
-    return replace(whole, y=top, h=bottom - top).clip(*LAND_AND_WATER)
+    late, top, bottom = m.x < IN_TIME, whole.y, whole.y + whole.h
+    lowered = whole.trimmed(
+        top=when(late & (top < SHORE[1]), 1),
+        bottom=-when(late & (bottom < SHORE[1]), 1),
+    )
+    return lowered.clip(*LAND_AND_WATER)
 
 
 def _bear(m: Ram) -> Box:

@@ -33,7 +33,7 @@ import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box, choose
 from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, div, lookup, match, pick, when
+from ocjax.console.ops import among, div, extremes, lookup, match, pick, when
 from ocjax.console.registers import EDGE_CUTS
 from ocjax.console.rom import Pictures
 from ocjax.extraction.game import Category, Game, display
@@ -254,12 +254,12 @@ def _player(m: Ram, room: Box) -> Box:
     top, bottom = jnp.maximum(y, VISIBLE[1]), jnp.minimum(y + TALL, VISIBLE[3])
     begin, end = free(room, jnp.repeat(whole.x, 3), jnp.repeat(whole.x + whole.w, 3))
     seen = (top < END_ROWS) & (bottom > FIRST_ROWS) & (begin < end)
-    top = jnp.maximum(top, jnp.min(jnp.where(seen, FIRST_ROWS, 255)))
-    bottom = jnp.minimum(bottom, jnp.max(jnp.where(seen, END_ROWS, 0)))
+    first, last = extremes(seen, FIRST_ROWS, END_ROWS)
+    top, bottom = jnp.maximum(top, first), jnp.minimum(bottom, last)
     cut = jnp.where(top > y, top - y, bottom - y - TALL)
     cut_picture = picture + jnp.clip(cut, -TALL, TALL)
     player = PLAYERS.box(cut_picture, m.x, y, mirrored=left, orientation=facing)
-    begin, end = jnp.min(jnp.where(seen, begin, 255)), jnp.max(jnp.where(seen, end, 0))
+    begin, end = extremes(seen, begin, end)
     shown = player.clip(begin, VISIBLE[1], end, VISIBLE[3]).clip(*VISIBLE)
     return shown.where((m.over == 0) & (bottom > top))
 

@@ -24,9 +24,9 @@ VEM: does not see the wood in the frames in which it flashes black.
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
+from ocjax.console.boxes import Box, BoxTable, box, edges
 from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, lookup, match, when
+from ocjax.console.ops import among, lookup, match, only, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
@@ -133,11 +133,11 @@ def _runs(level: int, row: int) -> list[tuple[int, int]]:
     return [(16 + 4 * a, 4 * (b - a)) for a, b in zip(starts.tolist(), ends.tolist(), strict=True)]
 
 
-def _platforms(level: int) -> list[int]:
-    """A level's floors and steps: left edges, widths and tops above them; 0 for those it lacks."""
+def _platforms(level: int) -> list[tuple[int, int, int, int]]:
+    """The boxes of a level's floors and steps, from the top; zeros for those that it lacks."""
     rows = ((FIRST_LINE + ROW * row, run) for row in range(ROWS) for run in _runs(level, row))
-    wide = [x | w << 8 | y << 16 for y, (x, w) in rows if w > RUNG]
-    return wide + [0] * (MOST_PLATFORMS - len(wide))
+    wide = [(x, y, w, 4) for y, (x, w) in rows if w > RUNG]
+    return wide + [(0, 0, 0, 0)] * (MOST_PLATFORMS - len(wide))
 
 
 def _ladders(level: int) -> list[tuple[int, ...]]:
@@ -149,7 +149,7 @@ def _ladders(level: int) -> list[tuple[int, ...]]:
     return [(x, FIRST_LINE + ROW * row, RUNG, ROW * (end - row) + 4) for (row, x), end in ends]
 
 
-PLATFORMS = np.array([_platforms(level) for level in range(LEVELS)])
+PLATFORMS = BoxTable([place for level in range(LEVELS) for place in _platforms(level)])
 LADDERS = np.array([ladder for level in range(LEVELS) for ladder in _ladders(level)])
 LADDER_LEVEL = np.repeat(np.arange(LEVELS), [len(_ladders(level)) for level in range(LEVELS)])
 
@@ -202,12 +202,12 @@ def decode(m: Ram) -> dict[str, Box]:
 def _level(m: Ram, table: np.ndarray) -> jax.Array:
     """What a table by level has for this one."""
     chosen = (np.arange(LEVELS) == m.level).reshape(LEVELS, *[1] * (table.ndim - 1))
-    return jnp.sum(jnp.where(chosen, table, 0), axis=0)
+    return only(chosen, table, axis=0)
 
 
 def _floors(m: Ram) -> Box:
-    packed = _level(m, PLATFORMS)
-    return box(packed & 255, packed >> 16, packed >> 8 & 255, 4)
+    there = m.level < LEVELS
+    return PLATFORMS.at(MOST_PLATFORMS * m.level + np.arange(MOST_PLATFORMS), valid=there)
 
 
 def _shown_ladders(m: Ram) -> Box:
@@ -338,14 +338,14 @@ def _score(m: Ram) -> Box:
     """The score. Its last two digits are always noughts."""
     left = jnp.where(m.score == 0, HUNDREDS.area[2] + int(FONT.left[0]), HUNDREDS.box(m.score).x)
     right = SCORE_RIGHT - 8 + int(FONT.right[0])
-    return box(left, SCORE_TOP, right - left, FONT.height, value=100 * m.score)
+    return edges(left, SCORE_TOP, right, SCORE_TOP + FONT.height, value=100 * m.score)
 
 
 def _time(m: Ram) -> Box:
     tens, ones = (when(d < BLANK, d) for d in (m.tens, m.ones))
     left = match((m.tens < BLANK, 80), (m.ones < BLANK, 84), otherwise=88)
     _, top, right, bottom = CLOCK.area
-    return box(left, top, right - left, bottom - top, value=1000 * tens + 100 * ones)
+    return edges(left, top, right, bottom, value=1000 * tens + 100 * ones)
 
 
 # The wood flashes at the end of the third level. A climbing player hides rungs of long ladders.

@@ -29,7 +29,7 @@ from functools import partial
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
+from ocjax.console.boxes import Box, box, choose, edges
 from ocjax.console.fonts import Digits, score_box
 from ocjax.console.ops import among, match, mod, pick, when
 from ocjax.console.registers import NUSIZ_COPIES, NUSIZ_SPACING, signed_nibble, wrap
@@ -187,7 +187,7 @@ def _player(m: Ram, y: jax.Array, mares: Box) -> Box:
     )
     left, top = jnp.min(mares.x), jnp.min(mares.y)
     right, bottom = jnp.max(mares.x + mares.w), jnp.max(mares.y + mares.h)
-    rides = box(left, top, right - left, bottom - top)
+    rides = edges(left, top, right, bottom)
     return choose(m.scene == Scene.DESERT, rides, walks).clip(*FIELD)
 
 

@@ -28,9 +28,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 from ocjax.console import registers
-from ocjax.console.boxes import Box, box
+from ocjax.console.boxes import Box, box, edges
 from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, div, match, pick, when
+from ocjax.console.ops import among, div, extremes, match, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte, high
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
@@ -273,12 +273,10 @@ def _rope(m: Ram) -> Box:
     trunk = pick(m.trees, TRUNKS)
     free = ((x < trunk) | (x >= trunk + 4)) & ((x < 156 - trunk) | (x >= 160 - trunk))
     seen = free & (line <= 116 - m.rope)
-    first = jnp.min(jnp.where(seen, line, 255))
-    last = jnp.max(jnp.where(seen, line, 0))
-    left = jnp.min(jnp.where(seen, x, 255))
-    right = jnp.max(jnp.where(seen, x, 0))
+    top, bottom = extremes(seen, line, line + 1)
+    left, right = extremes(seen, x, x + 1)
     there = (pick(m.scene, ROPES) > 0) & ((m.scene != Scene.CROCODILES) | ((m.kind & 2) > 0))
-    return box(left, first, right + 1 - left, last + 1 - first, there & (last >= first))
+    return edges(left, top, right, bottom, there & (bottom > top))
 
 
 def _timer(m: Ram) -> Box:

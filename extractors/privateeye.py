@@ -78,7 +78,9 @@ KIND_ROWS = [
 ]
 # Of each kind, without its lowest 0 to 15 rows.
 SIZES = Pictures.of(
-    [np.where(np.arange(len(r)) < len(r) - c, r, 0) for r in KIND_ROWS for c in range(MOST_CUT)]
+    [np.where(np.arange(len(r)) < len(r) - c, r, 0) for r in KIND_ROWS for c in range(MOST_CUT)],
+    kind=len(KIND_ROWS),
+    cut=MOST_CUT,
 )
 EXTENTS = [SIZES.packed >> shift & mask for shift, mask in ((0, 15), (8, 255), (4, 15), (16, 255))]
 GROUPS = {
@@ -192,7 +194,7 @@ def _passages(m: Ram, first: Box) -> Box:
 def _objects(m: Ram) -> Box:
     """The records' objects and their copies: record * 3 + copy."""
     kind, cut = jnp.clip(m.kind, 0, Kind.COUNT - 1), jnp.clip(m.cut, 0, MOST_CUT - 1)
-    left, top, width, height = SIZES.extent(MOST_CUT * kind + cut)
+    left, top, width, height = SIZES.extent(SIZES.index(kind=kind, cut=cut))
     zoom = player_width(m.size) >> 3
     left = jnp.where(m.mirrored == 1, 8 - left - width, left)
     x = m.x + 15 + when(zoom > 1, 1) + zoom * left

@@ -33,7 +33,7 @@ import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
 from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, match, pick, when
+from ocjax.console.ops import among, match, only, pick, when
 from ocjax.console.ram import RamMap, bits, byte, high, low
 from ocjax.console.registers import position
 from ocjax.console.rom import Pictures, Rom
@@ -164,7 +164,9 @@ def _cut(rows: np.ndarray, cut: int) -> np.ndarray:
 
 CUTS = range(1 - ROWS, ROWS)
 KINDS = range(Kind.JET, Kind.DEPOT + 1)
-OBJECTS = Pictures.of([_cut(_rows(kind), cut) for kind in KINDS for cut in CUTS])
+OBJECTS = Pictures.of(
+    [_cut(_rows(kind), cut) for kind in KINDS for cut in CUTS], kind=len(KINDS), cut=len(CUTS)
+)
 PLAYERS = ROM.pictures([0xC01 + look for look in (Look.STRAIGHT, Look.TURNED)], 18)
 
 SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
@@ -253,7 +255,7 @@ def _objects(m: Ram) -> tuple[jax.Array, Box]:
     y = 32 * (5 - np.arange(RECORDS)) + m.offset - 23
     there = (kind >= Kind.JET) & (y > HIDDEN)
     cut = jnp.clip(y + ROWS - VIEW[3], 0, 23) - jnp.clip(VIEW[1] - y, 0, 23)
-    x0, y0, w, h = OBJECTS.extent(len(CUTS) * (kind - Kind.JET) + ROWS - 1 + cut)
+    x0, y0, w, h = OBJECTS.extent(OBJECTS.index(kind=kind - Kind.JET, cut=cut - CUTS.start))
     x = at - when(zoom == 1, 1) + zoom * jnp.where(left == 1, 8 - x0 - w, x0)
     shown = box(x, y + y0, zoom * w, h, there).clip(*VIEW)
     return _unpacked(_in_ring(m, when(shown.valid, _packed(shown, left, kind))))
@@ -284,7 +286,7 @@ def _colored(b: Box, kind: int) -> Box:
 
 def _single(b: Box) -> Box:
     """The only object of some slots."""
-    x, y, w, h = (jnp.sum(jnp.where(b.valid, v, 0)) for v in (b.x, b.y, b.w, b.h))
+    x, y, w, h = (only(b.valid, v) for v in (b.x, b.y, b.w, b.h))
     return box(x, y, w, h, jnp.any(b.valid))
 
 

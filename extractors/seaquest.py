@@ -185,10 +185,10 @@ def _player(m: Ram) -> Box:
         orientation=_compass(m.looks_left),
     )
     color = match((m.dying == 0, GOLD), ((m.dying & 1) == 1, FLASH), otherwise=BLACK)
-    end = whole.y + whole.h
-    top = jnp.where(whole.y >= FOOT[0], jnp.maximum(whole.y, FOOT[1]), whole.y)
-    bottom = jnp.where(end <= FOOT[1], jnp.minimum(end, FOOT[0]), end)
-    return replace(whole, y=top, h=bottom - top, color=color)
+    top, end = whole.y, whole.y + whole.h
+    hidden_above = when(top >= FOOT[0], jnp.maximum(FOOT[1] - top, 0))
+    hidden_below = when(end <= FOOT[1], jnp.maximum(end - FOOT[0], 0))
+    return replace(whole.trimmed(top=hidden_above, bottom=hidden_below), color=color)
 
 
 def _torpedo(m: Ram) -> Box:

@@ -33,8 +33,8 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.ops import among, lookup, match, pick, when
+from ocjax.console.boxes import Box, BoxTable, box, choose
+from ocjax.console.ops import among, match, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import wrap
 from ocjax.console.rom import Pictures, Rom
@@ -295,8 +295,8 @@ def _icons(m: Ram) -> Box:
     return box(left, 18, right - left, 10, m.lives > 0, value=m.lives + 1)
 
 
-def _left_boxes() -> np.ndarray:
-    """Left, top, width and height of up to six icons, for each number of them and era, packed."""
+def _left_boxes() -> BoxTable:
+    """The boxes of up to six icons, for each number of them and era."""
     columns = ROM.bytes(BANK | 0x32B, 42).reshape(6, 7).T
     out = []
     for shown in columns:
@@ -305,8 +305,8 @@ def _left_boxes() -> np.ndarray:
             used = [56 + 8 * i for i, r in enumerate(rows) if r is not None]
             ink = np.flatnonzero(sum(np.zeros(10, int) if r is None else r for r in rows))
             place = (used[0], ink[0], used[-1] + 8 - used[0], np.ptp(ink) + 1) if used else (0,) * 4
-            out.append(sum(int(v) << 8 * i for i, v in enumerate(place)))
-    return np.array(out)
+            out.append(place)
+    return BoxTable(out)
 
 
 LEFT_BOXES = _left_boxes()
@@ -316,10 +316,9 @@ PER_ICON = 4  # enemies
 def _left(m: Ram) -> Box:
     """The icons at the bottom, one for each four enemies."""
     icons = m.left + PER_ICON - 1 >> 2
-    packed = lookup(LEFT_BOXES, 5 * icons + m.era)
-    x, y, w, h = (packed >> shift & 0xFF for shift in (0, 8, 16, 24))
     there, color = (m.left > 0) & (m.idle < BLANKED), jnp.where(_flight(m), 0, RED)
-    return box(x, 180 + y, w, h, there, value=PER_ICON * icons, color=color)
+    index, value = len(PAGES) * icons + m.era, PER_ICON * icons
+    return LEFT_BOXES.at(index, y=180, valid=there, value=value, color=color)
 
 
 def _score(m: Ram) -> Box:

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from numpy.typing import ArrayLike
 
-__all__ = ["WIDTH", "Area", "Box", "Number", "box", "check_area", "choose"]
+from ocjax.console.ops import lookup
+
+__all__ = ["WIDTH", "Area", "Box", "BoxTable", "Number", "box", "check_area", "choose", "edges"]
 
 WIDTH = 160  # columns of the ALE screen
+_MOST = 255  # of a number in a `BoxTable`
+_SHIFTS = np.array((0, 8, 16, 24))  # of its four numbers in a word
 
 Number = jax.Array | np.ndarray | int | bool
 Area = tuple[int, int, int, int]  # left, top, right, bottom in pixels; right and bottom are exclusive
@@ -48,6 +54,10 @@ class Box:
         h = jnp.minimum(self.y + self.h, bottom) - y0
         return replace(self, x=x0, y=y0, w=w, h=h, valid=self.valid & (w > 0) & (h > 0))
 
+    def trimmed(self, left: Number = 0, top: Number = 0, right: Number = 0, bottom: Number = 0) -> Box:
+        """The boxes without so many pixels at each edge; they grow where the number is negative."""
+        return replace(self, x=self.x + left, y=self.y + top, w=self.w - left - right, h=self.h - top - bottom)
+
     def __getitem__(self, slots: int | slice) -> Box:
         """The boxes at an index of the slots; scalar fields, which all slots share, stay as they are."""
 
@@ -84,6 +94,49 @@ def box(
     """
     x, y, w, h, value, orientation = (jnp.asarray(v, jnp.int32) for v in (x, y, w, h, value, orientation))
     return Box(x, y, w, h, jnp.asarray(valid, jnp.bool_), value, orientation, None if color is None else jnp.asarray(color, jnp.int32))
+
+
+def edges(left: Number, top: Number, right: Number, bottom: Number, valid: Number = True, **fields: Any) -> Box:
+    """Make boxes from their edges in pixels of the ALE screen; `right` and `bottom` are exclusive.
+
+    Args:
+        left, top, right, bottom: scalars, or vectors with one entry per slot of the category.
+        valid: as of `box`.
+        fields: `value`, `orientation` and `color` of `box`.
+    """
+    left, top, right, bottom = (jnp.asarray(v, jnp.int32) for v in (left, top, right, bottom))
+    return box(left, top, right - left, bottom - top, valid, **fields)
+
+
+class BoxTable:
+    """Boxes that are known in advance, one of which is chosen by an index.
+
+    Args:
+        rows: left, top, width and height of each box, 0 to 255, `[n, 4]`. Rows of zeros have no box.
+
+    Raises:
+        ValueError: the rows have another shape, or a number is out of range.
+    """
+
+    def __init__(self, rows: ArrayLike) -> None:
+        table = np.asarray(rows, np.int64)
+        if table.ndim != 2 or table.shape[1] != 4 or table.min() < 0 or table.max() > _MOST:
+            raise ValueError(f"rows must be [n, 4] numbers from 0 to {_MOST}, got an array of shape {table.shape}")
+        # A look-up costs more than shifts, so that a box is one number.
+        self._packed = (table << _SHIFTS).sum(axis=1).astype(np.uint32).view(np.int32)
+
+    def at(self, index: jax.Array, *, x: Number = 0, y: Number = 0, valid: Number = True, **fields: Any) -> Box:
+        """The boxes at an index; one that is out of range takes the nearest box.
+
+        Args:
+            index: int32, a scalar or one entry per slot.
+            x, y: by how much they are moved.
+            valid: as of `box`.
+            fields: `value`, `orientation` and `color` of `box`.
+        """
+        packed = lookup(self._packed, index)
+        left, top, width, height = (packed >> int(shift) & _MOST for shift in _SHIFTS)
+        return box(x + left, y + top, width, height, valid, **fields)
 
 
 def choose(condition: Number, yes: Box, no: Box) -> Box:

@@ -1,6 +1,6 @@
 """Operations for decoders: table lookups and divisions in the forms that XLA compiles to vector code.
 
-All of them are elementwise: they take scalars or vectors of int32 and keep the shape.
+All but `only` and `extremes` are elementwise: they take scalars or vectors of int32 and keep the shape.
 """
 
 from collections.abc import Sequence
@@ -10,9 +10,11 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-__all__ = ["among", "div", "lookup", "match", "mod", "pick", "reached", "when"]
+__all__ = ["BEYOND", "among", "div", "extremes", "lookup", "match", "mod", "only", "pick", "reached", "when"]
 
 _Value = jax.Array | np.ndarray | int
+
+BEYOND = 999  # beyond every row and column
 
 
 def pick(index: jax.Array, values: Sequence[int]) -> jax.Array:
@@ -40,6 +42,25 @@ def match(*cases: tuple[jax.Array, _Value], otherwise: _Value) -> jax.Array:
 def when(condition: jax.Array | np.ndarray, value: _Value) -> jax.Array:
     """The value where the condition holds, and 0 elsewhere."""
     return jnp.where(condition, value, 0)
+
+
+def only(chosen: jax.Array, values: _Value, axis: int | None = None) -> jax.Array:
+    """The value of the one entry that is chosen, along an axis or of all; 0 if none is.
+
+    Args:
+        chosen: bool, at most one entry of which is True.
+        values: int32, one for each entry.
+        axis: the axis along which there is one; None for all axes.
+    """
+    return jnp.sum(jnp.where(chosen, values, 0), axis=axis)
+
+
+def extremes(seen: jax.Array, first: _Value, last: _Value) -> tuple[jax.Array, jax.Array]:
+    """The least `first` and the greatest `last` of the entries that are seen, int32 scalars; `BEYOND` and 0 if none is.
+
+    For example, the first and last row in which a part of an object shows.
+    """
+    return jnp.min(jnp.where(seen, first, BEYOND)), jnp.max(jnp.where(seen, last, 0))
 
 
 def lookup(table: np.ndarray | Sequence[int], index: jax.Array) -> jax.Array:

@@ -9,9 +9,10 @@ from __future__ import annotations
 import functools
 import hashlib
 import importlib.util
+import math
 import os
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -176,14 +177,36 @@ class Pictures:
 
     Args:
         packed: int32 `[n]`; from the lowest bit the first column (4 bits), the width (4), the first row (8) and the height (8).
+        axes: what the pictures differ in, each with its number of values, if they are of all combinations. The last one varies fastest.
+
+    Raises:
+        ValueError: there are more or fewer pictures than the axes have combinations.
     """
 
     packed: np.ndarray
+    axes: Mapping[str, int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.axes and math.prod(self.axes.values()) != len(self.packed):
+            raise ValueError(f"{len(self.packed)} pictures are not those of all combinations of {dict(self.axes)}")
 
     @classmethod
-    def of(cls, pictures: Iterable[np.ndarray]) -> Pictures:
-        """The extents of pictures given as rows from the top, as `Rom.rows` returns them."""
-        return cls(np.array([_extent(rows) for rows in pictures], np.int32))
+    def of(cls, pictures: Iterable[np.ndarray], **axes: int) -> Pictures:
+        """The extents of pictures given as rows from the top, as `Rom.rows` returns them; `axes` as of the class."""
+        return cls(np.array([_extent(rows) for rows in pictures], np.int32), axes)
+
+    def index(self, **places: Number) -> jax.Array:
+        """The index of the pictures with a place on each of the axes.
+
+        Raises:
+            TypeError: the places are not those of all axes.
+        """
+        if places.keys() != self.axes.keys():
+            raise TypeError(f"pictures differ in {', '.join(self.axes) or 'nothing that is named'}, got {', '.join(places)}")
+        index = jnp.int32(0)
+        for name, count in self.axes.items():
+            index = count * index + places[name]
+        return index
 
     def extent(self, index: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
         """First column, first row, width and height of the pictures at an index, int32 each; out of range, of the nearest picture."""

@@ -1,0 +1,61 @@
+"""Making boxes, changing them, and tables of them."""
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from ocjax.console.boxes import BoxTable, box, edges
+from ocjax.console.ops import BEYOND, extremes, only
+from ocjax.console.rom import Pictures
+
+
+def fields(b):
+    return [np.asarray(v).tolist() for v in (b.x, b.y, b.w, b.h)]
+
+
+def test_edges():
+    made = edges(np.array([3, 9]), 20, np.array([10, 9]), 25, value=7, color=2)
+    assert fields(made) == [[3, 9], 20, [7, 0], 5]
+    assert (int(made.value), int(made.color)) == (7, 2)
+
+
+def test_trimmed():
+    b = box(10, 20, 30, 40, valid=False, value=3).trimmed(left=1, top=2, right=4, bottom=-8)
+    assert fields(b) == [11, 22, 25, 46]
+    assert not b.valid
+    assert int(b.value) == 3
+
+
+def test_table_of_boxes():
+    table = BoxTable([(1, 2, 3, 4), (255, 255, 255, 255), (0, 0, 0, 0)])
+    b = table.at(jnp.array([1, 0, 2, -1, 9], jnp.int32), x=10, y=np.array([0, 1, 0, 0, 0]), color=5)
+    assert fields(b) == [[265, 11, 10, 11, 10], [255, 3, 0, 2, 0], [255, 3, 0, 3, 0], [255, 4, 0, 4, 0]]
+    assert int(b.color) == 5
+
+
+@pytest.mark.parametrize("rows", [[(1, 2, 3)], [(1, 2, 3, 256)], [(-1, 2, 3, 4)], (1, 2, 3, 4)])
+def test_wrong_tables_are_refused(rows):
+    with pytest.raises(ValueError, match=r"rows must be \[n, 4\] numbers from 0 to 255"):
+        BoxTable(rows)
+
+
+def test_the_one_that_is_chosen():
+    values = jnp.array([[5, 6], [7, 8]], jnp.int32)
+    assert int(only(jnp.array([[False, True], [False, False]]), values)) == 6
+    assert only(jnp.array([[True, False], [False, False]]), values, axis=1).tolist() == [5, 0]
+
+
+def test_extremes():
+    row = jnp.arange(4, dtype=jnp.int32)
+    assert [int(v) for v in extremes(jnp.array([False, True, True, False]), row, row + 1)] == [1, 3]
+    assert [int(v) for v in extremes(jnp.zeros(4, bool), row, row + 1)] == [BEYOND, 0]
+
+
+def test_pictures_with_axes():
+    pictures = Pictures.of([np.array([1 << look + 3 * page, 0]) for page in range(2) for look in range(3)], page=2, look=3)
+    index = pictures.index(page=jnp.array([1, 0], jnp.int32), look=jnp.array([2, 1], jnp.int32))
+    assert index.tolist() == [5, 1]
+    with pytest.raises(TypeError, match="pictures differ in page, look, got page, cut"):
+        pictures.index(page=0, cut=0)
+    with pytest.raises(ValueError, match="6 pictures are not those of all combinations"):
+        Pictures(pictures.packed, {"page": 2, "look": 2})
