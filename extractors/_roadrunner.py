@@ -231,8 +231,7 @@ def _chase(m: Ram, ahead: jax.Array, falls_back: jax.Array) -> jax.Array:
 def figures(m: Ram, d: Drawn) -> Box:
     """The bird and the coyote; some lines of the screen repeat the row above them."""
     looks, fallen = _looks(m)
-    left, top, width, height = PICTURES.extent(looks)
-    left = jnp.where(m.mirrored == 1, 8 - left - width, left)
+    left, top, width, height = PICTURES.extent(looks, mirrored=m.mirrored == 1)
     bird, coyote = np.array((1, 0)), np.array((0, 1))
     zoom = jnp.where(has_cannon(m) & (m.rocket > 0) & (coyote == 1), 2, 1)
     y = pick(m.scene, FIRST_LINES) + top + jnp.where(open_road(m), coyote, fallen * bird)

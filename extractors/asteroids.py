@@ -198,8 +198,8 @@ def _ship(m: Ram, color: jax.Array) -> Box:
         (mirrored, 16 - m.heading),
         otherwise=m.heading,
     )
-    left, first_row, width, rows = SHIPS.extent(look)
-    left = jnp.where(mirrored & ~explodes & (m.shield == 0), 8 - left - width, left)
+    turned = mirrored & ~explodes & (m.shield == 0)
+    left, first_row, width, rows = SHIPS.extent(look, mirrored=turned)
     y = jnp.where(m.ship_y < -2, m.ship_y + LAP, m.ship_y)
     there = (m.ship_y != NONE) & ((m.frame == 1) | (m.drawn_y != NONE))
     return box(

@@ -30,7 +30,7 @@ from jax import lax
 from ocjax.console.boxes import WIDTH, Box, box
 from ocjax.console.ops import div, lookup, match, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import copies, modulo_screen, spacing
+from ocjax.console.registers import copies, mirrored, modulo_screen, spacing
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.displays import NumberDisplay
@@ -98,7 +98,7 @@ def _part(kind: int, is_mirrored: bool, part: int) -> np.ndarray:
     """Rows of a part of a target from the top."""
     rows = PICTURES[kind]
     if is_mirrored:
-        rows = np.array([int(f"{row:08b}"[::-1], 2) for row in rows])
+        rows = mirrored(rows)
     if part == WHOLE:
         return rows
     return rows & (-256 >> part - FIRST if part > FIRST else (1 << part) - 1)

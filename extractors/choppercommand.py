@@ -35,7 +35,7 @@ from ocjax.console.boxes import Box, box
 from ocjax.console.compass import EAST, WEST
 from ocjax.console.ops import among, extremes, match, when
 from ocjax.console.ram import RamMap, bcd, bits, byte, high, low, signed
-from ocjax.console.registers import position, signed_nibble
+from ocjax.console.registers import mirrored, position, signed_nibble
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.displays import IconRow, NumberDisplay
@@ -65,9 +65,8 @@ WINDOW = (56, 179, 104, 187)  # of the radar, below the mountains
 # Pictures of each kind: whole, without 1-7 columns on the left, without 1-7 on the right.
 ROWS = 10
 MASKS = [*(255 >> cut for cut in range(8)), *(255 << cut & 255 for cut in range(1, 8))]
-TURNED = np.array([int(f"{dots:08b}"[::-1], 2) for dots in range(256)])
 STORED = [ROM.rows(0xE00 + at, ROWS) for at in ROM.bytes(0xF0E, 12).tolist()]
-WHOLE = [TURNED[rows] if kind in (7, 8, 9) else rows for kind, rows in enumerate(STORED)]
+WHOLE = [mirrored(rows) if kind in (7, 8, 9) else rows for kind, rows in enumerate(STORED)]
 KINDS = Pictures.of(
     (rows & mask for rows in WHOLE for mask in MASKS), kind=len(WHOLE), part=len(MASKS)
 )
@@ -275,8 +274,8 @@ def _player(m: Ram, drawn: Drawn) -> Box:
     right = m.faces_right == 1
     just_hit = (m.phase == Phase.DEAD) & (m.pause == JUST_HIT)
     turns = ((m.phase == Phase.PLAYS) | just_hit) & (((m.frame - 2) & 2) == 0)  # the rotor
-    left, top, width, height = CHOPPERS.extent(jnp.where(turns, 0, 1))
-    left = jnp.where(right, left, 8 - left - width)
+    picture = jnp.where(turns, 0, 1)
+    left, top, width, height = CHOPPERS.extent(picture, mirrored=~right)
     there = (m.phase < Phase.EXPLODES) | (m.phase >= Phase.BETWEEN) | just_hit
     there, facing = there & (m.player_y < OFF), jnp.where(right, EAST, WEST)
     x, y = drawn.x + 1 + 2 * left, 159 - drawn.y + top

@@ -198,8 +198,7 @@ def _demons(m: Ram, y: jax.Array) -> Box:
     small = _slots(split, jnp.ones(3, bool), jnp.asarray(True))
     picture = jnp.where(hit | over, _usual_pictures(m, small), m.picture)
     index = PICTURES.index(picture=picture, rows=_visible_rows(y))
-    left, top, width, height = PICTURES.extent(index)
-    left = jnp.where(MIRRORED, 8 - left - width, left)
+    left, top, width, height = PICTURES.extent(index, mirrored=MIRRORED)
     x = packed_position(m.code) + 5 - jnp.pad(_step(m), (0, 4)) + left
     line = np.where(np.arange(7) == DIVER, LOWER, UPPER) + 1 - ROWS - _slots(y, y, m.diver_y)
     width = jnp.where(small, width, 16 - 2 * left)

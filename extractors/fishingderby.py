@@ -94,7 +94,7 @@ def _shark_rows(picture: int, shape: int) -> np.ndarray:
     """A picture of the shark, which every row draws with another size at another place."""
     rows, shapes = ROM.rows([picture, shape], PICTURE_ROWS)
     if shape & 0xFF == SHARK_LEFT:
-        rows = np.asarray(mirrored(rows))
+        rows = mirrored(rows)
     moves = -((shapes >> 4 ^ 8) - 8)
     places = 16 + np.concatenate([[0], np.cumsum(moves)[:-1]])
     drawn = zip(rows.tolist(), shapes.tolist(), places.tolist(), strict=True)

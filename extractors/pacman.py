@@ -156,9 +156,9 @@ def _player(m: Ram) -> Box:
     first, cut, shows = _rows(y, m.state)
     dies = FIRST_DYING + ((m.time + (m.frame - 1 & 1)) >> 2 & 15)
     look = jnp.where(m.dying == 1, dies, (m.frame - 2) >> 3 & 3)
-    left, top, width, height = LOOKS.extent(look)
-    mirrored = (m.mirrored == 1) & (m.ate < STANDS) & (m.dying == 0)
-    x = x + jnp.where(mirrored, 8 - left - width, left)
+    turned = (m.mirrored == 1) & (m.ate < STANDS) & (m.dying == 0)
+    left, top, width, height = LOOKS.extent(look, mirrored=turned)
+    x = x + left
     rows = jnp.minimum(height, 7 - cut - top)
     compass = pick(m.state >> 6, COMPASS)
     y = 2 * (first + top) + 2

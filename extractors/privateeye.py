@@ -194,9 +194,9 @@ def _passages(m: Ram, first: Box) -> Box:
 def _objects(m: Ram) -> Box:
     """The records' objects and their copies: record * 3 + copy."""
     kind, cut = jnp.clip(m.kind, 0, Kind.COUNT - 1), jnp.clip(m.cut, 0, MOST_CUT - 1)
-    left, top, width, height = SIZES.extent(SIZES.index(kind=kind, cut=cut))
+    picture = SIZES.index(kind=kind, cut=cut)
+    left, top, width, height = SIZES.extent(picture, mirrored=m.mirrored == 1)
     zoom = player_width(m.size) >> 3
-    left = jnp.where(m.mirrored == 1, 8 - left - width, left)
     x = m.x + 15 + when(zoom > 1, 1) + zoom * left
     rows = lookup(HEIGHTS, m.kind)
     y = BASE + 1 - m.base - rows + m.cut + top

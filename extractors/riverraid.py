@@ -255,8 +255,9 @@ def _objects(m: Ram) -> tuple[jax.Array, Box]:
     y = 32 * (5 - np.arange(RECORDS)) + m.offset - 23
     there = (kind >= Kind.JET) & (y > HIDDEN)
     cut = jnp.clip(y + ROWS - VIEW[3], 0, 23) - jnp.clip(VIEW[1] - y, 0, 23)
-    x0, y0, w, h = OBJECTS.extent(OBJECTS.index(kind=kind - Kind.JET, cut=cut - CUTS.start))
-    x = at - when(zoom == 1, 1) + zoom * jnp.where(left == 1, 8 - x0 - w, x0)
+    picture = OBJECTS.index(kind=kind - Kind.JET, cut=cut - CUTS.start)
+    x0, y0, w, h = OBJECTS.extent(picture, mirrored=left == 1)
+    x = at - when(zoom == 1, 1) + zoom * x0
     shown = box(x, y + y0, zoom * w, h, there).clip(*VIEW)
     return _unpacked(_in_ring(m, when(shown.valid, _packed(shown, left, kind))))
 

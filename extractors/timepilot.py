@@ -36,7 +36,7 @@ import numpy as np
 from ocjax.console.boxes import Box, BoxTable, box, choose
 from ocjax.console.ops import among, match, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import wrap
+from ocjax.console.registers import mirrored, wrap
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.displays import NumberDisplay
@@ -113,7 +113,6 @@ HIGHEST_SHOT = 142  # greatest `enemy_shot_y` of a new shot
 CLOUD_PLACES = 21  # across
 CLOUD_ROWS = range(0, 28, 4)  # of a cloud, in a lane
 
-REVERSED = np.array([int(f"{row:08b}"[::-1], 2) for row in range(256)])
 ENEMY_ROWS = [
     ROM.rows(BANK | (page & 0xF) << 8 | look, LANE)
     for page in range(FIRST_PAGE, FIRST_PAGE + N_PAGES)
@@ -158,7 +157,7 @@ JETS = Pictures.of(
     [
         shown
         for rows, flip in zip(JET_ROWS, MIRRORED, strict=True)
-        for shown in _behind_clouds(REVERSED[rows] if flip else rows)
+        for shown in _behind_clouds(mirrored(rows) if flip else rows)
     ]
 )
 

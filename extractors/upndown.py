@@ -122,7 +122,7 @@ def _extents() -> Pictures:
         for high in range(ROWS + 1)
         for low in range(ROWS + 1)
     ]
-    return Pictures.of(shown)
+    return Pictures.of(shown, look=len(kinds), high=ROWS + 1, low=ROWS + 1)
 
 
 PICTURES = _extents()
@@ -304,8 +304,8 @@ def _objects(m: Ram, d: Drawn) -> Box:
         (d.kind < Kind.FLAG, d.kind & 3),
         otherwise=Look.FLAG,
     )
-    left, top, w, h = PICTURES.extent((look * (ROWS + 1) + high) * (ROWS + 1) + low)
-    left = jnp.where(m.mirrored == 1, 8 - left - w, left)
+    index = PICTURES.index(look=look, high=high, low=low)
+    left, top, w, h = PICTURES.extent(index, mirrored=m.mirrored == 1)
     wide = look < Look.FLAG
     x, width = d.x + jnp.where(wide, 2 * left, left - 1), jnp.where(wide, 2 * w, w)
     return box(x, d.y + ROWS + top, width, h, (d.y <= LAST_ROW) & (h > 0)).clip(*VIEW)

@@ -5,8 +5,11 @@ position on the screen more exactly than the variables that the game computes wi
 "Stella Programmer's Guide" (1979), sections on HMP0, RESP0 and NUSIZ0.
 """
 
+from typing import TypeVar
+
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from ocjax.console.boxes import WIDTH
 from ocjax.console.ops import mod, pick
@@ -28,6 +31,8 @@ __all__ = [
     "spacing",
     "wrap",
 ]
+
+_Rows = TypeVar("_Rows", jax.Array, np.ndarray)
 
 COARSE = 15  # pixels that the beam moves during one turn of the positioning loop
 NUSIZ_COPIES = (1, 2, 2, 3, 2, 1, 3, 1)
@@ -87,7 +92,7 @@ def signed_nibble(nibble: jax.Array) -> jax.Array:
     return (nibble ^ 8) - 8
 
 
-def mirrored(rows: jax.Array) -> jax.Array:
+def mirrored(rows: _Rows) -> _Rows:
     """Rows of a player from right to left: the bits of each of the two low bytes in reverse order."""
     for mask, shift in ((0x5555, 1), (0x3333, 2), (0x0F0F, 4)):
         rows = (rows & mask) << shift | rows >> shift & mask

@@ -208,11 +208,19 @@ class Pictures:
             index = count * index + places[name]
         return index
 
-    def extent(self, index: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
-        """First column, first row, width and height of the pictures at an index, int32 each; out of range, of the nearest picture."""
+    def extent(self, index: jax.Array, *, mirrored: Number = False) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
+        """First column, first row, width and height of the pictures at an index, int32 each; out of range, of the nearest picture.
+
+        Args:
+            index: of the pictures, such as the low byte of a pointer.
+            mirrored: whether they are drawn from right to left.
+        """
         few = len(self.packed) <= _FEW
         p = pick(jnp.maximum(index, 0), self.packed.tolist()) if few else lookup(self.packed, index)
-        return p & 15, p >> 8 & 255, p >> 4 & 15, p >> 16
+        left, width = p & 15, p >> 4 & 15
+        if mirrored is not False:
+            left = jnp.where(mirrored, _PLAYER - left - width, left)
+        return left, p >> 8 & 255, width, p >> 16
 
     def box(self, index: jax.Array, x: Number, y: Number, *, mirrored: Number = False, zoom: int = 1, **fields: Any) -> Box:
         """Tight boxes of pictures on the screen; a picture that is empty makes a box that is not valid.
@@ -224,6 +232,5 @@ class Pictures:
             zoom: pixels of a dot across.
             fields: `valid`, `value`, `orientation` and `color` of the box.
         """
-        left, top, width, height = self.extent(index)
-        left = jnp.where(mirrored, _PLAYER - left - width, left)
+        left, top, width, height = self.extent(index, mirrored=mirrored)
         return box(x + zoom * left, y + top, zoom * width, height, **fields)
