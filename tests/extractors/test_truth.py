@@ -49,6 +49,10 @@ RARE = {
     "Jamesbond": ("Depth_Charge", "Explosion", "Rocket", "Submarine", "Torpedo"),
     "Kangaroo": ("FallingCoconut", "Fruit", "Ladder", "Platform", "ThrownCoconut"),
     "Krull": ("Beast", "Line", "Lyssa", "Slayer_Shot", "Star", "Wall", "Weapon"),
+    "KungFuMaster": (
+        *("Boomerang", "Dragon", "Dragon_Balls", "Dragon_Fire", "Killer_Moth", "Small_Enemy"),
+        *("Snake", "Spell"),
+    ),
     "MontezumaRevenge": ("Amulet", "Beam", "Disappearing_Platform", "Ruby", "Snake", "Spider"),
     "Pacman": ("Vitamin",),
     "Pitfall": ("DiamondRing", "Fire", "GoldenBar", "MoneyBag", "Pit", "SilverBar", "Snake"),
