@@ -69,7 +69,8 @@ def _bounds(scene: Scene, categories: Sequence[Category]) -> Found:
 
 def _cells(scene: Scene, categories: Sequence[Category]) -> Found:
     """Cells of grids."""
-    return {name: detect_cells(rule, scene.cell_mask(rule)) for name, (rule, _) in _of(categories, Cells).items()}
+    rules = {name: rule for name, (rule, _) in _of(categories, Cells).items()}
+    return {name: detect_cells(rule, scene.cell_mask(rule), scene.anchor_mask(rule)) for name, rule in rules.items()}
 
 
 def _runs(scene: Scene, categories: Sequence[Category]) -> Found:

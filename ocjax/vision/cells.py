@@ -1,10 +1,13 @@
 """`Cells` rules: objects on a fixed grid."""
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from ocjax._xla import kernels
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.detected import Detected, boxes
@@ -18,32 +21,33 @@ def cell_pixels(rule: Cells, mask: Bitmap) -> Bitmap:
     return bm.any_within(full & jnp.asarray(corners), rule.w, rule.h)
 
 
-def detect_cells(rule: Cells, mask: Bitmap) -> Detected:
-    """The objects of a rule in a mask `[5, H, B]`."""
+def detect_cells(rule: Cells, mask: Bitmap, anchor: Bitmap | None = None) -> Detected:
+    """The objects of a rule in a mask `[5, H, B]`; `anchor` is the mask of the rule's anchor, if it has one."""
     if not rule.floats:
         return _detect(rule, mask)
-    moved, down = _to_last_row(rule, mask)
+    place = functools.partial(_to_own_place, rule)
+    moved, down = kernels.materialize(place, mask, mask if anchor is None else anchor)
     found = _detect(rule, moved)
     return Detected(boxes(found.x, found.y + down[None], found.w, found.h, found.valid))
 
 
-def _to_last_row(rule: Cells, mask: Bitmap) -> tuple[Bitmap, jax.Array]:
-    """The pixels in the cells' columns, moved up so that the last row that has any is the last row of the grid.
+def _to_own_place(rule: Cells, mask: Bitmap, anchor: Bitmap) -> tuple[Bitmap, jax.Array]:
+    """The pixels in the cells' columns, moved up so that the last row that has any of the anchor is where the rule says.
 
     Returns:
         Them, and by how many rows they were moved, int32 `[B]`.
     """
-    height = mask.shape[1]
+    height, usual = mask.shape[1], rule.bottom if rule.anchor is None else rule.anchor[1]
     first, last = min(rule.x) >> 5, (max(rule.x) + rule.w - 1) >> 5
-    columns = bm.areas(1, ((x, 0, x + rule.w, 1) for x in rule.x))
-    inside = (mask & jnp.asarray(columns))[first : last + 1]
+    columns = jnp.asarray(bm.areas(1, ((x, 0, x + rule.w, 1) for x in rule.x)))
+    inside, marks = ((bits & columns)[first : last + 1] for bits in (mask, anchor))
     row = jnp.arange(1, height + 1, dtype=jnp.int32)[:, None]
-    end = jnp.max(jnp.where(bm.any_of(inside) != 0, row, 0), axis=0)
-    inside = jnp.pad(inside, ((0, 0), (rule.bottom, 0), (0, 0)))
+    end = jnp.max(jnp.where(bm.any_of(marks) != 0, row, 0), axis=0)
+    inside = jnp.pad(inside, ((0, 0), (usual, max(rule.bottom - usual, 0)), (0, 0)))
     for bit in range(height.bit_length()):
         inside = jnp.where((end >> bit & 1) != 0, bm.shift_up(inside, 1 << bit), inside)
     inside = inside[:, : rule.bottom]
-    return jnp.pad(inside, ((first, len(mask) - 1 - last), (0, 0), (0, 0))), end - rule.bottom
+    return jnp.pad(inside, ((first, len(mask) - 1 - last), (0, 0), (0, 0))), end - usual
 
 
 def _detect(rule: Cells, mask: Bitmap) -> Detected:

@@ -271,6 +271,8 @@ class Cells:
         exclude: categories of `Blobs`; pixels inside their objects' boxes do not count, except for rules that exclude these cells.
         floats: whether the grid moves up and down as a whole. The last row that has pixels of the colours in the cells' columns is then the
             last row of the grid. Slots stand for no places, because the last cells may be gone.
+        anchor: where the grid floats with something that stays whole: that thing's colours, and the row below its last pixel in the cells'
+            columns while the grid is at its own place. It then tells how far the grid has moved.
     """
 
     colors: Colors
@@ -282,6 +284,7 @@ class Cells:
     margin: tuple[int, int] = (0, 0)
     exclude: tuple[str, ...] = ()
     floats: bool = False
+    anchor: tuple[Colors, int] | None = None
 
     @property
     def palette(self) -> tuple[int, ...]:
@@ -304,6 +307,10 @@ class Cells:
             raise ValueError(f"x and y need one entry per slot each, got {len(self.x)} and {len(self.y)}")
         if not (min(self.x) >= 0 and max(self.x) + self.w <= WIDTH and min(self.y) >= 0 and self.w > 0 and self.h > 0):
             raise ValueError("every cell must lie on the screen")
+        if self.anchor is not None:
+            if not self.floats or self.anchor[1] < 0:
+                raise ValueError(f"an anchor needs a grid that floats, and a row of at least 0, got {self.anchor}")
+            color_set(self.anchor[0])
 
     def check(self, rules: Mapping[str, Rule]) -> None:
         """Check the names of other categories, given the rules of all; raises ValueError."""

@@ -17,7 +17,7 @@ from ocjax.console.ops import pick
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.cells import cell_pixels
-from ocjax.vision.colors import EVEN
+from ocjax.vision.colors import EVEN, color_set
 from ocjax.vision.detected import Detected
 from ocjax.vision.rules import Blobs, Bounds, Cells, Rule
 from ocjax.vision.shades import Shades
@@ -76,6 +76,10 @@ class Scene:
         for name in rule.exclude:
             mask = mask & ~self._inside(name)
         return mask
+
+    def anchor_mask(self, rule: Cells) -> Bitmap | None:
+        """The pixels of what cells float with, if they float with anything."""
+        return None if rule.anchor is None else self.mask(color_set(rule.anchor[0]))
 
     def region(self, rule: Blobs) -> Area:
         """Where a rule looks."""

@@ -118,6 +118,19 @@ def test_cells_of_a_grid_that_moves(down):
     assert found((category,), np.zeros((210, 160), np.uint8))[0] == [[]]
 
 
+@pytest.mark.parametrize("down", [0, 9, 60])
+def test_cells_of_a_grid_that_moves_with_something_that_stays_whole(down):
+    frame = np.zeros((210, 160), np.uint8)
+    frame[down + 2 : down + 5, 124:128] = 40
+    frame[down + 6 : down + 10, 128:132] = 20  # the last row of cells is gone
+    frame[150, 90] = 40  # not in a column of the grid
+    cells = Cells(20, (124, 128) * 3, (6, 6, 10, 10, 14, 14), 4, 4, floats=True, anchor=(40, 5))
+    boxes, _, _ = found((Category("Brick", cells, count=6),), frame)
+    assert boxes == [[[128, down + 6, 4, 4]]]
+    with pytest.raises(ValueError, match="an anchor needs a grid that floats"):
+        Cells(20, (124,), (6,), 4, 4, anchor=(40, 5))
+
+
 def test_wrong_declarations():
     with pytest.raises(ValueError, match="each level needs a key"):
         Shades((0, 0), (8,), ((20, 30), (30, 40)))
