@@ -3,7 +3,8 @@
 Screen: the octopus, its tentacles, the bars and the ink are drawn by the playfield. The ink, which
 the octopus spreads over the diver and the treasure when a tentacle has reached the ground, hides
 what it covers. The black marks at the left edge and the maker's name are scenery. The shark swims
-behind the octopus to the left and before it to the right, and with it the shot and the pipe.
+behind the octopus to the left and before it to the right, and with it the shot and the pipe. Its
+box holds what the body leaves of it, or all of it where it is hidden.
 
 Slots: of Tentacle, tentacle * 10 + row, the lowest row first: a tentacle has one piece a row.
 
@@ -19,7 +20,7 @@ Not exact, because it is not in the RAM: whether the diver has just moved by a c
 (a third of his boxes are a column off), and the column of a shark that has just been shot. On the
 first frame after a lost life the boat is not valid, nor is the shark, and the bars are full.
 
-VEM: it sees less of the shark behind the octopus, and no shot there.
+VEM: it does not see a shot behind the octopus.
 """
 
 import functools
@@ -30,7 +31,7 @@ import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Area, Box, box, choose
 from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, div, match, pick, when
+from ocjax.console.ops import among, div, lookup, match, pick, when
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors._namethisgame import (
@@ -75,6 +76,7 @@ PIECE_TOPS = 126 - 7 * ROW_OF
 OCTOPUS = (20, 29, 140, 62)
 LANE_TOPS = (119, 105, 91, 77, 63, 49, 35)  # of the shark, the lowest lane first
 POINTS = (100, 80, 60, 40, 30, 20)  # of sharks in these lanes, and 10 in the highest one
+BEHIND = 5  # from this lane on, the octopus hides parts of the shark
 NARROW = (8, 16)  # values of `lane` for pictures without the last column
 SHOT_TURNS = (19, 32)  # last turns of the drawing loop in its upper parts
 PIPE_TOP = 23
@@ -109,6 +111,32 @@ def _caught_extent(phase: int, color: int) -> Extent:
 
 CAUGHT = tuple(_caught_extent(phase, GREEN) for phase in range(4))
 BITING = tuple(_caught_extent(phase, GRAY) for phase in range(4))
+
+
+def _body(upper: int, lower: int) -> np.ndarray:
+    """Which columns the octopus covers in a lane, bool `[12, 176]`, by the registers' values."""
+    left = np.unpackbits(ROM.rows(upper, 13).astype(np.uint8)[:, None], axis=1)
+    right = np.unpackbits(ROM.rows(lower, 13).astype(np.uint8)[:, None], axis=1, bitorder="little")
+    half = np.repeat(np.concatenate([np.zeros((13, 4), int), left, right], 1), 4, 1)
+    return np.pad(np.concatenate([half, half[:, ::-1]], 1) > 0, ((0, 0), (0, 16)))[:12]
+
+
+def _left_over(look: int, body: np.ndarray) -> list[int]:
+    """What the octopus leaves of the shark in each column, packed: x, y, width, height."""
+    pointers = ROM.bytes(0xB1D + look, 4)
+    halves = ROM.rows(((pointers[::2] + 256 * pointers[1::2]) & 0xFFF).tolist(), 13)[:, :12]
+    dots = np.unpackbits(halves.T.astype(np.uint8), axis=1) > 0
+    out = []
+    for x in range(160):
+        there = dots & ~body[:, x : x + 16]
+        y, x = np.nonzero(there if there.any() else dots)
+        out.append(x.min() | y.min() << 5 | np.ptp(x) + 1 << 10 | np.ptp(y) + 1 << 15)
+    return out
+
+
+# By picture, lane and column.
+BODIES = (_body(0xC50, 0xDF2), _body(0xC5D, 0xEE7))
+LEFT_OVER = np.array([[_left_over(look, body) for body in BODIES] for look in range(4, 17, 4)])
 
 SCORE = NumberDisplay(FONT, right=103, top=181, digits=6)
 BARS_LEFT = 16
@@ -168,13 +196,29 @@ def _shark(m: Ram, drawn: Drawn) -> Box:
     points = m.score - drawn.score
     shot = (m.state == State.PLAYS) & begins & (m.shark_lane == len(POINTS)) & (points > 0)
     lane = match(*((shot & (points >= p), i) for i, p in enumerate(POINTS)), otherwise=m.shark_lane)
-    narrow = among(look, NARROW)
-    left = jnp.where(shot, m.shot_x - 10, m.shark_x - 1) + when(narrow & ~leftward, 1)
+    x = jnp.where(shot, m.shot_x - 10, m.shark_x - 1)
+    left, top, width, height = _swimming(look, lane, x, leftward)
     there = (look > 0) & ~(shot & (m.shot_y == LAUNCHED)) & (m.state != State.LOST)
-    swims = box(left, pick(lane, LANE_TOPS), jnp.where(narrow, 15, 16), 12, there)
+    swims = box(x + left, pick(lane, LANE_TOPS) + top, width, height, there)
     shark = choose(m.eaten == 1, _caught(m, drawn, BITING), swims).where(_on(m))
     carries = jnp.where(m.eaten == 1, m.faces_right == 0, leftward)
     return replace(shark, orientation=_compass(carries))
+
+
+def _swimming(
+    look: jax.Array, lane: jax.Array, x: jax.Array, leftward: jax.Array
+) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
+    """First column and row, width and height of what is seen of the shark."""
+    index = (2 * ((look >> 2) - 1) + lane - BEHIND) * 160 + jnp.clip(x, 0, 159)
+    seen = lookup(LEFT_OVER.reshape(-1), index)
+    narrow = among(look, NARROW)
+    behind = leftward & (lane >= BEHIND)
+    return (
+        match((behind, seen & 31), (narrow & ~leftward, 1), otherwise=0),
+        when(behind, seen >> 5 & 31),
+        match((behind, seen >> 10 & 31), (narrow, 15), otherwise=16),
+        jnp.where(behind, seen >> 15, 12),
+    )
 
 
 def _shot(m: Ram, drawn: Drawn) -> Box:
@@ -230,12 +274,12 @@ def _bar(rows: tuple[int, int], steps: jax.Array, valid: jax.Array) -> Box:
 
 
 class InLane(Step):
-    """The shark in a lane has all rows, also where the octopus hides some."""
+    """The shark below the octopus has all rows, also where a tentacle hides some."""
 
     def __call__(self, found: Detected, _: Context) -> Detected:
         """The objects after the step."""
         top = LANES[1] + 14 * div(jnp.maximum(found.y - LANES[1], 0), 14)
-        swims = found.y < LANES[3]
+        swims = (found.y > OCTOPUS[3]) & (found.y < LANES[3])
         y, h = jnp.where(swims, top, found.y), jnp.where(swims, 12, found.h)
         return found._replace(box=boxes(found.x, y, found.w, h, found.valid))
 
