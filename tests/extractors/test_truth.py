@@ -96,6 +96,7 @@ ICONS = {
 # Categories whose value follows the lives: its sign and offset.
 NUMBERS = {
     "Krull": ("Life_HUD", 1, 0),
+    "NameThisGame": ("Treasure", 1, 0),
     "Pitfall": ("LifeCount", 1, 0),
     "VideoPinball": ("LifeUsed", -1, 4),  # the number of the ball
 }
