@@ -236,7 +236,7 @@ class AlePool(EmulatorPool):
             ValueError: the emulators are in worker processes.
         """
         if self._local is None:
-            raise ValueError("the emulators are in worker processes, or the pool is closed: make it with num_workers=0")
+            raise ValueError("the emulators are in worker processes, or the environments are closed: make it with num_workers=0")
         if not self._ready:
             raise ValueError(NOT_RESET)
         return self._local.emulators[i].ale

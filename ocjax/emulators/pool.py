@@ -48,7 +48,7 @@ class EmulatorPool(Uncopied, ABC):
         Raises:
             ValueError: the number of seeds or a seed is wrong, the mask is wrong or the first one, or the backend cannot use them.
             AlreadyPendingCallError: a step is pending.
-            WorkerError: the pool is closed, or a worker failed, died or did not reply in time. The methods below raise it, too.
+            WorkerError: the environments are closed, or a worker failed, died or did not reply in time. The methods below raise it, too.
         """
 
     @abstractmethod

@@ -110,7 +110,7 @@ def test_wrong_calls_are_refused_and_change_nothing():
     assert len(envs.recv()[-1]["env_id"]) == 2
     envs.close()
     for refused in (lambda: envs.send(np.zeros(2, int), ids), envs.recv, envs.async_reset):
-        with pytest.raises(WorkerError, match="the pool is closed"):
+        with pytest.raises(WorkerError, match="the environments are closed"):
             refused()
 
 
@@ -129,7 +129,7 @@ def test_the_order_of_calls_is_checked():
             envs.step(wrong)
     assert (envs.step(np.zeros(2, int))[-1]["episode_length"] == 2).all()
     envs.close()
-    with pytest.raises(WorkerError, match="the pool is closed"):
+    with pytest.raises(WorkerError, match="the environments are closed"):
         envs.step(np.zeros(2, int))
 
 
