@@ -25,6 +25,7 @@ MODULES = (
     "ocjax.extraction.categories",
     "ocjax.extraction.declaration",
     "ocjax.extraction.game",
+    "ocjax.extraction.suites",
     "ocjax.extraction.names",
     "ocjax.extraction.objects",
     "ocjax.extraction.records",

@@ -1,7 +1,7 @@
 """The command `ocjax games`."""
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,6 +13,7 @@ from ocjax.cli.messages import console, errors_in_one_line
 from ocjax.extraction import names
 
 STEPS = 150  # agent steps before a picture
+COLUMNS = 4  # of names
 FIGURES = {  # of `accuracy.json`, with what they say
     "f1": "F1 of REM against VEM",
     "iou": "intersection over union",
@@ -27,13 +28,17 @@ def games(
     game: Annotated[str | None, typer.Argument(help="Name of a game; without one, all games are listed.")] = None,
     picture: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the game's objects to this .png file.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    suite: Annotated[str | None, typer.Option(help="List the games of a suite: atari100k, atari5, atari10, atari57 or ocatari.")] = None,
 ) -> None:
     """List the supported games, or show everything that is known about one."""
     if game is None:
         if picture is not None:
             raise typer.BadParameter("--picture needs the name of a game")
-        _print_list(as_json)
+        with errors_in_one_line():
+            _print_list(suite, as_json)
         return
+    if suite is not None:
+        raise typer.BadParameter("--suite lists games: name either a suite or a game")
     from ocjax.cli import description
     from ocjax.extraction import registry
 
@@ -48,19 +53,32 @@ def games(
         _draw(known, picture)
 
 
-def _print_list(as_json: bool) -> None:
-    """The names of all games, read without importing their files."""
+def _print_list(suite: str | None, as_json: bool) -> None:
+    """The names of the supported games, of all or of a suite, read without importing their files."""
+    supported = names.games(suite)
     if as_json:
-        typer.echo(json.dumps(list(names.games())))
+        typer.echo(json.dumps(list(supported)))
         return
+    missing: list[str] = []
+    if suite is None:
+        console.print(f"{len(supported)} games, each with both methods, REM (from RAM) and VEM (from pixels):\n")
+    else:
+        source, every = names.suite_of(suite).source, names.suite_of(suite).games
+        console.print(f"{suite}: {len(supported)} of {len(every)} games are supported. Source: {source}.\n", highlight=False)
+        missing = [name for name in every if name not in supported]
+    _print_names(supported)
+    if missing:
+        console.print("\nMissing:\n")
+        _print_names(missing)
+    console.print("\n`ocjax games GAME` shows a game's objects, RAM and accuracy.", markup=False)
+
+
+def _print_names(listed: Sequence[str]) -> None:
     grid = Table.grid(padding=(0, 2))
-    listed, columns = names.games(), 4
-    rows = -(-len(listed) // columns)
+    rows = -(-len(listed) // COLUMNS)
     for i in range(rows):
         grid.add_row(*listed[i::rows])
-    console.print(f"{len(listed)} games, each with both methods, REM (from RAM) and VEM (from pixels):\n")
     console.print(Padding(grid, (0, 2)))
-    console.print("\n`ocjax games GAME` shows a game's objects, RAM and accuracy.", markup=False)
 
 
 def _print_page(about: dict[str, Any]) -> None:

@@ -9,7 +9,9 @@ import pkgutil
 import re
 from pathlib import Path
 
-__all__ = ["PRESETS", "env_id", "games", "modules", "register"]
+from ocjax.extraction.suites import SUITES, Suite
+
+__all__ = ["PRESETS", "env_id", "games", "modules", "register", "suite_of"]
 
 
 @functools.cache
@@ -20,9 +22,28 @@ def modules() -> tuple[str, ...]:
 
 
 @functools.cache
-def games() -> tuple[str, ...]:
-    """The sorted names of all games, as in Gymnasium's "ALE/<Name>-v5"."""
-    return tuple(_name(module) for module in modules())
+def games(suite: str | None = None) -> tuple[str, ...]:
+    """The sorted names of the supported games, as in Gymnasium's "ALE/<Name>-v5".
+
+    Args:
+        suite: only those of a suite: "atari100k", "atari5", "atari10", "atari57" or "ocatari"; `ocjax.extraction.suites` has whole lists.
+
+    Raises:
+        ValueError: there is no such suite.
+    """
+    supported = tuple(_name(module) for module in modules())
+    return supported if suite is None else tuple(name for name in supported if name in suite_of(suite).games)
+
+
+def suite_of(name: str) -> Suite:
+    """A suite by its name.
+
+    Raises:
+        ValueError: there is no such suite.
+    """
+    if name not in SUITES:
+        raise ValueError(f"no suite {name!r}: there are {', '.join(SUITES)}")
+    return SUITES[name]
 
 
 def _name(module: str) -> str:

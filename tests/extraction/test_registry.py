@@ -2,8 +2,10 @@ import subprocess
 import sys
 
 import pytest
+from ale_py.roms import get_all_rom_ids
 
 import ocjax
+from ocjax.extraction.suites import SUITES
 
 
 def test_spellings():
@@ -74,6 +76,23 @@ def test_public_modules_are_attributes():
     assert run.stdout.strip() == str([f"ocjax.{m}" for m in modules])
 
 
+def test_suites():
+    assert {name: len(suite.games) for name, suite in SUITES.items()} == {
+        "atari100k": 26, "atari5": 5, "atari10": 10, "atari57": 57, "ocatari": 62,
+    }  # fmt: skip
+    for name, suite in SUITES.items():
+        assert list(suite.games) == sorted(set(suite.games))
+        assert set(ocjax.games(suite=name)) == set(suite.games) & set(ocjax.games())
+    assert set(ocjax.games(suite="atari100k")) == set(SUITES["atari100k"].games)
+    with pytest.raises(ValueError, match="no suite 'atari99': there are atari100k, atari5"):
+        ocjax.games(suite="atari99")
+
+
+def test_names_of_suites_are_those_of_ale():
+    roms = {rom.replace("_", "") for rom in get_all_rom_ids()}
+    assert {name.lower() for suite in SUITES.values() for name in suite.games} <= roms
+
+
 def test_games_of_ale_without_a_decoder():
-    with pytest.raises(ocjax.UnknownGameError, match=r"no game 'ALE/Enduro-v5': ALE has this game, but ocjax does not support it"):
-        ocjax.load("ALE/Enduro-v5")
+    with pytest.raises(ocjax.UnknownGameError, match=r"no game 'ALE/Zaxxon-v5': ALE has this game, but ocjax does not support it"):
+        ocjax.load("ALE/Zaxxon-v5")
