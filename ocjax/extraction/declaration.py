@@ -17,6 +17,7 @@ from ocjax.console.boxes import WIDTH, Box
 from ocjax.console.ram import RAM_SIZE, RamMap
 from ocjax.console.rom import Rom
 from ocjax.extraction.categories import ATTRIBUTES, Category, names_by_alias
+from ocjax.vision.colors import EVEN
 from ocjax.vision.rules import Blobs, Rule
 from ocjax.vision.shades import Saver, Shades
 
@@ -201,6 +202,9 @@ def _validate_rule(game: Declaration, c: Category, rule: Rule) -> None:
     need(isinstance(rule, Rule), text=f"rule must be one of Bounds, Blobs, Cells, Runs, got {rule!r}")
     need(rule.slot_count in (None, c.count), text=f"its rule has {rule.slot_count} slots, its count is {c.count}")
     need(rule.bottom <= game.screen[0], text=f"its rule reaches down to row {rule.bottom}, the screen has {game.screen[0]} rows")
+    stand_ins = game.shades.levels[0] if game.shades is not None else ()
+    odd = sorted({color for color in rule.palette if color & ~EVEN} - set(stand_ins))
+    need(not odd, text=f"colors must be even, as an odd palette index shows as the even one below it, got {odd}")
     firsts = isinstance(rule, Blobs) and rule.first_colors
     need(not firsts or c.color_row == 0, text="its rule asks for the first pixel's colour, so color_row must be 0")
     try:

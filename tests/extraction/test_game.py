@@ -134,6 +134,7 @@ def test_aliases():
         ({"categories": (Category("A", Blobs(14), attributes=("speed",)), *CATEGORIES[1:])}, "attributes"),
         ({"categories": (Category("A", Bounds(14, ((0, 0, 9, 9), (9, 0, 20, 9)))), *CATEGORIES[1:])}, "its rule has 2 slots"),
         ({"categories": (Category("A", Blobs(14, (0, 0, 9, 250))), *CATEGORIES[1:])}, "reaches down to row 250"),
+        ({"categories": (Category("A", Blobs((14, 15))), *CATEGORIES[1:])}, r"colors must be even, .* got \[15\]"),
         (
             {"categories": (Category("A", Runs((Run(14, 9, left=(0, 8), width=(1, 9), height=241),), 1)), *CATEGORIES[1:])},
             "reaches down to row 250",
