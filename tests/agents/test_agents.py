@@ -177,6 +177,7 @@ trainer.run(6 * UPDATE, Console(quiet=True))
 """
 
 
+@pytest.mark.slow
 def test_a_killed_training_goes_on_to_the_same_numbers(tmp_path):
     config = Config("Pong", 3, hyperparameters=TINY)
     whole = Trainer(config, tmp_path / "whole")
@@ -198,6 +199,7 @@ def test_a_killed_training_goes_on_to_the_same_numbers(tmp_path):
         trainer.close()
 
 
+@pytest.mark.slow
 def test_more_frames_continue_a_training(tmp_path):
     config = Config("Pong", 0, hyperparameters=TINY)
     first = Trainer(config, tmp_path / "run")
@@ -231,6 +233,7 @@ def test_more_frames_continue_a_training(tmp_path):
         Trainer(config, tmp_path / "other")
 
 
+@pytest.mark.slow
 def test_training_from_pixels(tmp_path):
     h = Hyperparameters(num_envs=2, horizon=8, minibatch=16, epochs=1)
     trainer = Trainer(Config("Pong", 0, "pixels", hyperparameters=h), tmp_path / "run")
@@ -242,6 +245,7 @@ def test_training_from_pixels(tmp_path):
     trainer.close()
 
 
+@pytest.mark.slow
 def test_train_command(tmp_path, monkeypatch):
     folder = tmp_path / "run"
     arguments = ["train", "pong", "--frames", "1", "--seed", "2", "--out", str(folder)]

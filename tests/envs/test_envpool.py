@@ -17,7 +17,7 @@ def rows(tree, i):
     return jax.tree.map(lambda a: a[i], tree)
 
 
-@pytest.mark.parametrize("name", ["Breakout", "MsPacman", "SpaceInvaders"])
+@pytest.mark.parametrize("name", ["Breakout", *(pytest.param(name, marks=pytest.mark.slow) for name in ("MsPacman", "SpaceInvaders"))])
 def test_envpool_equals_the_ale_backend(name):
     """RAM, observations, rewards, ends and info of every step agree, across the ends of episodes and inside `lax.scan`."""
     options = {"obs": ["ram", "vector", "objects"], **PLAIN}

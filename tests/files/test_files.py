@@ -168,6 +168,7 @@ def test_pictures_of_palette_indices(tmp_path, name):
         )
 
 
+@pytest.mark.slow
 def test_pictures_that_may_be_grey_are_refused(tmp_path):
     """Black and 170 are a palette index and a shade of grey."""
     picture = np.zeros((210, 160), np.uint8)

@@ -124,6 +124,7 @@ def test_empty_slots(make):
     assert sum(map(bool, env.objects)) < 3
 
 
+@pytest.mark.slow
 def test_slots_of_other_games(make):
     seaquest, skiing = make("Seaquest"), make("Skiing", mode="revised")
     seaquest.reset(seed=0)

@@ -146,6 +146,7 @@ def test_trained_policies(path):
     assert policy.frames > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["Boxing", "Pong"])
 def test_trained_policies_win(name):
     assert (play(ocjax.load(name), "trained", 2, seed=7).returns > 0).all()

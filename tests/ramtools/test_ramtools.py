@@ -159,6 +159,7 @@ def test_causes_finds_freeway():
     assert {a for a in range(108, 118) if "Car" in effects[a]} == set(range(108, 118))
 
 
+@pytest.mark.slow
 def test_twins(monkeypatch):
     """Bytes 69 and 73 of Pong point to the picture of a digit that is drawn before the scores are compared with them again."""
     found = twins.twins(ocjax.load("Pong"), count=2)
