@@ -46,6 +46,7 @@ RARE = {
     "BeamRider": ("Torpedos", "Player_Projectile"),
     "Berzerk": ("PlayerMissile", "EnemyMissile"),
     "Centipede": ("Flea", "Scorpion"),
+    "Enduro": ("Car", "Level", "NumberOfCars"),
     "Jamesbond": ("Depth_Charge", "Explosion", "Rocket", "Submarine", "Torpedo"),
     "Kangaroo": ("FallingCoconut", "Fruit", "Ladder", "Platform", "ThrownCoconut"),
     "Krull": ("Beast", "Line", "Lyssa", "Slayer_Shot", "Star", "Wall", "Weapon"),
@@ -106,6 +107,7 @@ EARLY = {"BeamRider": 2, "VideoPinball": 1}
 KNOWN = 0.9  # share of VEM's boxes of a category whose values it knows
 # The least share where the screen does not always tell the value: a full display hides it, digits look alike, or something else is shown.
 SELDOM_KNOWN = {
+    ("Enduro", "Odometer"): 0.75,  # its digits roll
     ("Hero", "PowerBar"): 0.8,  # full
     ("Jamesbond", "Life"): 0.3,  # full
     ("Qbert", "Cube"): 0.55,  # while the score is not shown, in the colour that cubes have to get

@@ -1,0 +1,293 @@
+"""Enduro: a race by day, on snow, at night and in fog, past 200 cars on the first day, then 300.
+
+Screen: the eight columns at the left edge are blanked by the beam. The road, mountains, the board
+with its car or flags, and the maker's name are scenery. At night, only the cars' lights are drawn.
+
+Slots: cars are numbered in the order in which the player passes them. A car keeps the slot of its
+number, modulo 8, also where it comes nearer by a row.
+
+RAM: ALE's source (cars left, day), OCAtari and AtariARI (what some bytes are), and the ROM's code.
+A step of the game (f28d-f6fa) ends with the vertical sync, and what it has changed is drawn after
+it. So the frame is older by a step than the RAM, but for what the drawing has left there: where the
+road, the cars and their pictures are. From these and from
+the speed, `as_drawn` computes where the player was, and the scroll of the rows.
+
+Covered: whole first days in play, with snow, night and fog, and the end of the game; other days,
+and days on which all cars are passed, by writing RAM. There is one mode. When all cars are passed,
+NumberOfCars is not valid.
+
+Not exact: the colour of a car in the last frame in which it is in the nearest row. Cars that fog
+hides are not reported. Numbers are those of the next frame.
+
+VEM: it does not read the odometer while its digits roll. Where the player stands in front of a car,
+or touches a line of the road, their boxes may be too small or too large.
+"""
+
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.console.boxes import Box, box, choose
+from ocjax.console.fonts import Digits, Font
+from ocjax.console.ops import div, lookup, match, when
+from ocjax.console.ram import RamMap, bcd, bits, byte, signed
+from ocjax.console.registers import packed_position
+from ocjax.console.rom import Rom
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.bitmap import Bitmap
+from ocjax.vision.displays import NumberDisplay
+from ocjax.vision.filters import ShortRuns
+from ocjax.vision.rules import Blobs, Bounds
+from ocjax.vision.shapes import Shape
+
+ROM = Rom("enduro", "94b92a882f6dbaa6993a46e2dcc58402")
+VIEW = (8, 52, 160, 155)
+GROUND = 155  # row at height 0; heights count upwards
+ROWS = 7  # of cars, nearest first
+SLOTS = 8
+
+CAR_X = 8  # column of a sprite less its position
+
+
+class Look(NamedTuple):
+    """A picture of a car."""
+
+    address: int
+    height: int
+    zoom: int = 1  # columns of a dot
+
+
+# Pictures by row. At night, only the lights show.
+BY_DAY = (
+    Look(0xE38, 11, 2),
+    Look(0xE6A, 8, 2),
+    Look(0xE9B, 6),
+    Look(0xEA9, 4),
+    Look(0xECF, 3),
+    Look(0xED8, 2),
+    Look(0xEDD, 1),
+)
+AT_NIGHT = (
+    Look(0xE58, 3, 2),
+    Look(0xE58, 3, 2),
+    Look(0xEC6, 2),
+    Look(0xEC6, 2),
+    Look(0xEB5, 2),
+    Look(0xEB5, 2),
+    Look(0xEDD, 1),
+)
+# Low bytes of addresses, which the program gives each row's section. Sections begin at heights
+# that a table has for each scroll, 8 bytes each.
+STARTS_BY_DAY = ROM.bytes(0xDA9, ROWS)
+STARTS_AT_NIGHT = ROM.bytes(0xDB1, ROWS)
+SECTIONS = ROM.bytes(0xD01, 128)
+
+
+def _columns(look: Look) -> tuple[int, int]:
+    """First column and width of a picture; wide dots begin a column later."""
+    dots = int(np.bitwise_or.reduce(ROM.bytes(look.address, look.height)))
+    left, right = 8 - dots.bit_length(), 8 - (dots & -dots).bit_length() + 1
+    return CAR_X + look.zoom * left + look.zoom - 1, look.zoom * (right - left)
+
+
+def _extents(looks: Sequence[Look]) -> np.ndarray:
+    """Lows of addresses, heights, first columns and widths of pictures."""
+    return np.array([(look.address & 255, look.height, *_columns(look)) for look in looks]).T
+
+
+LOOKS = np.stack([_extents(BY_DAY), _extents(AT_NIGHT)])
+FIRST_FRAME = 0xFFFF  # `frames_left` after the first step, whose frame shows no numbers
+
+ASLANT = 4  # rows of the nearest car of which the last has a wheel on one side
+
+PLAYER_LOW = 0x38
+PLAYER_HEIGHT = 11
+PLAYER_X = 113  # column without steering
+ROAD_X = 104  # position of the road's code, less the sum of the steering and the road
+NO_CAR = 4  # `car_x` of a row without a car
+
+ROM_FONT = ROM.font(0xF02, rows=7, stride=8)
+FONT = Font(tuple(tuple(row ^ 0xFF for row in glyph) for glyph in ROM_FONT.glyphs))
+CARS_LEFT = NumberDisplay(FONT, right=104, top=180, digits=3)
+ONE_DIGIT_DAY = NumberDisplay(FONT, right=64, top=180, digits=1)
+TWO_DIGIT_DAY = NumberDisplay(FONT, right=72, top=180, digits=2)
+WHOLE = NumberDisplay(FONT, right=96, top=165, digits=4, leading_zeros=True)  # of the odometer
+ODOMETER = (64, 164, 104, 173)
+
+GREY = 10
+BLACK = 0
+CAR_COLORS = tuple(range(0x16, 0x100, 0x10))
+
+
+class Ram(RamMap):
+    car_x = byte(*range(3, 10))  # codes of positions, by row
+    car_pictures = byte(*range(11, 18))  # low bytes of addresses, less the height of the section
+    speed = byte(22)
+    distance = byte(24)
+    scroll = byte(25)  # of the rows, already that of the next frame
+    cars = byte(*range(27, 34))  # colours of the rows, 0: no car; already those of the next frame
+    road = byte(34)  # where the road is, relative to the player
+    odometer = bcd((42, 41, 40))
+    cars_left = bcd((44, 43))
+    day = bcd(45)
+    faster = signed(50)  # than the other cars
+    frames_left = byte((49, 48))  # of four days
+    picture = byte(52)  # low byte of the player's address, less the height
+    mirrored = bits(66, first=2)  # the other cars
+    road_x = byte(70)  # code of the sum of the player's and the road's position
+    passed = byte(71)  # cars
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    d, begun = as_drawn(m), m.frames_left < FIRST_FRAME
+    return {
+        "Player": _player(m, d),
+        "Car": _cars(m, d),
+        "NumberOfCars": CARS_LEFT.box(m.cars_left, valid=begun & (m.cars_left > 0)),
+        "Level": _level(m).where(begun),
+        "Odometer": _odometer(m),
+    }
+
+
+class Drawn(NamedTuple):
+    """The state of which the frame is."""
+
+    scroll: jax.Array  # of the rows
+    steering: jax.Array
+    colors: jax.Array  # of the rows' cars
+    passed: jax.Array  # number of the nearest car
+
+
+def as_drawn(m: Ram) -> Drawn:
+    """Take back the last step, in which cars may have changed rows."""
+    moved = m.distance + m.speed < 256
+    scroll = m.scroll + when(moved, m.faster) & 255
+    nearer = moved & (m.faster >= 0) & (scroll < m.faster)
+    farther = moved & (m.faster < 0) & (scroll >= m.faster + 256)
+    first, last = m.cars[:1], m.cars[-1:]
+    colors = match(
+        (nearer, jnp.concatenate([first, m.cars[:-1]])),
+        (farther, jnp.concatenate([m.cars[1:], last])),
+        otherwise=m.cars,
+    )
+    has_passed = nearer & (m.car_x[0] != NO_CAR)
+    passed = m.passed + when(has_passed, 1) - when(farther & (m.cars[0] > 0), 1)
+    steering = packed_position(m.road_x) - ROAD_X - m.road & 255
+    return Drawn(scroll, steering, colors & 0xFE, passed)
+
+
+def _player(m: Ram, d: Drawn) -> Box:
+    lean = (d.steering + 65 & 255) >> 4
+    x = PLAYER_X - lean - (d.steering + 64 >> 1 & 127)
+    y = GROUND - (PLAYER_LOW - m.picture) - PLAYER_HEIGHT + 1
+    return box(x, y, 16, PLAYER_HEIGHT).clip(*VIEW)
+
+
+def _level(m: Ram) -> Box:
+    return choose(m.day < 10, ONE_DIGIT_DAY.box(m.day), TWO_DIGIT_DAY.box(m.day))
+
+
+def _odometer(m: Ram) -> Box:
+    """The four digits, and the black cell on their right in which the fifth one rolls."""
+    digits = WHOLE.box(div(m.odometer, 10))
+    _, top, right, bottom = ODOMETER
+    return box(digits.x, top, right - digits.x, bottom - top, value=digits.value)
+
+
+def _cars(m: Ram, d: Drawn) -> Box:
+    """The cars by slot."""
+    row = np.arange(ROWS)
+    sections = lookup(SECTIONS, 8 * (d.scroll >> 4) + row)
+    starts = (m.car_pictures + sections) & 255
+    night = starts == STARTS_AT_NIGHT
+    there = night | (starts == STARTS_BY_DAY)
+    low, height, left, width = (jnp.where(night, LOOKS[1, i], LOOKS[0, i]) for i in range(4))
+    lowest = (low - m.car_pictures + 64 & 255) - 64  # height of the lowest row
+    end = jnp.where(row > 0, jnp.roll(sections, 1), lowest)
+    cut = jnp.maximum(end - lowest, 0)
+    y = GROUND - lowest - height + 1
+    boxes = box(packed_position(m.car_x) + left, y, width, height - cut, there, color=d.colors)
+    one = when(there, 1)
+    number = d.passed - jnp.cumsum(one) + one & SLOTS - 1
+    return _by_slot(_leaving(m, boxes, night), d.colors, number).clip(*VIEW)
+
+
+def _leaving(m: Ram, boxes: Box, night: jax.Array) -> Box:
+    """The cars, where the screen's edge cuts the nearest one, whose first rows are narrower."""
+    rows = GROUND - boxes.y
+    whole = (rows > ASLANT) | night | (np.arange(ROWS) > 0)
+    left = match((whole, 0), ((rows == ASLANT) & (m.mirrored == 1), 0), otherwise=2)
+    lost = match((whole, 0), (rows == ASLANT, 2), otherwise=4)
+    return replace(boxes, x=boxes.x + left, w=boxes.w - lost)
+
+
+def _by_slot(rows: Box, colors: jax.Array, number: jax.Array) -> Box:
+    """The cars in the slots of their numbers."""
+    slots = np.arange(SLOTS)
+    here = [rows.valid[i] & (number[i] == slots) for i in range(ROWS)]
+
+    def of(values: jax.Array) -> jax.Array:
+        return match(*((here[i], values[i]) for i in range(ROWS)), otherwise=0)
+
+    valid = functools.reduce(jnp.logical_or, here)
+    return box(of(rows.x), of(rows.y), of(rows.w), of(rows.h), valid, color=of(colors))
+
+
+@dataclass(frozen=True)
+class Wide:
+    """The pixels of horizontal runs of at least two pixels: not the lines of the road."""
+
+    def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
+        """The pixels that count."""
+        return mask & ~ShortRuns(1, across=True)(mask, planes)
+
+
+PLAYER_VIEW = (8, 130, 160, 155)
+PLAYER = Blobs(GREY, PLAYER_VIEW, Shape(w=(12, 18), h=(8, 11)), gap=(1, 1), filters=(Wide(),))
+CAR_SHAPES = (
+    Shape(w=(12, 17), h=(1, 11)),
+    Shape(w=8, h=6),
+    Shape(w=6, h=4),
+    Shape(w=4, h=(2, 3)),
+    Shape(w=(1, 8), h=(1, 3)),
+)
+NUMBER = Bounds(
+    BLACK,
+    CARS_LEFT.area,
+    max_size=(23, 7),  # flags take its place
+    value=Digits(FONT, CARS_LEFT.lefts, CARS_LEFT.top),
+)
+DISTANCE = Bounds(BLACK, ODOMETER, value=Digits(FONT, WHOLE.lefts, WHOLE.top))
+DAY_NUMBER = Bounds(
+    BLACK,
+    TWO_DIGIT_DAY.area,
+    value=Digits(FONT, TWO_DIGIT_DAY.lefts, TWO_DIGIT_DAY.top, centered=True),
+)
+CARS = Blobs(CAR_COLORS, VIEW, CAR_SHAPES, gap=(4, 0))
+
+GAME = Game(
+    name="Enduro",
+    rom=ROM,
+    ram=Ram,
+    decode=decode,
+    categories=(
+        Category("Player", PLAYER, rgb=(192, 192, 192), doc="the player's car"),
+        Category("Car", CARS, count=SLOTS, doc="number of cars passed before it, modulo 8"),
+        display(
+            "NumberOfCars",
+            NUMBER,
+            doc="cars that are left to pass on this day",
+        ),
+        display("Level", DAY_NUMBER, doc="day"),
+        display(
+            "Odometer",
+            DISTANCE,
+            aliases=("PlayerScore",),
+            doc="distance, without the last digit, which rolls",
+        ),
+    ),
+)
