@@ -1,0 +1,166 @@
+"""Surround: the player and the computer draw walls behind them, into which the other one shall run.
+
+Screen: the field has 40 columns and 20 rows, of which the outer ones are the border. The last rows
+of the border's top and bottom are apart.
+
+Slots: of Trail, (row - 1) * 38 + column - 1; of Border, top, bottom, left, right.
+
+RAM: ALE's source (scores), a public disassembly by T. Jentzsch and D. Debro (what bytes are), and
+the ROM's code. The trail is the playfield, which F0B2-F107 draws from the RAM as it is. The game
+moves before the drawing, so that the RAM has what is on the screen. Who has run into something
+takes the trail's colour in turns, 16 frames each (F65A-F6DE). After the last point all colours
+change every 256 frames.
+
+Covered: both modes, all difficulties, crashes of either and of both, the end of the game.
+
+VEM: it knows a player that has the trail's colour by the line between rows that it covers, unless
+both have crashed. It does not see the piece of trail behind a player.
+"""
+
+import functools
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.console.boxes import Box, box
+from ocjax.console.fonts import Font
+from ocjax.console.ops import lookup
+from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.console.rom import Rom
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.detected import Detected, boxes
+from ocjax.vision.displays import NumberDisplay
+from ocjax.vision.rules import Bounds, Cells
+from ocjax.vision.shades import Shades
+from ocjax.vision.steps import Context, Step
+
+ROM = Rom("surround", "4d7517ae69f95cfbc053be01312b7dba")
+DIGITS = ROM.rows([0x739 + 5 * digit for digit in range(10)], 5, top_first=True) >> 1 & 7
+
+
+def _font(lines: tuple[int, ...]) -> Font:
+    """The digits; each row has its own number of lines."""
+    glyphs = (np.repeat(rows, lines) for rows in DIGITS)
+    return Font(tuple(tuple(rows.tolist()) for rows in glyphs), dots=3, dot=(4, 1), pitch=16)
+
+
+ENEMY_SCORE = NumberDisplay(_font((3, 3, 3, 3, 5)), right=44, top=5, digits=2)
+PLAYER_SCORE = NumberDisplay(_font((3, 3, 3, 3, 4)), right=124, top=6, digits=2)
+
+ROWS = range(1, 19)  # of the trail
+COLUMNS = range(1, 39)
+CELL_X = tuple(4 * column for _ in ROWS for column in COLUMNS)
+CELL_Y = tuple(27 + 9 * row for row in ROWS for _ in COLUMNS)
+HEAD = 9  # lines of a player
+GROUND = (80, 2)  # a pixel that has the field's colour
+FIELD = (0, 26, 160, 206)
+WALLS = ((0, 23, 160, 35), (0, 198, 160, 210), (0, 36, 4, 197), (156, 36, 160, 197))
+# Where the bits of a row's columns are: the lowest bit on the left, or the highest one.
+RISING = np.arange(8)
+FALLING = RISING[::-1]
+
+# Colours of the enemy, the player, the trail and the field, four of each game.
+PALETTE = ROM.bytes(0x76B, 32)
+ENEMY = int(PALETTE[4])
+PLAYER = int(PALETTE[5])
+TRAIL = int(PALETTE[6])
+GAMES = (1, 3)  # `game` in the emulator's modes
+KEYS = range(0, 64, 2)  # what colours are XORed with after the game
+COLORS = [tuple(PALETTE[4 * game : 4 * game + 4].tolist()) for game in GAMES]
+LEVELS = tuple(tuple(c ^ key for c in colors) for colors in COLORS for key in KEYS)
+
+
+class Blinks:  # of `Ram.blinks`
+    NOT_YET = 14  # who was hit alone still has its colour
+
+
+class Ram(RamMap):
+    outer = byte(*ROWS)  # columns 0-3 in the low nibble, 20-23 in the high one
+    left = byte(*(20 + row for row in ROWS))  # columns 4-11
+    middle = byte(*(40 + row for row in ROWS))  # 12-19
+    right = byte(*(60 + row for row in ROWS))  # 24-31
+    last = byte(*(80 + row for row in ROWS))  # 32-39
+    enemy_row = byte(109)
+    player_row = byte(110)
+    enemy_column = byte(111)
+    player_column = byte(112)
+    open_field = bits(113, first=3)  # there is no border
+    color_clock = byte(116)  # 256 frames each
+    enemy_score = bcd(118)
+    player_score = bcd(119)
+    playing = bits(120, first=7)
+    game = bits(121, count=3)
+    blinks = bits(123, count=4)  # times 16 frames, until the next round
+    enemy_bright = bits(123, first=4)
+    player_bright = bits(123, first=5)
+    enemy_hit = bits(123, first=6)
+    player_hit = bits(123, first=7)
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    enemy, player, trail = (_color(m, i) for i in range(3))
+    enemy = jnp.where((m.enemy_hit & (1 - m.enemy_bright) & m.playing) == 1, trail, enemy)
+    waits = (m.blinks == Blinks.NOT_YET) & (m.enemy_hit == 0)
+    dark = (m.player_hit & (1 - m.player_bright) & m.playing) == 1
+    player = jnp.where(dark & ~waits, trail, player)
+    walls = np.array(WALLS)
+    x, y, w, h = walls[:, 0], walls[:, 1], walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1]
+    return {
+        "Player": box(4 * m.player_column, 26 + 9 * m.player_row, 4, HEAD, color=player),
+        "Enemy": box(4 * m.enemy_column, 26 + 9 * m.enemy_row, 4, HEAD, color=enemy),
+        "Trail": box(np.array(CELL_X), np.array(CELL_Y), 4, 8, _trail(m), color=trail),
+        "Border": box(x, y, w, h, m.open_field == 0, color=trail),
+        "PlayerScore": PLAYER_SCORE.box(m.player_score, color=player),
+        "EnemyScore": ENEMY_SCORE.box(m.enemy_score, color=enemy),
+    }
+
+
+def _color(m: Ram, index: int) -> jax.Array:
+    key = jnp.where(m.playing == 1, 0, m.color_clock)
+    return lookup(PALETTE, 4 * m.game + index) ^ key
+
+
+def _trail(m: Ram) -> jax.Array:
+    """Which cells of the field have a piece of the trail."""
+    parts = (
+        (m.outer, RISING[1:4]),
+        (m.left, FALLING),
+        (m.middle, RISING),
+        (m.outer, RISING[4:]),
+        (m.right, FALLING),
+        (m.last, RISING[:7]),
+    )
+    cells = [row[:, None] >> places[None] & 1 for row, places in parts]
+    return jnp.concatenate(cells, axis=1).reshape(-1) == 1
+
+
+class Whole(Step):
+    """The first line of a player stands for all of it."""
+
+    def __call__(self, found: Detected, context: Context) -> Detected:
+        """The objects after the step."""
+        whole = boxes(found.x, found.y, found.w, HEAD, found.valid)
+        return found._replace(box=whole, head=None)
+
+
+BETWEEN = tuple(
+    (0, 27 + 9 * row, 160, 35 + 9 * row) for row in range(20)
+)  # all but the lines between rows
+CRASHED = Bounds(TRAIL, FIELD, max_size=(4, 1), ignore=BETWEEN, then=(Whole(),))
+player = functools.partial(Category, otherwise=CRASHED)
+
+GAME = Game(
+    name="Surround",
+    rom=ROM,
+    ram=Ram,
+    decode=decode,
+    shades=Shades(GROUND, tuple(level[3] for level in LEVELS), LEVELS),
+    categories=(
+        player("Player", Bounds(PLAYER, FIELD), doc="the player's head"),
+        player("Enemy", Bounds(ENEMY, FIELD), doc="the computer's head"),
+        Category("Trail", Cells(TRAIL, CELL_X, CELL_Y, 4, 8), count=684, doc="pieces of trail"),
+        Category("Border", Bounds(TRAIL, WALLS), count=4, doc="top, bottom, left, right"),
+        display("PlayerScore", PLAYER_SCORE.rule((PLAYER, TRAIL)), doc="rounds won"),
+        display("EnemyScore", ENEMY_SCORE.rule((ENEMY, TRAIL)), doc="rounds lost"),
+    ),
+)
