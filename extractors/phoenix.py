@@ -4,9 +4,9 @@ Screen: what explodes is no object, nor is the ground. The shield is drawn on ev
 so are bats so low that they shake. While they are not drawn, nor is what is in the rows below.
 
 Slots: of Phoenix, the four rows from the lowest one, first their left birds, then their right ones;
-of Bat, the seven rows from the lowest one; of Enemy_Projectile, by where a shot of an earlier frame
-would be, which each keeps as it falls; of blocks, their places in the whole ship, where those
-of the blue belt stay while the blocks move along.
+of Bat, the seven rows from the lowest one; of Enemy_Projectile, a slot that each shot keeps as it
+falls; of blocks, their places in the whole ship. The blue belt turns: its blocks move from slot to
+slot.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (what bytes are), and the ROM's code. The display
 program at D2A1-D538 goes through the rows, highest first; D53B draws the ship. After it, and before
@@ -20,8 +20,8 @@ the end of the game.
 
 Not exact: the RAM does not tell whether the player has moved by a column since it was drawn, unless
 its picture changed; if a shot in flight shows that it moved steadily, it is taken to do so still
-(some 85 % of boxes are right). Neither does it, where bats become slower near their turning points,
-tell on which frame they moved last (1 % of boxes), nor the shield's first frame.
+(80 to 90 % of boxes are right). Neither does it tell, where bats become slower near their turning
+points, on which frame they moved last (1 % of boxes), nor the shield's first frame.
 
 VEM: a shot that touches a bird or a bat, in whose colours the chip draws it then, is a part of it.
 """
@@ -97,8 +97,8 @@ FLOCK = 4  # rows of birds
 SHAKING = 0x33  # below this row bats shake
 CEILINGS = (0x99, 0xAD)  # of the highest bat
 FLOOR = 0x23  # of the last bat
-APART = 24  # rows between enemies' shots, at least
 DEPTH = 0x76  # of the other bats' floor below the ceiling
+APART = 24  # rows between enemies' shots, at least
 
 
 class Drawn(NamedTuple):
@@ -280,11 +280,10 @@ def _own_slots(m: Ram) -> jax.Array:
 def _appears(m: Ram, d: Drawn, x: jax.Array) -> jax.Array:
     """The first line of enemies' shots outside the ship."""
     offset, line = place(d.sky, m.missile_top), LINE - m.missile_top
-    low = match(
-        (m.missile_top >= 0x1E, 76), (among(m.missile_top, range(0x18, 0x1D)), 31), otherwise=49
-    )
+    beside_player = among(m.missile_top, range(0x18, 0x1D))
+    beam = match((m.missile_top >= 0x1E, 76), (beside_player, 31), otherwise=49)  # in the zone
     return match(
-        (m.missile_top < ZONE, line + when(x < low, 1)),
+        (m.missile_top < ZONE, line + when(x < beam, 1)),
         (offset >= ROW_LINES, line + 2),
         ((offset == 0) & d.sky.birds, line + jnp.where(x < 58, 3, 2)),  # first black
         otherwise=line_of(d.sky, m.missile_top, x, ON_BEAM),
@@ -315,7 +314,7 @@ SHIELD = Bounds(WHITE, (0, GROUND, 160, 189), min_size=(8, 3), then=(Raised(15),
 SHOTS = Blobs((BALL, GREEN, RED), AIR, Shape(w=1, h=(5, 7)))
 FLYING = Blobs(BIRD_COLORS, (0, TOP, 160, 165), Shape(w=(5, 8), h=(8, 13)))
 BOTH_WINGS = Blobs(BAT_COLORS, AIR, Shape(w=(4, 16), h=(8, 15)))
-MISSILE_COLORS = tuple({WHITE, *BIRD_COLORS, *BAT_COLORS} - {BALL, RED})
+MISSILE_COLORS = tuple(sorted({WHITE, *BIRD_COLORS, *BAT_COLORS} - {BALL, RED}))
 HIGH = (0, TOP, 160, BLACK_LINES[0])
 LOW = Blobs(WHITE, (0, BLACK_LINES[1], 160, GROUND), Shape(w=1, h=(2, 6)))
 GREENISH = Blobs(BALL, HIGH, Shape(w=1, h=4))  # the player's shot is higher
