@@ -61,8 +61,8 @@ class Ram(RamMap):
     taken = bits(33, first=6)  # the bride is taken: her record is the seventh then
     scene = byte(34)
     shot_page = byte(67)
-    player_picture = byte(66)
-    foe_picture = byte(68)
+    player_picture = byte(66)  # in the web; of a mare in the desert
+    foe_picture = byte(68)  # of the spider or the star in the web; of the other mare
     item = byte(70)
     speed = signed(76)  # 1/32 of a column a frame
     shot_top = byte(76)  # (y - 13) / 2
@@ -76,7 +76,7 @@ class Ram(RamMap):
     shot_color = byte(81)  # changes after the drawing
     slayers = byte(82)
     x = byte(*range(83, 91))  # of the eight records
-    y = byte(*range(91, 99))
+    y = byte(*range(91, 99))  # in two rows, from one that the scene and the figure tell
     flags = byte(*range(99, 107))
     picture = byte(*range(107, 115))
 

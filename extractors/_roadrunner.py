@@ -105,7 +105,7 @@ class Ram(RamMap):
     pose = byte(41, 35)  # of the bird and the coyote
     shown = bits(36, 37, 38, 39, first=1)
     kind = high(36, 37, 38, 39)
-    truck_x = byte(42)
+    truck_x = byte(42)  # x + 1; or the column of a turret's ball
     truck = byte(43)  # 0: there is none
     two_cracks = byte(46)  # 0: there is one
     fallen = byte(48)  # rows that rocks have fallen; not 0: there is a turret
@@ -114,7 +114,7 @@ class Ram(RamMap):
     waits = signed(51)  # less than 0: the coyote is on his way
     stunned = byte(52)  # frames, of the coyote
     rocket = byte(53)  # 0: he has none
-    truck_y = byte(55)  # a turret's column, the lane of what lies on the cliff
+    truck_y = byte(55)  # y - 55; or a turret's column, or the lane of what lies on the cliff
     drift = bits(56, first=1, count=3)
     struck = byte(58)  # the bird, not 0
     falls = byte(57)  # the bird, from the cliff

@@ -48,12 +48,12 @@ KINDS = {  # by low byte of the pictures' addresses
 }
 COLLECTABLES = (24, 25)  # two more are on the pictures' next page but one
 
-ROADS = 3
+MAPS = 3  # each of the two roads of some rounds
 ROWS = 1024  # of a road
 PLACES = 1024  # of the pieces, by their hash
 HASH = np.array((125, 153, 27))  # of a piece's bytes: few pieces share one
 DRAWN = 42  # pieces of the road on the screen
-ROUND_ROADS = ((ROM.bytes(BANK + 0xBE3, 10) & 15) - 12).tolist()  # by round
+ROUND_MAPS = ((ROM.bytes(BANK + 0xBE3, 10) & 15) - 12).tolist()  # the map, by round from 1 on
 MIDDLE = 72  # in `COLUMNS`, which are counted from it, but at least as `CROSSING`
 CROSSING = 1
 DOUBLE = 128  # added to those counted from the left, where both roads lead the same way
@@ -76,7 +76,7 @@ ORDER = [next((i for i, w in enumerate(WANTED) if bits & w == w), 6) for bits in
 def _columns() -> np.ndarray:
     """Where the roads are, by their rows."""
     row = np.arange(ROWS)
-    road = ROM.bytes(BANK + 0xC00, ROADS * 256).astype(int).reshape(ROADS, 256)
+    road = ROM.bytes(BANK + 0xC00, MAPS * 256).astype(int).reshape(MAPS, 256)
     here, there = (road[:, (2 * (row >> 3) + i) & 255] for i in (0, 2))
     bend = ((there & 0x3E) - (here & 0x3E)) * (row & 7) >> 3
     left = (here & 0x3E) + 16 + bend + (bend < 0)
@@ -86,9 +86,9 @@ def _columns() -> np.ndarray:
 
 def _pieces() -> np.ndarray:
     """The first and the last place on the roads of the pieces that have a hash."""
-    out = np.zeros((2, ROADS, PLACES), int)
-    for road in range(ROADS):
-        pages = ROM.bytes(0x500 + ROADS * 256 * road, ROADS * 256).astype(int).reshape(3, 256)
+    out = np.zeros((2, MAPS, PLACES), int)
+    for road in range(MAPS):
+        pages = ROM.bytes(0x500 + MAPS * 256 * road, MAPS * 256).astype(int).reshape(3, 256)
         at = HASH @ pages[[1, 2, 0]] % PLACES
         for place in range(256):
             out[0, road, at[255 - place]] = 255 - place
@@ -105,7 +105,7 @@ LOOKS = [KINDS[i] for i in PICTURES.tolist()]
 class DrawnRam(RamMap):
     """What remains, and what it takes to understand it."""
 
-    level = byte(3)
+    level = byte(3)  # the round, from 1 on
     counter = byte(16)
     x = byte(41, 42, 43)
     ends = byte(76)  # half of the rows that are above the first sprite or below the last one
@@ -117,7 +117,7 @@ class DrawnRam(RamMap):
 
 def column(m: DrawnRam, row: jax.Array) -> jax.Array:
     """The entries of `COLUMNS` for rows of the road."""
-    return lookup(COLUMNS, ROWS * lookup(ROUND_ROADS, m.level) + (row & (ROWS - 1)))
+    return lookup(COLUMNS, ROWS * lookup(ROUND_MAPS, m.level) + (row & (ROWS - 1)))
 
 
 def drawn(m: DrawnRam) -> tuple[jax.Array, jax.Array, jax.Array]:
@@ -181,8 +181,8 @@ def _late(phase: jax.Array | np.ndarray) -> jax.Array:
 
 def _best(m: DrawnRam, kind: jax.Array, rows: jax.Array, fine: jax.Array) -> jax.Array:
     """The first try in which all records are on the road, and `BITS` of who can be where."""
-    at = PLACES * lookup(ROUND_ROADS, m.level) + (jnp.sum(m.piece * HASH) & (PLACES - 1))
-    coarse = lookup(PIECES, at + ROADS * PLACES * np.arange(2)) - DRAWN
+    at = PLACES * lookup(ROUND_MAPS, m.level) + (jnp.sum(m.piece * HASH) & (PLACES - 1))
+    coarse = lookup(PIECES, at + MAPS * PLACES * np.arange(2)) - DRAWN
     way = (rows + fine[None])[:, None, :] + 4 * coarse[None, :, None]
     there = column(m, way)[:, None]
     side = jnp.minimum(jnp.abs(m.x - MIDDLE), MIDDLE)

@@ -81,7 +81,7 @@ BEHIND_RIGHT = 130  # from here on, likewise
 LOWEST = 4  # `player_y`
 HIGHEST = 95
 OFF = 111  # from here on, `player_y` and `bomb_y` are none
-SPLIT = 128  # from here on, `bomb_time` is that of a whole bomb
+SPLIT = 128  # least `bomb_time` of a whole bomb when the frame is drawn; it then counts down
 JUST_EXPLODES = 15  # `timer`
 JUST_HIT = 31  # `pause`
 BLINKING = 8  # from here on, `wreck` is that of a truck that blinks
@@ -133,7 +133,7 @@ class Ram(RamMap):
     timer = low(30, 31, 32)  # of explosions
     truck_kind = byte(33)
     kind = byte(34, 35, 36)
-    bomb_time = byte(37)  # frames
+    bomb_time = byte(37)  # frames left; counted down after the drawing
     bomb_speed = signed(38, 39)  # columns, rows
     wreck = byte(40)
     wreck_convoy = bits(40, count=3)

@@ -127,6 +127,7 @@ def _sprite(page: int, sprite: Sprite) -> np.ndarray:
 BEING_INDEX = {sprite.picture: i for i, sprite in enumerate(BEINGS)}
 KINDS = [BEING_INDEX.get(low, len(BEINGS)) for low in range(256)]  # by low byte
 BEING_ROWS = [*(_sprite(0xB00, sprite) for sprite in BEINGS), NOTHING]
+# By columns that rocks cover, -8 to 8: less than 0 on the right, more on the left.
 BEING_PICTURES = Pictures.of([rows & cut for cut in EDGE_CUTS[::-1] for rows in BEING_ROWS])
 LOW_ROWS = {sprite.picture: _sprite(0xA00, sprite) for sprite in LOW}
 LOW_PICTURES = Pictures.of(LOW_ROWS.get(low, NOTHING) for low in range(256))

@@ -19,7 +19,8 @@ one).
 Not exact: noise above the hole; what is hit or leaves, but for explosions, is gone a frame early.
 
 VEM: it misses black parts of the rig, most flashes of a lost vehicle, depth charges behind hills or
-before their own colour, and shots in a hornet's box.
+before their own colour, shots in a hornet's box, and the value of Life when three icons, the most
+that are shown, are there.
 """
 
 import functools
@@ -58,6 +59,7 @@ from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(GRAPHICS | 0x800, rows=7)
 SCORE = NumberDisplay(FONT, right=102, top=15, digits=6)
+MOST_ICONS = 3  # that show lives in reserve
 
 FIELD = (8, 57, 160, 179)
 SKY = (8, 57, 160, 72)
@@ -148,7 +150,7 @@ def _vehicle_color(m: Ram) -> jax.Array:
 
 
 def _lives(m: Ram) -> Box:
-    width, y = 16 * jnp.minimum(m.lives, 3) - 8, 184 + jnp.minimum(m.mission, 1)
+    width, y = 16 * jnp.minimum(m.lives, MOST_ICONS) - 8, 184 + jnp.minimum(m.mission, 1)
     return box(9, y, width, 4, m.lives > 0, value=m.lives + 1)
 
 
@@ -270,7 +272,8 @@ SPARKS = Blobs((68, 106), (8, 115, 160, 121), Shape(w=(5, 8), h=(3, 6)), gap=(5,
 BURST = Blobs((194, 24), SEA, Shape(w=(10, 32), h=(5, 16)), gap=(7, 4))
 MISSILES = blob((6, 52, 26), FIELD, shapes=Shape(w=(3, 8), h=(5, 16)), first=6)
 HELI = Bounds((14, 70, 66, 20), SKY)
-ICONS = Bounds((38, 20, 10), (9, 184, 49, 189), value=Gauge(16, -8, 1, full=40))
+ALL_ICONS = 16 * MOST_ICONS - 8  # columns
+ICONS = Bounds((38, 20, 10), (9, 184, 9 + ALL_ICONS, 189), value=Gauge(16, -8, 1, full=ALL_ICONS))
 
 GAME = Game(
     name="Jamesbond",

@@ -83,7 +83,7 @@ WALL_BYTE = 2 * ROW + COLUMN // 8
 WALL_BIT = np.minimum(COLUMN, 15 - COLUMN)
 ICON = np.arange(3)
 BEAST = 1  # record
-FOE = 6  # record in the web; the weapon in the lair
+FOE = 6  # record of the spider or star in the web; of the player's weapon in the lair
 
 
 def decode(m: Ram) -> dict[str, Box]:

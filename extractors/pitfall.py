@@ -204,7 +204,7 @@ def _tally(m: Ram) -> Box:
 
 
 def _at(m: Ram, sprite: int) -> jax.Array:
-    """The first column of Harry, the object on the ground, or what is below it."""
+    """First column of sprite 0, Harry, 1, the object on the ground, or 2, scorpion or wall."""
     return registers.position(m.coarse[sprite], m.fine[sprite]) - 1
 
 

@@ -233,7 +233,7 @@ GREY = 4
 ORANGE = 52
 GOLD = 20
 RED = 68
-PINKS = (82, 84)
+PINKS = (82, 84)  # the latter is also the colour of the first hall's walls
 EMERALD = 196
 BIG = Shape(w=(5, 8), h=(10, 16))
 DEAD_SHAPE = replace(BIG, pixels=(78, 82))

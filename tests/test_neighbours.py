@@ -15,8 +15,7 @@ from unittest.mock import MagicMock
 
 import pytest
 
-from tests.support.states import ROOT
-
+ROOT = Path(__file__).resolve().parents[1]  # as a program, this file cannot import tests.support
 STEPS = 100  # after which a script has shown that it runs
 SECONDS = 120  # after which it is ended
 ROW = re.compile(r"^\| `(OC_Atari|HackAtari|NUDGE|blendrl)/?(\S*)` \| (.+?) \| (works|changed|refused) \| ?(.*?) ?\|$", re.MULTILINE)
