@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import statistics
 from collections.abc import Mapping, Sequence
 
 import jax.numpy as jnp
@@ -15,6 +16,9 @@ from ocjax.vision.detected import Detected
 from ocjax.vision.rules import Blobs
 from ocjax.vision.scene import Scene
 from ocjax.vision.search import Search
+
+LARGE = 30  # words: larger windows have a board of their own,
+FAR_LARGER = 5  # if the largest one is so many times the median one
 
 
 def detect_blobs(scene: Scene, rules: Mapping[str, tuple[Blobs, int]], *, heads: bool) -> dict[str, Detected]:
@@ -30,10 +34,27 @@ def detect_blobs(scene: Scene, rules: Mapping[str, tuple[Blobs, int]], *, heads:
     searched = [(name, rule, count) for name, (first, count) in rules.items() for rule in first.rules]
     masks = [bm.cut(scene.counted(rule, rule.own_palette), scene.region(rule)) for _, rule, _ in searched]
     searches = [_search(rule, count, scene.region(rule)) for _, rule, count in searched]
+    found: dict[int, Detected] = {}
+    for board in _boards(searches):
+        objects = components([masks[i] for i in board], [searches[i] for i in board], heads=heads)
+        found |= dict(zip(board, objects, strict=True))
     lists: dict[str, list[Detected]] = {name: [] for name in rules}
-    for (name, _, _), found in zip(searched, components(masks, searches, heads=heads), strict=True):
-        lists[name].append(found)
+    for i, (name, _, _) in enumerate(searched):
+        lists[name].append(found[i])
     return {name: _merge(lists[name], count) for name, (_, count) in rules.items()}
+
+
+def _boards(searches: Sequence[Search]) -> list[list[int]]:
+    """The searches that share a board: all of them, or small and large ones apart.
+
+    On a board, all windows have the size of the largest one. A second board takes 0.6 s more to compile, but Private Eye takes 27 us a
+    frame instead of 41, James Bond 21 instead of 42, and Kung Fu Master 23 instead of 31. Where windows differ less, nothing is gained.
+    """
+    sizes = [search.window_words for search in searches]
+    small = [i for i, size in enumerate(sizes) if size <= LARGE]
+    if not small or max(sizes) < max(LARGE + 1, FAR_LARGER * statistics.median(sizes)):
+        return [list(range(len(searches)))]
+    return [small, [i for i, size in enumerate(sizes) if size > LARGE]]
 
 
 def _search(rule: Blobs, count: int, region: Area) -> Search:

@@ -41,3 +41,9 @@ class Search:
         sizes = [shape.max_size for shape in self.shapes if shape.max_size is not None]
         width, height = (max(side) for side in zip(*sizes, *([WINDOW] if self.unlimited else []), strict=True))
         return min(width, WIDTH), min(height, UNLIMITED)
+
+    @property
+    def window_words(self) -> int:
+        """Words of the first window and its margins, 32 columns each."""
+        reach_x, reach_y = (side + gap for side, gap in zip(self.window, self.gap, strict=True))
+        return -(-(2 * reach_x + 1) // 32) * (reach_y + 1)

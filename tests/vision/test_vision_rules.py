@@ -6,8 +6,10 @@ import pytest
 
 from ocjax.extraction.categories import Category
 from ocjax.extraction.detection import detect
+from ocjax.vision.blobs import _boards
 from ocjax.vision.pictures import picture
 from ocjax.vision.rules import Blobs, Bounds, Cells
+from ocjax.vision.search import Search
 from ocjax.vision.shades import Shades
 from ocjax.vision.shapes import Shape
 from ocjax.vision.steps import EndsAbove, Raised, SideBySide
@@ -170,3 +172,12 @@ def test_a_picture_is_at_most_16_columns_wide():
     assert picture(np.array([[0, 1], [1, 1]])) == (1 << 14, 3 << 14)
     with pytest.raises(ValueError, match=r"at most 16 columns, got shape \(2, 17\)"):
         picture(np.ones((2, 17)))
+
+
+def test_large_windows_have_a_board_of_their_own():
+    searches = [Search(1, (Shape(w=(1, w), h=(1, h)),)) for w, h in ((4, 4), (8, 8), (40, 60), (8, 9), (20, 20))]
+    assert [s.window_words for s in searches] == [5, 9, 183, 10, 42]
+    assert _boards(searches) == [[0, 1, 3], [2, 4]]
+    assert _boards(searches[:2]) == [[0, 1]]
+    assert _boards(searches[2:3] * 3) == [[0, 1, 2]]
+    assert _boards([searches[4], searches[4], searches[2]]) == [[0, 1, 2]]
