@@ -41,6 +41,11 @@ class PageTable:
         lines = [[cell.strip() for cell in re.findall(r"[^|]+", line)] for line in table.split("\n")[4:]]
         self._rows = {cells[0]: cells for cells in lines if cells}
 
+    @property
+    def rows(self) -> list[list[str]]:
+        """The rows in the order of their games."""
+        return [self._rows[name] for name in sorted(self._rows)]
+
     def measure(self, games: Iterable[str], row_of: Callable[[str], list[str]]) -> None:
         """Measure a row of each game, print it, and write it to the page."""
         for name in games:
@@ -51,7 +56,7 @@ class PageTable:
     def _replace(self, row: Sequence[str]) -> None:
         """Replace or add a row, and write the page."""
         self._rows[row[0]] = list(row)
-        lines = [self._header, ["---"] * len(self._header), *(self._rows[name] for name in sorted(self._rows))]
+        lines = [self._header, ["---"] * len(self._header), *self.rows]
         table = "\n".join("| " + " | ".join(line) + " |" for line in lines)
         before, rest = PAGE.read_text().split(self._begin)
         PAGE.write_text(f"{before}{self._begin}\n\n{table}\n\n{self._end}{rest.split(self._end)[1]}")

@@ -1,5 +1,7 @@
 """Measure games and update the table of games in benchmarks/README.md: agreement, values, coverage and speed, beside OCAtari.
 
+The percentages also go to ocjax/cli/accuracy.json, which `ocjax games GAME` and the site show.
+
     python benchmarks/table.py [GAME ...] [--ocatari PYTHON] [--truth FOLDER ...] [--samples 2000] [--seed 20261121] [--core 0]
 
 The rows of the named games (default: all) are measured and replaced; the others stay. F1 and IoU are those of `ocjax evaluate` on fresh
@@ -11,7 +13,8 @@ in parentheses. The paper's F1 (paper.csv) is from the OCAtari paper's appendix,
 
 import argparse
 import csv
-from collections.abc import Iterable
+import json
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,6 +28,8 @@ if TYPE_CHECKING:
 
 BEGIN, END = "<!-- games: python benchmarks/table.py -->", "<!-- end of games -->"
 HEADER = ["game", "F1", "IoU", "exact", "score", "lives", "OCAtari's F1", "paper's F1", "drawn: F1", "sprites", "boxes", "REM us", "VEM us"]
+ACCURACY = HERE.parent / "ocjax" / "cli" / "accuracy.json"  # what `ocjax games GAME` shows
+SHIPPED = {"F1": "f1", "IoU": "iou", "exact": "exact", "drawn: F1": "drawn_f1", "score": "score", "lives": "lives"}
 BATCHES = {"rem": 4096, "vem": 1024}
 DECIMALS = {"rem": 3, "vem": 1}
 
@@ -86,8 +91,18 @@ def measure(name: str, arguments: argparse.Namespace) -> list[str]:
     return [game, *agreement_cells(e), paper_cell(game), *truth_cells(game, arguments.truth), *speed_cells(e.game, e)]
 
 
+def accuracy(rows: Iterable[Sequence[str]]) -> str:
+    """The percentages of the table's rows as JSON, one line a game; null where there is none."""
+    columns = [HEADER.index(heading) for heading in SHIPPED]
+    lines = []
+    for row in rows:
+        figures = {name: None if row[i] == "-" else float(row[i]) for name, i in zip(SHIPPED.values(), columns, strict=True)}
+        lines.append(f'  "{row[0]}": {json.dumps(figures)}')
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
 def main() -> None:
-    """Measure, and update the page after each game."""
+    """Measure, and update the page after each game, and in the end the file of figures that ships with ocjax."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("games", nargs="*", help="default: all games")
     parser.add_argument("--ocatari", metavar="PYTHON", help="Python interpreter that has OCAtari")
@@ -100,7 +115,9 @@ def main() -> None:
 
     import ocjax
 
-    PageTable(BEGIN, END, HEADER).measure(arguments.games or ocjax.games(), lambda name: measure(name, arguments))
+    table = PageTable(BEGIN, END, HEADER)
+    table.measure(arguments.games or ocjax.games(), lambda name: measure(name, arguments))
+    ACCURACY.write_text(accuracy(table.rows))
 
 
 if __name__ == "__main__":
