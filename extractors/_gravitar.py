@@ -79,6 +79,7 @@ OBJECTS = _objects()
 
 class Ram(RamMap):
     screen = bits(1, count=4)
+    mirrored = bits(2, first=3)  # pictures of rows
     dies = bits(2, first=7)  # the map begins again after a lost life
     spare_lives = byte(4)
     clock = byte(5)

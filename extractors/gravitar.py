@@ -5,25 +5,25 @@ with a core at its end. Terrain is scenery, and so are the black marks at the le
 chip makes where it moves sprites. Lives and fuel take turns on the second line.
 
 Slots: of planets, bunkers and tanks, the program's seven rows of the screen; of Explosion likewise,
-and an eighth one for what was a saucer. Of shots, the program's records.
+and an eighth one for what was a saucer. Of shots, the program's records: of the enemy's, those that
+have left the box of what fired them.
 
 RAM: ALE's source (score, lives) and the ROM's code. The ship and its shots are moved after the
 vertical sync (f316), and what is drawn then is in the RAM. All else is moved after the drawing
 (f124 on), also the enemy's shots, which are drawn in turns, as are the ship's shots, and a saucer
 and the reactor on the map. A new screen is set up after the drawing, too: what the old one showed
 is then no longer in the RAM, but for the ship. The ship's flame, its shield and its beam take the
-place of its picture on some frames.
+place of its picture on some frames; in the RAM they are on those frames only.
 
-Covered: the first system with its planets in play, the reactor, attacks, lost lives, the end of the
-game, all modes. The other two systems come after a reactor and are in the tables, but were not
-played.
+Covered: the first system with its planets in play, attacks, lost lives, the end of the game, all
+modes; by writing RAM, the two systems that come after reactors, with their planets and reactors.
 
 Not exact: on the frame on which the ship is hit or a screen begins, its picture may be its mirror
 image, and objects of the old screen are not valid. A shot of the enemy that has just hit is not
-valid either. Shots are a row off where a zone of a row ends.
+valid either. Shots are a row off where a row of the screen ends, and a saucer that begins to fly.
 
-VEM: it misses the ship's shots on frames on which the flame, the shield or the beam is drawn; the
-flame is no object. It misses enemies' shots that touch something.
+VEM: it misses the ship's shots on frames with the flame, which is no object, and enemies' shots
+that touch something.
 """
 
 from dataclasses import dataclass
@@ -34,10 +34,9 @@ import numpy as np
 from ocjax.console import palette
 from ocjax.console.boxes import Box, box
 from ocjax.console.ops import among, div, lookup, match, only, when
-from ocjax.console.registers import packed_position
+from ocjax.console.registers import position
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors._gravitar import (
-    LAST_LINE,
     OBJECTS,
     ROM,
     ROWS,
@@ -54,6 +53,7 @@ from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.rules import Blobs, Bounds, Gauge
 from ocjax.vision.shapes import Shape
 
+FIRST_TURN = 2  # of the positioning loop on which the beam is on the screen
 PLACE_X = 34  # positions of rows less columns
 PLACING = 4  # lines in which the loop places the object of the next row
 SHOT_BEAM = 68  # column at which the beam is where a shot of the ship is switched on
@@ -80,6 +80,7 @@ NO_DIGIT = (0x9B, 0xA2)  # of `last_digit`: a blank, and an icon of the lives
 TIMER_STEP = 60  # frames
 CORE_AREA = (92, 123, 100, 127)
 PLAY = (0, 25, 160, 200)
+SUN_AREA = (40, 55, 130, 97)  # of all systems
 
 LIGHT_BLUE = 0xAA
 PINK = 0x4E
@@ -190,14 +191,20 @@ def _objects(m: Ram, drawn: Drawn) -> Box:
     """What is in the rows, and last, the saucer; pictures on planets have two rows a line."""
     on_map = jnp.where(drawn.pictures == Sky.REACTOR, m.reactor_place, m.place)
     place = jnp.where(drawn.shown.is_map, on_map, m.place)
-    x = jnp.append(packed_position(place) - PLACE_X, drawn.saucer.x)
+    coarse = jnp.maximum(place & 15, FIRST_TURN)
+    x = jnp.append(position(coarse, place >> 4) - PLACE_X, drawn.saucer.x)
     line = jnp.append(drawn.lines, drawn.saucer.line)
     color = jnp.append(m.color, drawn.saucer.color)
     picture = jnp.append(drawn.pictures, drawn.saucer.picture)
     index = OBJECTS.index(planet=when(drawn.shown.planet, 1), picture=picture)
     there = drawn.shown.is_map | drawn.shown.attack | (drawn.shown.planet & (color > 0))
     return OBJECTS.box(
-        index, x, line + drawn.shown.top, valid=there & (line < LAST_LINE), color=color & 0xFE
+        index,
+        x,
+        line + drawn.shown.top,
+        mirrored=m.mirrored == 1,
+        valid=there,
+        color=color & 0xFE,
     )
 
 
@@ -261,12 +268,14 @@ SHORT = Shape(w=1, h=(1, 2))
 PINK_SHOTS = Blobs(PINK, PLAY, SHOT, filters=(Crowded(FLAME_AND_SHOT),))
 SHIP_SHOTS = Blobs(LIGHT_BLUE, PLAY, SHORT, gap=(2, 1), also=(PINK_SHOTS,))
 SHIPS = Bounds(LIGHT_BLUE, PLAY, max_size=(10, 16), exclude=("Player_Shot",))
-SHIELDS = Blobs(PINK, PLAY, Shape(w=(6, 7), h=(7, 9)))
-BEAMS = Blobs(PINK, PLAY, Shape(w=(3, 7), h=10), gap=(5, 0))
+SHIELDS = Bounds(PINK, PLAY, (6, 7), (7, 9), exclude=("Player_Shot",))
+BEAMS = Bounds(PINK, PLAY, (5, 10), (7, 10), exclude=("Player_Shot",))
 ENEMY_SHOTS = Blobs(SHOTS, PLAY, Shape(w=1, h=(2, 3)), gap=(2, 0))
 SAUCERS = Blobs(BROWN, PLAY, Shape(w=8, h=7), also=(Blobs(SAUCER, PLAY, Shape(w=7, h=6)),))
-WORLDS = Blobs(PLANETS, PLAY, Shape(w=(6, 8), h=(6, 11)), gap=(2, 2))
-SUNS = Blobs(ANY, PLAY, Shape(w=8, h=13, pixels=50))
+# A planet as large as the sun.
+TALL = Blobs(0xAC, PLAY, Shape(w=8, h=13), gap=(3, 3))
+WORLDS = Blobs(PLANETS, PLAY, Shape(w=(6, 8), h=(6, 11)), gap=(2, 2), also=(TALL,))
+SUNS = Blobs(ANY, SUN_AREA, Shape(w=8, h=13, pixels=50))
 BASES = Blobs(BROWN, PLAY, Shape(w=7, h=13))
 CIRCLES = Blobs(RINGS, PLAY, Shape(w=7, h=9), gap=(3, 3))
 BUNKERS = Blobs((RED, GREEN), PLAY, Shape(w=8, h=6, pixels=32))
