@@ -91,7 +91,8 @@ SAUCER = 0x26
 RED = 0x36
 GREEN = 0xC6
 PURPLE = 0x76
-GLOW = (0x26, 0x1A, 0xC6, 0xCA, 0xCC)  # of explosions on planets
+WHITE = 0xFE
+GLOW = (RED, 0x26, 0x1A, 0xC6, 0xCA, 0xCC)  # of explosions on planets
 RINGS = (0x9C, 0x0A)
 PLANETS = (0x7A, 0xD8, 0x5C, 0xBC, 0x3E, 0xAC, 0x58, 0x46, 0x7E, 0x98, 0xEA)
 ANY = tuple(range(2, 256, 2))
@@ -270,7 +271,9 @@ SHIP_SHOTS = Blobs(LIGHT_BLUE, PLAY, SHORT, gap=(2, 1), also=(PINK_SHOTS,))
 SHIPS = Bounds(LIGHT_BLUE, PLAY, max_size=(10, 16), exclude=("Player_Shot",))
 SHIELDS = Bounds(PINK, PLAY, (6, 7), (7, 9), exclude=("Player_Shot",))
 BEAMS = Bounds(PINK, PLAY, (5, 10), (7, 10), exclude=("Player_Shot",))
-ENEMY_SHOTS = Blobs(SHOTS, PLAY, Shape(w=1, h=(2, 3)), gap=(2, 0))
+# A single row is a shot in colours that nothing else so small has.
+CUT_SHOTS = Blobs((RED, GREEN, PURPLE, WHITE), PLAY, Shape(w=1, h=1))
+ENEMY_SHOTS = Blobs(SHOTS, PLAY, Shape(w=1, h=(2, 3)), gap=(2, 0), also=(CUT_SHOTS,))
 SAUCERS = Blobs(BROWN, PLAY, Shape(w=8, h=7), also=(Blobs(SAUCER, PLAY, Shape(w=7, h=6)),))
 # A planet as large as the sun.
 TALL = Blobs(0xAC, PLAY, Shape(w=8, h=13), gap=(3, 3))
@@ -281,7 +284,7 @@ CIRCLES = Blobs(RINGS, PLAY, Shape(w=7, h=9), gap=(3, 3))
 BUNKERS = Blobs((RED, GREEN), PLAY, Shape(w=8, h=6, pixels=32))
 TANKS = Blobs(PURPLE, PLAY, Shape(w=4, h=(2, 6)))
 BURSTS = Shape(w=5, h=7), Shape(w=8, h=12), Shape(w=8, h=14)
-SKY_EXPLOSIONS = Blobs(BROWN, PLAY, BURSTS, gap=(1, 1))
+SKY_EXPLOSIONS = Blobs((BROWN, *PLANETS), PLAY, BURSTS, gap=(1, 1))
 GLOWS = Shape(w=(2, 8), h=(2, 6), pixels=(4, 28))
 EXPLOSIONS = Blobs(GLOW, PLAY, GLOWS, gap=(5, 2), also=(SKY_EXPLOSIONS,))
 CORES = Bounds(tuple(c for c in ANY if c not in GROUNDS), CORE_AREA, (8, 4))
