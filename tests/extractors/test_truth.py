@@ -399,4 +399,6 @@ def test_first_and_last_states_and_lost_lives(game):
         if samples.any():
             each = counts.map(lambda a, samples=samples: a[samples]).sum(axis=0)
             by_category = dict(zip(game.slices, each.f1, strict=True))
-            assert each.sum().f1 >= STALE.get((game.name, situation), 0.97), (situation, by_category)
+            whole = each.sum()
+            nothing = whole.left + whole.right == 0  # such as a title without objects
+            assert nothing or whole.f1 >= STALE.get((game.name, situation), 0.97), (situation, by_category)
