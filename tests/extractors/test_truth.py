@@ -23,6 +23,8 @@ STALE = {
     ("Berzerk", "last"): 0.91,
     ("Berzerk", "lost"): 0.87,
     ("Bowling", "last"): 0.9,
+    ("Gravitar", "last"): 0.95,
+    ("Gravitar", "lost"): 0.96,
     ("Qbert", "last"): 0.96,
     ("Venture", "lost"): 0.75,
 }
