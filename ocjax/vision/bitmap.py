@@ -133,8 +133,15 @@ def areas(height: int, filled: Iterable[Area]) -> np.ndarray:
 
 
 def boxes(x: jax.Array, y: jax.Array, w: jax.Array, h: jax.Array, valid: jax.Array, height: int) -> Bitmap:
-    """All pixels of boxes, each int32 `[count, B]`, as a bitmap `[5, height, B]`."""
-    ink = jnp.where(valid[None], columns_between(x, x + w), U(0))
+    """All pixels of boxes, each int32 `[count, B]`, as a bitmap `[5, height, B]`.
+
+    The columns of each box are stored. Otherwise they are computed again for each row: Road Runner takes 38 us a frame instead of 27.
+    """
+
+    def spans(x: jax.Array, w: jax.Array, valid: jax.Array) -> jax.Array:
+        return jnp.where(valid[None], columns_between(x, x + w), U(0))
+
+    ink = materialize(spans, x, w, valid, small=0)
     rows = jnp.arange(height, dtype=jnp.int32)[:, None]
     out = jnp.zeros((WIDTH // 32, height, x.shape[1]), U)
     for k in range(len(x)):
