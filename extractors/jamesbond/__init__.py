@@ -32,7 +32,7 @@ import numpy as np
 from ocjax.console.boxes import Box, box, choose
 from ocjax.console.ops import among, match, pick, when
 from ocjax.extraction.game import Category, Game, display
-from ocjax.extractors._jamesbond import (
+from ocjax.extractors.jamesbond.lanes import (
     AIR,
     GRAPHICS,
     JUST_DIED,

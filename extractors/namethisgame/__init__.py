@@ -9,7 +9,7 @@ box holds what the body leaves of it, or all of it where it is hidden.
 Slots: of Tentacle, tentacle * 10 + row, the lowest row first: a tentacle has one piece a row.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (what the bytes are), and the ROM's code. What the
-game has changed since the frame was drawn is in `_namethisgame.py`: the shot's place follows from
+game has changed since the frame was drawn is in `drawn.py`: the shot's place follows from
 the counter that the drawing loop has left, the score from the pointers to its digits. The value of
 Treasure is ALE's lives, that of a bar its steps of 8 pixels.
 
@@ -34,7 +34,7 @@ from ocjax.console.compass import EAST, WEST
 from ocjax.console.ops import among, div, lookup, match, pick, when
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.extractors._namethisgame import (
+from ocjax.extractors.namethisgame.drawn import (
     LAUNCHED,
     ROW_OF,
     ROWS,

@@ -37,7 +37,7 @@ from ocjax.console.ops import among, div, extremes, lookup, match, pick, when
 from ocjax.console.registers import EDGE_CUTS
 from ocjax.console.rom import Pictures
 from ocjax.extraction.game import Category, Game, display
-from ocjax.extractors._hero import (
+from ocjax.extractors.hero.rocks import (
     HALF,
     LASTS,
     MOST,

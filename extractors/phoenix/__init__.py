@@ -36,7 +36,7 @@ from ocjax.console.boxes import Box, box
 from ocjax.console.ops import among, div, match, mod, when
 from ocjax.console.registers import packed_position
 from ocjax.extraction.game import Category, Game, display
-from ocjax.extractors._phoenix import (
+from ocjax.extractors.phoenix.ship import (
     BATS,
     BELT,
     BELT_ROWS,

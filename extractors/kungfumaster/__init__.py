@@ -37,7 +37,7 @@ from ocjax.console.ops import among, match, when
 from ocjax.console.ram import RamMap, bcd, bits, byte, high
 from ocjax.console.registers import signed_nibble
 from ocjax.extraction.game import Category, Game, display
-from ocjax.extractors._kungfumaster import (
+from ocjax.extractors.kungfumaster.extents import (
     AIRBALL,
     DRAGON,
     DRAGON_BALL,
@@ -49,7 +49,7 @@ from ocjax.extractors._kungfumaster import (
     Pose,
     extent_box,
 )
-from ocjax.extractors._kungfumaster_vision import (
+from ocjax.extractors.kungfumaster.vision import (
     BRIM_ROWS,
     JACKET_ROWS,
     ROOM,

@@ -32,7 +32,7 @@ from ocjax.console.boxes import Box, box, choose
 from ocjax.console.ops import among, lookup, match, pick, when
 from ocjax.console.rom import Pictures
 from ocjax.extraction.game import Category, Game, display
-from ocjax.extractors._montezumarevenge import (
+from ocjax.extractors.montezumarevenge.rooms import (
     EXPLORER_COLORS,
     FORCE,
     GOLD,

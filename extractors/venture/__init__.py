@@ -33,7 +33,7 @@ import numpy as np
 from ocjax.console.boxes import Box, box, choose
 from ocjax.console.ops import among, pick, reached, when
 from ocjax.extraction.game import Category, Game, display
-from ocjax.extractors._venture import (
+from ocjax.extractors.venture.sprites import (
     DOT,
     PAUSED,
     ROM,

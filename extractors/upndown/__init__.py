@@ -17,7 +17,7 @@ by the player's last step but one (f275).
 
 Covered: round 1, lost lives, the end of the game, all modes and difficulties; the other rounds by
 the ROM's tables alone. The first frame of a start shows none of the cars; that of a lost life, the
-old records: `_upndown`.
+old records: `lost.py`.
 
 Not exact: a few of the latter; frames on which a car is hit, a flag is collected or a record begins
 anew, because the new state has overwritten the old one; all rows but the player's on some frames on
@@ -39,7 +39,7 @@ from ocjax.console.ram import bcd, bits, byte
 from ocjax.console.registers import mirrored
 from ocjax.console.rom import Pictures
 from ocjax.extraction.game import Category, Game, display
-from ocjax.extractors._upndown import (
+from ocjax.extractors.upndown.lost import (
     APART,
     BANK,
     DOUBLE,

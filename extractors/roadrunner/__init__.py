@@ -32,7 +32,7 @@ from ocjax.console.fonts import Digits
 from ocjax.console.ops import among, lookup, match, pick, when
 from ocjax.console.registers import modulo_screen, wrap
 from ocjax.extraction.game import Category, Game, display
-from ocjax.extractors._roadrunner import (
+from ocjax.extractors.roadrunner.drawn import (
     BODIES,
     GREY,
     REPEATED,

@@ -36,7 +36,7 @@ from ocjax.console.boxes import Box, box
 from ocjax.console.ops import among, div, lookup, match, only, when
 from ocjax.console.registers import position
 from ocjax.extraction.game import Category, Game, display
-from ocjax.extractors._gravitar import (
+from ocjax.extractors.gravitar.drawn import (
     OBJECTS,
     ROM,
     ROWS,

@@ -43,7 +43,7 @@ from ocjax.console.ram import RamMap, bits, byte
 from ocjax.console.registers import packed_position, position
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.extractors._alien import DISPLAY, STAGGER, colors_of_eggs
+from ocjax.extractors.alien.eggs import DISPLAY, STAGGER, colors_of_eggs
 from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge
 from ocjax.vision.shapes import Shape
 

@@ -35,7 +35,7 @@ from ocjax.console.ops import among, match, mod, pick, when
 from ocjax.console.registers import NUSIZ_COPIES, NUSIZ_SPACING, signed_nibble, wrap
 from ocjax.console.rom import Pictures
 from ocjax.extraction.game import Category, Game, display
-from ocjax.extractors._krull import (
+from ocjax.extractors.krull.wedding import (
     BRIDES,
     COLWYNS,
     FIGURES,
