@@ -36,18 +36,8 @@ from ocjax.console.boxes import Box, box
 from ocjax.console.ops import among, div, lookup, match, only, when
 from ocjax.console.registers import position
 from ocjax.extraction.game import Category, Game, display
-from ocjax.extractors.gravitar.drawn import (
-    OBJECTS,
-    ROM,
-    ROWS,
-    Drawn,
-    Ground,
-    Ram,
-    Sky,
-    as_drawn,
-    enemy_shots,
-    ship_shots,
-)
+from ocjax.extractors.gravitar.drawn import OBJECTS, ROWS, Drawn, as_drawn, enemy_shots, ship_shots
+from ocjax.extractors.gravitar.ram import ROM, Ground, Ram, Sky
 from ocjax.vision.bitmap import Bitmap
 from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.rules import Blobs, Bounds, Gauge

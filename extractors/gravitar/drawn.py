@@ -1,4 +1,4 @@
-"""Gravitar's RAM, and what it was when the frame was drawn.
+"""What Gravitar's saucers, enemies, shots and pictures were when the frame was drawn.
 
 After the drawing the game moves saucers (f886 on the map, f9bd on planets, fc93 in an attack) and
 enemies' shots (fa64), changes the pictures of explosions (f8a4, f8cd), and sets up new screens.
@@ -10,10 +10,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.ops import among, lookup, match, only, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Pictures, Rom
+from ocjax.console.rom import Pictures
+from ocjax.extractors.gravitar.ram import ROM, Ground, Page, Ram, Screen, Sky
 
-ROM = Rom("gravitar", "8ac18076d01a6b63acf6e2cab4968940")
 ROWS = 7
 ATTACK_ZONES = 2  # `zones` after an attack's frame
 SAUCER_COLOR = 0x26  # on planets
@@ -25,37 +24,7 @@ REACTOR_TOP = 42
 SAUCER_ZONE = 8  # rows of the counter in a saucer's zone on planets
 HALF_WIDTH = 18  # `saucer_x` less columns
 
-
-class Screen:  # of `Ram.screen`
-    OVER = 1
-    MAP = 2
-    PLANET = 3
-    REACTOR = 4
-    ATTACK = 5
-
-
 NO_PICTURE = -1
-
-
-class Page:  # of `Ram.page`
-    PLANET = 0xBB
-
-
-class Ground:  # of `Ram.picture` on planets
-    SAUCER = 0
-    BUNKERS = (0x0E, 0x1C, 0x2A)
-    TANKS = (0x38, 0x46, 0x54)
-    EXPLOSIONS = (0x62, 0x70, 0x7E, 0x9A, 0xA8, 0xB6)
-
-
-class Sky:  # of `Ram.picture` on the map and in an attack
-    EXPLOSIONS = (0x10, 0x20, 0x30)
-    SAUCER = 0x40
-    REACTOR = 0x50
-    SUN = 0x60
-    RING = 0x70
-    PLANETS = (0x7F, 0x8E, 0xC7, 0xAC, 0xB9, 0x9E, 0xD5, 0xE2, 0xF2)
-
 
 SKY_PICTURES = (*Sky.EXPLOSIONS, Sky.SAUCER, Sky.REACTOR, Sky.SUN, Sky.RING, *Sky.PLANETS)
 GROUND_PICTURES = (Ground.SAUCER, *Ground.BUNKERS, *Ground.TANKS, *Ground.EXPLOSIONS)
@@ -75,51 +44,6 @@ def _objects() -> Pictures:
 
 
 OBJECTS = _objects()
-
-
-class Ram(RamMap):
-    screen = bits(1, count=4)
-    mirrored = bits(2, first=3)  # pictures of rows
-    dies = bits(2, first=7)  # the map begins again after a lost life
-    spare_lives = byte(4)
-    clock = byte(5)
-    score = bcd((7, 8, 9))
-    fuel = bcd((10, 11, 12))
-    fuel_low = byte(12)
-    last_digit = byte(23)  # low byte of the address of the display's last picture
-    lives_time = byte(28)  # frames until the fuel is shown
-    drawn_picture = byte(29)  # of the ship
-    drawn_x = byte(30)
-    x = byte(31)
-    y = byte(32)
-    drawn_end = byte(33)  # 0 before the first game
-    drawn_y = byte(34)
-    heading = byte(35)  # 16 and more: it explodes
-    pace = byte(38)
-    shot_row = byte(47)  # as drawn
-    page = byte(50)  # of the pictures of rows
-    picture = byte(*range(58, 65))  # of each row
-    color = byte(*range(66, 73))
-    place = byte(*range(73, 80))
-    top = byte(*range(80, 87))
-    zone_end = byte(*range(88, 95))  # line after which the next row begins
-    shot_heading = byte(96, 97)  # 255: none
-    enemy_heading = byte(98, 99)
-    enemy_time = byte(102, 103)
-    shot_y = byte(104, 105)
-    enemy_y = byte(106, 107)
-    shot_x = byte(108, 109)
-    enemy_x = byte(110, 111)
-    saucer_x = byte(112)
-    saucer = byte(113)  # on the map, whether there is one; on planets, 1: it flies to the right
-    saucer_pace = byte(114)
-    saucer_picture = byte(115)  # on the map
-    timer = bcd(115)  # in the reactor
-    saucer_row = byte(116)  # on the map
-    timer_frames = byte(116)  # in the reactor: until its next step
-    reactor_place = byte(117)  # on the map
-    ceiling = byte(121)  # of a planet's ground
-    zones = byte(127)  # that the drawing loop has begun, if nothing has used the byte since
 
 
 class Shown(NamedTuple):

@@ -37,21 +37,16 @@ from ocjax.console.ops import among, div, extremes, lookup, match, pick, when
 from ocjax.console.registers import EDGE_CUTS
 from ocjax.console.rom import Pictures
 from ocjax.extraction.game import Category, Game, display
+from ocjax.extractors.hero.ram import ROM, Contact, Mode, Over, Ram, Walks
 from ocjax.extractors.hero.rocks import (
     HALF,
     LASTS,
     MOST,
     PART,
-    ROM,
     SLOT,
     TOPS,
     UPPER_SLOT,
     WALL_SLOT,
-    Contact,
-    Mode,
-    Over,
-    Ram,
-    Walks,
     free,
     rock_colors,
     rocks,

@@ -37,21 +37,15 @@ from ocjax.extractors.jamesbond.lanes import (
     GRAPHICS,
     JUST_DIED,
     NONE,
-    ROM,
     SEA,
     SKY_SLOT,
-    Flags,
-    Kind,
-    MoreFlags,
-    Ram,
-    Status,
-    Way,
     beamed,
     column,
     drawn_kinds,
     objects,
     steps,
 )
+from ocjax.extractors.jamesbond.ram import ROM, Flags, Kind, MoreFlags, Ram, Status, Way
 from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.rules import Blobs, Bounds, Gauge
 from ocjax.vision.shades import Shades

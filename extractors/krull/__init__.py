@@ -35,16 +35,12 @@ from ocjax.console.ops import among, match, mod, pick, when
 from ocjax.console.registers import NUSIZ_COPIES, NUSIZ_SPACING, signed_nibble, wrap
 from ocjax.console.rom import Pictures
 from ocjax.extraction.game import Category, Game, display
+from ocjax.extractors.krull.ram import ROM, Flags, Item, Ram, Scene
 from ocjax.extractors.krull.wedding import (
     BRIDES,
     COLWYNS,
     FIGURES,
-    ROM,
     SECOND,
-    Flags,
-    Item,
-    Ram,
-    Scene,
     off_at,
     on_at,
     person,

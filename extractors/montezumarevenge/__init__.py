@@ -32,13 +32,8 @@ from ocjax.console.boxes import Box, box, choose
 from ocjax.console.ops import among, lookup, match, pick, when
 from ocjax.console.rom import Pictures
 from ocjax.extraction.game import Category, Game, display
-from ocjax.extractors.montezumarevenge.rooms import (
-    EXPLORER_COLORS,
-    FORCE,
-    GOLD,
-    PARTS,
+from ocjax.extractors.montezumarevenge.ram import (
     ROM,
-    RULES,
     Dark,
     Leap,
     Picture,
@@ -47,6 +42,13 @@ from ocjax.extractors.montezumarevenge.rooms import (
     State,
     Thing,
     Tune,
+)
+from ocjax.extractors.montezumarevenge.rooms import (
+    EXPLORER_COLORS,
+    FORCE,
+    GOLD,
+    PARTS,
+    RULES,
     room_parts,
 )
 from ocjax.vision.displays import IconRow, NumberDisplay

@@ -36,18 +36,13 @@ from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors.namethisgame.drawn import (
     LAUNCHED,
-    ROW_OF,
-    ROWS,
     SHIFTS,
     SHOT_ROWS,
-    TENTACLE_OF,
-    TENTACLES,
     TO_LEFT,
     Drawn,
-    Ram,
-    State,
     as_drawn,
 )
+from ocjax.extractors.namethisgame.ram import ROW_OF, ROWS, TENTACLE_OF, TENTACLES, Ram, State
 from ocjax.vision.detected import Detected, boxes
 from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.filters import ShortRuns
@@ -92,7 +87,6 @@ BOAT_HEIGHTS = (14, 13)
 TREASURE = (72, 163)
 TREASURE_END = 169
 HEAPS = ROM.pictures((0xD26, 0xD24, 0xD22, 0xD20), 6)  # by lives
-
 
 Extent = tuple[int, int, int, int]  # first column and row of a figure of 16 columns, width, height
 

@@ -1,4 +1,4 @@
-"""Name This Game's RAM, and what it was when the frame was drawn.
+"""What Name This Game's state was when the frame was drawn.
 
 The game moves the boat, the shark and the tentacles before it draws a frame (F02A-F298), and the
 diver, the shot, the bars and the ink after it (F61D-FA0F). The display of the score comes last in
@@ -11,14 +11,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.ops import among, match, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.extractors.namethisgame.ram import TENTACLE_OF, Clock, Ram, State
 
-TENTACLES = 8
-ROWS = 10
-TENTACLE_OF = np.arange(TENTACLES * ROWS) // ROWS  # of the slots
-ROW_OF = np.arange(TENTACLES * ROWS) % ROWS
 # Of each tentacle, as the chip's registers have it:
-COLUMNS = np.array((0, 0, 1, 1, 2, 3, 3, 4))[TENTACLE_OF]  # table of bytes
 SHIFTS = np.array((4, 0, 0, 4, 4, 4, 0, 0))[TENTACLE_OF]  # lowest bit of its columns
 TO_LEFT = np.array((1, 1, 0, 0, 0, 1, 1, 0))[TENTACLE_OF] == 1  # higher bits are further left
 
@@ -32,53 +27,6 @@ SHOT_ROWS = 92  # turns of the drawing loop, which counts `shot_rows` down
 LAUNCHED = 89  # `shot_y` on the frame on which a shot was launched
 DROPPED = 95  # `pipe_time` on the frame on which the pipe was dropped
 FULL_BAR = 16  # steps
-
-
-class State:  # of `Ram.state`
-    STARTS = 8
-    PLAYS = 10
-    INKED = 11
-    LOST = 12  # one frame
-    NO_OXYGEN = 18
-    FLASHES = range(20, 27)  # the meter, by turns
-
-
-class Clock:  # of `Ram.clock`
-    WAVE_BEGINS = 137  # in `State.STARTS`: the bars have just been filled
-    JUST_FLASHED = 226
-
-
-class Ram(RamMap):
-    playfield = byte(*(10 * c + r for c, r in zip(COLUMNS.tolist(), ROW_OF.tolist(), strict=True)))
-    shot_y = byte(50)  # turns of the drawing loop before it; 0: none
-    shot_x = byte(51)  # x + 2
-    shot_rows = byte(52)  # what the loop has left of `shot_y`
-    lane = byte(*range(53, 60))  # of the shark: its picture, 0: none; the lowest lane first
-    shark_x = byte(60)  # x + 1
-    # One byte:
-    stolen = bits(61, first=1)  # the treasure: the ink spreads
-    looks_right = bits(61, first=2)
-    eaten = bits(61, first=3)  # the diver: the shark carries him away
-    boat_leftward = bits(61, first=4)
-    pipe = bits(61, first=5)
-    shark_leftward = bits(61, first=6)
-    faces_right = bits(61, first=7)
-    clock = byte(63)
-    idle = byte(64)  # 256 frames each since the joystick was moved; from 128 on nothing is drawn
-    state = byte(65)
-    score = bcd((68, 69, 70))
-    lives = bits(71, count=3)
-    oxygen_pace = byte(75)  # mask of `clock`
-    pointer = byte(84, 86, 88, 90, 92, 94)  # to the digits on the display, 8 bytes each
-    text = bits(84, count=3)  # not 0: letters stand in their place
-    ink = byte(97)  # rows of the diver's zone that are free
-    treasure_ink = byte(98)  # rows of the treasure's
-    x = byte(99)  # x + 1
-    boat_x = byte(100)  # x + 1
-    shark_lane = byte(101)
-    oxygen = byte((112, 113))  # a bit for each step of a bar
-    time = byte((114, 115))
-    pipe_time = byte(117)  # counts down
 
 
 class Drawn(NamedTuple):

@@ -36,6 +36,7 @@ from ocjax.console.boxes import Box, box
 from ocjax.console.ops import among, div, match, mod, when
 from ocjax.console.registers import packed_position
 from ocjax.extraction.game import Category, Game, display
+from ocjax.extractors.phoenix.ram import ROM, Boss, Look, Ram, Shot, Stage, Wing
 from ocjax.extractors.phoenix.ship import (
     BATS,
     BELT,
@@ -50,19 +51,12 @@ from ocjax.extractors.phoenix.ship import (
     NO_ROW,
     OFF_BEAM,
     ON_BEAM,
-    ROM,
     ROW_LINES,
     SHOT_BEAM,
     START,
     UPRIGHT,
     ZONE,
-    Boss,
-    Look,
-    Ram,
-    Shot,
     Sky,
-    Stage,
-    Wing,
     line_of,
     place,
 )

@@ -36,18 +36,15 @@ from ocjax.extractors.roadrunner.drawn import (
     BODIES,
     GREY,
     REPEATED,
-    ROM,
     VIEW,
     Drawn,
-    Ram,
-    Scene,
-    Scenery,
     as_drawn,
     below_bridge,
     figures,
     has_cannon,
     open_road,
 )
+from ocjax.extractors.roadrunner.ram import ROM, Ram, Scene, Scenery
 from ocjax.vision.displays import IconRow, NumberDisplay
 from ocjax.vision.rules import Blobs, Bounds
 from ocjax.vision.shapes import Shape

@@ -33,19 +33,8 @@ import numpy as np
 from ocjax.console.boxes import Box, box, choose
 from ocjax.console.ops import among, pick, reached, when
 from ocjax.extraction.game import Category, Game, display
-from ocjax.extractors.venture.sprites import (
-    DOT,
-    PAUSED,
-    ROM,
-    VIEW,
-    Ram,
-    Room,
-    guest,
-    moves,
-    sprites,
-    swaps,
-    winky,
-)
+from ocjax.extractors.venture.ram import ROM, Ram, Room
+from ocjax.extractors.venture.sprites import DOT, PAUSED, VIEW, guest, moves, sprites, swaps, winky
 from ocjax.vision.displays import IconRow, NumberDisplay
 from ocjax.vision.filters import ShortRuns
 from ocjax.vision.rules import Blobs, Bounds, Run, Runs
