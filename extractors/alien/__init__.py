@@ -43,7 +43,7 @@ from ocjax.console.ram import RamMap, bits, byte
 from ocjax.console.registers import packed_position, position
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.extractors.alien.eggs import DISPLAY, STAGGER, colors_of_eggs
+from ocjax.extractors.alien.eggs import DISPLAY_FIGURE, STAGGER, colors_of_eggs
 from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge
 from ocjax.vision.shapes import Shape
 
@@ -142,25 +142,25 @@ class Ram(RamMap):
 def decode(m: Ram) -> dict[str, Box]:
     x = 17 + position(m.coarse, m.fine)
     is_next = m.line == NOT_DRAWN  # of the next frame, which is not yet on the screen
-    maze, bonus = m.scene == Scene.MAZE, _bonus(m)
-    lost = jnp.where(is_next & maze & (m.eaten > 0), 1, 0)
-    flame = _flame(m) & maze & ~is_next
-    pulsar = _pulsar(m, x[4], _pulsar_y(m))
-    at_home = _pulsar(m, 17 + pick(m.pulsars, PULSAR_X), pick(m.pulsars, PULSAR_Y))
+    in_maze, bonus = m.scene == Scene.MAZE, _is_bonus(m)
+    lost = jnp.where(is_next & in_maze & (m.eaten > 0), 1, 0)
+    flame = _is_flame(m) & in_maze & ~is_next
+    pulsar = _pulsar_box(m, x[4], _pulsar_row(m))
+    at_home = _pulsar_box(m, 17 + pick(m.pulsars, PULSAR_X), pick(m.pulsars, PULSAR_Y))
     colors = jnp.where(flame & (np.arange(7) == Figure.PLAYER), ORANGE, m.colors)
     return {
-        "Player": _player(m, x[3], colors[Figure.PLAYER]).where((maze | bonus) & ~is_next),
+        "Player": _player(m, x[3], colors[Figure.PLAYER]).where((in_maze | bonus) & ~is_next),
         "Alien": _aliens(m, x[:3]).where(~is_next),
-        "Pulsar": choose(is_next, at_home, pulsar).where(~flame & maze),
-        "Flame": box(x[4], 197 - 2 * _pulsar_y(m), 8, 5, flame, color=m.colors[Figure.PULSAR]),
-        "Rocket": _rocket(m, x[5]).where(~is_next),
-        "Egg": _eggs(m, colors).where(maze),
+        "Pulsar": choose(is_next, at_home, pulsar).where(~flame & in_maze),
+        "Flame": box(x[4], 197 - 2 * _pulsar_row(m), 8, 5, flame, color=m.colors[Figure.PULSAR]),
+        "Rocket": _rocket_box(m, x[5]).where(~is_next),
+        "Egg": _eggs(m, colors).where(in_maze),
         "Score": _score(m),
-        "Life": _lives(m, m.lives + lost),
+        "Life": _lives_box(m, m.lives + lost),
     }
 
 
-def _bonus(m: Ram) -> jax.Array:
+def _is_bonus(m: Ram) -> jax.Array:
     return (m.scene == Scene.BONUS) | (m.scene == Scene.BONUS_MOVES)
 
 
@@ -169,26 +169,26 @@ def _last_frame(m: Ram) -> jax.Array:
     return m.frame - 2
 
 
-def _moved(m: Ram) -> jax.Array:
+def _have_moved(m: Ram) -> jax.Array:
     """Whether the pairs of aliens and the player have moved in the bonus screen, bool `[2]`."""
     return (m.carried >> 2 < m.speeds) & (m.scene == Scene.BONUS_MOVES) & (m.pause == 0)
 
 
-def _y(m: Ram) -> jax.Array:
+def _player_y(m: Ram) -> jax.Array:
     """The player's row in the maze, as drawn."""
     return jnp.where((m.old_y > m.y) & (m.old_y < m.y + 4), m.old_y - 2, m.y)
 
 
-def _pulsar_y(m: Ram) -> jax.Array:
+def _pulsar_row(m: Ram) -> jax.Array:
     """The row of pulsar or flame, also on the frame on which a pause ends and clears it."""
     at_home = m.pulsar_x == pick(m.pulsars, PULSAR_X)
     cleared = jnp.where(at_home, pick(m.pulsars, PULSAR_Y), m.y - 2)
     return jnp.where(m.pulsar_y == 0, cleared, m.pulsar_y)
 
 
-def _flame(m: Ram) -> jax.Array:
+def _is_flame(m: Ram) -> jax.Array:
     """Whether the pulsar's record is where no pulsar ever is."""
-    y, homes = _pulsar_y(m), zip(PULSAR_X, PULSAR_Y, strict=True)
+    y, homes = _pulsar_row(m), zip(PULSAR_X, PULSAR_Y, strict=True)
     at_home = ((m.pulsar_x == home_x) & (y == home_y) for home_x, home_y in homes)
     return ~functools.reduce(jnp.logical_or, at_home)
 
@@ -196,11 +196,11 @@ def _flame(m: Ram) -> jax.Array:
 def _player(m: Ram, x: jax.Array, color: jax.Array) -> Box:
     way = m.ways[1]
     step = match((way == Way.UP, 1), ((way == Way.DOWN) & (m.y > LOWEST_STEP), -1), otherwise=0)
-    bonus_y = m.y - when(_moved(m)[1], step)
-    top = jnp.where(_bonus(m), 196 - 2 * bonus_y, 197 - 2 * _y(m))
+    bonus_y = m.y - when(_have_moved(m)[1], step)
+    top = jnp.where(_is_bonus(m), 196 - 2 * bonus_y, 197 - 2 * _player_y(m))
     dies = (m.dying == Figure.PLAYER) & (m.pause > 0) & (m.old_y == OVERWRITTEN)
     depth = jnp.minimum(x - TUNNEL_ENDS[0], TUNNEL_ENDS[1] - x)
-    in_tunnel = (_y(m) == TUNNEL) & (depth < len(TUNNEL_INSETS))
+    in_tunnel = (_player_y(m) == TUNNEL) & (depth < len(TUNNEL_INSETS))
     inset = match(
         (dies, pick(m.pause + 1 >> 3, DEATH_INSETS)),
         (in_tunnel, pick(depth, TUNNEL_INSETS)),
@@ -211,14 +211,14 @@ def _player(m: Ram, x: jax.Array, color: jax.Array) -> Box:
 
 
 def _aliens(m: Ram, x: jax.Array) -> Box:
-    left, top, width, height, there = (jnp.tile(field, 4) for field in _three(m, x))
+    left, top, width, height, there = (jnp.tile(field, 4) for field in _alien_extents(m, x))
     three = left, top, width, height, jnp.where(np.arange(12) < 3, there, 0)
-    sides = (jnp.where(_bonus(m), b, a) for a, b in zip(three, _pairs(m), strict=True))
-    color = jnp.where(_bonus(m), jnp.tile(m.colors[1:], 2), jnp.tile(m.colors[:3], 4))
+    sides = (jnp.where(_is_bonus(m), b, a) for a, b in zip(three, _pairs(m), strict=True))
+    color = jnp.where(_is_bonus(m), jnp.tile(m.colors[1:], 2), jnp.tile(m.colors[:3], 4))
     return box(*sides, color=color).clip(8, 0, 160, 210)
 
 
-def _three(m: Ram, x: jax.Array) -> tuple[jax.Array, ...]:
+def _alien_extents(m: Ram, x: jax.Array) -> tuple[jax.Array, ...]:
     """The aliens in the maze: left, top, width, height, whether they are there."""
     sizes = [(m.pictures == picture, *size) for picture, size in ALIEN_SIZES.items()]
     inset = match(*((shown, columns) for shown, columns, _ in sizes), otherwise=0)
@@ -246,7 +246,7 @@ def _pairs(m: Ram) -> tuple[jax.Array, ...]:
     to_right = row % 2 == 0
     x = 2 + packed_position(m.rows)
     was_left, was_right = jnp.where(x == 129, 13, x + 1), jnp.where(x == 12, 128, x - 1)
-    moved = _moved(m)[0] & (m.state == PAIRS_MOVED)
+    moved = _have_moved(m)[0] & (m.state == PAIRS_MOVED)
     x = jnp.where(moved, jnp.where(to_right, was_left, was_right), x)
     inset = jnp.where(_narrow(m), 1, 0)
     x = x + inset * (row % 2)
@@ -257,7 +257,7 @@ def _pairs(m: Ram) -> tuple[jax.Array, ...]:
     return x, y, width, jnp.full(12, 13), jnp.full(12, 1)
 
 
-def _pulsar(m: Ram, x: jax.Array, y: jax.Array) -> Box:
+def _pulsar_box(m: Ram, x: jax.Array, y: jax.Array) -> Box:
     large = (m.frame - 1 & 8) == 0
     turned = m.turned[4] == 1
     inset = 2 - when(turned, 1) - when(large, 1)
@@ -265,17 +265,17 @@ def _pulsar(m: Ram, x: jax.Array, y: jax.Array) -> Box:
     return box(x + inset, 197 - 2 * y, jnp.where(large, 7, 5), 5, y > 0, color=color)
 
 
-def _rocket(m: Ram, x: jax.Array) -> Box:
+def _rocket_box(m: Ram, x: jax.Array) -> Box:
     """In the maze, or the prize of the bonus screen."""
     found = (m.rocket_y > 0) & (m.scene == Scene.MAZE)
     rocket = box(x, 197 - 2 * m.rocket_y, 8, 5, found, color=m.colors[Figure.ROCKET])
     prize = box(77, 19, 8, 5, m.prize > 0, color=m.colors[0])
-    return choose(_bonus(m), prize, rocket)
+    return choose(_is_bonus(m), prize, rocket)
 
 
 def _eggs(m: Ram, colors: jax.Array) -> Box:
     there = (m.eggs[:, None] >> np.array(EGG_BITS)[None] & 1).ravel() == 1
-    y = *(m.alien_y[i] for i in range(3)), _y(m), _pulsar_y(m), m.rocket_y
+    y = *(m.alien_y[i] for i in range(3)), _player_y(m), _pulsar_row(m), m.rocket_y
     color = colors_of_eggs(y, colors, m.frame - 1, EGG_TOPS)
     return box(np.array(EGG_X), np.array(EGG_Y), 1, 2, there, color=color)
 
@@ -285,11 +285,11 @@ def _score(m: Ram) -> Box:
     shown = m.digits != BLANK
     count = jnp.sum(jnp.where(shown, 1, 0))
     value = jnp.sum(jnp.where(shown, m.digits >> 3, 0) * np.array(DIGIT_VALUES))
-    return box(71 - 8 * count, 176, 8 * count - 2, 7, value=value, color=m.colors[DISPLAY])
+    return box(71 - 8 * count, 176, 8 * count - 2, 7, value=value, color=m.colors[DISPLAY_FIGURE])
 
 
-def _lives(m: Ram, lives: jax.Array) -> Box:
-    return box(21, 187, 8 * lives - 11, 5, lives > 1, value=m.lives, color=m.colors[DISPLAY])
+def _lives_box(m: Ram, lives: jax.Array) -> Box:
+    return box(21, 187, 8 * lives - 11, 5, lives > 1, value=m.lives, color=m.colors[DISPLAY_FIGURE])
 
 
 PLAYER_RULE = Blobs((BLUE, ORANGE), MAZE, Shape(w=(2, 10), h=(7, 15)), exclude=("Egg",), gap=(2, 2))

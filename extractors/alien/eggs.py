@@ -18,12 +18,12 @@ import numpy as np
 
 SPRITES = (0, 1, 2), (3, 4, 5)  # figures
 PLAYER = 3  # the figure that is the highest one
-DISPLAY = 6  # what stands for no figure
+DISPLAY_FIGURE = 6  # what stands for no figure
 # By sprite, and of the player: a figure's least distance from the next one, and the row where that
 # one is taken after a figure that is at 0.
-SPACING = (12, 11)
+SPRITE_SPACINGS = (12, 11)
 PLAYER_SPACING = 15
-TAKEN = (210, 211)
+SPRITE_TAKEN = (210, 211)
 PLAYER_TAKEN = 219
 NOT_THERE = 511  # instead of that row
 STAGGER = 2  # rows from an egg to the next one to its right, of three
@@ -48,8 +48,8 @@ def _of_half(
     y: Sequence[jax.Array], colors: jax.Array, frame: jax.Array, tops: np.ndarray
 ) -> jax.Array:
     """The colours of a half's eggs, by row and column."""
-    first, second = (_turns(y, colors, sprite, frame) for sprite in (0, 1))
-    last = NOT_THERE << 11 | DISPLAY << 8 | colors[DISPLAY]
+    first, second = (_words_of_turns(y, colors, sprite, frame) for sprite in (0, 1))
+    last = NOT_THERE << 11 | DISPLAY_FIGURE << 8 | colors[DISPLAY_FIGURE]
     by_first = [_color(first, last, tops + STAGGER * column) for column in range(3)]
     by_second = _color(second, last, tops)
     return jnp.stack([*by_first, by_second, by_second, by_second], axis=1)
@@ -61,14 +61,14 @@ def _color(turns: Sequence[jax.Array], last: jax.Array, row: np.ndarray) -> jax.
     return functools.reduce(jnp.minimum, later, last) & 255
 
 
-def _turns(
+def _words_of_turns(
     y: Sequence[jax.Array], colors: jax.Array, sprite: int, frame: jax.Array
 ) -> tuple[jax.Array, ...]:
     """Words of a sprite's figures: the row up to which it has their colour, figure and colour.
 
     The word of a figure that is left out on a frame is 0.
     """
-    a, b, c = (y[i] << 11 | (DISPLAY - i) << 8 | colors[i] for i in SPRITES[sprite])
+    a, b, c = (y[i] << 11 | (DISPLAY_FIGURE - i) << 8 | colors[i] for i in SPRITES[sprite])
     a, b = jnp.maximum(a, b), jnp.minimum(a, b)
     top, c = jnp.maximum(a, c), jnp.minimum(a, c)
     middle, bottom = jnp.maximum(b, c), jnp.minimum(b, c)
@@ -81,15 +81,15 @@ def _turns(
     top_out = top_out | (close & is_later & middle_out)
     middle_out, bottom_out = middle_out | (close & is_later), close & ~is_later
     words = (top, top_out), (middle, middle_out), (bottom, bottom_out)
-    return tuple(jnp.where(out, 0, _turn(word, sprite)) for word, out in words)
+    return tuple(jnp.where(out, 0, _word_of_turn(word, sprite)) for word, out in words)
 
 
 def _of_player(word: jax.Array) -> jax.Array:
-    return (word >> 8 & 7) == DISPLAY - PLAYER
+    return (word >> 8 & 7) == DISPLAY_FIGURE - PLAYER
 
 
 def _is_close(upper: jax.Array, lower: jax.Array, sprite: int) -> jax.Array:
-    spacing = jnp.where(_of_player(upper), PLAYER_SPACING, SPACING[sprite])
+    spacing = jnp.where(_of_player(upper), PLAYER_SPACING, SPRITE_SPACINGS[sprite])
     return ((upper >> 11) - (lower >> 11) < spacing) & (lower >= 1 << 11)
 
 
@@ -98,7 +98,7 @@ def _comes_later(upper: jax.Array, lower: jax.Array) -> jax.Array:
     return (upper >> 8 & 7) < (lower >> 8 & 7)
 
 
-def _turn(word: jax.Array, sprite: int) -> jax.Array:
-    taken = jnp.where(_of_player(word), PLAYER_TAKEN, TAKEN[sprite])
+def _word_of_turn(word: jax.Array, sprite: int) -> jax.Array:
+    taken = jnp.where(_of_player(word), PLAYER_TAKEN, SPRITE_TAKEN[sprite])
     row = jnp.where(word >= 1 << 11, taken - 2 * (word >> 11), NOT_THERE)
-    return row << 11 | DISPLAY - (word >> 8 & 7) << 8 | word & 255
+    return row << 11 | DISPLAY_FIGURE - (word >> 8 & 7) << 8 | word & 255

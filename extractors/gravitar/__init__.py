@@ -36,7 +36,14 @@ from ocjax.console.boxes import Box, box
 from ocjax.console.ops import among, div, lookup, match, only, when
 from ocjax.console.registers import position
 from ocjax.extraction.game import Category, Game, display
-from ocjax.extractors.gravitar.drawn import OBJECTS, ROWS, Drawn, as_drawn, enemy_shots, ship_shots
+from ocjax.extractors.gravitar.drawn import (
+    OBJECT_PICTURES,
+    OBJECT_ROWS,
+    Drawn,
+    as_drawn,
+    enemy_shots_drawn,
+    ship_shots_drawn,
+)
 from ocjax.extractors.gravitar.ram import ROM, Ground, Ram, Sky
 from ocjax.vision.bitmap import Bitmap
 from ocjax.vision.displays import NumberDisplay
@@ -49,7 +56,7 @@ PLACING = 4  # lines in which the loop places the object of the next row
 SHOT_BEAM = 68  # column at which the beam is where a shot of the ship is switched on
 ENEMY_BEAM = 104  # of an enemy
 
-TURNED = ROM.bytes(0x1D51, 16).tolist()  # pictures of the ship by heading
+HEADING_PICTURES = ROM.bytes(0x1D51, 16).tolist()  # pictures of the ship by heading
 FLAMES = range(0x5A, 0x67)
 BEAM = 0x67
 EXPLODES = 0x77  # and what comes next, before the shield
@@ -77,7 +84,7 @@ PINK = 0x4E
 ORANGE = 0x3C
 LIME = 0xCA
 BROWN = 0x24
-SAUCER = 0x26
+SAUCER_COLOR = 0x26
 RED = 0x36
 GREEN = 0xC6
 PURPLE = 0x76
@@ -87,41 +94,41 @@ RINGS = (0x9C, 0x0A)
 PLANETS = (0x7A, 0xD8, 0x5C, 0xBC, 0x3E, 0xAC, 0x58, 0x46, 0x7E, 0x98, 0xEA)
 ANY = tuple(range(2, 256, 2))
 GROUNDS = (0x2C, 0x86, 0x4A, 0xA8, 0x5A, 0x7C, 0xBA, 0xE8, 0x1A, 0x38, 0xE6)
-SHOTS = tuple(c for c in ANY if c not in (LIGHT_BLUE, PINK))
+SHOT_COLORS = tuple(c for c in ANY if c not in (LIGHT_BLUE, PINK))
 
 
 def decode(m: Ram) -> dict[str, Box]:
     drawn = as_drawn(m)
-    objects = _objects(m, drawn)
-    rows = objects[:ROWS]
+    objects = _object_boxes(m, drawn)
+    rows = objects[:OBJECT_ROWS]
     pictures = drawn.pictures
     sky = drawn.shown.is_map
     ring = sky & (pictures == Sky.RING)
-    ground = drawn.shown.planet & ((np.arange(ROWS) > 0) | (m.saucer == 0))
+    ground = drawn.shown.planet & ((np.arange(OBJECT_ROWS) > 0) | (m.saucer == 0))
     saucer = jnp.where(drawn.shown.planet, Ground.SAUCER, Sky.SAUCER)
     return {
         "Player": _player(m, drawn),
-        "Player_Shot": _shots(m, drawn),
+        "Player_Shot": _ship_shot_boxes(m, drawn),
         "Shield": _around(m, drawn, SHIELD),
         "Tractor_Beam": _around(m, drawn, BEAM),
-        "Enemy_Shot": _enemy_shots(m, drawn, objects),
-        "Saucer": objects[ROWS].where(drawn.saucer.picture == saucer),
+        "Enemy_Shot": _enemy_shot_boxes(m, drawn, objects),
+        "Saucer": objects[OBJECT_ROWS].where(drawn.saucer.picture == saucer),
         "Planet": rows.where(sky & among(pictures, Sky.PLANETS)),
         "Sun": _one(rows, sky & (pictures == Sky.SUN), (m.clock - 1) & 0xFE),
         "Reactor": _one(rows, sky & (pictures == Sky.REACTOR), BROWN),
         "Ring": _one(rows, ring, only(ring, m.color) & 0xFE),
         "Bunker": rows.where(ground & among(pictures, Ground.BUNKERS)),
         "Fuel_Tank": rows.where(ground & among(pictures, Ground.TANKS)),
-        "Explosion": _explosions(m, drawn, objects),
+        "Explosion": _explosion_boxes(m, drawn, objects),
         "Core": box(92, 123, 8, 4, drawn.shown.reactor),
         "Score": SCORE.box(m.score, valid=drawn.shown.on, color=m.clock & 0xFE),
         "Fuel": FUEL.box(m.fuel, valid=drawn.shown.on & ~_lives_shown(m, drawn)),
         "Lives": _lives(m, drawn),
-        "Timer": _timer(m, drawn),
+        "Timer": _timer_box(m, drawn),
     }
 
 
-def _hidden(m: Ram) -> jax.Array:
+def _is_hidden(m: Ram) -> jax.Array:
     """Whether a flame, the beam or the shield takes the ship's place."""
     picture = m.drawn_picture
     return among(picture, range(FLAMES.start, EXPLODES)) | (picture >= SHIELD)
@@ -130,8 +137,8 @@ def _hidden(m: Ram) -> jax.Array:
 def _player(m: Ram, drawn: Drawn) -> Box:
     """The ship; where something else takes the place of its picture, as it would be drawn."""
     picture = m.drawn_picture
-    hidden = _hidden(m)
-    turned = lookup(TURNED, m.heading & (HEADINGS - 1))
+    hidden = _is_hidden(m)
+    turned = lookup(HEADING_PICTURES, m.heading & (HEADINGS - 1))
     hit = (m.heading >= HEADINGS) & (picture < FLAMES.start)
     heading = jnp.where(hit, div(picture, PICTURE_STEP), when(m.heading < HEADINGS, m.heading))
     return SHIP.box(
@@ -151,19 +158,19 @@ def _around(m: Ram, drawn: Drawn, picture: int) -> Box:
     return shown.where(m.drawn_picture == picture)
 
 
-def _shots(m: Ram, drawn: Drawn) -> Box:
+def _ship_shot_boxes(m: Ram, drawn: Drawn) -> Box:
     """The ship's shots, which have the colour of what is drawn in its place."""
-    shots = ship_shots(m, drawn.shown)
+    shots = ship_shots_drawn(m, drawn.shown)
     y = shots.row + drawn.shown.top + when(shots.x < SHOT_BEAM, 1)
-    color = jnp.where(shots.now & _hidden(m), PINK, LIGHT_BLUE)
+    color = jnp.where(shots.now & _is_hidden(m), PINK, LIGHT_BLUE)
     return box(shots.x, y, 1, 2, shots.there & ~drawn.shown.fresh, color=color)
 
 
-def _enemy_shots(m: Ram, drawn: Drawn, objects: Box) -> Box:
-    shots = enemy_shots(m, drawn.shown)
+def _enemy_shot_boxes(m: Ram, drawn: Drawn, objects: Box) -> Box:
+    shots = enemy_shots_drawn(m, drawn.shown)
     y = shots.row + drawn.shown.top + when(shots.x < ENEMY_BEAM, 1)
     inside = jnp.zeros_like(y, bool)
-    for i in range(ROWS + 1):
+    for i in range(OBJECT_ROWS + 1):
         across = (shots.x >= objects.x[i]) & (shots.x < objects.x[i] + objects.w[i])
         down = (y >= objects.y[i] - 1) & (y < objects.y[i] + objects.h[i])
         inside |= across & down & objects.valid[i]
@@ -178,7 +185,7 @@ def _zone_color(m: Ram, line: jax.Array) -> jax.Array:
     return match(*reversed(begun), otherwise=m.color[0]) & 0xFE
 
 
-def _objects(m: Ram, drawn: Drawn) -> Box:
+def _object_boxes(m: Ram, drawn: Drawn) -> Box:
     """What is in the rows, and last, the saucer; pictures on planets have two rows a line."""
     on_map = jnp.where(drawn.pictures == Sky.REACTOR, m.reactor_place, m.place)
     place = jnp.where(drawn.shown.is_map, on_map, m.place)
@@ -187,9 +194,9 @@ def _objects(m: Ram, drawn: Drawn) -> Box:
     line = jnp.append(drawn.lines, drawn.saucer.line)
     color = jnp.append(m.color, drawn.saucer.color)
     picture = jnp.append(drawn.pictures, drawn.saucer.picture)
-    index = OBJECTS.index(planet=when(drawn.shown.planet, 1), picture=picture)
+    index = OBJECT_PICTURES.index(planet=when(drawn.shown.planet, 1), picture=picture)
     there = drawn.shown.is_map | drawn.shown.attack | (drawn.shown.planet & (color > 0))
-    return OBJECTS.box(
+    return OBJECT_PICTURES.box(
         index,
         x,
         line + drawn.shown.top,
@@ -205,14 +212,14 @@ def _one(rows: Box, chosen: jax.Array, color: jax.Array | int) -> Box:
     return box(x, y, w, h, jnp.any(chosen & rows.valid), color=color)
 
 
-def _explosions(m: Ram, drawn: Drawn, objects: Box) -> Box:
+def _explosion_boxes(m: Ram, drawn: Drawn, objects: Box) -> Box:
     """Rows that explode, but for the saucer's, which comes last."""
     picture = jnp.append(drawn.pictures, drawn.saucer.picture)
     ground = drawn.shown.planet & among(picture, Ground.EXPLOSIONS)
     sky = ~drawn.shown.planet & among(picture, Sky.EXPLOSIONS)
-    slot = np.arange(ROWS + 1)
+    slot = np.arange(OBJECT_ROWS + 1)
     rows = drawn.shown.is_map | (drawn.shown.planet & ((slot > 0) | (m.saucer == 0)))
-    return objects.where((ground | sky) & ((slot == ROWS) | rows))
+    return objects.where((ground | sky) & ((slot == OBJECT_ROWS) | rows))
 
 
 def _lives_shown(m: Ram, drawn: Drawn) -> jax.Array:
@@ -228,7 +235,7 @@ def _lives(m: Ram, drawn: Drawn) -> Box:
     return box(right - width, top, width, bottom - top, there, value=m.spare_lives + 1)
 
 
-def _timer(m: Ram, drawn: Drawn) -> Box:
+def _timer_box(m: Ram, drawn: Drawn) -> Box:
     shown = m.timer + when(m.timer_frames == TIMER_STEP, 1)
     return TIMER.box(shown, valid=drawn.shown.reactor, value=m.timer)
 
@@ -263,8 +270,8 @@ SHIELDS = Bounds(PINK, PLAY, (6, 7), (7, 9), exclude=("Player_Shot",))
 BEAMS = Bounds(PINK, PLAY, (5, 10), (7, 10), exclude=("Player_Shot",))
 # A single row is a shot in colours that nothing else so small has.
 CUT_SHOTS = Blobs((RED, GREEN, PURPLE, WHITE), PLAY, Shape(w=1, h=1))
-ENEMY_SHOTS = Blobs(SHOTS, PLAY, Shape(w=1, h=(2, 3)), gap=(2, 0), also=(CUT_SHOTS,))
-SAUCERS = Blobs(BROWN, PLAY, Shape(w=8, h=7), also=(Blobs(SAUCER, PLAY, Shape(w=7, h=6)),))
+ENEMY_SHOTS = Blobs(SHOT_COLORS, PLAY, Shape(w=1, h=(2, 3)), gap=(2, 0), also=(CUT_SHOTS,))
+SAUCERS = Blobs(BROWN, PLAY, Shape(w=8, h=7), also=(Blobs(SAUCER_COLOR, PLAY, Shape(w=7, h=6)),))
 # A planet as large as the sun.
 TALL = Blobs(0xAC, PLAY, Shape(w=8, h=13), gap=(3, 3))
 WORLDS = Blobs(PLANETS, PLAY, Shape(w=(6, 8), h=(6, 11)), gap=(2, 2), also=(TALL,))
@@ -292,13 +299,15 @@ GAME = Game(
         Category("Tractor_Beam", BEAMS, doc="takes fuel"),
         Category("Enemy_Shot", ENEMY_SHOTS, count=2, doc="a saucer's or a bunker's"),
         Category("Saucer", SAUCERS, doc="attacks the ship"),
-        Category("Planet", WORLDS, count=ROWS, doc="where a planet can be entered"),
+        Category("Planet", WORLDS, count=OBJECT_ROWS, doc="where a planet can be entered"),
         Category("Sun", SUNS, doc="destroys the ship"),
         Category("Reactor", BASES, rgb=_rgb(BROWN), doc="on the map, where it can be entered"),
         Category("Ring", CIRCLES, doc="where the ship starts"),
-        Category("Bunker", BUNKERS, count=ROWS, doc="on a planet"),
-        Category("Fuel_Tank", TANKS, count=ROWS, rgb=_rgb(PURPLE), doc="also while it is taken"),
-        Category("Explosion", EXPLOSIONS, count=ROWS + 1, doc="of another object"),
+        Category("Bunker", BUNKERS, count=OBJECT_ROWS, doc="on a planet"),
+        Category(
+            "Fuel_Tank", TANKS, count=OBJECT_ROWS, rgb=_rgb(PURPLE), doc="also while it is taken"
+        ),
+        Category("Explosion", EXPLOSIONS, count=OBJECT_ROWS + 1, doc="of another object"),
         Category("Core", CORES, doc="of the reactor"),
         display("Score", SCORE.rule(ANY, required=True), doc="points"),
         display("Fuel", FUEL.rule(ORANGE, required=True), doc="that is left"),

@@ -13,11 +13,11 @@ from ocjax.console.ops import among, lookup, match, only, when
 from ocjax.console.rom import Pictures
 from ocjax.extractors.gravitar.ram import ROM, Ground, Page, Ram, Screen, Sky
 
-ROWS = 7
+OBJECT_ROWS = 7
 ATTACK_ZONES = 2  # `zones` after an attack's frame
 SAUCER_COLOR = 0x26  # on planets
 LAST_LINE = 0xA5  # of the drawing loop's counter
-FRESH = 255  # `lives_time` when a screen has just been set up
+FRESH_TIME = 255  # `lives_time` when a screen has just been set up
 SHIP_TOP = 28  # row of the screen at which the drawing loop's counter begins
 PLANET_TOP = 24
 REACTOR_TOP = 42
@@ -30,20 +30,20 @@ SKY_PICTURES = (*Sky.EXPLOSIONS, Sky.SAUCER, Sky.REACTOR, Sky.SUN, Sky.RING, *Sk
 GROUND_PICTURES = (Ground.SAUCER, *Ground.BUNKERS, *Ground.TANKS, *Ground.EXPLOSIONS)
 BEFORE = {0x54: 0x46, 0x70: 0x62, 0x7E: 0x70, 0xA8: 0x9A, 0xB6: 0xA8}  # of pictures on planets
 SKY_HEIGHT = 15
-GROUND_LINES = 6  # of two rows each
+GROUND_HEIGHT = 6  # of two rows each
 
 
-def _objects() -> Pictures:
+def _pictures_of_objects() -> Pictures:
     """Extents of the pictures of rows by low byte, those on planets last."""
     sky = ROM.rows(list(range(0xC00, 0xD00)), SKY_HEIGHT, top_first=True)
-    ground = ROM.rows(list(range(0xB00, 0xC00)), GROUND_LINES, top_first=True)
+    ground = ROM.rows(list(range(0xB00, 0xC00)), GROUND_HEIGHT, top_first=True)
     blank = np.zeros(1, int)
     rows = [sky[p] if p in SKY_PICTURES else blank for p in range(256)]
     rows += [np.repeat(ground[p], 2) if p in GROUND_PICTURES else blank for p in range(256)]
     return Pictures.of(rows, planet=2, picture=256)
 
 
-OBJECTS = _objects()
+OBJECT_PICTURES = _pictures_of_objects()
 
 
 class Shown(NamedTuple):
@@ -80,20 +80,20 @@ class Drawn(NamedTuple):
 
 def as_drawn(m: Ram) -> Drawn:
     """The state when the frame was drawn."""
-    shown = _shown(m)
-    pictures = _pictures(m, shown)
+    shown = _what_is_shown(m)
+    pictures = _drawn_pictures(m, shown)
     row = match((shown.planet, 0), (shown.attack, 1), otherwise=m.saucer_row)
-    chosen = np.arange(ROWS) == row
+    chosen = np.arange(OBJECT_ROWS) == row
     return Drawn(
         shown=shown,
         pictures=jnp.where(shown.is_map & chosen, Sky.REACTOR, pictures),
         lines=jnp.where(shown.planet, _ground_lines(m), m.top),
-        saucer=_saucer(m, shown, pictures, chosen),
+        saucer=_drawn_saucer(m, shown, pictures, chosen),
     )
 
 
-def _shown(m: Ram) -> Shown:
-    fresh = m.lives_time == FRESH
+def _what_is_shown(m: Ram) -> Shown:
+    fresh = m.lives_time == FRESH_TIME
     over = m.screen == Screen.OVER
     entered = fresh & (m.screen == Screen.PLANET) & (jnp.max(m.color) == 0)
     leaves = fresh & (m.screen == Screen.MAP) & (m.dies == 0)
@@ -104,7 +104,7 @@ def _shown(m: Ram) -> Shown:
     died = (m.screen == Screen.PLANET) | ((m.screen == Screen.MAP) & (m.dies == 1))
     reactor &= ~planet
     return Shown(
-        is_map=is_map & ~planet & (~(fresh | over) | (m.zones == ROWS)),
+        is_map=is_map & ~planet & (~(fresh | over) | (m.zones == OBJECT_ROWS)),
         planet=planet,
         attack=attack & ~planet,
         reactor=reactor,
@@ -116,7 +116,7 @@ def _shown(m: Ram) -> Shown:
     )
 
 
-def _saucer(m: Ram, shown: Shown, pictures: jax.Array, chosen: jax.Array) -> Saucer:
+def _drawn_saucer(m: Ram, shown: Shown, pictures: jax.Array, chosen: jax.Array) -> Saucer:
     """The saucer, given the pictures of rows and which row it is in."""
     moved = _saucer_moved(m, shown)
     top = only(chosen, m.top)
@@ -147,10 +147,10 @@ def _ground_lines(m: Ram) -> jax.Array:
     return jnp.maximum(_ground_line(m.top), free)
 
 
-def _pictures(m: Ram, shown: Shown) -> jax.Array:
+def _drawn_pictures(m: Ram, shown: Shown) -> jax.Array:
     """Pictures of rows; explosions take a step every 8 or 16 frames."""
     p = m.picture
-    ground = match(*((p == after, before) for after, before in BEFORE.items()), otherwise=p)
+    ground = match(*((p == after, earlier) for after, earlier in BEFORE.items()), otherwise=p)
     sky = p + when(among(p, Sky.EXPLOSIONS[:2]), 0x10)
     stepped = (m.clock & jnp.where(shown.planet, 7, 15)) == 0
     return jnp.where(stepped & ~shown.fresh, jnp.where(shown.planet, ground, sky), p)
@@ -215,7 +215,7 @@ class Shots(NamedTuple):
     now: jax.Array  # on this frame
 
 
-def ship_shots(m: Ram, shown: Shown) -> Shots:
+def ship_shots_drawn(m: Ram, shown: Shown) -> Shots:
     """The ship's shots: one has been moved and drawn, the other one was drawn before."""
     turn = jnp.where(shown.over, m.shot_y == m.shot_row, (m.clock & 1) == SLOTS)
     now = turn & ~shown.is_map | (shown.is_map & (SLOTS == 0))
@@ -224,7 +224,7 @@ def ship_shots(m: Ram, shown: Shown) -> Shots:
     return Shots(m.shot_x - 1, row, (now | alive) & (row < LAST_LINE), now)
 
 
-def enemy_shots(m: Ram, shown: Shown) -> Shots:
+def enemy_shots_drawn(m: Ram, shown: Shown) -> Shots:
     """Enemies' shots: one has been drawn, the other one has been moved for the next frame."""
     now = ((m.clock & 1) != SLOTS) | shown.over
     heading = m.enemy_heading

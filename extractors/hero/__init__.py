@@ -39,7 +39,7 @@ from ocjax.console.rom import Pictures
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors.hero.ram import ROM, Contact, Mode, Over, Ram, Walks
 from ocjax.extractors.hero.rocks import (
-    HALF,
+    HALF_WALL,
     LASTS,
     MOST,
     PART,
@@ -48,8 +48,8 @@ from ocjax.extractors.hero.rocks import (
     UPPER_SLOT,
     WALL_SLOT,
     free,
+    rock_boxes,
     rock_colors,
-    rocks,
 )
 from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.filters import NoPairs
@@ -68,12 +68,12 @@ WHOLE_WALL = 78  # rows of the first room's wall, not below rock
 NOWHERE = 147  # from here on, an `x` of no object
 GONE = 50  # `being_y` of no object
 HURT_UNTIL = 150  # from here on, `dying` is that of a hit
-MIRRORED = 24  # x of the miner in a mirrored room
+MIRRORED_X = 24  # x of the miner in a mirrored room
 BLANK = 170  # `score_start` while the score is not shown
 LOWEST = ROM.bytes(0x9E9, 3)  # `y` in the parts
 HIGHEST = ROM.bytes(0x9EC, 3)
 NEITHER = 3  # `stick`
-REACH = 16  # columns that a beam flies
+BEAM_REACH = 16  # columns that a beam flies
 LAVA_HUE = 64  # of a colour
 
 
@@ -84,7 +84,7 @@ class Sprite(NamedTuple):
     colors: int
 
 
-BEINGS = (
+BEING_SPRITES = (
     Sprite(0x1A, 0x4D),  # spider
     Sprite(0x27, 0x4D),
     Sprite(0x02, 0x5A),  # bat
@@ -104,7 +104,7 @@ BOMBS = (0x26, 0x33, 0x40)
 FIRES = (0x4D, 0x58, 0x65)
 MINERS = (0x71, 0x7E)
 RAFT = 0x97
-LOW = (
+LOW_SPRITES = (
     *(Sprite(picture, 0x68) for picture in BOMBS),
     *(Sprite(picture, 0x40) for picture in FIRES),
     *(Sprite(picture, 0x26) for picture in MINERS),
@@ -114,17 +114,17 @@ LOW = (
 NOTHING = np.zeros(13, np.int32)
 
 
-def _sprite(page: int, sprite: Sprite) -> np.ndarray:
+def _sprite_rows(page: int, sprite: Sprite) -> np.ndarray:
     """The rows of a sprite that show."""
     return ROM.rows(page + sprite.picture, 13) * (ROM.rows(0xD00 + sprite.colors, 13) > 1)
 
 
-BEING_INDEX = {sprite.picture: i for i, sprite in enumerate(BEINGS)}
-KINDS = [BEING_INDEX.get(low, len(BEINGS)) for low in range(256)]  # by low byte
-BEING_ROWS = [*(_sprite(0xB00, sprite) for sprite in BEINGS), NOTHING]
+BEING_INDEX = {sprite.picture: i for i, sprite in enumerate(BEING_SPRITES)}
+KINDS = [BEING_INDEX.get(low, len(BEING_SPRITES)) for low in range(256)]  # by low byte
+BEING_ROWS = [*(_sprite_rows(0xB00, sprite) for sprite in BEING_SPRITES), NOTHING]
 # By columns that rocks cover, -8 to 8: less than 0 on the right, more on the left.
 BEING_PICTURES = Pictures.of([rows & cut for cut in EDGE_CUTS[::-1] for rows in BEING_ROWS])
-LOW_ROWS = {sprite.picture: _sprite(0xA00, sprite) for sprite in LOW}
+LOW_ROWS = {sprite.picture: _sprite_rows(0xA00, sprite) for sprite in LOW_SPRITES}
 LOW_PICTURES = Pictures.of(LOW_ROWS.get(low, NOTHING) for low in range(256))
 
 
@@ -140,19 +140,19 @@ FLIGHTS = 3
 STEPS = 5
 POSES = (0xAE3, 0xEE7, 0xE82, 0xE9B, 0xEB4, 0xECD, 0xCE6, 0xCCD, 0xCB4, 0xC9B, 0xC82)
 TALL = 24
-SHOWN = [(np.arange(TALL) - cut) // TALL == 0 for cut in range(-TALL, TALL + 1)]  # rows
-PLAYERS = Pictures.of([pose * rows for pose in ROM.rows(POSES, TALL) for rows in SHOWN])
+SHOWN_ROWS = [(np.arange(TALL) - cut) // TALL == 0 for cut in range(-TALL, TALL + 1)]  # rows
+PLAYERS = Pictures.of([pose * rows for pose in ROM.rows(POSES, TALL) for rows in SHOWN_ROWS])
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    room = rocks(m)
-    beings, low = _beings(m, room), _low(m)
-    snake, lava = among(m.being, SNAKES), _is_lava(m)
+    room = rock_boxes(m)
+    beings, low = _being_boxes(m, room), _low_boxes(m)
+    is_snake, has_lava = among(m.being, SNAKES), _is_lava(m)
     tentacle = low.where(among(m.low, TENTACLES))
     return {
-        "Player": _player(m, room),
-        "Enemy": choose(SLOT[:3] == 0, tentacle, beings.where(~snake)),
-        "Snake": beings.where(snake)[1:],
+        "Player": _player_box(m, room),
+        "Enemy": choose(SLOT[:3] == 0, tentacle, beings.where(~is_snake)),
+        "Snake": beings.where(is_snake)[1:],
         "Lamp": beings.where(m.being == LAMP)[:1],
         "Bomb": low.where(among(m.low, BOMBS))[1:],
         "Explosion": low.where(among(m.low, FIRES))[1:],
@@ -160,12 +160,12 @@ def decode(m: Ram) -> dict[str, Box]:
         "EndNPC": low.where(among(m.low, MINERS))[1:2],
         "Platform": low.where(m.low == RAFT)[:1],
         "Wall": _walls(m, room),
-        "LavaWall": room.where(lava)[MOST : 2 * MOST],
-        "PowerBar": _power(m),
+        "LavaWall": room.where(has_lava)[MOST : 2 * MOST],
+        "PowerBar": _power_box(m),
         "Life": box(113 - 8 * m.lives, 152, 8 * m.lives - 11, 13, m.lives > 1, value=m.lives),
         "BombStock": box(107 - 8 * m.bombs, 166, 8 * m.bombs - 5, 11, m.bombs > 0, value=m.bombs),
-        "Score": _score(m),
-        "Level": _level(m),
+        "Score": _score_box(m),
+        "Level": _level_box(m),
     }
 
 
@@ -175,7 +175,7 @@ def _is_lava(m: Ram) -> jax.Array:
 
 
 def _is_mirrored(m: Ram) -> jax.Array:
-    return (m.room == pick(m.level, LASTS.tolist())) & (m.low_x[1] == MIRRORED)
+    return (m.room == pick(m.level, LASTS.tolist())) & (m.low_x[1] == MIRRORED_X)
 
 
 def _walls(m: Ram, room: Box) -> Box:
@@ -186,7 +186,7 @@ def _walls(m: Ram, room: Box) -> Box:
     return box(room.x, top, room.w, height, room.valid & stone, color=color)
 
 
-def _power(m: Ram) -> Box:
+def _power_box(m: Ram) -> Box:
     color = jnp.where(m.power == 0, RED, YELLOW)
     return box(49, 145, jnp.where(m.power < 79, 79, 78), 5, value=m.power, color=color)
 
@@ -198,20 +198,20 @@ def _shows_level(m: Ram) -> jax.Array:
     return (m.mode != Mode.NO_LEVELS) & jnp.where(m.waits == 0, m.ready == 0, after)
 
 
-def _level(m: Ram) -> Box:
+def _level_box(m: Ram) -> Box:
     number = LEVEL.box(m.level + 1)
     width = number.x + number.w - TEXT_LEFT
     return box(TEXT_LEFT, 179, width, 8, _shows_level(m), value=m.level + 1)
 
 
-def _score(m: Ram) -> Box:
-    level = _shows_level(m)
-    in_place = box(TEXT_LEFT, 179, _level(m).w, 8, value=m.score)
-    score = choose(level, in_place, SCORE.box(m.score))
-    return replace(score, color=jnp.where(level, YELLOW, WHITE))
+def _score_box(m: Ram) -> Box:
+    hidden = _shows_level(m)
+    in_place = box(TEXT_LEFT, 179, _level_box(m).w, 8, value=m.score)
+    number = choose(hidden, in_place, SCORE.box(m.score))
+    return replace(number, color=jnp.where(hidden, YELLOW, WHITE))
 
 
-def _beings(m: Ram, room: Box) -> Box:
+def _being_boxes(m: Ram, room: Box) -> Box:
     """What is in the upper halves of the parts, without what rocks cover."""
     mirrored = _is_mirrored(m)
     left, right = (edge - m.being_x for edge in free(room, m.being_x, m.being_x + 8))
@@ -223,13 +223,13 @@ def _beings(m: Ram, room: Box) -> Box:
     return beings.clip(*VISIBLE)
 
 
-def _low(m: Ram) -> Box:
+def _low_boxes(m: Ram) -> Box:
     """What is in the lower halves of the parts."""
     y, there = np.array([125, 86, 47]), m.low_x < NOWHERE
     return LOW_PICTURES.box(m.low, m.low_x, y, valid=there, mirrored=_is_mirrored(m))
 
 
-def _pose(m: Ram) -> jax.Array:
+def _drawn_pose(m: Ram) -> jax.Array:
     """The player's picture before the next step of his legs or his rotor."""
     flight = m.flight + when((m.clock >= 2) & (m.saved == 0), 1)
     step = m.step + when((m.clock == 0) & (m.saved == 0), 1)
@@ -242,9 +242,9 @@ def _pose(m: Ram) -> jax.Array:
     )
 
 
-def _player(m: Ram, room: Box) -> Box:
+def _player_box(m: Ram, room: Box) -> Box:
     """The player, without what rocks cover."""
-    picture, y = len(SHOWN) * _pose(m) + TALL, 135 - m.y
+    picture, y = len(SHOWN_ROWS) * _drawn_pose(m) + TALL, 135 - m.y
     left, facing = m.facing != 0, jnp.where(m.facing != 0, WEST, EAST)
     whole = PLAYERS.box(picture, m.x, y, mirrored=left)
     top, bottom = jnp.maximum(y, VISIBLE[1]), jnp.minimum(y + TALL, VISIBLE[3])
@@ -254,15 +254,15 @@ def _player(m: Ram, room: Box) -> Box:
     top, bottom = jnp.maximum(top, first), jnp.minimum(bottom, last)
     cut = jnp.where(top > y, top - y, bottom - y - TALL)
     cut_picture = picture + jnp.clip(cut, -TALL, TALL)
-    player = PLAYERS.box(cut_picture, m.x, y, mirrored=left, orientation=facing)
+    cut_player = PLAYERS.box(cut_picture, m.x, y, mirrored=left, orientation=facing)
     begin, end = extremes(seen, begin, end)
-    shown = player.clip(begin, VISIBLE[1], end, VISIBLE[3]).clip(*VISIBLE)
+    shown = cut_player.clip(begin, VISIBLE[1], end, VISIBLE[3]).clip(*VISIBLE)
     return shown.where((m.over == 0) & (bottom > top))
 
 
 def _laser(m: Ram, room: Box) -> Box:
     """The beam before it flew on, from where the player was; after it has hit, it begins anew."""
-    left, half, row = m.facing != 0, m.hits >= HALF, 139 - m.y
+    left, half, row = m.facing != 0, m.hits >= HALF_WALL, 139 - m.y
     begin, end = _corridor(m, room, row)
     x = m.x - when(_player_moves(m), jnp.where(left, -1, 1))
     width = jnp.where(half, 4, 8)
@@ -270,11 +270,11 @@ def _laser(m: Ram, room: Box) -> Box:
     space = jnp.where(left, start - begin, end - start - width)
     reach = 3 * div(jnp.maximum(space + 3, 0), 3)
     begun = (m.laser == 0) & (m.touched == 0)
-    flown = jnp.where(begun, reach, (m.laser - 3) & (REACH - 1))
-    there = (m.laser < REACH) & (~begun | (reach < REACH))
-    beam = box(start + jnp.where(left, -flown, flown), row, width, 1, there)
-    beam = beam.clip(begin, VISIBLE[1], end, VISIBLE[3])
-    return beam.where(beam.w > 1)
+    flown = jnp.where(begun, reach, (m.laser - 3) & (BEAM_REACH - 1))
+    there = (m.laser < BEAM_REACH) & (~begun | (reach < BEAM_REACH))
+    flying = box(start + jnp.where(left, -flown, flown), row, width, 1, there)
+    flying = flying.clip(begin, VISIBLE[1], end, VISIBLE[3])
+    return flying.where(flying.w > 1)
 
 
 def _corridor(m: Ram, room: Box, row: jax.Array) -> tuple[jax.Array, jax.Array]:
@@ -287,9 +287,9 @@ def _corridor(m: Ram, room: Box, row: jax.Array) -> tuple[jax.Array, jax.Array]:
 
 def _player_moves(m: Ram) -> jax.Array:
     """Whether the player has just moved to the side."""
-    level = among(m.y - LOWEST, (0, -1)) | among(m.y - HIGHEST, (0, 1))
+    at_level = among(m.y - LOWEST, (0, -1)) | among(m.y - HIGHEST, (0, 1))
     by_wall = (m.contact >= Contact.WALL) & (m.wall > 0)
-    pushed = jnp.any(jnp.where(m.contact >= Contact.ROCK, ~level, by_wall))
+    pushed = jnp.any(jnp.where(m.contact >= Contact.ROCK, ~at_level, by_wall))
     free_to = ~pushed & (m.turns == 0) & (m.dying == 0) & (m.saved == 0) & (m.flash == 0)
     tries = (m.stick != NEITHER) | (m.walks == Walks.GROUND) | ((m.x & 3) > 0)
     return tries & free_to

@@ -16,7 +16,7 @@ BANK = 0x1000  # offset of the second bank
 STARTS = ROM.bytes(BANK + 0xF00, 20)  # the first room of each level
 LASTS = ROM.bytes(BANK + 0xF28, 20)  # number of the last room of each level
 # Dots of each room's middle part and, 256 entries after them, of the bottom.
-DOTS = np.stack([ROM.bytes(BANK + 0xA00, 512), ROM.bytes(BANK + 0xC00, 512)], axis=1)
+ROOM_DOTS = np.stack([ROM.bytes(BANK + 0xA00, 512), ROM.bytes(BANK + 0xC00, 512)], axis=1)
 FORMS = ROM.bytes(BANK + 0xE00, 256)  # bits of each room: those of `Form`
 FIRST_RIVER = 11  # from this room on, there is a river
 FIRST_PULSE = 13  # from this level on, lava moves
@@ -32,7 +32,7 @@ HEIGHTS = (39, 37, 39)  # lit rows
 EDGES = (8, 152)  # left columns of what is at the sides
 GAP = (76, 84)  # between rocks, closed by lava
 
-HALF = 128  # from here on, `hits` leave half a wall
+HALF_WALL = 128  # from here on, `hits` leave half a wall
 
 
 def _runs(side: int, dots: np.ndarray, mirrored: bool, edge: int = 0) -> list[int]:
@@ -46,27 +46,27 @@ def _runs(side: int, dots: np.ndarray, mirrored: bool, edge: int = 0) -> list[in
     return [a | b - a << 8 for a, b in ends]
 
 
-def _room(room: int, side: int) -> list[int]:
+def _room_rocks(room: int, side: int) -> list[int]:
     """The rocks of a room, with or without those at the sides of its middle part."""
     number = room - max(start for start in STARTS.tolist() if start <= room)
-    above = DOTS[room + 255] if number else np.array((192, 0))
+    above = ROOM_DOTS[room + 255] if number else np.array((192, 0))
     above = np.array((255, 255)) if number >= FIRST_RIVER else above
     edge = place if not side and (place := int(FORMS[room]) & Form.PLACE) in EDGES else 0
-    middle = _runs(side, DOTS[room], not FORMS[room] & Form.REPEATS, edge)
-    parts = _runs(1, above, True), middle, _runs(1, DOTS[room + 256], True)
+    middle = _runs(side, ROOM_DOTS[room], not FORMS[room] & Form.REPEATS, edge)
+    parts = _runs(1, above, True), middle, _runs(1, ROOM_DOTS[room + 256], True)
     return [rock for rocks in parts for rock in [*rocks, *[0] * MOST][:MOST]]
 
 
-ROOMS = np.array([_room(room, side) for side in (1, 0) for room in range(256)]).ravel()
+ROOMS = np.array([_room_rocks(room, side) for side in (1, 0) for room in range(256)]).ravel()
 
 
-def rocks(m: Ram) -> Box:
+def rock_boxes(m: Ram) -> Box:
     """The rocks of each part, and the wall that can be destroyed, which has two parts in room 0."""
     first, last = _closed_by_lava(m, *_stored(m))
     wall = (SLOT == WALL_SLOT) | ((SLOT == UPPER_SLOT) & (m.room == 0))
     wall = wall & (m.wall > EDGES[0] + 1) & (m.wall <= EDGES[1])
     x = jnp.where(wall, m.wall - 1, first)
-    end = jnp.where(wall, x + jnp.where(m.hits >= HALF, 4, 8), last)
+    end = jnp.where(wall, x + jnp.where(m.hits >= HALF_WALL, 4, 8), last)
     color = rock_colors(m)
     there = (end > x) & (color > 1)
     return box(x, np.array(TOPS)[PART], end - x, np.array(HEIGHTS)[PART], there, color=color & ~1)
@@ -85,8 +85,8 @@ def _stored(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 def _closed_by_lava(m: Ram, x: jax.Array, end: jax.Array) -> tuple[jax.Array, jax.Array]:
     """The same, with lava that closes the gap in the middle, or a part of it."""
-    gap = (end[LAVA_SLOT] == GAP[0]) & (x[LAVA_SLOT + 1] == GAP[1])
-    moves = gap & (m.level >= FIRST_PULSE)
+    has_gap = (end[LAVA_SLOT] == GAP[0]) & (x[LAVA_SLOT + 1] == GAP[1])
+    moves = has_gap & (m.level >= FIRST_PULSE)
     reach = 48 + 4 * jax.lax.population_count(m.dots)
     closed = reach == 80
     end = jnp.where(moves & (SLOT == LAVA_SLOT), jnp.where(closed, 160, reach), end)

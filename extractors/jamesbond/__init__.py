@@ -42,8 +42,8 @@ from ocjax.extractors.jamesbond.lanes import (
     beamed,
     column,
     drawn_kinds,
-    objects,
-    steps,
+    have_stepped,
+    lane_boxes,
 )
 from ocjax.extractors.jamesbond.ram import ROM, Flags, Kind, MoreFlags, Ram, Status, Way
 from ocjax.vision.displays import NumberDisplay
@@ -56,18 +56,18 @@ SCORE = NumberDisplay(FONT, right=102, top=15, digits=6)
 MOST_ICONS = 3  # that show lives in reserve
 
 FIELD = (8, 57, 160, 179)
-SKY = (8, 57, 160, 72)
+SKY_AREA = (8, 57, 160, 72)
 LOW = (8, 99, 160, 121)
-SHOT = (8, 74, 160, 156)
+SHOT_AREA = (8, 74, 160, 156)
 BOMBED = (8, 57, 160, 168)  # down to the bed of the first sea
 
 NIGHTS = 4  # the first mission at night
 FIRST_SLOW = 35  # `enemy_shot_y` of a slow shot before it is drawn
 FIRST_FAST = (22, 23)  # of a fast one
-LATE = 22  # up to here, enemies' shots begin a row later
+LATE_X = 22  # up to here, enemies' shots begin a row later
 LIT = 119  # `rig_colors` while the rig shows
 ORANGE = 58  # of the vehicle
-SURFACE = 123  # where what falls goes under
+SURFACE_ROW = 123  # where what falls goes under
 ENEMY_SURFACE = 122
 
 OBJECTS = {  # kind and slots of each category
@@ -115,19 +115,19 @@ def decode(m: Ram) -> dict[str, Box]:
         "Depth_Charge": _depth_charge(m),
         "Enemy_Shot": _enemy_shot(m),
         "Laser": _beam(m),
-        "Fire_Hole": _hole(m),
+        "Fire_Hole": _hole_box(m),
         "Lab": _lab(m),
         "Score": SCORE.box(m.score),
         "Life": _lives(m),
-        **_objects(m),
+        **_object_boxes(m),
     }
     hidden = {name: Status.TITLE | (Status.OVER if name == "Score" else 0) for name in boxes}
     return {name: b.where((m.status & hidden[name]) != Status.TITLE) for name, b in boxes.items()}
 
 
-def _objects(m: Ram) -> dict[str, Box]:
+def _object_boxes(m: Ram) -> dict[str, Box]:
     kinds = drawn_kinds(m)
-    drawn = objects(m, kinds)
+    drawn = lane_boxes(m, kinds)
     boxes = {
         name: drawn[slots].where(kinds[slots] == kind) for name, (kind, slots) in OBJECTS.items()
     }
@@ -149,17 +149,17 @@ def _lives(m: Ram) -> Box:
 
 
 def _player_shot(m: Ram) -> Box:
-    return replace(_shot(m, m.shot_x, m.shot_y, SURFACE), color=_vehicle_color(m))
+    return replace(_shot_box(m, m.shot_x, m.shot_y, SURFACE_ROW), color=_vehicle_color(m))
 
 
 def _depth_charge(m: Ram) -> Box:
     """The charge; at night, sky and sea bed have its colour."""
-    charge = _shot(m, m.bomb_x - 3, m.bomb_y, SURFACE).clip(*BOMBED)
-    shown = charge.clip(*SEA)
-    return choose((m.mission >= NIGHTS) & shown.valid, shown, charge)
+    falling = _shot_box(m, m.bomb_x - 3, m.bomb_y, SURFACE_ROW).clip(*BOMBED)
+    shown = falling.clip(*SEA)
+    return choose((m.mission >= NIGHTS) & shown.valid, shown, falling)
 
 
-def _shot(m: Ram, x: jax.Array, y: jax.Array, surface: int) -> Box:
+def _shot_box(m: Ram, x: jax.Array, y: jax.Array, surface: int) -> Box:
     """A shot, which begins on every other line; borders of the kernel make it longer or shorter."""
     height = m.height[SKY_SLOT]
     sky = AIR[1] + when(height < NONE, height + 1) + when(beamed(m), 9)  # its last row
@@ -195,8 +195,8 @@ def _enemy_shot(m: Ram) -> Box:
     """The enemies' shot before its last step, from the frame on on which it is drawn."""
     y, flies = m.enemy_shot_y, ~_dies(m)
     dx, dy = _enemy_step(m.shot_way)
-    shot = _shot(m, m.enemy_shot_x - when(flies, dx), y - when(flies, dy), ENEMY_SURFACE)
-    shot = box(shot.x, shot.y + when(shot.x < LATE, 1), 1, shot.h, shot.valid)
+    shot = _shot_box(m, m.enemy_shot_x - when(flies, dx), y - when(flies, dy), ENEMY_SURFACE)
+    shot = box(shot.x, shot.y + when(shot.x < LATE_X, 1), 1, shot.h, shot.valid)
     slow = (m.shot_way & Way.SLOW_Y) > 0
     first = jnp.where(slow, y == FIRST_SLOW, among(y, FIRST_FAST))
     fresh = first & (m.shot_way > 0) & flies
@@ -217,7 +217,7 @@ def _beam(m: Ram) -> Box:
     """The beam as it was last drawn: on this frame, or on the one before the ground moved."""
     helicopter_x, helicopter = m.object_x[SKY_SLOT], m.kind[SKY_SLOT] == Kind.HELICOPTER
     late = ((m.flags & Flags.ODD) == 0) & ((m.clock & 3) == 0)
-    moved = steps(m, m.kind)[SKY_SLOT]
+    moved = have_stepped(m, m.kind)[SKY_SLOT]
     x = helicopter_x + when(late, 1) + when(moved, 1)
     begins = moved & (helicopter_x == AIMS[-3])  # from the next frame on
     there = ((m.more_flags & MoreFlags.BEAM) > 0) & ~_dies(m) & helicopter
@@ -225,7 +225,7 @@ def _beam(m: Ram) -> Box:
     return box(x + left, 64, width, 8, there & ~begins).clip(*FIELD)
 
 
-def _hole(m: Ram) -> Box:
+def _hole_box(m: Ram) -> Box:
     """The hole; at an edge, the larger part of what is in columns 8-159, for it goes round."""
     left = column(m.ground_x) + 1
     x = jnp.where(left > 156, left - 160, left)
@@ -251,9 +251,9 @@ TAKEN = (  # by others
 PLAYER = tuple(c for c in range(0, 256, 2) if c not in TAKEN)  # a lost vehicle flashes in all
 VEHICLE = Blobs(PLAYER, FIELD, Shape(w=(4, 8), h=4, pixels=(9, 17)))
 UPWARD = Blobs(PLAYER, FIELD, Shape(w=1, h=(3, 6)))
-charge = functools.partial(Blobs, (0, 196))
-LOW_CHARGE = charge((8, 121, 160, 168), shapes=Shape(w=1, h=(2, 7)))
-CHARGE = charge(BOMBED, shapes=Shape(w=1, h=(4, 7)), also=(LOW_CHARGE,))
+charge_in = functools.partial(Blobs, (0, 196))
+LOW_CHARGE = charge_in((8, 121, 160, 168), shapes=Shape(w=1, h=(2, 7)))
+CHARGE = charge_in(BOMBED, shapes=Shape(w=1, h=(4, 7)), also=(LOW_CHARGE,))
 DIM = Bounds((8, 148), (8, 75, 160, 91), (1, 3), exclude=("Hornet",))  # beside one
 NIGHT = Shades((130, 121), (132, 196, 146), ((196,), (1,), (1,)))  # the sea has its colour
 blob = functools.partial(Blobs, gap=(1, 1))
@@ -265,7 +265,7 @@ ROCKETS = blob(ROCKET_COLORS, FIELD, shapes=ROCKET_SHAPES, first=10)
 SPARKS = Blobs((68, 106), (8, 115, 160, 121), Shape(w=(5, 8), h=(3, 6)), gap=(5, 2))
 BURST = Blobs((194, 24), SEA, Shape(w=(10, 32), h=(5, 16)), gap=(7, 4))
 MISSILES = blob((6, 52, 26), FIELD, shapes=Shape(w=(3, 8), h=(5, 16)), first=6)
-HELI = Bounds((14, 70, 66, 20), SKY)
+HELI = Bounds((14, 70, 66, 20), SKY_AREA)
 ALL_ICONS = 16 * MOST_ICONS - 8  # columns
 ICONS = Bounds((38, 20, 10), (9, 184, 9 + ALL_ICONS, 189), value=Gauge(16, -8, 1, full=ALL_ICONS))
 
@@ -279,12 +279,12 @@ GAME = Game(
         Category("Player", VEHICLE, doc="the vehicle"),
         Category("Player_Shot", UPWARD, doc="the shot that flies up"),
         Category("Depth_Charge", CHARGE, doc="falls; from the second mission on"),
-        Category("Enemy_Shot", Bounds(254, SHOT, (1, 2)), otherwise=DIM, doc="of all enemies"),
+        Category("Enemy_Shot", Bounds(254, SHOT_AREA, (1, 2)), otherwise=DIM, doc="of all enemies"),
         Category("Laser", Bounds(254, (8, 63, 160, 74), (2, 6)), doc="a helicopter's beam"),
         Category("Fire_Hole", HOLE, doc="in the ground"),
         Category("Lab", Bounds((24, 34, 54), (8, 156, 160, 179)), doc="on the sea bed"),
-        Category("Ice", Bounds((148, 8, 152), SKY, (1, 10)), doc="a diamond"),
-        Category("Satellite", Bounds((90, 86, 82), SKY, (1, 8)), doc="in the sky"),
+        Category("Ice", Bounds((148, 8, 152), SKY_AREA, (1, 10)), doc="a diamond"),
+        Category("Satellite", Bounds((90, 86, 82), SKY_AREA, (1, 8)), doc="in the sky"),
         Category("Helicopter", HELI, rgb=(167, 26, 26), doc="in the sky"),
         Category("Hornet", FLYER, doc="in the air"),
         Category("Oil_Rig", Bounds((34, 202), LOW, (1, 8)), doc="a goal: to be landed on"),

@@ -20,9 +20,9 @@ AIR = (8, 57, 160, 121)
 SEA = (8, 121, 160, 152)
 IN_AIR = np.array((True, True, False, False, False))  # of the slots: two in the air,
 IN_SEA = np.array((False, False, True, True, False))  # two in the sea and one in the sky
-COPY = np.array((False, True, False, True, False))
+IS_COPY = np.array((False, True, False, True, False))
 SKY_SLOT = 4
-BOTTOM = np.where(IN_SEA, SEA[3], AIR[3])
+LANE_BOTTOMS = np.where(IN_SEA, SEA[3], AIR[3])
 
 NONE = 128  # from here on, a kind, a height or a row stands for nothing
 JUST_DIED = 60  # `pause` then
@@ -30,22 +30,22 @@ SPARKS_Y = 64  # `object_y` of explosions
 SMOKE_ROWS = 15  # of the ship's pictures
 UNLIT = 105  # from this column on, missiles in the sea lack their last row
 
-KINDS = 15
-RECORDS = GRAPHICS | (ROM.bytes(0xB62, KINDS) & 15) << 8 | ROM.bytes(0xB53, KINDS)
+KIND_COUNT = 15
+RECORDS = GRAPHICS | (ROM.bytes(0xB62, KIND_COUNT) & 15) << 8 | ROM.bytes(0xB53, KIND_COUNT)
 RECORD = np.array([ROM.bytes(at, 11) for at in RECORDS])  # of each kind; its pictures follow
 
 
-def _steps(field: int, torpedo: int) -> list[int]:
+def _kind_steps(field: int, torpedo: int) -> list[int]:
     """Pixels that each kind moves in a step; a torpedo's are not in its record."""
     steps = (RECORD[:, field].astype(int) ^ 128) - 128
-    return np.where(np.arange(KINDS) == Kind.TORPEDO, torpedo, steps).tolist()
+    return np.where(np.arange(KIND_COUNT) == Kind.TORPEDO, torpedo, steps).tolist()
 
 
 TOGGLES = RECORD[:, 0].tolist()  # bits of the address in which two pictures differ
 ANIMATIONS = (RECORD[:, 1] & 15).tolist()  # frames that a picture stays
 PERIODS = RECORD[:, 2].tolist()  # frames from step to step
-STEPS_X = _steps(3, torpedo=-2)
-STEPS_Y = _steps(4, torpedo=0)
+STEPS_X = _kind_steps(3, torpedo=-2)
+STEPS_Y = _kind_steps(4, torpedo=0)
 HEIGHTS = RECORD[:, 5].tolist()  # rows less 1
 STARTS = RECORD[:, 7].tolist()  # the first `object_y`
 FIRST_PICTURES = [at + 11 & 255 for at in RECORDS]  # low byte of the address
@@ -54,13 +54,13 @@ FIRST_PICTURES = [at + 11 & 255 for at in RECORDS]  # low byte of the address
 def _picture(kind: int, toggle: int) -> np.ndarray:
     """The rows of a picture from the top, without the smoke of the ship."""
     page = int(RECORDS[kind]) & ~255
-    rows = ROM.rows(page | FIRST_PICTURES[kind] ^ toggle, HEIGHTS[kind] + 1)
-    return np.where((kind == Kind.SHIP) & (np.arange(len(rows)) < SMOKE_ROWS), 0, rows)
+    dots = ROM.rows(page | FIRST_PICTURES[kind] ^ toggle, HEIGHTS[kind] + 1)
+    return np.where((kind == Kind.SHIP) & (np.arange(len(dots)) < SMOKE_ROWS), 0, dots)
 
 
-BOTH = [_picture(kind, toggle) for kind in range(KINDS) for toggle in (0, TOGGLES[kind])]
+BOTH = [_picture(kind, toggle) for kind in range(KIND_COUNT) for toggle in (0, TOGGLES[kind])]
 ROWS = range(1, max(HEIGHTS) + 2)  # of a picture that the surface or the ground leaves
-PICTURES = Pictures.of([rows[:n] & seen for rows in BOTH for n in ROWS for seen in EDGE_CUTS])
+LOOKS = Pictures.of([rows[:n] & seen for rows in BOTH for n in ROWS for seen in EDGE_CUTS])
 
 
 def column(x: jax.Array) -> jax.Array:
@@ -74,7 +74,7 @@ def runs(m: Ram) -> jax.Array:
     return ((m.status & Status.NOT_RUNNING) == 0) & ~stands
 
 
-def steps(m: Ram, kinds: jax.Array) -> jax.Array:
+def have_stepped(m: Ram, kinds: jax.Array) -> jax.Array:
     """Which objects have made a step since they were drawn."""
     beam = (m.more_flags & MoreFlags.BEAM) > 0
     aims = beam & (((m.clock + 1) & 15) != 0) & (kinds == Kind.HELICOPTER)
@@ -93,28 +93,28 @@ def drawn_kinds(m: Ram) -> jax.Array:
     return jnp.where(ended, Kind.EXPLOSION, m.kind)
 
 
-def objects(m: Ram, kinds: jax.Array) -> Box:
+def lane_boxes(m: Ram, kinds: jax.Array) -> Box:
     """The objects as they were drawn; the larger part of what the edges and columns 0-7 cut."""
     zoom = match((m.size == Size.DOUBLE, 1), (m.size == Size.QUAD, 2), otherwise=0)
-    left, y = _left(m, kinds, zoom), _row(m, kinds)
+    left, y = _left_columns(m, kinds, zoom), _row(m, kinds)
     beyond_right = jnp.clip((left + (8 << zoom) - 160) >> zoom, 0, 8)
     beyond_left = jnp.clip((8 - left) >> zoom, 0, 8)
-    bottom = BOTTOM - when((kinds == Kind.MISSILE) & IN_SEA & (left >= UNLIT), 1)
+    bottom = LANE_BOTTOMS - when((kinds == Kind.MISSILE) & IN_SEA & (left >= UNLIT), 1)
     cut = len(ROWS) * _look(m, kinds) + jnp.clip(bottom - y, 1, len(ROWS)) - 1
     cut = len(EDGE_CUTS) * cut + 8 + beyond_right - beyond_left
-    dx, dy, w, h = PICTURES.extent(cut)
+    dx, dy, w, h = LOOKS.extent(cut)
     shapes = box(left + (dx << zoom), y + dy, w << zoom, h, _there(m, kinds))
     return shapes.clip(8, 57, 160, bottom)
 
 
-def _left(m: Ram, kinds: jax.Array, zoom: jax.Array) -> jax.Array:
+def _left_columns(m: Ram, kinds: jax.Array, zoom: jax.Array) -> jax.Array:
     """The first column of each picture."""
-    step = when(steps(m, kinds), pick(kinds, STEPS_X))
+    step = when(have_stepped(m, kinds), pick(kinds, STEPS_X))
     ground = when((m.clock & 3) == 0, 1)
     behind = beamed(m) & IN_AIR  # last drawn on the frame before
     x = m.object_x - step - when(behind, step - ground)
     copy = match((m.size == Size.NEAR_COPY, 16), (m.size == Size.MEDIUM_COPY, 32), otherwise=64)
-    left = column(x) + when(zoom > 0, 1) + when(COPY, copy)
+    left = column(x) + when(zoom > 0, 1) + when(IS_COPY, copy)
     beyond = 2 * left + (8 << zoom) > 328
     return match((left < 0, left + 160), (beyond, left - 160), otherwise=left)
 
@@ -122,7 +122,7 @@ def _left(m: Ram, kinds: jax.Array, zoom: jax.Array) -> jax.Array:
 def _row(m: Ram, kinds: jax.Array) -> jax.Array:
     """The first row of each picture."""
     y = jnp.where(kinds != m.kind, SPARKS_Y, m.object_y)
-    y = y - when(steps(m, kinds), pick(kinds, STEPS_Y))
+    y = y - when(have_stepped(m, kinds), pick(kinds, STEPS_Y))
     rises = among(kinds, (Kind.MISSILE, Kind.ROCKET)) & IN_SEA
     return 179 - jnp.where(rises, jnp.maximum(y, pick(kinds, STARTS)), y)
 
@@ -138,4 +138,4 @@ def _there(m: Ram, kinds: jax.Array) -> jax.Array:
     exists = (m.height < NONE) & (m.object_y < NONE)
     late = among(kinds, (Kind.TORPEDO, Kind.EXPLOSION, Kind.ERUPTION))
     begins = runs(m) & (m.drawn == 0) & late
-    return ((kinds != m.kind) | exists) & (~COPY | among(m.size, Size.COPIES)) & ~begins
+    return ((kinds != m.kind) | exists) & (~IS_COPY | among(m.size, Size.COPIES)) & ~begins

@@ -23,11 +23,11 @@ SECOND = 256  # the first picture of the second page
 RECORDS = np.arange(8)
 FEW = 6  # records of the first sprite
 SETUP = 5  # turns before a figure, after the one before it
-PAUSE = 72  # the turn, or the next free one, in which the game changes the ground's color
+PAUSE_TURN = 72  # the turn, or the next free one, in which the game changes the ground's color
 LAST = 80  # turn
 NEVER = 255  # instead of a turn
 # Records from the top down, the first turn with a figure, and that with a pause.
-SPRITES = ((range(FEW - 1, -1, -1), 6, PAUSE), ((7, 6), 22, NEVER))
+SPRITES = ((range(FEW - 1, -1, -1), 6, PAUSE_TURN), ((7, 6), 22, NEVER))
 
 
 class Record(NamedTuple):
@@ -51,7 +51,7 @@ class Person(NamedTuple):
     picture: jax.Array
 
 
-def person(m: Ram, y: jax.Array, record: Record) -> Person:
+def person_of(m: Ram, y: jax.Array, record: Record) -> Person:
     """A person's fields."""
     fields = jnp.stack([m.x, y, m.flags, m.picture])
     wedding = jnp.where(m.taken == 1, fields[:, record.taken], fields[:, record.free])
@@ -67,8 +67,8 @@ class State:  # of a sprite; from `ENDED` on, four turns after a figure
     PLACES = 5  # the next figure
 
 
-OFF_AT = (61, 94, 4, 82, 95, 0, 115, 136)  # columns, by the first sprite's state
-ON_AT = (73, 106, 4, 94, 116, 0, 115, 115)  # likewise, the second one's
+OFF_COLUMNS = (61, 94, 4, 82, 95, 0, 115, 136)  # columns, by the first sprite's state
+ON_COLUMNS = (73, 106, 4, 94, 116, 0, 115, 115)  # likewise, the second one's
 # The column while a figure is placed, by its x: the loop before it takes 15 columns a step.
 CODES = ROM.bytes(0x81E, 160)
 PLACED_AT = np.where(CODES & 1, 22, 52 + 15 * (CODES >> 1 & 7))
@@ -80,8 +80,8 @@ def _figure(page: int, code: int) -> np.ndarray:
     return ROM.rows(page | code + 1, height).reshape(-1, 2)[:, ::-1].ravel()
 
 
-FIGURES = [_figure(page, code) for page in (0xA00, 0xC00) for code in range(256)]
-TURNS = np.array([len(rows) // 2 for rows in FIGURES])
+FIGURE_ROWS = [_figure(page, code) for page in (0xA00, 0xC00) for code in range(256)]
+FIGURE_TURNS = np.array([len(rows) // 2 for rows in FIGURE_ROWS])
 
 
 def turns(
@@ -100,11 +100,11 @@ def turns(
     """
     first = RECORDS < FEW
     there = jnp.where(first, slayers + 1 - taken > RECORDS, (RECORDS == FEW) | (taken == 1))
-    length = lookup(TURNS, picture + np.where(first, SECOND, 0)) + 1
+    length = lookup(FIGURE_TURNS, picture + np.where(first, SECOND, 0)) + 1
     starts = {}
-    for records, ready, pause in SPRITES:
+    for group, ready, pause in SPRITES:
         ready = jnp.int32(ready)
-        for i in records:
+        for i in group:
             start = jnp.maximum(y[i], ready)
             late = jnp.maximum(y[i], jnp.maximum(ready, pause) + 1)
             start = jnp.where(start < pause, start, late)
@@ -116,12 +116,12 @@ def turns(
 
 def on_at(turn: jax.Array, figures: jax.Array) -> jax.Array:
     """The column that the beam has passed when the shot is switched on; figures are `turns`."""
-    return _beam(turn, figures[:, FEW:], ON_AT, SPRITES[1][1])
+    return _beam(turn, figures[:, FEW:], ON_COLUMNS, SPRITES[1][1])
 
 
 def off_at(turn: jax.Array, figures: jax.Array) -> jax.Array:
     """The same when it is switched off."""
-    return _beam(turn, figures[:, :FEW], OFF_AT, SPRITES[0][1])
+    return _beam(turn, figures[:, :FEW], OFF_COLUMNS, SPRITES[0][1])
 
 
 def _beam(turn: jax.Array, figures: jax.Array, columns: tuple[int, ...], ready: int) -> jax.Array:

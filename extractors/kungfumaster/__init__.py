@@ -42,10 +42,10 @@ from ocjax.extractors.kungfumaster.extents import (
     DRAGON,
     DRAGON_BALL,
     ENEMY_EXTENTS,
+    FIRST_SHIFTS,
+    POSE_ADDRESSES,
     POSE_EXTENTS,
-    POSES,
     ROM,
-    SHIFTS,
     Pose,
     extent_box,
 )
@@ -53,7 +53,7 @@ from ocjax.extractors.kungfumaster.vision import (
     BRIM_ROWS,
     JACKET_ROWS,
     ROOM,
-    SMOKE,
+    SMOKE_COLOR,
     SMOKE_ROWS,
     WHITE,
     Body,
@@ -151,20 +151,20 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    enemy = _enemy(m)
-    group = _group(m)
-    thrown = _thrown(m)
-    dragon = m.kind == Kind.DRAGON
+    enemy = _enemy_box(m)
+    group = _group_boxes(m)
+    thrown = _thrown_boxes(m)
+    is_dragon = m.kind == Kind.DRAGON
     bursting = m.kind == Kind.RED_BALL
     return {
-        "Player": _player(m),
+        "Player": _player_box(m),
         "Henchmen": group.where(m.kind == Kind.HENCHMEN),
         "Knife_Throwers": enemy.where(m.kind == Kind.KNIFE_THROWER),
         "Small_Enemy": enemy.where(m.kind == Kind.SMALL),
         "Enemy_Final_Fighter": enemy.where(among(m.kind, Kind.MASTERS)),
-        "Dragon_Balls": enemy.where(dragon & (m.enemy_picture == DRAGON_BALL)),
-        "Dragon_Smoke": enemy.where(dragon & ~among(m.enemy_picture, (DRAGON, DRAGON_BALL))),
-        "Dragon": enemy.where(dragon & (m.enemy_picture == DRAGON)),
+        "Dragon_Balls": enemy.where(is_dragon & (m.enemy_picture == DRAGON_BALL)),
+        "Dragon_Smoke": enemy.where(is_dragon & ~among(m.enemy_picture, (DRAGON, DRAGON_BALL))),
+        "Dragon": enemy.where(is_dragon & (m.enemy_picture == DRAGON)),
         "Red_Ball": enemy.where(bursting & (m.enemy_picture != AIRBALL)),
         "Airball": enemy.where(bursting & (m.enemy_picture == AIRBALL)),
         "Snake": enemy.where(m.kind == Kind.SNAKE),
@@ -178,9 +178,9 @@ def decode(m: Ram) -> dict[str, Box]:
         "Lives": LIVES.box(
             m.spare_lives, valid=among(m.spare_lives, range(1, 10)), value=m.spare_lives + 1
         ),
-        "Player_Health_Bar": _bar(m.energy, BAR_ROWS[0]),
-        "Enemy_Health_Bar": _bar(m.enemy_energy, BAR_ROWS[1]),
-        "Floor": _floors(m),
+        "Player_Health_Bar": _bar_box(m.energy, BAR_ROWS[0]),
+        "Enemy_Health_Bar": _bar_box(m.enemy_energy, BAR_ROWS[1]),
+        "Floor": _floor_boxes(m),
     }
 
 
@@ -189,24 +189,24 @@ def _compass(right: jax.Array) -> jax.Array:
     return jnp.where(right == 1, EAST, WEST)
 
 
-def _player(m: Ram) -> Box:
+def _player_box(m: Ram) -> Box:
     """The player; in a jump, his picture begins further down in the ROM the higher he is."""
-    jump = POSES[Pose.JUMP]
+    jump = POSE_ADDRESSES[Pose.JUMP]
     rise = jnp.where(m.picture_page == jump >> 8, (jump & 255) - m.picture_low, 0)
-    pictures = [(p >> 8, p & 255) for p in POSES]
+    pictures = [(p >> 8, p & 255) for p in POSE_ADDRESSES]
     poses = (
         ((m.picture_page == page) & (m.picture_low == low), pose)
         for pose, (page, low) in enumerate(pictures)
     )
     pose = match(*poses, otherwise=Pose.IN_AIR)
-    shifted_right = among(m.shifts, [address & 255 for address in SHIFTS[1::2]])
+    shifted_right = among(m.shifts, [address & 255 for address in FIRST_SHIFTS[1::2]])
     index = 4 * pose + 2 * m.looks_right + when(shifted_right, 1)
     x, y = m.x - SCREEN_X, GROUND - rise
     orientation = _compass(m.looks_right)
     return extent_box(POSE_EXTENTS, index, x, y, orientation=orientation).clip(*VIEW)
 
 
-def _enemy(m: Ram, place: int | np.ndarray = 0) -> Box:
+def _enemy_box(m: Ram, place: int | np.ndarray = 0) -> Box:
     """The enemy, or its copies at some places; rows that the ceiling hides are cut off."""
     floats = m.loop == Loop.FLOATING
     index = 2 * (m.enemy_picture & 0x7FF) + m.enemy_looks_right
@@ -223,13 +223,13 @@ def _enemy(m: Ram, place: int | np.ndarray = 0) -> Box:
     return replace(whole, y=y, h=height)
 
 
-def _group(m: Ram) -> Box:
+def _group_boxes(m: Ram) -> Box:
     """Up to three equal enemies: the first, and its copies at the two next places."""
     place = np.arange(3)
-    return _enemy(m, place).where((place == 0) | ((m.copies & place) > 0))
+    return _enemy_box(m, place).where((place == 0) | ((m.copies & place) > 0))
 
 
-def _thrown(m: Ram) -> Box:
+def _thrown_boxes(m: Ram) -> Box:
     """What was thrown: up to four lines, each of which may be moved.
 
     The program sets a line's move and whether it shows while the beam is at one column. On the
@@ -261,16 +261,16 @@ def _thrown_color(m: Ram) -> jax.Array:
     )
 
 
-def _bar(energy: jax.Array, row: int) -> Box:
+def _bar_box(energy: jax.Array, row: int) -> Box:
     return box(BAR_LEFT, row, jnp.minimum(energy, FULL), 5, value=energy)
 
 
-def _floors(m: Ram) -> Box:
+def _floor_boxes(m: Ram) -> Box:
     """The marks of the floors; that of the present one blinks."""
     lit = ((m.clock & 32) > 0) | (m.climbs == 1)
     reached = m.floor - when((m.ends == 1) | (m.walks == 1) | ~lit, 1)
-    red = np.arange(5) < reached
-    return box(FLOORS, 32, 4, 5, value=red, color=jnp.where(red, RED, BLUE))
+    is_red = np.arange(5) < reached
+    return box(FLOORS, 32, 4, 5, value=is_red, color=jnp.where(is_red, RED, BLUE))
 
 
 BURST_VIEW = (8, 95, 160, 120)
@@ -314,11 +314,11 @@ MASTER = Bounds(
 )
 BALLS = Bounds((54, 58, 60), FALL, (4, 2), (8, 12))
 SMOKES = Bounds(
-    (SMOKE, WHITE),
+    (SMOKE_COLOR, WHITE),
     ROOM,
     min_size=(4, 16),
     max_size=(8, 39),
-    filters=(Body((SMOKE,), ALL_ROWS, SMOKE_ROWS),),
+    filters=(Body((SMOKE_COLOR,), ALL_ROWS, SMOKE_ROWS),),
 )
 DRAGONS = Bounds((200, 202, 204, 214, 216, 218), ROOM, (5, 24), (8, 38))
 RED_BALLS = Bounds((64, 66), FALL, (4, 5), (8, 12), ignore=((8, 88, 160, 95),))
@@ -331,7 +331,7 @@ KNIVES = Bounds(GREY, ROOM, (4, 2), (5, 3))
 BOOMERANGS = Blobs(GREY, ROOM, Shape(w=3, h=(4, 5), pixels=(8, 9)))
 SPELLS = Bounds((24, 26, 28, 30), ROOM, (6, 2), (20, 5))
 FLAMES = Bounds((64, 66, 68, 70), ROOM, (10, 2), (20, 5))
-bar = functools.partial(Bounds, value=Gauge(1, full=FULL + 1))
+bar_rule = functools.partial(Bounds, value=Gauge(1, full=FULL + 1))
 FLOOR_MARKS = Cells((BLUE, RED), tuple(FLOORS.tolist()), (32,) * 5, 4, 5)
 
 
@@ -365,8 +365,8 @@ GAME = Game(
         display("Time", TIME.rule(WHITE), doc="that is left"),
         display("Score", SCORE.rule(GREEN), doc="points"),
         display("Lives", LIVES.rule(WHITE, base=1), doc="one more than the number"),
-        display("Player_Health_Bar", bar(YELLOW, (49, 41, 88, 46)), doc="energy, 0-39"),
-        display("Enemy_Health_Bar", bar(PINK, (49, 49, 88, 54)), doc="of the master, 0-39"),
+        display("Player_Health_Bar", bar_rule(YELLOW, (49, 41, 88, 46)), doc="energy, 0-39"),
+        display("Enemy_Health_Bar", bar_rule(PINK, (49, 49, 88, 54)), doc="of the master, 0-39"),
         display(
             "Floor",
             FLOOR_MARKS,

@@ -18,7 +18,7 @@ ROM = Rom("kung_fu_master", "5b92a93b23523ff16e2789b820e2a4c5")
 LOGIC = 0x1000  # offset of the second bank, which has the rules of the game; the first one draws
 
 FIGURE = 36  # rows of a picture
-FEET = 4  # lowest rows, which stand before the floor
+FEET_ROWS = 4  # lowest rows, which stand before the floor
 BLACK_LINE = 1  # row of the picture, from the bottom, that is before the floor's black line
 WIDE = 5  # in a shift's low nibble
 STILL = 0xDC3E  # shifts of zero
@@ -67,9 +67,9 @@ def _words(low: int, high: int, count: int) -> list[int]:
     return (lows + 256 * highs).tolist()
 
 
-POSES = _words(0xF3B, 0xEE2, 9)
-SHIFTS = _words(0xF6F, 0xF79, 10)  # of the poses that come first: to the left, to the right
-PAIRS = tuple(zip(SHIFTS[::2], SHIFTS[1::2], strict=True))
+POSE_ADDRESSES = _words(0xF3B, 0xEE2, 9)
+FIRST_SHIFTS = _words(0xF6F, 0xF79, 10)  # of the poses that come first: to the left, to the right
+PAIRS = tuple(zip(FIRST_SHIFTS[::2], FIRST_SHIFTS[1::2], strict=True))
 
 STANDING = (  # at a fixed height; without the row above the last three
     Look(THROWS),
@@ -79,7 +79,7 @@ STANDING = (  # at a fixed height; without the row above the last three
     Look(DRAGON),
 )
 FIGHTING = tuple(
-    Look(POSES[pose], shifts=PAIRS[pose])
+    Look(POSE_ADDRESSES[pose], shifts=PAIRS[pose])
     for pose in (Pose.KICK_LOW, Pose.KICK, Pose.PUNCH, Pose.PUNCH_LOW)
 )
 FLOATING = (  # at any height
@@ -131,7 +131,7 @@ def _columns(line: Dots) -> tuple[int, int]:
     return start + line.zoom * used[0], start + line.zoom * (used[-1] + 1)
 
 
-def _extent(lines: Iterable[Dots]) -> int:
+def _packed_extent(lines: Iterable[Dots]) -> int:
     """Left, width, top and height of rows of dots, packed; 0 without a dot."""
     inked = [line for line in lines if line.dots]
     if not inked:
@@ -143,7 +143,7 @@ def _extent(lines: Iterable[Dots]) -> int:
     return left + LEFTMOST | width << 6 | top + FIGURE + 3 << 12 | height << 18
 
 
-def _lines(address: int, height: int, shifts: int, *, mirrored: bool) -> list[Dots]:
+def _picture_lines(address: int, height: int, shifts: int, *, mirrored: bool) -> list[Dots]:
     """The rows of a picture from the top; the lowest is row 0, and those above it less than 0."""
     out, column = [], 0
     for y in reversed(range(height)):
@@ -154,36 +154,36 @@ def _lines(address: int, height: int, shifts: int, *, mirrored: bool) -> list[Do
     return out
 
 
-def _pose(pose: int, *, right: bool, shifted_right: bool) -> int:
+def _pose_extent(pose: int, *, right: bool, shifted_right: bool) -> int:
     """The extent of a pose of the player."""
     picture = Pose.JUMP if pose == Pose.IN_AIR else pose
     shifts = PAIRS[pose][shifted_right] if pose < STRETCHED else STILL
-    lines = _lines(POSES[picture], FIGURE, shifts, mirrored=right)
+    lines = _picture_lines(POSE_ADDRESSES[picture], FIGURE, shifts, mirrored=right)
     whole = pose in (*CROUCHED, Pose.IN_AIR)
-    return _extent(line for line in lines if whole or -line.row != BLACK_LINE)
+    return _packed_extent(line for line in lines if whole or -line.row != BLACK_LINE)
 
 
-def _standing(look: Look, *, right: bool) -> int:
+def _standing_extent(look: Look, *, right: bool) -> int:
     """The extent of an enemy whose last three rows are one row further up."""
-    lines = _lines(look.address, look.height, STILL, mirrored=right)
-    upper = [line for line in lines if -line.row >= FEET]
-    feet = [line._replace(row=line.row - 1) for line in lines if -line.row < FEET - 1]
-    return _extent(upper + feet)
+    lines = _picture_lines(look.address, look.height, STILL, mirrored=right)
+    upper = [line for line in lines if -line.row >= FEET_ROWS]
+    feet = [line._replace(row=line.row - 1) for line in lines if -line.row < FEET_ROWS - 1]
+    return _packed_extent(upper + feet)
 
 
-def _fighting(look: Look, *, right: bool) -> int:
-    lines = _lines(look.address, look.height, look.shifts[right], mirrored=right)
-    return _extent(line for line in lines if -line.row != BLACK_LINE)
+def _fighting_extent(look: Look, *, right: bool) -> int:
+    lines = _picture_lines(look.address, look.height, look.shifts[right], mirrored=right)
+    return _packed_extent(line for line in lines if -line.row != BLACK_LINE)
 
 
-def _floating(look: Look, *, right: bool) -> int:
-    return _extent(_lines(look.address, look.height, STILL, mirrored=right))
+def _floating_extent(look: Look, *, right: bool) -> int:
+    return _packed_extent(_picture_lines(look.address, look.height, STILL, mirrored=right))
 
 
 def _enemies() -> np.ndarray:
     """Extents of enemies by page and low byte of their picture, and by where they look."""
     out = np.zeros((PAGES, 256, 2), np.int32)
-    kinds = (_standing, STANDING), (_fighting, FIGHTING), (_floating, FLOATING)
+    kinds = (_standing_extent, STANDING), (_fighting_extent, FIGHTING), (_floating_extent, FLOATING)
     for extent, looks in kinds:
         for look in looks:
             place = look.address >> 8 & PAGES - 1, look.address & 255
@@ -193,7 +193,7 @@ def _enemies() -> np.ndarray:
 
 POSE_EXTENTS = np.array(
     [
-        _pose(pose, right=right, shifted_right=shifted)
+        _pose_extent(pose, right=right, shifted_right=shifted)
         for pose in range(Pose.IN_AIR + 1)
         for right in SIDES
         for shifted in SIDES

@@ -15,8 +15,8 @@ from ocjax.vision.steps import Context, Step
 
 ROOM = (8, 95, 160, 162)  # where figures are
 WHITE = 12
-SMOKE = 14
-JACKETS = (10, 2)  # colours of throwers, of masters
+SMOKE_COLOR = 14
+JACKET_COLORS = (10, 2)  # colours of throwers, of masters
 JACKET_ROWS = (134, 143)
 SMOKE_ROWS = (153, 158)  # at its foot
 WHITE_ROWS = (128, 143, 144, 145, 146, 147, 150)  # of throwers, masters
@@ -43,8 +43,8 @@ class Body:
     def __call__(self, mask: bm.Bitmap, planes: jax.Array) -> bm.Bitmap:
         """The pixels that count."""
         own = bm.color_mask(planes, self.colors)
-        others = mask & _rows(self.rows, mask)
-        inner = others & _columns(own, self.chest, self.reach)
+        others = mask & _row_words(self.rows, mask)
+        inner = others & _columns_with(own, self.chest, self.reach)
         return mask & (own | (others & bm.spread(inner)))
 
 
@@ -58,23 +58,23 @@ class Whites:
 
     def __call__(self, mask: bm.Bitmap, planes: jax.Array) -> bm.Bitmap:
         """The pixels that count."""
-        white = bm.color_mask(planes, (WHITE,))
-        jackets = _columns(bm.color_mask(planes, JACKETS), JACKET_ROWS, reach=1)
-        smoke = _columns(bm.color_mask(planes, (SMOKE,)), SMOKE_ROWS, reach=1)
-        own = mask & white & ~((jackets & _rows(WHITE_ROWS, mask)) | smoke)
-        below = _columns(own, (ROOM[1], ROOM[3]))
-        hat = mask & ~white & _rows(BRIM_ROWS, mask)
+        is_white = bm.color_mask(planes, (WHITE,))
+        jackets = _columns_with(bm.color_mask(planes, JACKET_COLORS), JACKET_ROWS, reach=1)
+        smoke = _columns_with(bm.color_mask(planes, (SMOKE_COLOR,)), SMOKE_ROWS, reach=1)
+        own = mask & is_white & ~((jackets & _row_words(WHITE_ROWS, mask)) | smoke)
+        below = _columns_with(own, (ROOM[1], ROOM[3]))
+        hat = mask & ~is_white & _row_words(BRIM_ROWS, mask)
         brim = hat & bm.spread(hat & below) & ~below
         return own | bm.shift_down(brim, BRIM_SHIFT)
 
 
-def _columns(mask: bm.Bitmap, rows: tuple[int, int], reach: int = 0) -> bm.Bitmap:
+def _columns_with(mask: bm.Bitmap, rows: tuple[int, int], reach: int = 0) -> bm.Bitmap:
     """The columns that have pixels in some rows, and some beside them: one row."""
     used = bm.or_rows(mask[:, rows[0] : rows[1]])[:, None]
     return functools.reduce(lambda columns, _: bm.spread(columns), range(reach), used)
 
 
-def _rows(rows: tuple[int, ...], like: bm.Bitmap) -> jax.Array:
+def _row_words(rows: tuple[int, ...], like: bm.Bitmap) -> jax.Array:
     """Whole rows, one column of words."""
     return jnp.asarray(bm.areas(like.shape[1], ((0, y, 160, y + 1) for y in rows)))
 

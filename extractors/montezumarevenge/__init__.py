@@ -10,8 +10,8 @@ last slot of Skull is the one that rolls in rooms 1, 5 and 18.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (what the bytes are), and the ROM's code: things and
 skulls move at F8C0-F9F0 of the first bank, before a room is drawn (second bank, table at F352), the
-explorer after it, at F159-F75D, which `_explorer` takes back. His picture is chosen in between, for
-the next frame.
+explorer after it, at F159-F75D, which `_explorer_box` takes back. His picture is chosen in between,
+for the next frame.
 
 Covered: all rooms of the three pyramids (by writing RAM), lit and dark, traps, the end.
 
@@ -45,9 +45,9 @@ from ocjax.extractors.montezumarevenge.ram import (
 )
 from ocjax.extractors.montezumarevenge.rooms import (
     EXPLORER_COLORS,
-    FORCE,
+    FORCE_COLOR,
     GOLD,
-    PARTS,
+    PARTS_BY_CATEGORY,
     RULES,
     room_parts,
 )
@@ -64,7 +64,7 @@ FC00 = 0x1C00
 BONUS = 15  # room without a picture
 HIDDEN = 19  # from this room on, things are dark
 LONG_BEAMS = 12  # room
-TORCH = 128  # from here on, `things` have one
+TORCH_BIT = 128  # from here on, `things` have one
 LOWER_ROOMS = (0, 7, 12, 17, 18)  # rooms that begin a row later
 SKULL_ROOMS = (1, 5, 18)
 SKULL_BASES = (0, 406, 0, 0, 0, 358, 309)  # row of a skull with `skull_y` 0, by room; last: 18
@@ -77,9 +77,9 @@ BEAM_TOPS = (56, 57, 54, 55)  # by phase
 LONG_TOPS = (57, 54, 55, 56)
 BEAM_ENDS = (93, 90, 91, 92)
 SHORT = ~((BEAM_X > 44) & (BEAM_X < 112))
-LONG = (BEAM_X > 16) & (BEAM_X < 140)
+IS_LONG = (BEAM_X > 16) & (BEAM_X < 140)
 
-BASE = 308  # y of the screen where `y` is 0
+SCREEN_BASE = 308  # y of the screen where `y` is 0
 LADDER_TOP = 254  # `y` from which no ladder leads further up
 LADDER_FOOT = 134  # `y` from which no ladder leads further down
 TOP_FLOOR = 235  # least `y` on the floor of a room that has doors
@@ -107,15 +107,15 @@ OFFSETS = {  # of the things' pictures
 }
 
 
-def _picture(offset: int) -> np.ndarray:
+def _rows_of(offset: int) -> np.ndarray:
     """Rows of a picture, which a row without dots ends."""
     rows = ROM.rows(offset, 20, top_first=True)
     return rows * (np.cumsum(rows == 0) == 0)
 
 
-THINGS = Pictures.of(_picture(OFFSETS[p]) if p in OFFSETS else NOTHING for p in range(256))
+THINGS = Pictures.of(_rows_of(OFFSETS[p]) if p in OFFSETS else NOTHING for p in range(256))
 ROLLS = ROM.bytes(FC00 + 0x1A3, 16, step=2)
-ROLLING = Pictures.of(_picture(D000 + 0x200 + p) if p in ROLLS else NOTHING for p in range(256))
+ROLLING = Pictures.of(_rows_of(D000 + 0x200 + p) if p in ROLLS else NOTHING for p in range(256))
 SINKS = ROM.bytes(D000 + 0x2F1, 16).tolist()  # rows by which a rolling skull is lower
 POSES = (  # the explorer's pictures
     *(0x03E, 0x075, 0x07B, 0x0A5, 0x000),
@@ -132,26 +132,26 @@ FIRSTS = {low & 255: i if i < FIRST_PAIR else (i - 1) // 2 * 2 + 1 for i, low in
 PAIR = [FIRSTS.get(low, 0) for low in range(256)]  # the first picture, by low byte
 SECOND = tuple(p & 255 for p in POSES[6::2])  # low bytes of the others
 LIFTS = ROM.bytes(0xFEF, len(POSES)).tolist()  # how much lower they are
-EXPLORERS = Pictures.of(_picture(D000 + p) if p != Picture.GONE else NOTHING for p in POSES)
+EXPLORERS = Pictures.of(_rows_of(D000 + p) if p != Picture.GONE else NOTHING for p in POSES)
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    drawn, torch = m.dark != Dark.BLANK, m.things >= TORCH
+    drawn, torch = m.dark != Dark.BLANK, m.things >= TORCH_BIT
     lit = drawn & ((m.room < BONUS) | (torch & (m.room != BONUS)))
-    things, carried = _things(m), _carried(m)
-    thing = things.where(drawn & ((m.room < HIDDEN) | torch))
+    copies, carried = _thing_boxes(m), _carried_boxes(m)
+    thing = copies.where(drawn & ((m.room < HIDDEN) | torch))
     return {
-        "Player": _explorer(m).where(drawn),
-        "Skull": _skulls(m, things).where(drawn),
+        "Player": _explorer_box(m).where(drawn),
+        "Skull": _skulls(m, copies).where(drawn),
         "Snake": thing.where(among(m.thing, Thing.SNAKES)),
-        "Spider": things.where(drawn & among(m.thing, Thing.SPIDERS))[:1],
+        "Spider": copies.where(drawn & among(m.thing, Thing.SPIDERS))[:1],
         "Ruby": thing.where(m.thing == Thing.RUBY),
         "Key": thing.where(m.thing == Thing.KEY)[:1],
         "Sword": thing.where(m.thing == Thing.SWORD)[:1],
         "Amulet": thing.where(m.thing == Thing.AMULET)[:1],
         "Torch": thing.where(among(m.thing, Thing.TORCHES))[:1],
         "Beam": _beams(m).where(drawn),
-        "Rope": _ropes(m).where(drawn),
+        "Rope": _rope_boxes(m).where(drawn),
         **room_parts(m, drawn, lit),
         "Torch_HUD": carried[:1],
         "Sword_HUD": carried[1:3],
@@ -162,7 +162,7 @@ def decode(m: Ram) -> dict[str, Box]:
     }
 
 
-def _things(m: Ram) -> Box:
+def _thing_boxes(m: Ram) -> Box:
     """The thing or monster of the room, in up to three copies."""
     number, copy = registers.copies(m.copies), np.arange(3)
     x = registers.wrap(m.thing_x - 1 + copy * registers.spacing(m.copies))
@@ -177,11 +177,11 @@ def _things(m: Ram) -> Box:
     return THINGS.box(m.thing, x, top, valid=copy < number).clip(0, 0, 160, 210)
 
 
-def _skulls(m: Ram, things: Box) -> Box:
-    return choose(np.arange(3) == 2, _rolling(m), things.where(m.thing == Thing.SKULL))
+def _skulls(m: Ram, copies: Box) -> Box:
+    return choose(np.arange(3) == 2, _rolling_skull(m), copies.where(m.thing == Thing.SKULL))
 
 
-def _rolling(m: Ram) -> Box:
+def _rolling_skull(m: Ram) -> Box:
     """The skull that rolls in some rooms."""
     x = m.skull_x + jnp.where(m.room == FAR_ROOM, -1, 32)
     y = pick(m.room, SKULL_BASES) - m.skull_y + pick(m.roll, SINKS)
@@ -189,7 +189,7 @@ def _rolling(m: Ram) -> Box:
     return ROLLING.box(m.rolling, x, y, valid=there, mirrored=m.turned != 0)
 
 
-def _ropes(m: Ram) -> Box:
+def _rope_boxes(m: Ram) -> Box:
     left, top, _, bottom = np.array(ROPES).T
     return box(left, top, 1, bottom - top, m.room == np.array(ROPE_ROOMS))
 
@@ -197,13 +197,13 @@ def _ropes(m: Ram) -> Box:
 def _beams(m: Ram) -> Box:
     """The beams, which are lit on every fourth row; by the columns of all rooms."""
     long, phase = m.room == LONG_BEAMS, m.left_door - Picture.FIRST_BEAM
-    columns = jnp.where(long, LONG, among(m.room, BEAM_ROOMS) & SHORT)
+    columns = jnp.where(long, IS_LONG, among(m.room, BEAM_ROOMS) & SHORT)
     top = pick(phase + when(long, 4), (*BEAM_TOPS, *LONG_TOPS))
     bottom = pick(phase, BEAM_ENDS) + when(long, 1)
     return box(BEAM_X, top, 4, bottom - top, among(phase, range(4)) & columns)
 
 
-def _carried(m: Ram) -> Box:
+def _carried_boxes(m: Ram) -> Box:
     """What the explorer carries, from the left, by bit of `things`."""
     bit = (m.things >> np.arange(7, -1, -1)) & 1
     rank = jnp.cumsum(bit) - bit
@@ -221,14 +221,14 @@ class Stick(NamedTuple):
     right: jax.Array
 
 
-def _explorer(m: Ram) -> Box:
+def _explorer_box(m: Ram) -> Box:
     """The explorer, before the step that he has taken after the room was drawn."""
     stick = Stick(*((m.stick >> bit & 1) == 0 for bit in range(4)))
     y = m.y - _rows_up(m, stick)
     x = m.x - _columns_east(m, stick)
     x = x + _carried_west(m, x)
-    pose = _pose(m)
-    top = BASE + when(among(m.room, LOWER_ROOMS), 1) - y + pick(pose, LIFTS)
+    pose = _drawn_pose(m)
+    top = SCREEN_BASE + when(among(m.room, LOWER_ROOMS), 1) - y + pick(pose, LIFTS)
     return EXPLORERS.box(pose, x - 1, top, mirrored=m.mirrored == 1)
 
 
@@ -293,7 +293,7 @@ def _even_frame(m: Ram) -> jax.Array:
     return (m.clock & 1) == 0
 
 
-def _pose(m: Ram) -> jax.Array:
+def _drawn_pose(m: Ram) -> jax.Array:
     """The picture that was drawn: of two that alternate, the one of the frame before."""
     first = jnp.where(m.tune == Tune.JUST_DIED, UPRIGHT, lookup(PAIR, m.picture))
     alternate = (first >= FIRST_PAIR) & ((m.pose >= Pose.CLIMBS) | among(m.picture, SECOND))
@@ -306,9 +306,9 @@ GREY = 8
 EXPLORER = Bounds((*EXPLORER_COLORS, GREY), (0, 53, 160, 197), exclude=("Amulet",))
 on_ground = functools.partial(Blobs, region=(0, 53, 160, 181), shapes=Shape(w=(5, 8), h=(7, 15)))
 treasure = functools.partial(Blobs, GOLD, (56, 28, 104, 43))
-RAYS = Bounds(FORCE, tuple((x, 54, x + 4, 94) for x in BEAM_X.tolist()), min_size=(4, 5))
+RAYS = Bounds(FORCE_COLOR, tuple((x, 54, x + 4, 94) for x in BEAM_X.tolist()), min_size=(4, 5))
 item = functools.partial(display, attributes=(), doc="carried")
-PART_RGB = dict.fromkeys(PARTS, (66, 158, 130)) | {"Barrier": (232, 204, 99)}
+PART_RGB = dict.fromkeys(PARTS_BY_CATEGORY, (66, 158, 130)) | {"Barrier": (232, 204, 99)}
 GAME = Game(
     name="MontezumaRevenge",
     rom=ROM,

@@ -42,7 +42,14 @@ from ocjax.extractors.namethisgame.drawn import (
     Drawn,
     as_drawn,
 )
-from ocjax.extractors.namethisgame.ram import ROW_OF, ROWS, TENTACLE_OF, TENTACLES, Ram, State
+from ocjax.extractors.namethisgame.ram import (
+    ROW_OF,
+    TENTACLE_COUNT,
+    TENTACLE_OF,
+    TENTACLE_ROWS,
+    Ram,
+    State,
+)
 from ocjax.vision.detected import Detected, boxes
 from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.filters import ShortRuns
@@ -71,8 +78,8 @@ PIECE_TOPS = 126 - 7 * ROW_OF
 OCTOPUS = (20, 29, 140, 62)
 LANE_TOPS = (119, 105, 91, 77, 63, 49, 35)  # of the shark, the lowest lane first
 POINTS = (100, 80, 60, 40, 30, 20)  # of sharks in these lanes, and 10 in the highest one
-BEHIND = 5  # from this lane on, the octopus hides parts of the shark
-NARROW = (8, 16)  # values of `lane` for pictures without the last column
+BEHIND_LANE = 5  # from this lane on, the octopus hides parts of the shark
+NARROW_LOOKS = (8, 16)  # values of `lane` for pictures without the last column
 SHOT_TURNS = (19, 32)  # last turns of the drawing loop in its upper parts
 PIPE_TOP = 23
 PIPE_HEIGHT = 122  # one row more left of the column at which the beam switches it off
@@ -84,7 +91,7 @@ WATER = (0, 24, 160, 133)
 SEA = (0, 28, 160, 160)
 BOAT_TOP = 9
 BOAT_HEIGHTS = (14, 13)
-TREASURE = (72, 163)
+TREASURE_PLACE = (72, 163)
 TREASURE_END = 169
 HEAPS = ROM.pictures((0xD26, 0xD24, 0xD22, 0xD20), 6)  # by lives
 
@@ -107,7 +114,7 @@ CAUGHT = tuple(_caught_extent(phase, GREEN) for phase in range(4))
 BITING = tuple(_caught_extent(phase, GRAY) for phase in range(4))
 
 
-def _body(upper: int, lower: int) -> np.ndarray:
+def _body_columns(upper: int, lower: int) -> np.ndarray:
     """Which columns the octopus covers in a lane, bool `[12, 176]`, by the registers' values."""
     left = np.unpackbits(ROM.rows(upper, 13).astype(np.uint8)[:, None], axis=1)
     right = np.unpackbits(ROM.rows(lower, 13).astype(np.uint8)[:, None], axis=1, bitorder="little")
@@ -115,7 +122,7 @@ def _body(upper: int, lower: int) -> np.ndarray:
     return np.pad(np.concatenate([half, half[:, ::-1]], 1) > 0, ((0, 0), (0, 16)))[:12]
 
 
-def _left_over(look: int, body: np.ndarray) -> list[int]:
+def _shark_pieces(look: int, body: np.ndarray) -> list[int]:
     """What the octopus leaves of the shark in each column, packed: x, y, width, height."""
     pointers = ROM.bytes(0xB1D + look, 4)
     halves = ROM.rows(((pointers[::2] + 256 * pointers[1::2]) & 0xFFF).tolist(), 13)[:, :12]
@@ -129,8 +136,8 @@ def _left_over(look: int, body: np.ndarray) -> list[int]:
 
 
 # By picture, lane and column.
-BODIES = (_body(0xC50, 0xDF2), _body(0xC5D, 0xEE7))
-LEFT_OVER = np.array([[_left_over(look, body) for body in BODIES] for look in range(4, 17, 4)])
+BODIES = (_body_columns(0xC50, 0xDF2), _body_columns(0xC5D, 0xEE7))
+LEFT_OVER = np.array([[_shark_pieces(look, body) for body in BODIES] for look in range(4, 17, 4)])
 
 SCORE = NumberDisplay(FONT, right=103, top=181, digits=6)
 BARS_LEFT = 16
@@ -146,14 +153,14 @@ SHARK_RIGHT = 144
 def decode(m: Ram) -> dict[str, Box]:
     drawn = as_drawn(m)
     return {
-        "Player": _diver(m, drawn),
-        "Shark": _shark(m, drawn),
-        "Shot": _shot(m, drawn),
+        "Player": _diver_box(m, drawn),
+        "Shark": _shark_box(m, drawn),
+        "Shot": _shot_box(m, drawn),
         "Octopus": box(20, 29, 120, 33, _on(m)),
-        "Tentacle": _tentacles(m),
-        "Oxygen_Boat": _boat(m),
+        "Tentacle": _tentacle_boxes(m),
+        "Oxygen_Boat": _boat_box(m),
         "Oxygen_Pipe": _pipe(m, drawn),
-        "Treasure": _treasure(m, drawn),
+        "Treasure": _treasure_box(m, drawn),
         "Oxygen_Meter": _bar(METER_ROWS, drawn.oxygen, _on(m)),
         "Timer": _bar(TIMER_ROWS, drawn.time, _on(m) & (m.text == 0)),
         "Score": SCORE.box(drawn.score, valid=_on(m) & (m.text == 0), value=m.score),
@@ -169,7 +176,7 @@ def _compass(leftward: jax.Array) -> jax.Array:
     return jnp.where(leftward, WEST, EAST)
 
 
-def _caught(m: Ram, drawn: Drawn, extents: tuple[Extent, ...]) -> Box:
+def _caught_box(m: Ram, drawn: Drawn, extents: tuple[Extent, ...]) -> Box:
     """What the shark, or the diver in its mouth, looks like now."""
     phase = m.clock >> 3 & 3
     left, top, width, height = (pick(phase, side) for side in zip(*extents, strict=True))
@@ -177,24 +184,24 @@ def _caught(m: Ram, drawn: Drawn, extents: tuple[Extent, ...]) -> Box:
     return box(drawn.x + left, DIVER_TOP + top, width, height)
 
 
-def _diver(m: Ram, drawn: Drawn) -> Box:
+def _diver_box(m: Ram, drawn: Drawn) -> Box:
     swims = box(drawn.x, DIVER_TOP, 16, 13).clip(0, DIVER_TOP + drawn.ink, 160, 160)
-    diver = choose(m.eaten == 1, _caught(m, drawn, CAUGHT), swims).where(_on(m))
-    return replace(diver, orientation=_compass(m.faces_right == 0))
+    shown = choose(m.eaten == 1, _caught_box(m, drawn, CAUGHT), swims).where(_on(m))
+    return replace(shown, orientation=_compass(m.faces_right == 0))
 
 
-def _shark(m: Ram, drawn: Drawn) -> Box:
+def _shark_box(m: Ram, drawn: Drawn) -> Box:
     look = jnp.max(m.lane)
     leftward = m.shark_leftward == 1
     begins = m.shark_x == jnp.where(leftward, SHARK_RIGHT, SHARK_LEFT)
-    points = m.score - drawn.score
-    shot = (m.state == State.PLAYS) & begins & (m.shark_lane == len(POINTS)) & (points > 0)
-    lane = match(*((shot & (points >= p), i) for i, p in enumerate(POINTS)), otherwise=m.shark_lane)
+    gained = m.score - drawn.score
+    shot = (m.state == State.PLAYS) & begins & (m.shark_lane == len(POINTS)) & (gained > 0)
+    lane = match(*((shot & (gained >= p), i) for i, p in enumerate(POINTS)), otherwise=m.shark_lane)
     x = jnp.where(shot, m.shot_x - 10, m.shark_x - 1)
     left, top, width, height = _swimming(look, lane, x, leftward)
     there = (look > 0) & ~(shot & (m.shot_y == LAUNCHED)) & (m.state != State.LOST)
     swims = box(x + left, pick(lane, LANE_TOPS) + top, width, height, there)
-    shark = choose(m.eaten == 1, _caught(m, drawn, BITING), swims).where(_on(m))
+    shark = choose(m.eaten == 1, _caught_box(m, drawn, BITING), swims).where(_on(m))
     carries = jnp.where(m.eaten == 1, m.faces_right == 0, leftward)
     return replace(shark, orientation=_compass(carries))
 
@@ -203,10 +210,10 @@ def _swimming(
     look: jax.Array, lane: jax.Array, x: jax.Array, leftward: jax.Array
 ) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
     """First column and row, width and height of what is seen of the shark."""
-    index = (2 * ((look >> 2) - 1) + lane - BEHIND) * 160 + jnp.clip(x, 0, 159)
+    index = (2 * ((look >> 2) - 1) + lane - BEHIND_LANE) * 160 + jnp.clip(x, 0, 159)
     seen = lookup(LEFT_OVER.reshape(-1), index)
-    narrow = among(look, NARROW)
-    behind = leftward & (lane >= BEHIND)
+    narrow = among(look, NARROW_LOOKS)
+    behind = leftward & (lane >= BEHIND_LANE)
     return (
         match((behind, seen & 31), (narrow & ~leftward, 1), otherwise=0),
         when(behind, seen >> 5 & 31),
@@ -215,7 +222,7 @@ def _swimming(
     )
 
 
-def _shot(m: Ram, drawn: Drawn) -> Box:
+def _shot_box(m: Ram, drawn: Drawn) -> Box:
     x, y = m.shot_x - 2, drawn.shot_y
     top, bottom = _switched(y, x), _switched(y + 1, x + 3)
     return box(x, top, 1, bottom - top, drawn.shot_there & _on(m))
@@ -236,14 +243,14 @@ def _switched(turn: jax.Array, x: jax.Array) -> jax.Array:
     return row + when(x < beam, 1)
 
 
-def _tentacles(m: Ram) -> Box:
+def _tentacle_boxes(m: Ram) -> Box:
     bits = m.playfield >> SHIFTS & 15
     column = (bits >> 1) - (bits >> 3)
     x = PIECE_LEFTS + 4 * jnp.where(TO_LEFT, 3 - column, column)
     return box(x, PIECE_TOPS, 4, 6, (bits > 0) & _on(m))
 
 
-def _boat(m: Ram) -> Box:
+def _boat_box(m: Ram) -> Box:
     height = jnp.where((m.clock & 2) == 0, *BOAT_HEIGHTS)
     facing = _compass(m.boat_leftward == 1)
     there = _on(m) & (m.state != State.LOST)
@@ -255,10 +262,10 @@ def _pipe(m: Ram, drawn: Drawn) -> Box:
     return box(drawn.pipe_x, PIPE_TOP, 1, height, drawn.pipe & _on(m))
 
 
-def _treasure(m: Ram, drawn: Drawn) -> Box:
-    left, top = TREASURE
-    heap = HEAPS.box(drawn.lives & 3, left, top, zoom=2, value=m.lives, valid=_on(m))
-    return heap.clip(0, top + drawn.treasure_ink, 160, TREASURE_END)
+def _treasure_box(m: Ram, drawn: Drawn) -> Box:
+    left, top = TREASURE_PLACE
+    whole_heap = HEAPS.box(drawn.lives & 3, left, top, zoom=2, value=m.lives, valid=_on(m))
+    return whole_heap.clip(0, top + drawn.treasure_ink, 160, TREASURE_END)
 
 
 def _bar(rows: tuple[int, int], steps: jax.Array, valid: jax.Array) -> Box:
@@ -284,8 +291,8 @@ class FirstRow(Step):
     def __call__(self, found: Detected, _: Context) -> Detected:
         """The objects after the step."""
         missing = jnp.where(found.y == DIVER_TOP + 1, 1, 0)
-        box = boxes(found.x, found.y - missing, found.w, found.h + missing, found.valid)
-        return found._replace(box=box)
+        whole = boxes(found.x, found.y - missing, found.w, found.h + missing, found.valid)
+        return found._replace(box=whole)
 
 
 def _meter(color: int, rows: tuple[int, int]) -> Bounds:
@@ -298,7 +305,7 @@ def _piece(tentacle: int, row: int) -> Area:
     return left, top, left + 16, top + 6
 
 
-PIECES = tuple(_piece(i, j) for i in range(TENTACLES) for j in range(ROWS))
+PIECES = tuple(_piece(i, j) for i in range(TENTACLE_COUNT) for j in range(TENTACLE_ROWS))
 HANGS = functools.partial(Run, VIOLET, PIPE_TOP + 1, above=1)
 PIPES = (
     HANGS(left=(0, PIPE_SWITCHED - 1), width=1, height=PIPE_HEIGHT),

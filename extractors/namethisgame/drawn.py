@@ -94,7 +94,7 @@ def _just_lost(m: Ram) -> jax.Array:
     return suffocates | ((m.state == State.INKED) & (m.treasure_ink == 0))
 
 
-def _steps(bar: jax.Array) -> jax.Array:
+def _steps_of(bar: jax.Array) -> jax.Array:
     """Steps of a bar."""
     return jnp.bitwise_count(bar)
 
@@ -103,13 +103,13 @@ def _time(m: Ram) -> jax.Array:
     """Steps of the timer as drawn."""
     begins = (m.state == State.STARTS) & (m.clock == Clock.WAVE_BEGINS)
     used = (m.state == State.PLAYS) & (m.clock == 0)
-    return when(~begins, _steps(m.time) + when(used, 1))
+    return when(~begins, _steps_of(m.time) + when(used, 1))
 
 
 def _oxygen(m: Ram, x: jax.Array, score: jax.Array) -> jax.Array:
     """Steps of the oxygen meter as drawn."""
     plays = m.state == State.PLAYS
-    steps = _steps(m.oxygen)
+    steps = _steps_of(m.oxygen)
     away = m.boat_x + 8 - x - jnp.where(m.faces_right == 1, 12, 4)
     breathes = plays & (m.pipe == 1) & ((m.clock & 7) == 0) & (jnp.abs(away) < 5)
     filled = breathes & (m.score == score)

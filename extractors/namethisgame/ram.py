@@ -3,10 +3,10 @@
 import numpy as np
 from ocjax.console.ram import RamMap, bcd, bits, byte
 
-TENTACLES = 8
-ROWS = 10
-TENTACLE_OF = np.arange(TENTACLES * ROWS) // ROWS  # of the slots
-ROW_OF = np.arange(TENTACLES * ROWS) % ROWS
+TENTACLE_COUNT = 8
+TENTACLE_ROWS = 10
+TENTACLE_OF = np.arange(TENTACLE_COUNT * TENTACLE_ROWS) // TENTACLE_ROWS  # of the slots
+ROW_OF = np.arange(TENTACLE_COUNT * TENTACLE_ROWS) % TENTACLE_ROWS
 COLUMNS = np.array((0, 0, 1, 1, 2, 3, 3, 4))[TENTACLE_OF]  # bytes of `playfield` by tentacle
 
 

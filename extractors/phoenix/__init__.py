@@ -38,22 +38,22 @@ from ocjax.console.registers import packed_position
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors.phoenix.ram import ROM, Boss, Look, Ram, Shot, Stage, Wing
 from ocjax.extractors.phoenix.ship import (
-    BATS,
+    BAT_PICTURES,
     BELT,
     BELT_ROWS,
-    BIRDS,
+    BIRD_PICTURES,
     BOSSES,
     DOMES_BOTTOM,
     HULL,
     HULL_ROWS,
-    LINE,
     NARROW,
     NO_ROW,
     OFF_BEAM,
     ON_BEAM,
     ROW_LINES,
     SHOT_BEAM,
-    START,
+    SKY_LINE,
+    START_Y,
     UPRIGHT,
     ZONE,
     Sky,
@@ -81,16 +81,16 @@ BALL = 218  # the player's shot, but beside the ship
 BIRD_COLORS = (PURPLE, ORANGE, 58, BALL)
 BAT_COLORS = (BAT_BLUE, RED, 130, 136, 138, 142, 68, 70, 72, 82, 58)
 
-TOP = 20  # line
+TOP_LINE = 20  # line
 GROUND = 184  # line
-AIR = (0, TOP, 160, GROUND)
+AIR = (0, TOP_LINE, 160, GROUND)
 BLACK_LINES = (164, 166)  # enemies' shots are black there
 
 ROW = np.arange(7)
 FLOCK = 4  # rows of birds
 SHAKING = 0x33  # below this row bats shake
 CEILINGS = (0x99, 0xAD)  # of the highest bat
-FLOOR = 0x23  # of the last bat
+LAST_BAT_FLOOR = 0x23  # of the last bat
 DEPTH = 0x76  # of the other bats' floor below the ceiling
 APART = 24  # rows between enemies' shots, at least
 
@@ -111,16 +111,16 @@ def decode(m: Ram) -> dict[str, Box]:
     d = as_drawn(m)
     ship = d.sky.ship
     return {
-        "Player": _player(m, d),
-        "Shield": _shield(m, d),
-        "Player_Projectile": _shot(m, d),
-        "Phoenix": _birds(m).where(d.sky.birds),
-        "Bat": _bats(m, d).where((d.stage >= Stage.BATS) & ~ship),
-        "Enemy_Projectile": _missiles(m, d),
+        "Player": _player_box(m, d),
+        "Shield": _shield_box(m, d),
+        "Player_Projectile": _shot_box(m, d),
+        "Phoenix": _bird_boxes(m).where(d.sky.birds),
+        "Bat": _bat_boxes(m, d).where((d.stage >= Stage.BATS) & ~ship),
+        "Enemy_Projectile": _missile_boxes(m, d),
         "Boss": BOSSES.box(m.boss, 76, 196 - m.ship_y, valid=ship & (m.boss < Boss.EXPLODES)),
         "Boss_Block_Green": box(np.array((56, 84)), 199 - m.ship_y, 20, 15, ship),
-        "Boss_Block_Blue": _blocks(m, BELT, BELT_ROWS).where(ship),
-        "Boss_Block_Red": _blocks(m, HULL, HULL_ROWS).where(ship),
+        "Boss_Block_Blue": _block_boxes(m, BELT, BELT_ROWS).where(ship),
+        "Boss_Block_Red": _block_boxes(m, HULL, HULL_ROWS).where(ship),
         "Score": SCORE.box(m.score),
         "Life": _lives(m),
     }
@@ -151,11 +151,11 @@ def _player_step(m: Ram) -> jax.Array:
 def _bat_steps(m: Ram) -> jax.Array:
     """How far bats have flown to the right. Where it can be either, they rather have not."""
     step = jnp.where(m.heading >> ROW & 1 == 1, 1, -1)
-    flew = _flies(m, m.bat_x - step) & (_flies(m, m.bat_x) | ((m.clock & 2) > 0))
+    flew = _flies_aside(m, m.bat_x - step) & (_flies_aside(m, m.bat_x) | ((m.clock & 2) > 0))
     return when(flew & (m.alive >> ROW & 1 == 1), step)
 
 
-def _flies(m: Ram, x: jax.Array) -> jax.Array:
+def _flies_aside(m: Ram, x: jax.Array) -> jax.Array:
     """Whether bats at some columns fly to the side on this frame: less often at the edges."""
     beyond = (x < m.most_left) | (x >= m.most_right)
     edge = (x - 3 < m.most_left) | (x + 3 >= m.most_right)
@@ -175,11 +175,11 @@ def _climbs(m: Ram, y: jax.Array) -> jax.Array:
     last = m.enemies == 1
     several = ((6 - m.gone_rows) & 255) >= 5
     ceiling = jnp.where(last | several | (m.rounds == 0), CEILINGS[1], CEILINGS[0])
-    floor = jnp.where(last, FLOOR, ceiling - DEPTH)
+    floor = jnp.where(last, LAST_BAT_FLOOR, ceiling - DEPTH)
     lowest = jnp.min(jnp.where(m.row_y > 0, y, NO_ROW)) - floor
-    high = among(ceiling - y[6], range(10))
-    low = among(lowest, range(5)) & (m.rises == 1)
-    mask = match((high & (m.rounds < 2), 15), (high | low, 7), (m.enemies >= 5, 3), otherwise=1)
+    upper = among(ceiling - y[6], range(10))
+    lower = among(lowest, range(5)) & (m.rises == 1)
+    mask = match((upper & (m.rounds < 2), 15), (upper | lower, 7), (m.enemies >= 5, 3), otherwise=1)
     phase = jnp.where(mask == 15, 12, 0)
     return ((m.clock & mask) == phase) & (m.alive != 0)
 
@@ -201,39 +201,39 @@ def _wing_before(m: Ram, wing: jax.Array) -> jax.Array:
     return match((wing >= Wing.LOST, wing), (wing < Wing.CLOSED, egg), otherwise=flaps)
 
 
-def _player(m: Ram, d: Drawn) -> Box:
+def _player_box(m: Ram, d: Drawn) -> Box:
     first = m.drawn_look == 0
     wide = (m.drawn_look == UPRIGHT) | (first & (m.look == 0))
     there = wide | (m.drawn_look == NARROW) | first
     return box(d.x - jnp.where(wide, 70, 69), 173, jnp.where(wide, 7, 5), 10, there)
 
 
-def _shield(m: Ram, d: Drawn) -> Box:
+def _shield_box(m: Ram, d: Drawn) -> Box:
     """The shield; at the left edge the beam comes too late for its lower rows."""
     just_gone = (m.pause == 4) & ((m.clock & 63) == 1)
     x = d.x - 74
     return box(x, 169, 16, jnp.where(x < 25, 20, 19), (m.shield == 1) | just_gone)
 
 
-def _shot(m: Ram, d: Drawn) -> Box:
+def _shot_box(m: Ram, d: Drawn) -> Box:
     y, x = 198 - m.drawn_shot, m.shot_x - 71
     top = line_of(d.sky, y, x, SHOT_BEAM)
     end = line_of(d.sky, y - 6, x, SHOT_BEAM)
     return box(x, top, 1, end - top, m.drawn_shot != 0).clip(*AIR)
 
 
-def _birds(m: Ram) -> Box:
+def _bird_boxes(m: Ram) -> Box:
     slot = np.arange(2 * FLOCK)
     look = jnp.concatenate([m.left[:FLOCK], m.right[:FLOCK]])
     y = 203 - jnp.tile(m.row_y[:FLOCK], 2)
     alive = m.alive >> slot & 1 == 1
-    return BIRDS.box(look, m.bird_x - 70, y, mirrored=slot >= FLOCK, valid=alive)
+    return BIRD_PICTURES.box(look, m.bird_x - 70, y, mirrored=slot >= FLOCK, valid=alive)
 
 
-def _bats(m: Ram, d: Drawn) -> Box:
+def _bat_boxes(m: Ram, d: Drawn) -> Box:
     """Two wings, of which the right one is mirrored."""
-    left, upper, _, height = BATS.extent(d.left)
-    right, other, _, other_height = BATS.extent(d.right)
+    left, upper, _, height = BAT_PICTURES.extent(d.left)
+    right, other, _, other_height = BAT_PICTURES.extent(d.right)
     top = jnp.minimum(upper, other)
     end = jnp.maximum(upper + height, other + other_height)
     there = (m.left <= Wing.LOST) & (m.row_y > 0)
@@ -242,7 +242,7 @@ def _bats(m: Ram, d: Drawn) -> Box:
     return box(x, y, 16 - left - right, end - top, there, color=color)
 
 
-def _missiles(m: Ram, d: Drawn) -> Box:
+def _missile_boxes(m: Ram, d: Drawn) -> Box:
     x = packed_position(m.missile_code) - 47
     below = m.ship_y - m.missile_top
     crosses = d.sky.ship & (np.arange(4) == 3) & (below < 44)
@@ -257,8 +257,8 @@ def _missiles(m: Ram, d: Drawn) -> Box:
     def in_slots(v: jax.Array) -> jax.Array:
         return sum((when(h, v[i]) for i, h in enumerate(here)), jnp.zeros(8, jnp.int32))
 
-    shots = box(in_slots(x), in_slots(top), 1, in_slots(bottom - top))
-    return shots.where(functools.reduce(jnp.logical_or, here)).clip(*AIR)
+    boxes = box(in_slots(x), in_slots(top), 1, in_slots(bottom - top))
+    return boxes.where(functools.reduce(jnp.logical_or, here)).clip(*AIR)
 
 
 def _own_slots(m: Ram) -> jax.Array:
@@ -273,7 +273,7 @@ def _own_slots(m: Ram) -> jax.Array:
 
 def _appears(m: Ram, d: Drawn, x: jax.Array) -> jax.Array:
     """The first line of enemies' shots outside the ship."""
-    offset, line = place(d.sky, m.missile_top), LINE - m.missile_top
+    offset, line = place(d.sky, m.missile_top), SKY_LINE - m.missile_top
     beside_player = among(m.missile_top, range(0x18, 0x1D))
     beam = match((m.missile_top >= 0x1E, 76), (beside_player, 31), otherwise=49)  # in the zone
     return match(
@@ -290,30 +290,30 @@ def _ship_line(m: Ram, line: jax.Array) -> jax.Array:
     return 196 - m.ship_y + match((line < 19, 19), (line >= 43, 44), otherwise=change)
 
 
-def _blocks(m: Ram, blocks: np.ndarray, height: int) -> Box:
+def _block_boxes(m: Ram, blocks: np.ndarray, height: int) -> Box:
     there = m.blocks[blocks[:, 0]] >> blocks[:, 1] & 1 == 1
-    return box(blocks[:, 2], blocks[:, 3] + START - m.ship_y, 4, height, there)
+    return box(blocks[:, 2], blocks[:, 3] + START_Y - m.ship_y, 4, height, there)
 
 
 def _lives(m: Ram) -> Box:
     """The icons, which the game draws to the right; on the frame a life is lost it still shows."""
     lost = (m.begins == 1) & (m.look == Look.GONE)
-    icons = m.lives - 1 + when(lost, 1)
-    return box(103 - 4 * icons, 13, 4 * icons - 1, 5, icons > 0, value=m.lives)
+    icon_count = m.lives - 1 + when(lost, 1)
+    return box(103 - 4 * icon_count, 13, 4 * icon_count - 1, 5, icon_count > 0, value=m.lives)
 
 
 PLAYER = Bounds(ORANGE, (0, 172, 160, GROUND), min_size=(5, 10))
 # Its last rows are below all shots.
 SHIELD = Bounds(WHITE, (0, GROUND, 160, 189), min_size=(8, 3), then=(Raised(15),))
 SHOTS = Blobs((BALL, GREEN, RED), AIR, Shape(w=1, h=(5, 7)))
-FLYING = Blobs(BIRD_COLORS, (0, TOP, 160, 165), Shape(w=(5, 8), h=(8, 13)))
+FLYING = Blobs(BIRD_COLORS, (0, TOP_LINE, 160, 165), Shape(w=(5, 8), h=(8, 13)))
 BOTH_WINGS = Blobs(BAT_COLORS, AIR, Shape(w=(4, 16), h=(8, 15)))
 MISSILE_COLORS = tuple(sorted({WHITE, *BIRD_COLORS, *BAT_COLORS} - {BALL, RED}))
-HIGH = (0, TOP, 160, BLACK_LINES[0])
+HIGH = (0, TOP_LINE, 160, BLACK_LINES[0])
 LOW = Blobs(WHITE, (0, BLACK_LINES[1], 160, GROUND), Shape(w=1, h=(2, 6)))
 GREENISH = Blobs(BALL, HIGH, Shape(w=1, h=4))  # the player's shot is higher
 MISSILES = Blobs(MISSILE_COLORS, HIGH, Shape(w=1, h=(3, 7)), also=(LOW, GREENISH))
-BOSS = Blobs((NAVY, RED), (72, 58, 88, 130), Shape(w=(6, 8), h=(9, 11)), first=NAVY)
+BOSS_FIGURE = Blobs((NAVY, RED), (72, 58, 88, 130), Shape(w=(6, 8), h=(9, 11)), first=NAVY)
 DOMES = Bounds(
     GREEN,
     ((56, 58, 76, 130), (84, 58, 104, 130)),
@@ -323,7 +323,7 @@ DOMES = Bounds(
 ICONS = Bounds(ORANGE, (78, 13, 103, 18), value=Gauge(4, 3, 2))
 
 
-def _cells(color: int, blocks: np.ndarray, height: int) -> Cells:
+def _block_cells(color: int, blocks: np.ndarray, height: int) -> Cells:
     """Blocks below the domes, also behind shots."""
     x, y = (tuple(blocks[:, i].tolist()) for i in (2, 3))
     anchor = GREEN, DOMES_BOTTOM
@@ -344,10 +344,10 @@ GAME = Game(
         Category("Phoenix", FLYING, count=8, rgb=(125, 48, 173), doc="birds: side * 4 + row"),
         Category("Bat", BOTH_WINGS, count=7, color_row=3, doc="bats, eggs and half bats: row"),
         Category("Enemy_Projectile", MISSILES, count=8, rgb=(236, 236, 236), doc="enemies' shots"),
-        Category("Boss", BOSS, rgb=(28, 32, 156), doc="the alien in the ship"),
+        Category("Boss", BOSS_FIGURE, rgb=(28, 32, 156), doc="the alien in the ship"),
         Category("Boss_Block_Green", DOMES, count=2, doc="domes of the mother ship"),
-        block("Boss_Block_Blue", _cells(BLUE, BELT, BELT_ROWS), count=40, doc="its belt"),
-        block("Boss_Block_Red", _cells(RED, HULL, HULL_ROWS), count=92, doc="its hull"),
+        block("Boss_Block_Blue", _block_cells(BLUE, BELT, BELT_ROWS), count=40, doc="its belt"),
+        block("Boss_Block_Red", _block_cells(RED, HULL, HULL_ROWS), count=92, doc="its hull"),
         display("Score", SCORE.rule(LIME), doc="points"),
         display("Life", ICONS, doc="cannons in reserve; value: one more"),
     ),

@@ -20,13 +20,13 @@ def _in_page(page: int, table: int, count: int, height: int) -> Pictures:
     return ROM.pictures([page + int(low) for low in ROM.bytes(table, count)], height)
 
 
-BIRDS = _in_page(0xD00, 0xBDB, 4, 10)
-BATS = _in_page(0xF00, 0xBE6, 8, 12)
+BIRD_PICTURES = _in_page(0xD00, 0xBDB, 4, 10)
+BAT_PICTURES = _in_page(0xF00, 0xBE6, 8, 12)
 BOSSES = _in_page(0xD00, 0xBD3, 4, 16)
 UPRIGHT = int(ROM.bytes(0xBF2, 1)[0])  # low byte of the address of the player's wide picture
 NARROW = int(ROM.bytes(0xBF3, 1)[0])
 
-START = 0x88  # `ship_y` of a new ship, to which the blocks' lines below belong
+START_Y = 0x88  # `ship_y` of a new ship, to which the blocks' lines below belong
 DOMES_BOTTOM = 78
 BELT_LINES = (78, 80)
 WIDE_LINES = (82, 85)  # rows of 24 blocks
@@ -59,7 +59,7 @@ HULL_ROWS = 3
 NO_ROW = 255
 ROW_LINES = 18  # that the program is busy with a row of birds or bats
 ZONE = 0x20  # below this row the program draws the player
-LINE = 195  # line + row: the first line that shows what the display program changes at a row
+SKY_LINE = 195  # line + row: the first line that shows what the display program changes at a row
 # Columns of the beam when a row's change is seen: at the first row of birds, of bats, the second
 # row, others, the first one after them, elsewhere.
 SHOT_BEAM = (73, 55, 34, 50, 0, 7)
@@ -98,4 +98,4 @@ def line_of(sky: Sky, y: jax.Array, x: jax.Array, beams: tuple[int, ...]) -> jax
         (sky.ship, SHIP_BEAM),
         otherwise=elsewhere,
     )
-    return LINE - y + when(x < beam, 1)
+    return SKY_LINE - y + when(x < beam, 1)

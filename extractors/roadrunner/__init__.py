@@ -34,13 +34,13 @@ from ocjax.console.registers import modulo_screen, wrap
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors.roadrunner.drawn import (
     BODIES,
-    GREY,
-    REPEATED,
+    BURNT_GREYS,
+    REPEATED_LINES,
     VIEW,
     Drawn,
     as_drawn,
     below_bridge,
-    figures,
+    figure_boxes,
     has_cannon,
     open_road,
 )
@@ -95,28 +95,28 @@ class Kind:  # of `Ram.kind`
 
 def decode(m: Ram) -> dict[str, Box]:
     d = as_drawn(m)
-    pair, lanes = figures(m, d), _lanes(m, d)
+    pair, lanes = figure_boxes(m, d), _lane_boxes(m, d)
     boxes = {
         "Player": pair[0],
         "Enemy": pair[1],
         "Seed": _seed(m, lanes),
         "AcmeMine": lanes.where(m.kind == Kind.MINE),
         "SteelShot": lanes.where(m.kind == Kind.SHOT),
-        "RoadCrack": _cracks(m, d),
+        "RoadCrack": _crack_boxes(m, d),
         "Rock": _rocks(m, d),
-        "Turret": _turret(m, d),
+        "Turret": _turret_box(m, d),
         "TurretBall": _turret_ball(m, d),
         "Cactus": _cacti(m, d),
-        "Sign": _sign(m, d),
-        "Truck": _truck(m, d),
-        "Score": _score(m),
+        "Sign": _sign_box(m, d),
+        "Truck": _truck_box(m, d),
+        "Score": _score_box(m),
         "Lives": ICONS.box(m.icons + when(d.lost, 1), value=m.icons + 1),
         "Bonus": _bonus(m),
     }
     return {name: objects.where(m.sign < Sign.BLANK) for name, objects in boxes.items()}
 
 
-def _lanes(m: Ram, d: Drawn) -> Box:
+def _lane_boxes(m: Ram, d: Drawn) -> Box:
     """What lies in the lanes: seed and shot are rows that are shifted, and mines are not."""
     lane, cliff, gap = np.arange(4), m.scenery == Scenery.CLIFFS, m.scenery == Scenery.GAP
     start = wrap(m.seed_x - d.scrolled)
@@ -152,7 +152,7 @@ def _seed(m: Ram, lanes: Box) -> Box:
     return replace(lanes.where(m.kind == Kind.SEED), color=color)
 
 
-def _cracks(m: Ram, d: Drawn) -> Box:
+def _crack_boxes(m: Ram, d: Drawn) -> Box:
     second = np.arange(2)
     there = (m.scene == Scene.CLIFF) & ((second == 0) | (m.two_cracks > 0)) & ~d.lost
     x = wrap(m.sign_x - d.scrolled + 64 * second)
@@ -163,13 +163,13 @@ def _rocks(m: Ram, d: Drawn) -> Box:
     """Rocks fall by twos, a column or more from each other."""
     drift = np.array((2, 3)) * pick(m.drift, DRIFTS) - when(m.fallen < 5, 2)
     top, bottom = (m.fallen + np.array(rows) for rows in ((94, 107), (104, 118)))
-    top, bottom = (y + when(y >= REPEATED[Scene.ROCKS], 1) for y in (top, bottom))
+    top, bottom = (y + when(y >= REPEATED_LINES[Scene.ROCKS], 1) for y in (top, bottom))
     there = (m.fallen > 0) & (m.scene == Scene.ROCKS)
     x = modulo_screen(m.sign_x - d.scrolled + 172 - drift)
     return box(x, top, 8, bottom - top, there).clip(VIEW[0], 100, VIEW[2], 179)
 
 
-def _turret(m: Ram, d: Drawn) -> Box:
+def _turret_box(m: Ram, d: Drawn) -> Box:
     x = m.truck_y - jnp.where(m.scenery == Scenery.LOOKS_BACK, 5, 1)
     return box(x, 128 + d.lower, 12, 8, has_cannon(m) & (m.fallen > 0)).clip(*VIEW)
 
@@ -191,7 +191,7 @@ def _cacti(m: Ram, d: Drawn) -> Box:
     return box(x + inset, y, 8 - 3 * inset, 8, m.cactus_x < 148).clip(*VIEW)
 
 
-def _sign(m: Ram, d: Drawn) -> Box:
+def _sign_box(m: Ram, d: Drawn) -> Box:
     x = jnp.where(d.lost, m.seed_x - 1, wrap(m.sign_x - d.scrolled))
     at_start = m.scene == Scene.START
     leaves = among(m.scene, EXITS) & (m.sign == Sign.EXIT)
@@ -203,16 +203,16 @@ def _sign(m: Ram, d: Drawn) -> Box:
     return box(x, top, 16, height, ((stands & beside) | leaves) & (x < 153)).clip(*VIEW)
 
 
-def _truck(m: Ram, d: Drawn) -> Box:
+def _truck_box(m: Ram, d: Drawn) -> Box:
     x = m.truck_x - 1 - when(m.truck_x <= TRUCK_LIMIT, d.scrolled)
     there = (m.truck > 0) & (m.scenery == Scenery.ROAD)
     return box(x, m.truck_y + 55, 16, 18, there).clip(*VIEW)
 
 
-def _score(m: Ram) -> Box:
+def _score_box(m: Ram) -> Box:
     digits = jnp.where(m.digits == BLANK_DIGIT, 0, m.digits)
-    score = 100 * jnp.sum(digits * np.array((1000, 100, 10, 1)), dtype=jnp.int32)
-    return SCORE.box(jnp.maximum(score, 10), value=score)  # the last two zeros always show
+    value = 100 * jnp.sum(digits * np.array((1000, 100, 10, 1)), dtype=jnp.int32)
+    return SCORE.box(jnp.maximum(value, 10), value=value)  # the last two zeros always show
 
 
 def _bonus(m: Ram) -> Box:
@@ -227,7 +227,7 @@ ROAD_VIEW = (8, 90, 152, 182)
 PLAYER = Bounds(
     PLAYER_COLORS, ROAD_VIEW, min_size=(6, 16), exclude=("Seed", "AcmeMine", "SteelShot", "Turret")
 )
-BURNT = Blobs(GREY, ROAD_VIEW, Shape(w=(6, 14), h=(16, 37)), gap=(1, 2))
+BURNT = Blobs(BURNT_GREYS, ROAD_VIEW, Shape(w=(6, 14), h=(16, 37)), gap=(1, 2))
 BROWN = functools.partial(Blobs, COYOTE_COLORS, region=ROAD_VIEW, gap=(2, 2))
 COYOTE_SHAPES = (
     Shape(w=(5, 9), h=(13, 36)),
@@ -244,12 +244,12 @@ SEED_SHAPES = (
     Shape(w=2, h=3, pixels=12),  # cut by the edge
     Shape(w=1, h=3, pixels=8),
 )
-on_lanes = functools.partial(Blobs, (*PLAYER_COLORS, *GREY), (8, 106, 152, 174), gap=(1, 1))
+on_lanes = functools.partial(Blobs, (*PLAYER_COLORS, *BURNT_GREYS), (8, 106, 152, 174), gap=(1, 1))
 SEEDS = on_lanes(shapes=SEED_SHAPES)
-SHINE = (134, 136, 138, *GREY)
+SHINE = (134, 136, 138, *BURNT_GREYS)
 TURRET = Blobs(SHINE, (8, 128, 152, 152), Shape(w=(9, 12), h=8), gap=(1, 1))
 TRUCK = Blobs((254, 54), ROAD_VIEW, Shape(w=(4, 16), h=(8, 18)), gap=(1, 3), first=254)
-SIGN = Blobs((BLACK, 72, 136), (8, 73, 152, 88), Shape(w=(1, 16), h=(8, 15)), gap=(1, 1))
+SIGN_FIGURE = Blobs((BLACK, 72, 136), (8, 73, 152, 88), Shape(w=(1, 16), h=(8, 15)), gap=(1, 1))
 SCORE_DIGITS = Digits(FONT, SCORE.lefts[:4], SCORE.top, (100_000, 10_000, 1000, 100))  # 2 zeros
 POINTS = Bounds(YELLOW, SCORE.area, value=SCORE_DIGITS)
 SEED_POINTS = Bounds(BLACK, (70, 182, 95, 187), value=Digits(BONUS_FONT, (76, 79, 83, 87), 182))
@@ -269,7 +269,7 @@ GAME = Game(
         Category("Turret", TURRET, doc="below a bridge"),
         Category("TurretBall", BROWN(shapes=Shape(w=4, h=4)), 2, doc="of the turret"),
         Category("Cactus", Bounds(24, ((8, 46, 152, 55), (8, 55, 152, 64))), 2, doc="by height"),
-        Category("Sign", SIGN, doc="beside the road"),
+        Category("Sign", SIGN_FIGURE, doc="beside the road"),
         Category("Truck", TRUCK, rgb=(198, 108, 58), doc="on the road"),
         display("Score", POINTS, doc="points"),
         display(

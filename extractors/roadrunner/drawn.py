@@ -20,7 +20,7 @@ VIEW = (8, 2, 152, 210)
 START_X = 100  # of the bird
 COYOTE_START_X = 130
 STILL = 69  # the bird keeps still here while the road moves
-NEAR = 80  # up to here, the road moves instead of a bird that runs
+NEAR_X = 80  # up to here, the road moves instead of a bird that runs
 BACK_LIMIT = 144  # as far back as the bird gets
 GONE = 145  # a figure beyond is hidden
 FAST_X = 128  # the bird this far back has a fast coyote step on each frame
@@ -30,24 +30,24 @@ FALL_START = 36  # `y` from which a fall moves the whole picture
 FIRST_JUMP = 29  # `jump` on the first frame of a jump
 
 FIRST_LINES = (96, 99, 96, 81, 96, 123, 96, 81)  # of the road, in each scene
-REPEATED = (255, 125, 255, 135, 255, 147, 255, 135)  # the first line that repeats a row
+REPEATED_LINES = (255, 125, 255, 135, 255, 147, 255, 135)  # the first line that repeats a row
 EDGE = 134  # the road's first row in scenes 3 and 7
-GREY = (4, 6)  # of what is burnt, in odd and in even scenes
+BURNT_GREYS = (4, 6)  # of what is burnt, in odd and in even scenes
 BODIES = (136, 52)  # of the bird and the coyote
 
 
 def _pointers(address: int, poses: int) -> list[int]:
-    """A table of the ROM of pointers to pictures in its last bank, as indices of `PICTURES`."""
+    """A table of pointers to pictures in the last bank, as indices of `FIGURE_PICTURES`."""
     lower, upper = ROM.bytes(address, 2 * poses).reshape(2, poses)
     return (4096 + lower + (upper % 16 << 8)).tolist()
 
 
 LINES = 86  # of the road, where the pictures are
 BANKS = np.pad(ROM.data.reshape(4, 4096)[[0, 3]], ((0, 0), (0, LINES - 1)))  # both, then nothing
-DRAWN = np.lib.stride_tricks.sliding_window_view(BANKS, LINES, axis=1)[..., ::-1]
-PICTURES = Pictures.of(DRAWN.reshape(-1, LINES))  # what each pointer into them draws
-NOTHING = 0x1E73  # of `PICTURES`
-POSES = _pointers(0x3C00, 9)  # of the bird at height 0 in scenes 1, 3, 5 and 7
+DRAWN_LINES = np.lib.stride_tricks.sliding_window_view(BANKS, LINES, axis=1)[..., ::-1]
+FIGURE_PICTURES = Pictures.of(DRAWN_LINES.reshape(-1, LINES))  # what each pointer into them draws
+NOTHING = 0x1E73  # of `FIGURE_PICTURES`
+BIRD_POSES = _pointers(0x3C00, 9)  # of the bird at height 0 in scenes 1, 3, 5 and 7
 COYOTE_POSES = _pointers(0x3EEA, 11)
 
 
@@ -73,7 +73,7 @@ def as_drawn(m: Ram) -> Drawn:
     x, scrolled = _player_x(m)
     x = jnp.where(open_road(m) | has_cannon(m), x, m.drawn_x)
     kept = (m.scenery == Scenery.ROAD) | has_cannon(m)
-    coyote_x = jnp.where(kept, m.drawn_x, _coyote_x(m, scrolled))
+    coyote_x = jnp.where(kept, m.drawn_x, _coyote_x_before(m, scrolled))
     return Drawn(
         x=jnp.stack([x, coyote_x]),
         scrolled=scrolled,
@@ -100,7 +100,7 @@ def _player_x(m: Ram) -> tuple[jax.Array, jax.Array]:
     fourth = (m.clock & 3) == 0
     free = (m.caught == Caught.FREE) & (m.runs > 0) & (m.falls == 0)
     onward, backward = free & (m.direction > 0), free & (m.direction < 0)
-    near = (m.x < NEAR - 1) | ((m.x == NEAR - 1) & ~fourth)
+    near = (m.x < NEAR_X - 1) | ((m.x == NEAR_X - 1) & ~fourth)
     pushed = (m.caught == Caught.PUSHED) & (m.truck > 0) & (m.x == m.truck_x + 8)
     dragged = (m.caught < Caught.FREE) & (m.stunned == 0)
     step = match(
@@ -113,7 +113,7 @@ def _player_x(m: Ram) -> tuple[jax.Array, jax.Array]:
     return m.x - step, when(onward & near, 1)
 
 
-def _coyote_x(m: Ram, scrolled: jax.Array) -> jax.Array:
+def _coyote_x_before(m: Ram, scrolled: jax.Array) -> jax.Array:
     """The coyote's column before he moved towards where the bird was lately, or fell back."""
     ahead = jnp.sign(m.coyote_x - m.aim[0])
     stands = m.runs == 0  # the bird
@@ -141,10 +141,10 @@ def _chase(m: Ram, ahead: jax.Array, falls_back: jax.Array) -> jax.Array:
     )
 
 
-def figures(m: Ram, d: Drawn) -> Box:
+def figure_boxes(m: Ram, d: Drawn) -> Box:
     """The bird and the coyote; some lines of the screen repeat the row above them."""
-    looks, fallen = _looks(m)
-    left, top, width, height = PICTURES.extent(looks, mirrored=m.mirrored == 1)
+    looks, fallen = _drawn_looks(m)
+    left, top, width, height = FIGURE_PICTURES.extent(looks, mirrored=m.mirrored == 1)
     bird, coyote = np.array((1, 0)), np.array((0, 1))
     zoom = jnp.where(has_cannon(m) & (m.rocket > 0) & (coyote == 1), 2, 1)
     y = pick(m.scene, FIRST_LINES) + top + jnp.where(open_road(m), coyote, fallen * bird)
@@ -160,7 +160,7 @@ def _line(m: Ram, d: Drawn, y: jax.Array) -> jax.Array:
     """The line of the screen on which a row of the bird and one of the coyote are drawn."""
     who = np.arange(2)
     more = reached(y, (139, 149)) + when(y >= 151 - who, 1) + who
-    repeated = when(y >= pick(m.scene, REPEATED), 1)
+    repeated = when(y >= pick(m.scene, REPEATED_LINES), 1)
     return y + repeated + when(has_cannon(m), more) + d.lower - d.narrow
 
 
@@ -175,14 +175,14 @@ def _seen(m: Ram, d: Drawn) -> jax.Array:
 
 def _body_colors(m: Ram) -> jax.Array:
     hit = jnp.stack([m.struck > 0, m.stunned > 0])
-    grey = jnp.where(open_road(m), GREY[1], GREY[0])
+    grey = jnp.where(open_road(m), BURNT_GREYS[1], BURNT_GREYS[0])
     return jnp.where(hit & (m.pose == Pose.BURNT), grey, np.array(BODIES))
 
 
-def _looks(m: Ram) -> tuple[jax.Array, jax.Array]:
-    """What was drawn of the bird and the coyote, as indices of `PICTURES`; rows a bird falls."""
+def _drawn_looks(m: Ram) -> tuple[jax.Array, jax.Array]:
+    """What was drawn of the two, as indices of `FIGURE_PICTURES`, and rows that a bird falls."""
     runs = (m.waits < 0) & (m.stunned + m.rocket + m.falls == 0) & (m.caught <= Caught.FREE)
-    bird, coyote = _poses(m, runs)
+    bird, coyote = _drawn_poses(m, runs)
     y = m.y + _bird_rows(m)
     fallen = jnp.maximum(y - FALL_START, 0)
     bird = jnp.where(y < OUT_OF_SIGHT, bird + y - fallen, NOTHING)
@@ -196,14 +196,14 @@ def _bird_moved(m: Ram) -> jax.Array:
     return (m.stick < Stick.NONE) & ((m.stick > Stick.STILL) | among(m.pose[0], Pose.RUNS))
 
 
-def _poses(m: Ram, runs: jax.Array) -> tuple[jax.Array, jax.Array]:
+def _drawn_poses(m: Ram, runs: jax.Array) -> tuple[jax.Array, jax.Array]:
     """The pictures at height 0 of the bird and of a coyote who runs or not."""
     bird, coyote = _bird_moved(m) & ((m.clock & 1) == 0), runs & ((m.clock & 3) == 0)
     changes = among(m.pose, Pose.RUNS) & jnp.stack([bird, coyote])
     pose = jnp.where(changes, sum(Pose.RUNS) - m.pose, m.pose)
     rides = Pose.RIDES + (m.clock & 1)
     return (
-        pick(jnp.where(m.jump == FIRST_JUMP, Pose.LEAPS, pose[0]), POSES),
+        pick(jnp.where(m.jump == FIRST_JUMP, Pose.LEAPS, pose[0]), BIRD_POSES),
         pick(jnp.where(m.rocket > 0, rides, pose[1]), COYOTE_POSES),
     )
 

@@ -40,16 +40,16 @@ from ocjax.console.registers import mirrored
 from ocjax.console.rom import Pictures
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors.upndown.lost import (
-    APART,
     BANK,
-    DOUBLE,
     GROUND,
     MIDDLE,
+    ROADS_APART,
     ROM,
+    SAME_WAY,
     DrawnRam,
     Kind,
     column,
-    drawn,
+    drawn_records,
 )
 from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.rules import Blobs, Bounds
@@ -60,12 +60,12 @@ FONT = ROM.font(BANK + 0xF01, rows=7, stride=8)
 SCORE = NumberDisplay(FONT, right=63, top=6, digits=6)
 
 VIEW = (8, 27, 160, 194)
-RIGHT = 142  # from this column on, the last row of a picture is cleared before it is drawn
+CLEARED_FROM = 142  # from this column on, the last row of a picture is cleared before it is drawn
 LAST_ROW = 158  # beyond it a record begins anew
 START_ROWS = ROM.bytes(BANK + 0xA84, 3)  # `y` of the other cars
 MOST = 3  # columns that the player moves in a frame
-ROWS = 16  # of a picture
-NEAR = 4  # rows between sprites
+PICTURE_ROWS = 16  # of a picture
+NEAR_ROWS = 4  # rows between sprites
 SPACE = 24  # rows that a sprite out of the way needs
 BOTTOM = 152  # and where they end
 NOWHERE = 255  # rows to a sprite where there is none
@@ -79,7 +79,7 @@ HUD_COLORS = (116, 20, 100, 84, 68, 52, 36, 132)
 HUD_LEFTS = (91, 19, 107, 127, 71, 55, 35, 143)  # by bit of `collected`
 
 
-class Look:  # in `PICTURES`; those before are the other cars'
+class Look:  # in `PICTURE_EXTENTS`; those before are the other cars'
     PLAYER = 3  # that of a car
     FLAG = 4
     COLLECTABLE = 5  # the first of four
@@ -109,23 +109,23 @@ def _picture(kind: int) -> np.ndarray:
     """Rows of both players of a picture from its last row up to its first."""
     low, page = (int(ROM.data[BANK + table + kind]) for table in (0xA5F, 0xA8F))
     first = ((page & 15) << 8) + low
-    return ROM.bytes(first, ROWS + 1) | ROM.bytes(first | 0x100, ROWS + 1)
+    return ROM.bytes(first, PICTURE_ROWS + 1) | ROM.bytes(first | 0x100, PICTURE_ROWS + 1)
 
 
 def _extents() -> Pictures:
     """Extents of the pictures where only the rows from `low` + 1 to `high` show, last row first."""
-    at = np.arange(ROWS + 1)
+    at = np.arange(PICTURE_ROWS + 1)
     kinds = (*range(4), Kind.FLAG, *range(Kind.COLLECTABLE, Kind.COLLECTABLE + 4))
     shown = [
         np.where((at > low) & (at <= high), _picture(kind), 0)[:0:-1]
         for kind in kinds
-        for high in range(ROWS + 1)
-        for low in range(ROWS + 1)
+        for high in range(PICTURE_ROWS + 1)
+        for low in range(PICTURE_ROWS + 1)
     ]
-    return Pictures.of(shown, look=len(kinds), high=ROWS + 1, low=ROWS + 1)
+    return Pictures.of(shown, look=len(kinds), high=PICTURE_ROWS + 1, low=PICTURE_ROWS + 1)
 
 
-PICTURES = _extents()
+PICTURE_EXTENTS = _extents()
 
 
 class Ram(DrawnRam):
@@ -161,18 +161,18 @@ class Drawn(NamedTuple):
 
 def decode(m: Ram) -> dict[str, Box]:
     d = _as_drawn(m)
-    objects = _objects(m, d).where(~_starts(m))
+    objects = _object_boxes(m, d).where(~_starts(m))
     others, kind = objects[1:], d.kind[1:]
-    flags, icons = np.arange(8), np.arange(4)
+    flag_slots, icon_slots = np.arange(8), np.arange(4)
     lives = m.lives + when(_life_lost(m), 1)
     return {
         "Player": objects[0].where(m.kind == Kind.PLAYER),
         "Truck": others.where(kind < Kind.FLAG),
         "Flag": others.where(among(kind & ~Kind.GONE, range(Kind.FLAG, Kind.PLAYER))),
         "Collectable": others.where(_is_collectable(kind)),
-        "HUD_Flag": box(np.array(HUD_LEFTS), 15, 5, 11, ((m.collected >> flags) & 1) == 0),
-        "Score": _score(m),
-        "Life": box(16 + 8 * icons, 196, 4, 8, lives > icons),
+        "HUD_Flag": box(np.array(HUD_LEFTS), 15, 5, 11, ((m.collected >> flag_slots) & 1) == 0),
+        "Score": _score_box(m),
+        "Life": box(16 + 8 * icon_slots, 196, 4, 8, lives > icon_slots),
     }
 
 
@@ -180,7 +180,7 @@ def _is_collectable(kind: jax.Array) -> jax.Array:
     return among(kind, range(Kind.COLLECTABLE, Kind.COLLECTABLE + 8))
 
 
-def _score(m: Ram) -> Box:
+def _score_box(m: Ram) -> Box:
     """The score, of which points for the way are not yet on the screen."""
     ticks = ((m.counter & 63) == 0) & (m.pause == Pause.RUNNING)
     text = among(m.pause, Pause.STARTING) & (m.attract == Attract.IDLE) & (m.score == 0)
@@ -190,9 +190,9 @@ def _score(m: Ram) -> Box:
 def _as_drawn(m: Ram) -> Drawn:
     limit = mirrored((m.counter - 1) & 255) & 255
     scroll = when(m.pause == Pause.RUNNING, _steps(m.speed, limit))
-    x, y = _before(m, scroll)
+    x, y = _before_move(m, scroll)
     lost = _life_lost(m)
-    kind, rows, fine = drawn(m)
+    kind, rows, fine = drawn_records(m)
     return Drawn(
         kind=jnp.concatenate([m.kind[None], jnp.where(lost, kind, m.kinds)]),
         x=x,
@@ -218,20 +218,20 @@ def _steps(speed: jax.Array, limit: jax.Array) -> jax.Array:
     return when((amount > 0) & (amount >= limit), jnp.where(back, -1, 1))
 
 
-def _before(m: Ram, scroll: jax.Array) -> tuple[jax.Array, jax.Array]:
+def _before_move(m: Ram, scroll: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Columns and rows before the last move, the player's first."""
     step = when(m.pause == Pause.RUNNING, _steps(m.speeds, m.limit))
-    x = jnp.where(step == 0, m.x, _column(m, step))
+    x = jnp.where(step == 0, m.x, _drawn_column(m, step))
     y = m.y - step + scroll
     return jnp.concatenate([m.player_x[None], x]), jnp.concatenate([_player_y(m)[None], y])
 
 
-def _column(m: Ram, step: jax.Array) -> jax.Array:
+def _drawn_column(m: Ram, step: jax.Array) -> jax.Array:
     """The cars' columns on the road before their last step."""
     there = column(m, m.y + 4 * m.coarse + m.fine - step)
     right = jnp.where(m.x >= MIDDLE, MIDDLE + there, MIDDLE - there)
-    double = there - DOUBLE + when(m.x >= MIDDLE + 4, APART)
-    return jnp.where(there >= DOUBLE, double, right)
+    double = there - SAME_WAY + when(m.x >= MIDDLE + 4, ROADS_APART)
+    return jnp.where(there >= SAME_WAY, double, right)
 
 
 def _height(jump: jax.Array) -> jax.Array:
@@ -269,49 +269,49 @@ def _sprites(m: Ram, y: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Which sprites take a turn in not being drawn, and the rows with those out of the way."""
     apart, rank = _ranks(y)
     other = ~np.eye(4, dtype=bool)
-    near = jnp.any((jnp.abs(apart) < NEAR) & other, axis=1)
+    near = jnp.any((jnp.abs(apart) < NEAR_ROWS) & other, axis=1)
     skipped = near & (((rank + m.counter) & 1) == 0)
     below = jnp.minimum(_least((apart < 0) & other, -apart), BOTTOM - y)
-    place = jnp.where(jnp.min(y) >= SPACE, 2, _least(below >= SPACE, y)) + NEAR
+    place = jnp.where(jnp.min(y) >= SPACE, 2, _least(below >= SPACE, y)) + NEAR_ROWS
     return skipped, jnp.where(skipped, place, y)
 
 
-def _rows(m: Ram, d: Drawn) -> tuple[jax.Array, jax.Array]:
+def _rows_shown(m: Ram, d: Drawn) -> tuple[jax.Array, jax.Array]:
     """The rows of the pictures that show, `low` + 1 to `high`, the last row first."""
     skipped, y = _sprites(m, d.y)
     apart, rank = _ranks(y)
-    above = _least(apart >= NEAR, apart)
+    above = _least(apart >= NEAR_ROWS, apart)
     hidden = when(skipped | (d.kind == Kind.HIDDEN), 1)
-    below = _least(apart <= -NEAR, 2 * -apart + hidden[None, :])
+    below = _least(apart <= -NEAR_ROWS, 2 * -apart + hidden[None, :])
     late = when(((y - above + d.fine + 1) & 2) == 0, 1)
     room = jnp.where(above == NOWHERE, y + 1 - ((d.fine & 2) >> 1), above - 2 - late)
     turn = ((m.counter - 1 + rank) & 1) == 0  # to lose its last rows, else its first
-    lost = jnp.minimum(ROWS + 3 - (below >> 1), room - 2)
+    lost = jnp.minimum(PICTURE_ROWS + 3 - (below >> 1), room - 2)
     low = when(turn & (rank < 3) & ((below & 1) == 0), lost)
     cut = turn | (rank == 0) | ((rank == 3) & ((m.counter & 1) == 0))
-    high = jnp.where(cut, room, ROWS)
-    low, high = (jnp.clip(row, 0, ROWS) for row in (low, high))
-    return jnp.where(skipped, 0, low), jnp.where(skipped, ROWS, high)
+    high = jnp.where(cut, room, PICTURE_ROWS)
+    low, high = (jnp.clip(row, 0, PICTURE_ROWS) for row in (low, high))
+    return jnp.where(skipped, 0, low), jnp.where(skipped, PICTURE_ROWS, high)
 
 
-def _objects(m: Ram, d: Drawn) -> Box:
+def _object_boxes(m: Ram, d: Drawn) -> Box:
     """The boxes of all four sprites, with the rows that the others leave them."""
-    low, high = _rows(m, d)
-    low = jnp.where(d.x >= RIGHT, jnp.maximum(low, 1), low)
+    low, high = _rows_shown(m, d)
+    low = jnp.where(d.x >= CLEARED_FROM, jnp.maximum(low, 1), low)
     look = match(
         (d.kind == Kind.PLAYER, Look.PLAYER),
         (_is_collectable(d.kind), Look.COLLECTABLE + (d.kind & 3)),
         (d.kind < Kind.FLAG, d.kind & 3),
         otherwise=Look.FLAG,
     )
-    index = PICTURES.index(look=look, high=high, low=low)
-    left, top, w, h = PICTURES.extent(index, mirrored=m.mirrored == 1)
+    index = PICTURE_EXTENTS.index(look=look, high=high, low=low)
+    left, top, w, h = PICTURE_EXTENTS.extent(index, mirrored=m.mirrored == 1)
     wide = look < Look.FLAG
     x, width = d.x + jnp.where(wide, 2 * left, left - 1), jnp.where(wide, 2 * w, w)
-    return box(x, d.y + ROWS + top, width, h, (d.y <= LAST_ROW) & (h > 0)).clip(*VIEW)
+    return box(x, d.y + PICTURE_ROWS + top, width, h, (d.y <= LAST_ROW) & (h > 0)).clip(*VIEW)
 
 
-blobs = functools.partial(Blobs, region=VIEW)
+in_view = functools.partial(Blobs, region=VIEW)
 PLAYER_SHAPES = (  # of parts of the car that no other car has
     Shape(w=16, h=(14, 16), pixels=(165, 256)),
     Shape(w=16, h=13, pixels=(150, 180)),
@@ -325,15 +325,15 @@ PLAYER_SHAPES = (  # of parts of the car that no other car has
     Shape(w=14, h=5, pixels=(52, 60)),
     Shape(w=14, h=4, pixels=(38, 40)),
 )
-PLAYER_RULE = blobs((BLACK, GREY), shapes=PLAYER_SHAPES)
+PLAYER_RULE = in_view((BLACK, GREY), shapes=PLAYER_SHAPES)
 CAR_SHAPES = (  # the higher, the more pixels
     Shape(w=(14, 16), h=(14, 16), pixels=(140, 256)),
     Shape(w=(12, 16), h=(10, 13), pixels=(106, 256)),
     Shape(w=(10, 16), h=(7, 9), pixels=(70, 256)),
     Shape(w=(10, 16), h=(4, 6), pixels=(36, 96)),
 )
-CARS = blobs((BLACK, *CAR_COLORS), shapes=CAR_SHAPES)
-small = functools.partial(blobs, (BLACK, *FLAG_COLORS))
+CARS = in_view((BLACK, *CAR_COLORS), shapes=CAR_SHAPES)
+small = functools.partial(in_view, (BLACK, *FLAG_COLORS))
 FLAGS = small(shapes=Shape(w=(4, 7), h=(7, 16), pixels=(14, 52)))
 COLLECTABLES = small(shapes=Shape(w=(6, 8), h=(14, 16), pixels=(53, 90)))
 HUD = Bounds(tuple((c,) for c in HUD_COLORS), tuple((x, 15, x + 5, 26) for x in HUD_LEFTS))

@@ -49,22 +49,22 @@ KINDS = {  # by low byte of the pictures' addresses
 COLLECTABLES = (24, 25)  # two more are on the pictures' next page but one
 
 MAPS = 3  # each of the two roads of some rounds
-ROWS = 1024  # of a road
+ROAD_ROWS = 1024  # of a road
 PLACES = 1024  # of the pieces, by their hash
 HASH = np.array((125, 153, 27))  # of a piece's bytes: few pieces share one
-DRAWN = 42  # pieces of the road on the screen
+PIECES_SHOWN = 42  # pieces of the road on the screen
 ROUND_MAPS = ((ROM.bytes(BANK + 0xBE3, 10) & 15) - 12).tolist()  # the map, by round from 1 on
 MIDDLE = 72  # in `COLUMNS`, which are counted from it, but at least as `CROSSING`
 CROSSING = 1
-DOUBLE = 128  # added to those counted from the left, where both roads lead the same way
-APART = 80  # columns from one such road to the other
+SAME_WAY = 128  # added to those counted from the left, where both roads lead the same way
+ROADS_APART = 80  # columns from one such road to the other
 
 FULL = (16, 17)  # rows left between a sprite that loses its last rows and the next one
-LOST = range(18)  # rows that it loses
+LOST_ROWS = range(18)  # rows that it loses
 FAR = 512  # rows, more than any
-PHASES = np.arange(4)  # of the first sprite
+PHASE_NUMBERS = np.arange(4)  # of the first sprite
 TRIES = np.arange(8).reshape(2, 4)  # by the piece's place and the phase
-BITS = 1 << np.arange(9).reshape(3, 3, 1, 1)  # by row and record
+RECORD_BITS = 1 << np.arange(9).reshape(3, 3, 1, 1)  # by row and record
 NONE = 512 * 8  # instead of a try
 IMPOSSIBLE = 4  # instead of a fine scroll
 ORDERS = tuple(itertools.permutations(range(3)))  # the records from the top
@@ -73,18 +73,18 @@ WANTED = [sum(1 << 3 * row + record for row, record in enumerate(order)) for ord
 ORDER = [next((i for i, w in enumerate(WANTED) if bits & w == w), 6) for bits in range(512)]
 
 
-def _columns() -> np.ndarray:
+def _road_columns() -> np.ndarray:
     """Where the roads are, by their rows."""
-    row = np.arange(ROWS)
+    row = np.arange(ROAD_ROWS)
     road = ROM.bytes(BANK + 0xC00, MAPS * 256).astype(int).reshape(MAPS, 256)
     here, there = (road[:, (2 * (row >> 3) + i) & 255] for i in (0, 2))
     bend = ((there & 0x3E) - (here & 0x3E)) * (row & 7) >> 3
     left = (here & 0x3E) + 16 + bend + (bend < 0)
     double = (here >= 0x80) & (left < MIDDLE)
-    return np.where(double, left + DOUBLE, np.maximum(MIDDLE - left, CROSSING)).ravel()
+    return np.where(double, left + SAME_WAY, np.maximum(MIDDLE - left, CROSSING)).ravel()
 
 
-def _pieces() -> np.ndarray:
+def _hashed_pieces() -> np.ndarray:
     """The first and the last place on the roads of the pieces that have a hash."""
     out = np.zeros((2, MAPS, PLACES), int)
     for road in range(MAPS):
@@ -96,8 +96,8 @@ def _pieces() -> np.ndarray:
     return out.ravel()
 
 
-COLUMNS = _columns()
-PIECES = _pieces()
+COLUMNS = _road_columns()
+PIECES = _hashed_pieces()
 PICTURES = np.maximum.accumulate([i if i in KINDS else 0 for i in range(256)])
 LOOKS = [KINDS[i] for i in PICTURES.tolist()]
 
@@ -117,20 +117,20 @@ class DrawnRam(RamMap):
 
 def column(m: DrawnRam, row: jax.Array) -> jax.Array:
     """The entries of `COLUMNS` for rows of the road."""
-    return lookup(COLUMNS, ROWS * lookup(ROUND_MAPS, m.level) + (row & (ROWS - 1)))
+    return lookup(COLUMNS, ROAD_ROWS * lookup(ROUND_MAPS, m.level) + (row & (ROAD_ROWS - 1)))
 
 
-def drawn(m: DrawnRam) -> tuple[jax.Array, jax.Array, jax.Array]:
+def drawn_records(m: DrawnRam) -> tuple[jax.Array, jax.Array, jax.Array]:
     """The records' kinds, which may be hidden, and rows, and the road's fine scroll."""
     picture, kind = lookup(PICTURES, m.pictures), lookup(LOOKS, m.pictures)
     kind = jnp.where(among(kind, COLLECTABLES), kind + (m.pages & 2), kind)
     cut = jnp.where((picture > 0) & (np.arange(4) < 3), m.pictures - picture, 0)
-    player, rows, fine = _rows(m, picture == 0, cut)
+    player, rows, fine = _sprite_rows(m, picture == 0, cut)
     below = np.arange(3) >= player
     kind = jnp.where(below, kind[1:], kind[:-1])
     rows = jnp.where(below[:, None], rows[1:], rows[:-1])
-    best = _best(m, kind, rows, fine)
-    one = ((best >> 9) & 3) == PHASES
+    best = _best_try(m, kind, rows, fine)
+    one = ((best >> 9) & 3) == PHASE_NUMBERS
     y = only(one[None], rows, axis=1)
     rank = lookup(RANKS, 3 * lookup(ORDER, best & 511) + np.arange(3))
     y, kind = (match((rank == 0, v[0]), (rank == 1, v[1]), otherwise=v[2]) for v in (y, kind))
@@ -138,7 +138,9 @@ def drawn(m: DrawnRam) -> tuple[jax.Array, jax.Array, jax.Array]:
     return kind, y, only(one, fine)
 
 
-def _rows(m: DrawnRam, hidden: jax.Array, cut: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
+def _sprite_rows(
+    m: DrawnRam, hidden: jax.Array, cut: jax.Array
+) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Which sprite is the player; by phase, the sprites' rows, and the fine scroll or IMPOSSIBLE.
 
     His picture's address does not say how many rows it would have lost, because it is not drawn.
@@ -147,13 +149,13 @@ def _rows(m: DrawnRam, hidden: jax.Array, cut: jax.Array) -> tuple[jax.Array, ja
     """
     apart = m.gaps + 2 + cut[1:] - cut[:-1]
     ends = 160 - 2 * m.ends - jnp.sum(apart)  # twice the first row, plus the rows lost to the road
-    player = _player(hidden, apart, ends)
+    player = _player_sprite(hidden, apart, ends)
     is_player = player == np.arange(4)
-    full = jnp.any(is_player[:3] & ~hidden[1:] & among(m.gaps, FULL))
-    loses = full & (((m.counter - 1 + player) & 1) == 0)
+    is_full = jnp.any(is_player[:3] & ~hidden[1:] & among(m.gaps, FULL))
+    loses = is_full & (((m.counter - 1 + player) & 1) == 0)
     first = is_player[0] & loses
-    odd = first & (_late(PHASES) != FULL[1] - m.gaps[0])
-    start = jnp.where(odd, PHASES ^ 1, PHASES)
+    odd = first & (_late(PHASE_NUMBERS) != FULL[1] - m.gaps[0])
+    start = jnp.where(odd, PHASE_NUMBERS ^ 1, PHASE_NUMBERS)
     phases = [start]
     for i in range(3):
         phases.append(phases[i] + apart[i] + _late(phases[i] - cut[i]))
@@ -163,11 +165,11 @@ def _rows(m: DrawnRam, hidden: jax.Array, cut: jax.Array) -> tuple[jax.Array, ja
     rows = jnp.stack(phases) + (top - start)[None]
     lost = GROUND - only(is_player[:, None], rows, axis=0)
     ends = 160 - sum(jnp.where(is_player[i], GROUND, rows[i]) for i in (0, 3))
-    possible = ((ends & 255) >> 1 == m.ends) & ((lost == 0) | (loses & among(lost, LOST)))
+    possible = ((ends & 255) >> 1 == m.ends) & ((lost == 0) | (loses & among(lost, LOST_ROWS)))
     return player, rows, jnp.where(possible, (start - top) & 3, IMPOSSIBLE)
 
 
-def _player(hidden: jax.Array, apart: jax.Array, ends: jax.Array) -> jax.Array:
+def _player_sprite(hidden: jax.Array, apart: jax.Array, ends: jax.Array) -> jax.Array:
     """Which sprite is the player: of those that are hidden, the one that is about where he is."""
     below = jnp.sum(jnp.where(np.tri(4, 3, -1, dtype=bool), apart[None], 0), axis=1)
     away = jnp.abs(below + ((ends & 255) >> 1) - GROUND)
@@ -179,16 +181,16 @@ def _late(phase: jax.Array | np.ndarray) -> jax.Array:
     return when(((phase + 1) & 2) == 0, 1)
 
 
-def _best(m: DrawnRam, kind: jax.Array, rows: jax.Array, fine: jax.Array) -> jax.Array:
-    """The first try in which all records are on the road, and `BITS` of who can be where."""
+def _best_try(m: DrawnRam, kind: jax.Array, rows: jax.Array, fine: jax.Array) -> jax.Array:
+    """The first try in which all records are on the road, and `RECORD_BITS` of who can be where."""
     at = PLACES * lookup(ROUND_MAPS, m.level) + (jnp.sum(m.piece * HASH) & (PLACES - 1))
-    coarse = lookup(PIECES, at + MAPS * PLACES * np.arange(2)) - DRAWN
+    coarse = lookup(PIECES, at + MAPS * PLACES * np.arange(2)) - PIECES_SHOWN
     way = (rows + fine[None])[:, None, :] + 4 * coarse[None, :, None]
     there = column(m, way)[:, None]
     side = jnp.minimum(jnp.abs(m.x - MIDDLE), MIDDLE)
-    double = jnp.where(m.x >= MIDDLE + 4, m.x - APART, m.x) + DOUBLE
+    double = jnp.where(m.x >= MIDDLE + 4, m.x - ROADS_APART, m.x) + SAME_WAY
     fits = (there == side[None, :, None, None]) | (there == double[None, :, None, None])
     fits = fits | (kind == Kind.HIDDEN)[:, None, None, None]
-    bits = jnp.sum(jnp.where(fits, BITS, 0), axis=(0, 1))
+    bits = jnp.sum(jnp.where(fits, RECORD_BITS, 0), axis=(0, 1))
     good = (lookup(ORDER, bits) < len(ORDERS)) & (fine < IMPOSSIBLE)[None]
     return jnp.min(jnp.where(good, 512 * TRIES + bits, NONE))

@@ -111,22 +111,22 @@ class Scene(NamedTuple):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    scene = _scene(m)
+    scene = _shown_scene(m)
     dx, dy = moves(m)
-    dot = box(m.dot_x - 1 - dx[DOT], 25 + 2 * (m.dot_y - dy[DOT]), 1, 2, color=scene.color)
+    dot_box = box(m.dot_x - 1 - dx[DOT], 25 + 2 * (m.dot_y - dy[DOT]), 1, 2, color=scene.color)
     dx, dy = dx[:DOT], dy[:DOT]
     drawn = sprites(m, dx, dy).where(~scene.old)
     in_room = guest(m, dx, dy).where(~scene.old)
     return {
-        "Player": dot.where(scene.hall),
+        "Player": dot_box.where(scene.hall),
         "Winky": winky(m, dx, dy).where(scene.room),
-        "Shot": dot.where(scene.room),
-        "Hallmonsters": choose(scene.hall, _roamers(m, drawn), in_room),
-        **_monsters(m, drawn),
-        **_treasures(m, scene, drawn),
+        "Shot": dot_box.where(scene.room),
+        "Hallmonsters": choose(scene.hall, _roamer_boxes(m, drawn), in_room),
+        **_monster_boxes(m, drawn),
+        **_treasure_boxes(m, scene, drawn),
         "Wall": _walls(drawn).where(m.room == Room.WALLS),
         "Chamber": _chamber(scene),
-        "Room": _map(m, scene),
+        "Room": _map_boxes(m, scene),
         "Life": _lives(m, scene),
         "Score": box(1, 9, 46, 8, value=100 * m.score),
     }
@@ -136,7 +136,7 @@ def _at_start(m: Ram) -> jax.Array:
     return (m.dot_x == START_X) & (m.dot_y == START_Y)
 
 
-def _scene(m: Ram) -> Scene:
+def _shown_scene(m: Ram) -> Scene:
     # Where the game itself begins, there is no scene before.
     game_begins = _at_start(m) & (m.icons == ALL_ICONS)
     old = (m.pause == BEGINS) & (m.flags >= PAUSED) & ~game_begins
@@ -157,27 +157,27 @@ def _scene(m: Ram) -> Scene:
     )
 
 
-def _plan(scene: Scene) -> Plan:
+def _room_plan(scene: Scene) -> Plan:
     """What is in the room on the screen."""
     return Plan(*(pick(scene.number, column) for column in zip(*PLANS, strict=True)))
 
 
-def _roamers(m: Ram, drawn: Box) -> Box:
+def _roamer_boxes(m: Ram, drawn: Box) -> Box:
     return replace(drawn, color=jnp.where(swaps(m), m.guest_color, m.color) & ~1)
 
 
-def _monsters(m: Ram, drawn: Box) -> dict[str, Box]:
+def _monster_boxes(m: Ram, drawn: Box) -> dict[str, Box]:
     """Sprites 3 and 4, and that of 1 and 2 which is not the treasure."""
     later = drawn[2:5]
     usual = choose(np.arange(3) == 0, drawn[1:4], later)
-    monsters = choose(among(m.room, TREASURE_FIRST), later, usual)
-    return {name: monsters.where(m.room == room) for name, room in MONSTERS.items()}
+    boxes = choose(among(m.room, TREASURE_FIRST), later, usual)
+    return {name: boxes.where(m.room == room) for name, room in MONSTERS.items()}
 
 
-def _treasures(m: Ram, scene: Scene, drawn: Box) -> dict[str, Box]:
+def _treasure_boxes(m: Ram, scene: Scene, drawn: Box) -> dict[str, Box]:
     usual = choose(among(m.room, TREASURE_FIRST), drawn[1], drawn[2])
     treasure = choose(m.room == Room.WALLS, drawn[3], usual)
-    plan = _plan(scene)
+    plan = _room_plan(scene)
     kept = box(plan.x, plan.y, plan.width, plan.height, m.taken == 0)
     treasure = choose(scene.left, kept, treasure)
     return {name: treasure.where(among(scene.number, rooms)) for name, rooms in TREASURES.items()}
@@ -194,12 +194,12 @@ def _spread(boxes: Box) -> Box:
 
 
 def _chamber(scene: Scene) -> Box:
-    plan = _plan(scene)
+    plan = _room_plan(scene)
     there = scene.room | scene.left
     return box(plan.wall_x, 24, plan.wall_width, 4, there, color=scene.color)
 
 
-def _map(m: Ram, scene: Scene) -> Box:
+def _map_boxes(m: Ram, scene: Scene) -> Box:
     """The rooms of the hall that is on the screen."""
     sides = jnp.moveaxis(jnp.where(scene.second, MAP[1], MAP[0]), 1, 0)
     rooms = MAP.shape[1]
@@ -210,8 +210,8 @@ def _map(m: Ram, scene: Scene) -> Box:
 
 def _lives(m: Ram, scene: Scene) -> Box:
     """The icons; on the last frame of a life, its icon is still there."""
-    icons = m.icons + when(scene.old & _at_start(m), 1)
-    return ICONS.box(icons, value=m.icons + 1, color=scene.color)
+    icon_count = m.icons + when(scene.old & _at_start(m), 1)
+    return ICONS.box(icon_count, value=m.icons + 1, color=scene.color)
 
 
 WALL_COLORS = (84, 148)

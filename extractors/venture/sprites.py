@@ -15,7 +15,7 @@ from ocjax.extractors.venture.ram import ROM, Ram, Room, Status
 ROWS = (5, 7, 9, 13)  # rows of pictures, two lines each
 USUAL_ROWS = ROWS.index(9)
 PAGE = np.append(ROM.bytes(0xE00, 256), ROM.bytes(0xF00, 16))
-PICTURES = Pictures.of(PAGE[low : low + rows] for rows in ROWS for low in range(256))
+SPRITE_PICTURES = Pictures.of(PAGE[low : low + rows] for rows in ROWS for low in range(256))
 SPEEDS = ROM.bytes(0xE48, 8).tolist()  # by the lowest bits of `status`
 
 VIEW = (0, 24, 160, 186)
@@ -45,12 +45,12 @@ def sprites(m: Ram, dx: jax.Array, dy: jax.Array) -> Box:
     x, y = _places(m, dx, dy)
     before = jnp.where(swaps(m), m.guest_picture - dy, m.picture + dy) + y  # its first row
     size = match(*((m.height == 256 - n, i) for i, n in enumerate(ROWS)), otherwise=USUAL_ROWS)
-    left, top, width, rows = PICTURES.extent(256 * size + ((before + 1) & 255))
+    left, top, width, height = SPRITE_PICTURES.extent(256 * size + ((before + 1) & 255))
     line = FIRST_LINE + 2 * (jnp.where(y >= 128, y - 256, y) + top)
     shift = jnp.where(SPRITE % 3 == 2, pick(m.room, THIRDS), 1)
     spread = jnp.where((m.room == Room.WALLS) & (SPRITE % 3 > 0), 4, 1)
-    there = (rows > 0) & (y != GONE)
-    return box(x - shift + spread * left, line, width, 2 * rows, there).clip(*VIEW)
+    there = (height > 0) & (y != GONE)
+    return box(x - shift + spread * left, line, width, 2 * height, there).clip(*VIEW)
 
 
 def winky(m: Ram, dx: jax.Array, dy: jax.Array) -> Box:
