@@ -255,11 +255,9 @@ def _ship_places(m: Ram) -> tuple[jax.Array, jax.Array]:
     """Lane and column of each ship; one that has just left a lane is still drawn there."""
     x = _ships_x(m)
     left_now = when(m.ship_x == 0, x)
-    here, above = jnp.zeros_like(x), jnp.zeros_like(x)
-    for lane in range(4):
-        here = jnp.where((m.ship_lane == lane) & (m.ship_waits == 0), x[lane], here)
-    for lane in range(3):
-        above = jnp.where(m.ship_lane == lane, left_now[lane + 1], above)
+    begun = m.ship_waits == 0
+    here = sum(when(begun & (m.ship_lane == i), x[i]) for i in range(4))
+    above = sum(when(m.ship_lane == i, left_now[i + 1]) for i in range(3))
     lane = jnp.where(here > 0, m.ship_lane, m.ship_lane + 1)
     return lane, jnp.where(here > 0, here, above)
 

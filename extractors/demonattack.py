@@ -283,8 +283,8 @@ def _first_line(m: Ram, y: jax.Array, row: jax.Array, x: jax.Array, sooner: int)
     above = row >= y[LOWEST]
     at_demon = jnp.any((row >= y) & (row < y + ROWS))
     at_diver = (row >= m.diver_y) & (row < m.diver_y + ROWS)
-    below = match((m.bombs_or_rays == 1, 1), (at_diver, 88), otherwise=43)
-    below = jnp.where(m.page == SHIP_EXPLODED, 4, below + when(row < SHIP_ROWS, 18))
+    usual = match((m.bombs_or_rays == 1, 1), (at_diver, 88), otherwise=43)
+    below = jnp.where(m.page == SHIP_EXPLODED, 4, usual + when(row < SHIP_ROWS, 18))
     beam = jnp.where(above, jnp.where(at_demon, 106, 31), below)
     return jnp.where(above, UPPER, LOWER) - row + when(x < beam - sooner, 1)
 

@@ -98,25 +98,18 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    enemy_color, player_color, trail_color = (_color(m, i) for i in range(3))
-    enemy_color = jnp.where(
-        (m.enemy_hit & (1 - m.enemy_bright) & m.playing) == 1, trail_color, enemy_color
-    )
+    enemy_dark = (m.enemy_hit & (1 - m.enemy_bright) & m.playing) == 1
     waits = (m.blinks == Blinks.NOT_YET) & (m.enemy_hit == 0)
-    dark = (m.player_hit & (1 - m.player_bright) & m.playing) == 1
-    player_color = jnp.where(dark & ~waits, trail_color, player_color)
-    places = np.array(WALLS)
-    x, y, w, h = (
-        places[:, 0],
-        places[:, 1],
-        places[:, 2] - places[:, 0],
-        places[:, 3] - places[:, 1],
-    )
+    player_dark = ((m.player_hit & (1 - m.player_bright) & m.playing) == 1) & ~waits
+    trail_color = _color(m, 2)
+    enemy_color = jnp.where(enemy_dark, trail_color, _color(m, 0))
+    player_color = jnp.where(player_dark, trail_color, _color(m, 1))
+    left, top, right, bottom = np.array(WALLS).T
     return {
         "Player": box(4 * m.player_column, 26 + 9 * m.player_row, 4, HEAD, color=player_color),
         "Enemy": box(4 * m.enemy_column, 26 + 9 * m.enemy_row, 4, HEAD, color=enemy_color),
         "Trail": box(np.array(CELL_X), np.array(CELL_Y), 4, 8, _trail_cells(m), color=trail_color),
-        "Border": box(x, y, w, h, m.open_field == 0, color=trail_color),
+        "Border": box(left, top, right - left, bottom - top, m.open_field == 0, color=trail_color),
         "PlayerScore": PLAYER_SCORE.box(m.player_score, color=player_color),
         "EnemyScore": ENEMY_SCORE.box(m.enemy_score, color=enemy_color),
     }

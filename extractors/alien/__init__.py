@@ -247,14 +247,13 @@ def _pairs(m: Ram) -> tuple[jax.Array, ...]:
     x = 2 + packed_position(m.rows)
     was_left, was_right = jnp.where(x == 129, 13, x + 1), jnp.where(x == 12, 128, x - 1)
     moved = _have_moved(m)[0] & (m.state == PAIRS_MOVED)
-    x = jnp.where(moved, jnp.where(to_right, was_left, was_right), x)
+    before = jnp.where(moved, jnp.where(to_right, was_left, was_right), x)
     inset = jnp.where(_narrow(m), 1, 0)
-    x = x + inset * (row % 2)
-    x = jnp.tile(x, 2)
-    x = jnp.where(np.arange(12) < 6, x, jnp.where(x < 128, x + 32, x - 128))
+    first = before + inset * (row % 2)
+    second = jnp.where(first < 128, first + 32, first - 128)
     width = jnp.broadcast_to(8 - inset, 12)
     y = jnp.asarray(37 + 20 * np.tile(row, 2))
-    return x, y, width, jnp.full(12, 13), jnp.full(12, 1)
+    return jnp.concatenate([first, second]), y, width, jnp.full(12, 13), jnp.full(12, 1)
 
 
 def _pulsar_box(m: Ram, x: jax.Array, y: jax.Array) -> Box:

@@ -101,10 +101,6 @@ def decode(m: Ram) -> dict[str, Box]:
     drawn = as_drawn(m)
     objects = _object_boxes(m, drawn)
     rows = objects[:OBJECT_ROWS]
-    pictures = drawn.pictures
-    sky = drawn.shown.is_map
-    ring = sky & (pictures == Sky.RING)
-    ground = drawn.shown.planet & ((np.arange(OBJECT_ROWS) > 0) | (m.saucer == 0))
     saucer = jnp.where(drawn.shown.planet, Ground.SAUCER, Sky.SAUCER)
     return {
         "Player": _player(m, drawn),
@@ -113,18 +109,35 @@ def decode(m: Ram) -> dict[str, Box]:
         "Tractor_Beam": _around(m, drawn, BEAM),
         "Enemy_Shot": _enemy_shot_boxes(m, drawn, objects),
         "Saucer": objects[OBJECT_ROWS].where(drawn.saucer.picture == saucer),
-        "Planet": rows.where(sky & among(pictures, Sky.PLANETS)),
-        "Sun": _one(rows, sky & (pictures == Sky.SUN), (m.clock - 1) & 0xFE),
-        "Reactor": _one(rows, sky & (pictures == Sky.REACTOR), BROWN),
-        "Ring": _one(rows, ring, only(ring, m.color) & 0xFE),
-        "Bunker": rows.where(ground & among(pictures, Ground.BUNKERS)),
-        "Fuel_Tank": rows.where(ground & among(pictures, Ground.TANKS)),
+        **_map_boxes(m, drawn, rows),
+        **_planet_boxes(m, drawn, rows),
         "Explosion": _explosion_boxes(m, drawn, objects),
         "Core": box(92, 123, 8, 4, drawn.shown.reactor),
         "Score": SCORE.box(m.score, valid=drawn.shown.on, color=m.clock & 0xFE),
         "Fuel": FUEL.box(m.fuel, valid=drawn.shown.on & ~_lives_shown(m, drawn)),
         "Lives": _lives(m, drawn),
         "Timer": _timer_box(m, drawn),
+    }
+
+
+def _map_boxes(m: Ram, drawn: Drawn, rows: Box) -> dict[str, Box]:
+    """What the rows hold on the map."""
+    pictures, sky = drawn.pictures, drawn.shown.is_map
+    ring = sky & (pictures == Sky.RING)
+    return {
+        "Planet": rows.where(sky & among(pictures, Sky.PLANETS)),
+        "Sun": _one(rows, sky & (pictures == Sky.SUN), (m.clock - 1) & 0xFE),
+        "Reactor": _one(rows, sky & (pictures == Sky.REACTOR), BROWN),
+        "Ring": _one(rows, ring, only(ring, m.color) & 0xFE),
+    }
+
+
+def _planet_boxes(m: Ram, drawn: Drawn, rows: Box) -> dict[str, Box]:
+    """What the rows hold on a planet; a saucer takes the first one's place."""
+    ground = drawn.shown.planet & ((np.arange(OBJECT_ROWS) > 0) | (m.saucer == 0))
+    return {
+        "Bunker": rows.where(ground & among(drawn.pictures, Ground.BUNKERS)),
+        "Fuel_Tank": rows.where(ground & among(drawn.pictures, Ground.TANKS)),
     }
 
 

@@ -2,7 +2,8 @@
 
 Each of the three lanes has a record of the object in it. What an object is like is in the ROM: the
 records of kinds at $FD00, each followed by the kind's pictures. The game draws the frame and then
-moves the objects ($F652), so the RAM is a step ahead of the screen; `objects` takes the step back.
+moves the objects ($F652), so the RAM is a step ahead of the screen; `lane_boxes` takes the step
+back.
 """
 
 import jax

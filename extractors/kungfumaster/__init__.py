@@ -151,24 +151,12 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    enemy = _enemy_box(m)
-    group = _group_boxes(m)
-    thrown = _thrown_boxes(m)
-    is_dragon = m.kind == Kind.DRAGON
-    bursting = m.kind == Kind.RED_BALL
+    group, thrown = _group_boxes(m), _thrown_boxes(m)
     return {
         "Player": _player_box(m),
         "Henchmen": group.where(m.kind == Kind.HENCHMEN),
-        "Knife_Throwers": enemy.where(m.kind == Kind.KNIFE_THROWER),
-        "Small_Enemy": enemy.where(m.kind == Kind.SMALL),
-        "Enemy_Final_Fighter": enemy.where(among(m.kind, Kind.MASTERS)),
-        "Dragon_Balls": enemy.where(is_dragon & (m.enemy_picture == DRAGON_BALL)),
-        "Dragon_Smoke": enemy.where(is_dragon & ~among(m.enemy_picture, (DRAGON, DRAGON_BALL))),
-        "Dragon": enemy.where(is_dragon & (m.enemy_picture == DRAGON)),
-        "Red_Ball": enemy.where(bursting & (m.enemy_picture != AIRBALL)),
-        "Airball": enemy.where(bursting & (m.enemy_picture == AIRBALL)),
-        "Snake": enemy.where(m.kind == Kind.SNAKE),
         "Killer_Moth": group.where(m.kind == Kind.MOTH),
+        **_single_enemies(m),
         "Knifes": thrown.where(m.thrower == Thrower.KNIFE_THROWER),
         "Boomerang": thrown.where(m.thrower == Thrower.BOOMERANGS),
         "Spell": thrown.where(m.thrower == Thrower.SPELLS),
@@ -181,6 +169,24 @@ def decode(m: Ram) -> dict[str, Box]:
         "Player_Health_Bar": _bar_box(m.energy, BAR_ROWS[0]),
         "Enemy_Health_Bar": _bar_box(m.enemy_energy, BAR_ROWS[1]),
         "Floor": _floor_boxes(m),
+    }
+
+
+def _single_enemies(m: Ram) -> dict[str, Box]:
+    """The enemies of which there is one at a time."""
+    enemy = _enemy_box(m)
+    is_dragon = m.kind == Kind.DRAGON
+    bursting = m.kind == Kind.RED_BALL
+    return {
+        "Knife_Throwers": enemy.where(m.kind == Kind.KNIFE_THROWER),
+        "Small_Enemy": enemy.where(m.kind == Kind.SMALL),
+        "Enemy_Final_Fighter": enemy.where(among(m.kind, Kind.MASTERS)),
+        "Dragon_Balls": enemy.where(is_dragon & (m.enemy_picture == DRAGON_BALL)),
+        "Dragon_Smoke": enemy.where(is_dragon & ~among(m.enemy_picture, (DRAGON, DRAGON_BALL))),
+        "Dragon": enemy.where(is_dragon & (m.enemy_picture == DRAGON)),
+        "Red_Ball": enemy.where(bursting & (m.enemy_picture != AIRBALL)),
+        "Airball": enemy.where(bursting & (m.enemy_picture == AIRBALL)),
+        "Snake": enemy.where(m.kind == Kind.SNAKE),
     }
 
 

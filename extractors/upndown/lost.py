@@ -122,20 +122,19 @@ def column(m: DrawnRam, row: jax.Array) -> jax.Array:
 
 def drawn_records(m: DrawnRam) -> tuple[jax.Array, jax.Array, jax.Array]:
     """The records' kinds, which may be hidden, and rows, and the road's fine scroll."""
-    picture, kind = lookup(PICTURES, m.pictures), lookup(LOOKS, m.pictures)
-    kind = jnp.where(among(kind, COLLECTABLES), kind + (m.pages & 2), kind)
+    picture, look = lookup(PICTURES, m.pictures), lookup(LOOKS, m.pictures)
+    usual = look + when(among(look, COLLECTABLES), m.pages & 2)
     cut = jnp.where((picture > 0) & (np.arange(4) < 3), m.pictures - picture, 0)
     player, rows, fine = _sprite_rows(m, picture == 0, cut)
     below = np.arange(3) >= player
-    kind = jnp.where(below, kind[1:], kind[:-1])
+    kind = jnp.where(below, usual[1:], usual[:-1])
     rows = jnp.where(below[:, None], rows[1:], rows[:-1])
     best = _best_try(m, kind, rows, fine)
     one = ((best >> 9) & 3) == PHASE_NUMBERS
     y = only(one[None], rows, axis=1)
     rank = lookup(RANKS, 3 * lookup(ORDER, best & 511) + np.arange(3))
     y, kind = (match((rank == 0, v[0]), (rank == 1, v[1]), otherwise=v[2]) for v in (y, kind))
-    kind = jnp.where(best < NONE, kind, Kind.HIDDEN)
-    return kind, y, only(one, fine)
+    return jnp.where(best < NONE, kind, Kind.HIDDEN), y, only(one, fine)
 
 
 def _sprite_rows(
