@@ -53,7 +53,7 @@ EDIBLE = (68, 66, 12, 14, 76, 214, 88)  # without the rows in the hero's or the 
 TOPS = range(26, 150, 16)  # of the lanes
 STAGE_AREA = (0, 26, 160, 149)
 FLOORS = tuple((0, y + ROWS, 160, y + 16) for y in TOPS)
-DIGIT_LEFTS = range(55, 103, 8)  # left columns
+DIGIT_LEFTS = range(55, 103, 8)
 SCORE_TOP = 184
 SCORE_RIGHT = 103
 # width, distance and largest number of the lives' icons

@@ -275,7 +275,7 @@ def _packed_before(m: Ram) -> jax.Array:
 
 def _slot_of_entry(m: Ram) -> jax.Array:
     """The slot of each entry among those of its list: its turn to come in, modulo the slots."""
-    steps_so_far = m.frames + 1 >> 1  # of all asteroids so far
+    steps_so_far = m.frames + 1 >> 1  # of all asteroids
     way = steps_so_far + jnp.where(GOES_UP, m.rock_y, -m.rock_y) + LAP  # to where this one came in
     laps = div(way, LAP)
     place = div(way - LAP * laps, PLACE_SIZE)

@@ -160,7 +160,7 @@ class Ram(RamMap):
 def decode(m: Ram) -> dict[str, Box]:
     kind = _kinds(m)
     targets = _target_boxes(m, kind)
-    sign, amount_box = _sign_boxes(m)
+    sign_box, amount_box = _sign_boxes(m)
     return {
         "Player": box(m.player_x - 4, 186, 6, 13),
         "PlayerMissile": _shot(m),
@@ -172,7 +172,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "FlyingDuck": _ducks(m),
         "PlayerScore": SCORE.box(m.score, value=10 * m.score),
         "AmmoBar": _bar_box(m),
-        "BonusSign": sign,
+        "BonusSign": sign_box,
         "BonusValue": amount_box,
     }
 

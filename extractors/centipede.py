@@ -73,7 +73,7 @@ BLACK = 0
 VIOLET_RGB = (188, 144, 252)
 SHINING = tuple(range(14, 256, 16))  # of a row that the scorpion has crossed
 
-FIELD_LEFT = 16  # of the field
+FIELD_LEFT = 16
 FIELD_TOP = 5
 ZONE = 9  # rows
 ZONES = 20  # counted from the bottom

@@ -79,7 +79,7 @@ FIRST_PICTURES = ROM.bytes(0xB9F, 12)  # of the demons of half a level
 LAST_EXPLOSION = 3  # this picture and lower ones are explosions
 SPLITTING = 24  # the picture that begins a split
 SMALL_PICTURE = 26  # a picture of halves and of the diving demon
-RANK = np.arange(3)
+RANK = np.arange(3)  # of the demons, from the top
 LOWEST = 2
 DIVER = 6  # slot
 MIRRORED = np.arange(7) // 3 == 1  # by slot

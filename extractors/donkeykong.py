@@ -99,7 +99,7 @@ RIVET_Y = np.repeat([144, 116, 88, 60], 2)
 BARREL_FLOORS = (12, 33, 61, 89, 117, 145)  # least `y` of barrels
 EMPTY = 93  # `lowest_row` without an obstacle
 PLAYING = 128  # least value of `state`
-MAY_HAVE_MOVED = 2  # `wait` on a frame on which Mario may have moved
+MOVED_WAIT = 2  # `wait` on a frame on which Mario may have moved
 WHOLE_LADDER = 13  # `ladder` below which a barrel rolls down it
 JUST_JUMPED = 31  # `air` when a jump has just begun
 RISE = 7  # rows of a jump
@@ -210,7 +210,7 @@ def _step(m: Ram) -> tuple[jax.Array, jax.Array]:
     sounds = (m.sound == Sound.STEP) & (m.sound_left == 1)
     moved = jnp.where(quiet & ((at & 3) == 0), sounds, ~_at_ladder_end(m))
     moved = (moved | in_air) & ~_at_side(m, left, right)
-    moved = moved & (m.wait == MAY_HAVE_MOVED) & (m.idle == 0) & (m.dying == 0) & _in_play(m)
+    moved = moved & (m.wait == MOVED_WAIT) & (m.idle == 0) & (m.dying == 0) & _in_play(m)
     dx = when(right, 1) - when(left, 1)
     climbed = jnp.where(m.heading == Heading.UP, -1, 1)
     dy = jnp.where(climbs, climbed, _slope_rows(m, dx))

@@ -47,7 +47,7 @@ from ocjax.vision.shapes import Shape
 ROM = Rom("enduro", "94b92a882f6dbaa6993a46e2dcc58402")
 VIEW = (8, 52, 160, 155)
 GROUND = 155  # row at height 0; heights count upwards
-CAR_ROWS = 7  # of cars, nearest first
+CAR_ROWS = 7  # nearest first
 CAR_SLOTS = 8
 
 CAR_X = 8  # column of a sprite less its position

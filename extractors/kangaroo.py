@@ -58,7 +58,7 @@ LIVES = IconRow(left=16, top=183, width=4, height=7, pitch=8)
 CLOCK = NumberDisplay(CLOCK_FONT, right=95, top=191, digits=4)
 LEVELS = 3
 ROWS = 22  # of a level
-PITCH = 8  # lines
+PITCH = 8  # lines from row to row
 FIRST_LINE = 4  # of the first row
 FIST = 2  # columns
 # `x` of a player at a wall, who does not step.

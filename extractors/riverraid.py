@@ -90,9 +90,9 @@ SPEED = 6  # of a missile, rows a frame
 SOUNDS = range(1, 14)  # `sound` for which the row of a missile is known
 MOVES = 0x40  # bit of `block`: what is in it moves by turns
 FLIPPED = 0x10  # bit of `block`: that looks the other way
-RIGHT = 4  # bits of a joystick, 1 where it is not pressed
-VIEW_LEFT = 8
-HORIZONTAL = VIEW_LEFT | RIGHT
+STICK_RIGHT = 4  # bits of a joystick, 1 where it is not pressed
+STICK_LEFT = 8
+HORIZONTAL = STICK_LEFT | STICK_RIGHT
 FULL = 255  # `fuel`
 START_PART = 0xDF  # `fuel_part` when a life starts
 USED_PART = 0xE0  # its least value when an 1 / 8 has just been used up
@@ -294,7 +294,7 @@ def _single(b: Box) -> Box:
 def _player_x_before(m: Ram) -> jax.Array:
     """The player's position before the last move."""
     pressed = ((m.stick & HORIZONTAL) != HORIZONTAL) & (m.mode == Mode.FLIES)
-    left = (m.stick & VIEW_LEFT) > 0
+    left = (m.stick & STICK_LEFT) > 0
     moved = jnp.where(left, m.x_part + m.thrust > 255, m.x_part < m.thrust) & pressed
     return m.x + when(moved, jnp.where(left, 1, -1))
 
@@ -302,7 +302,7 @@ def _player_x_before(m: Ram) -> jax.Array:
 def _player_box(m: Ram, x: jax.Array) -> Box:
     starts = (m.offset == START_OFFSET) & (m.fuel == FULL) & (m.fuel_part == START_PART)
     turned = ((m.sticks & HORIZONTAL) != HORIZONTAL) & (m.mode != Mode.WAITS) & ~starts
-    mirrored = turned & (m.sticks & VIEW_LEFT > 0)
+    mirrored = turned & (m.sticks & STICK_LEFT > 0)
     there = among(m.look, (Look.STRAIGHT, Look.TURNED)) | (m.mode == Mode.CRASH)
     x = x + when(mirrored, 1)
     return PLAYERS.box(when(turned, 1), x, 145, mirrored=mirrored, valid=there)

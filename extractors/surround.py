@@ -47,7 +47,7 @@ def _font_of(lines: tuple[int, ...]) -> Font:
 ENEMY_SCORE = NumberDisplay(_font_of((3, 3, 3, 3, 5)), right=44, top=5, digits=2)
 PLAYER_SCORE = NumberDisplay(_font_of((3, 3, 3, 3, 4)), right=124, top=6, digits=2)
 
-TRAIL_ROWS = range(1, 19)  # of the trail
+TRAIL_ROWS = range(1, 19)
 COLUMNS = range(1, 39)
 CELL_X = tuple(4 * column for _ in TRAIL_ROWS for column in COLUMNS)
 CELL_Y = tuple(27 + 9 * row for row in TRAIL_ROWS for _ in COLUMNS)

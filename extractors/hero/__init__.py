@@ -140,7 +140,7 @@ FLIGHTS = 3
 STEPS = 5
 POSES = (0xAE3, 0xEE7, 0xE82, 0xE9B, 0xEB4, 0xECD, 0xCE6, 0xCCD, 0xCB4, 0xC9B, 0xC82)
 TALL = 24
-SHOWN_ROWS = [(np.arange(TALL) - cut) // TALL == 0 for cut in range(-TALL, TALL + 1)]  # rows
+SHOWN_ROWS = [(np.arange(TALL) - cut) // TALL == 0 for cut in range(-TALL, TALL + 1)]
 PLAYERS = Pictures.of([pose * rows for pose in ROM.rows(POSES, TALL) for rows in SHOWN_ROWS])
 
 

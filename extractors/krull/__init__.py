@@ -78,7 +78,7 @@ WALL_Y = 39 + 4 * ROW
 WALL_BYTE = 2 * ROW + COLUMN // 8
 WALL_BIT = np.minimum(COLUMN, 15 - COLUMN)
 ICON = np.arange(3)
-BEAST_RECORD = 1  # record
+BEAST_RECORD = 1
 FOE = 6  # record of the spider or star in the web; of the player's weapon in the lair
 
 

@@ -67,7 +67,7 @@ class State:  # of a sprite; from `ENDED` on, four turns after a figure
     PLACES = 5  # the next figure
 
 
-OFF_COLUMNS = (61, 94, 4, 82, 95, 0, 115, 136)  # columns, by the first sprite's state
+OFF_COLUMNS = (61, 94, 4, 82, 95, 0, 115, 136)  # by the first sprite's state
 ON_COLUMNS = (73, 106, 4, 94, 116, 0, 115, 115)  # likewise, the second one's
 # The column while a figure is placed, by its x: the loop before it takes 15 columns a step.
 CODES = ROM.bytes(0x81E, 160)

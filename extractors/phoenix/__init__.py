@@ -46,13 +46,13 @@ from ocjax.extractors.phoenix.ship import (
     DOMES_BOTTOM,
     HULL,
     HULL_ROWS,
+    LINE_PLUS_ROW,
     NARROW,
     NO_ROW,
     OFF_BEAM,
     ON_BEAM,
     ROW_LINES,
     SHOT_BEAM,
-    SKY_LINE,
     START_Y,
     UPRIGHT,
     ZONE,
@@ -81,7 +81,7 @@ BALL = 218  # the player's shot, but beside the ship
 BIRD_COLORS = (PURPLE, ORANGE, 58, BALL)
 BAT_COLORS = (BAT_BLUE, RED, 130, 136, 138, 142, 68, 70, 72, 82, 58)
 
-TOP_LINE = 20  # line
+TOP_LINE = 20
 GROUND = 184  # line
 AIR = (0, TOP_LINE, 160, GROUND)
 BLACK_LINES = (164, 166)  # enemies' shots are black there
@@ -90,7 +90,7 @@ ROW = np.arange(7)
 FLOCK = 4  # rows of birds
 SHAKING = 0x33  # below this row bats shake
 CEILINGS = (0x99, 0xAD)  # of the highest bat
-LAST_BAT_FLOOR = 0x23  # of the last bat
+LAST_BAT_FLOOR = 0x23
 DEPTH = 0x76  # of the other bats' floor below the ceiling
 APART = 24  # rows between enemies' shots, at least
 
@@ -273,7 +273,7 @@ def _own_slots(m: Ram) -> jax.Array:
 
 def _appears(m: Ram, d: Drawn, x: jax.Array) -> jax.Array:
     """The first line of enemies' shots outside the ship."""
-    offset, line = place(d.sky, m.missile_top), SKY_LINE - m.missile_top
+    offset, line = place(d.sky, m.missile_top), LINE_PLUS_ROW - m.missile_top
     beside_player = among(m.missile_top, range(0x18, 0x1D))
     beam = match((m.missile_top >= 0x1E, 76), (beside_player, 31), otherwise=49)  # in the zone
     return match(

@@ -59,7 +59,8 @@ HULL_ROWS = 3
 NO_ROW = 255
 ROW_LINES = 18  # that the program is busy with a row of birds or bats
 ZONE = 0x20  # below this row the program draws the player
-SKY_LINE = 195  # line + row: the first line that shows what the display program changes at a row
+LINE_PLUS_ROW = 195  # of the first line that shows what the program changes at a row
+
 # Columns of the beam when a row's change is seen: at the first row of birds, of bats, the second
 # row, others, the first one after them, elsewhere.
 SHOT_BEAM = (73, 55, 34, 50, 0, 7)
@@ -98,4 +99,4 @@ def line_of(sky: Sky, y: jax.Array, x: jax.Array, beams: tuple[int, ...]) -> jax
         (sky.ship, SHIP_BEAM),
         otherwise=elsewhere,
     )
-    return SKY_LINE - y + when(x < beam, 1)
+    return LINE_PLUS_ROW - y + when(x < beam, 1)

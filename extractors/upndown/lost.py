@@ -49,7 +49,7 @@ KINDS = {  # by low byte of the pictures' addresses
 COLLECTABLES = (24, 25)  # two more are on the pictures' next page but one
 
 MAPS = 3  # each of the two roads of some rounds
-ROAD_ROWS = 1024  # of a road
+ROAD_ROWS = 1024
 PLACES = 1024  # of the pieces, by their hash
 HASH = np.array((125, 153, 27))  # of a piece's bytes: few pieces share one
 PIECES_SHOWN = 42  # pieces of the road on the screen
