@@ -39,6 +39,7 @@ from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors.gravitar.drawn import (
     OBJECT_PICTURES,
     OBJECT_ROWS,
+    SAUCER_COLOR,
     Drawn,
     as_drawn,
     enemy_shots_drawn,
@@ -84,7 +85,6 @@ PINK = 0x4E
 ORANGE = 0x3C
 LIME = 0xCA
 BROWN = 0x24
-SAUCER_COLOR = 0x26
 RED = 0x36
 GREEN = 0xC6
 PURPLE = 0x76
