@@ -1,4 +1,4 @@
-"""The games, one file each. Adding a file adds the game."""
+"""The games, a file or a folder each. Adding it adds the game."""
 
 if __name__ != "ocjax.extractors":
     raise ImportError(

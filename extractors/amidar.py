@@ -99,7 +99,7 @@ LADDERS = (  # left columns of the ladders between two lines, by band from the t
 )
 
 
-def _rungs(band: int) -> int:
+def _ladder_bits(band: int) -> int:
     """The ladders of a band, a bit for every fourth column.
 
     Of those at the sides only the ones count that others than the tracer use.
@@ -108,7 +108,7 @@ def _rungs(band: int) -> int:
     return sum(1 << (x - 16) // 4 for x in used)
 
 
-RUNGS = np.array([_rungs(band) for band in range(5)], np.uint32).astype(np.int32).tolist()
+RUNGS = np.array([_ladder_bits(band) for band in range(5)], np.uint32).astype(np.int32).tolist()
 
 
 def _gaps() -> tuple[tuple[int, int, int, int], ...]:
@@ -117,8 +117,8 @@ def _gaps() -> tuple[tuple[int, int, int, int], ...]:
     sides = [(0, 12, 16, 172), (144, 12, 160, 172)]
     holes = [
         (left + 4, 19 + 30 * band, right, 45 + 30 * band)
-        for band, ladders in enumerate(LADDERS)
-        for left, right in itertools.pairwise(ladders)
+        for band, lefts in enumerate(LADDERS)
+        for left, right in itertools.pairwise(lefts)
     ]
     return (*rows, *sides, *holes)
 
@@ -167,12 +167,12 @@ def decode(m: Ram) -> dict[str, Box]:
         "Shadow": figures.where(kind == Kind.SHADOW),
         "Chicken": figures.where(kind == Kind.CHICKEN),
         "Score": score_box(FONT, shown, right=104, top=176 - up, digits=6, value=m.score),
-        "Life": _lives(m, m.icons + when(begins, 1), up),
+        "Life": _lives_box(m, m.icons + when(begins, 1), up),
     }
     return {name: each.where(~blank) for name, each in boxes.items()}
 
 
-def _lives(m: Ram, icons: jax.Array, up: jax.Array) -> Box:
+def _lives_box(m: Ram, icons: jax.Array, up: jax.Array) -> Box:
     there = (icons > 0) & (m.over == 0)
     return box(164 - 16 * icons, 175 - up, 16 * icons - 15, 8, there, value=m.lives)
 
@@ -211,7 +211,7 @@ def _player(m: Ram, x: jax.Array, y: jax.Array, own: jax.Array) -> Box:
 
 def _drawn_places(m: Ram, own: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Where the figures were drawn: before their last step and the turn where it ended."""
-    above, below = _ladders(m)
+    above, below = _at_ladders(m)
     vertical = m.vertical == 1
     on_line = (mod(m.y, 30) == TOP_LINE) | (m.y == BOTTOM_LINE)
     crossing = jnp.where(vertical, on_line, above | below)
@@ -227,10 +227,10 @@ def _drawn_places(m: Ram, own: jax.Array) -> tuple[jax.Array, jax.Array]:
     return m.x + 9 + when(~upright, step), m.y + 7 - when(upright, step)
 
 
-def _ladders(m: Ram) -> tuple[jax.Array, jax.Array]:
+def _at_ladders(m: Ram) -> tuple[jax.Array, jax.Array]:
     """Whether a ladder begins above and below each figure."""
     line, column = div(m.y + 5, 30), m.x - LEFT_SIDE
-    bands = sum((rungs >> (column >> 2 & 31) & 1) << band for band, rungs in enumerate(RUNGS))
+    bands = sum((word >> (column >> 2 & 31) & 1) << band for band, word in enumerate(RUNGS))
     bands = when((column & 3) == 0, bands)
     return ((bands << 1) >> line & 1) == 1, (bands >> line & 1) == 1
 

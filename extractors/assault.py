@@ -76,7 +76,7 @@ HIT_SOUND = 29  # `sound` on the last frame that shows the enemy whole
 BAY_SOUND_END = 23  # `sound` on the last frame that shows the bay open
 
 # By slot of the enemies.
-ROW = np.arange(6) >> 1
+ROW_OF_ENEMY = np.arange(6) >> 1
 RIGHT_HALF = (np.arange(6) & 1) == 1
 HALF_BIT = np.where(RIGHT_HALF, 1, 2)
 
@@ -90,8 +90,8 @@ ROW_LINES = 8  # lines that draw it
 FIRST_COLUMN = 5  # of a row
 ROW_COLUMN = 56  # of its next lines
 CANNON_COLUMN = 26  # below
-LAST_BLOCK = 13  # of `BLOCK` counts each, in which the cannon's shot goes up
-BLOCK = 8
+LAST_BLOCK = 13  # of `BLOCK_LINES` counts each, in which the cannon's shot goes up
+BLOCK_LINES = 8
 CANNON_COUNT = 106  # of the cannon's first line
 GROUND_TOP = 186  # a row
 SHOT_SOUND_END = 15  # least `shot_sound` when no shot sounds
@@ -107,9 +107,9 @@ SHIP_COLORS = (198, 86)  # in turn
 WHITE = 14
 GOLD = 40
 GREY = 8
-HEAT = (198, 70)
+HEAT_COLORS = (198, 70)
 SHIP = (198, 38, 24, 146, 114, 214, 150, 148, 82, 86, 194, 196, WHITE)
-CANNON = (12, 22, 134)
+CANNON_COLORS = (12, 22, 134)
 ENEMY_SHOTS = (24, 152, 200, 72)
 CANNON_RGB = (214, 214, 214)  # of most pixels of its usual picture
 ENEMIES = (38, 52, 66, 198, 214, 146, 24, 72, 70, 22, 20, 148, 150, 152, 18, 242, 244, 246, 248)
@@ -162,21 +162,21 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    cannon = _cannon(m)
+    cannon = _cannon_box(m)
     return {
         "Player": cannon,
         "MotherShip": _mother_ship(m),
-        "Enemy": _enemies(m),
+        "Enemy": _enemy_boxes(m),
         "PlayerMissileVertical": _missile(m, cannon),
-        "PlayerMissileHorizontal": _side_shot(m),
+        "PlayerMissileHorizontal": _side_shot_box(m),
         "EnemyMissile": _enemy_shot(m),
         "PlayerScore": SCORE.box(m.score),
-        "Lives": _lives(m),
-        "Health": _gauge(m),
+        "Lives": _life_boxes(m),
+        "Health": _heat_gauge(m),
     }
 
 
-def _cannon(m: Ram) -> Box:
+def _cannon_box(m: Ram) -> Box:
     small = m.picture == SMALL_CANNON
     back = match(
         (m.last_call == Call.CANNON_RIGHT, -2), (m.last_call == Call.CANNON_LEFT, 2), otherwise=0
@@ -194,7 +194,7 @@ def _mother_ship(m: Ram) -> Box:
     return box(packed_position(m.ship_x) - 21, y, 32, height, color=color)
 
 
-def _hit(m: Ram) -> tuple[jax.Array, jax.Array]:
+def _has_been_hit(m: Ram) -> tuple[jax.Array, jax.Array]:
     """Whether an enemy is hit, and whether it was on this very frame."""
     hit = m.blast_halves > 0
     return hit, hit & (m.blast_time == 0) & (m.sound == HIT_SOUND)
@@ -205,18 +205,18 @@ def _new_enemy(m: Ram) -> jax.Array:
     return (m.open_time == 0) & (m.opens == 1)
 
 
-def _enemies(m: Ram) -> Box:
-    hit, just_hit = _hit(m)
+def _enemy_boxes(m: Ram) -> Box:
+    hit, just_hit = _has_been_hit(m)
     is_split = jnp.repeat(m.is_split, 2) > 0
     struck_half = (m.blast_halves & HALF_BIT) > 0
-    struck = hit & (m.blast_row == ROW) & (~is_split | struck_half)
+    struck = hit & (m.blast_row == ROW_OF_ENEMY) & (~is_split | struck_half)
     bursts = struck & ~just_hit
     left, top, width, height = _enemy_pictures(m, is_split, bursts)
     tops = _row_tops(m)
-    y = jnp.repeat(jnp.where(_came_down(m), jnp.roll(tops, -1), tops), 2) + top
+    y = jnp.repeat(jnp.where(_has_come_down(m), jnp.roll(tops, -1), tops), 2) + top
     there = (jnp.repeat(m.halves, 2) & HALF_BIT) > 0
     visible = (m.hides == 0) | bursts
-    own_box = (is_split | ~RIGHT_HALF) & ~((ROW == 2) & _new_enemy(m))
+    own_box = (is_split | ~RIGHT_HALF) & ~((ROW_OF_ENEMY == 2) & _new_enemy(m))
     valid = (there | struck) & visible & own_box
     color = lookup(COLORS, m.enemy_colors)
     return box(left, y, width, height, valid, color=color)
@@ -237,7 +237,7 @@ def _enemy_pictures(m: Ram, is_split: jax.Array, bursts: jax.Array) -> tuple[jax
     return x + inset, when(first_row_empty, 1), last - x - 2 * inset, height
 
 
-def _came_down(m: Ram) -> jax.Array:
+def _has_come_down(m: Ram) -> jax.Array:
     """Which rows have the enemy that the row above them had when the frame was drawn.
 
     The lowest row was drawn last, and without an enemy then. Into the middle row the last enemy of
@@ -253,7 +253,7 @@ def _came_down(m: Ram) -> jax.Array:
 def _row_tops(m: Ram) -> jax.Array:
     """Where the three rows were drawn: lines less for empty ones, more for an explosion."""
     row = np.arange(3)
-    (hit, just_hit), came_down = _hit(m), _came_down(m)
+    (hit, just_hit), came_down = _has_been_hit(m), _has_come_down(m)
     drawn = (m.halves > 0) & ~came_down & (~_new_enemy(m) | (row < 2)) | jnp.roll(came_down, 1)
     drawn = drawn | (just_hit & (m.blast_row == row))
     empty = jnp.where(drawn, 0, 1)
@@ -264,7 +264,7 @@ def _row_tops(m: Ram) -> jax.Array:
     return LOWEST_ROW + m.bob - ROW_HEIGHT * row - fewer + when(longer, 1)
 
 
-def _line(m: Ram, count: jax.Array, x: jax.Array, tops: jax.Array) -> jax.Array:
+def _first_line(m: Ram, count: jax.Array, x: jax.Array, tops: jax.Array) -> jax.Array:
     """The first screen line that shows, at column x, what changes at a count of lines."""
     turns = [count - (2 - row) * ROW_COUNTS - m.bob for row in range(3)]
     in_rows = [_line_in_row(turn, x) + top for turn, top in zip(turns, tops, strict=True)]
@@ -287,23 +287,23 @@ def _line_below(count: jax.Array, x: jax.Array) -> jax.Array:
 def _missile(m: Ram, cannon: Box) -> Box:
     """The cannon's shot upwards."""
     block, x, tops = m.missile_y >> 3, packed_position(m.missile_x) - 23, _row_tops(m)
-    top, bottom = (_line(m, BLOCK * (block + i), x, tops) for i in (0, 1))
+    top, bottom = (_first_line(m, BLOCK_LINES * (block + i), x, tops) for i in (0, 1))
     covered = (x > cannon.x) & (x < cannon.x + 7)  # the last line, by the cannon
     bottom = jnp.where(block == LAST_BLOCK, GROUND_TOP - when(covered, 1), bottom)
     there = (m.rises == 1) & (block > 0) & (block <= LAST_BLOCK)
     return edges(x, top, x + 1, bottom, there)
 
 
-def _side_shot(m: Ram) -> Box:
+def _side_shot_box(m: Ram) -> Box:
     """The cannon's shot to the side, before its last step; steps are 16 for 15 pixels.
 
     A shot that is drawn while another was just fired has reached its end, the new one's way.
     """
     steps = 16 * (m.side_x & 15) + (m.side_x >> 4 ^ 7)
-    right_end = RIGHT_END - mod(RIGHT_END - steps, SIDE_STEP)
-    left_end = LEFT_END + mod(steps - LEFT_END, SIDE_STEP)
-    before_right = jnp.where(m.last_call == Call.FIRED_RIGHT, right_end, steps - SIDE_STEP)
-    before_left = jnp.where(m.last_call == Call.FIRED_LEFT, left_end, steps + SIDE_STEP)
+    rightmost = RIGHT_END - mod(RIGHT_END - steps, SIDE_STEP)
+    leftmost = LEFT_END + mod(steps - LEFT_END, SIDE_STEP)
+    before_right = jnp.where(m.last_call == Call.FIRED_RIGHT, rightmost, steps - SIDE_STEP)
+    before_left = jnp.where(m.last_call == Call.FIRED_LEFT, leftmost, steps + SIDE_STEP)
     steps = match(
         (m.side_way == SideWay.LEFT, before_left),
         (m.side_way == SideWay.RIGHT, before_right),
@@ -336,17 +336,17 @@ def _fireball(m: Ram) -> Box:
     return box(packed_position(m.roll_x) - 22, y, 8, jnp.where(high, 16, 8), started)
 
 
-def _lives(m: Ram) -> Box:
+def _life_boxes(m: Ram) -> Box:
     place = np.arange(3)
     return box(15 + 16 * place, 192, 8, 8, place < m.lives - 1)
 
 
-def _gauge(m: Ram) -> Box:
-    heat = _heat(m)
+def _heat_gauge(m: Ram) -> Box:
+    heat = _shown_heat(m)
     return box(96, 192, 4 * heat, 8, m.heat_color > 0, value=heat, color=m.heat_color)
 
 
-def _heat(m: Ram) -> jax.Array:
+def _shown_heat(m: Ram) -> jax.Array:
     """Units of heat on the screen, which rise or fall on every 32nd frame after it is drawn.
 
     They rise if a shot was fired since the last time. It often still flies or sounds.
@@ -357,16 +357,16 @@ def _heat(m: Ram) -> jax.Array:
     return heat + when(changed, jnp.where(fired, -1, 1))
 
 
-PLAYER = Blobs(CANNON, GROUND, Shape(w=(4, 8), h=(7, 8)))
+PLAYER = Blobs(CANNON_COLORS, GROUND, Shape(w=(4, 8), h=(7, 8)))
 # By its wheels, where a shot hides its top.
-WHEELS = Run(CANNON, 185, left=(0, 159), width=6, height=1, before=1, above=7, after=1)
+WHEELS = Run(CANNON_COLORS, 185, left=(0, 159), width=6, height=1, before=1, above=7, after=1)
 BESIDE_SHOT = Runs((WHEELS,), most=1)
 CARRIER = Bounds(SHIP, (0, 12, 160, 45))
 ENEMY = Blobs(ENEMIES, ROWS, Shape(w=(4, 16), h=(6, 8)), gap=(4, 0))
-SIDE = Bounds(CANNON, (0, 181, 160, 183), exclude=("Player",))
+SIDE = Bounds(CANNON_COLORS, (0, 181, 160, 183), exclude=("Player",))
 POINTS = SCORE.rule(GOLD, (50, 0, 110, 12))
 LIVES = Cells(GREY, (15, 31, 47), (192,) * 3, 8, 8, whole=False)
-HEALTH = Bounds(HEAT, (90, 190, 160, 204), value=Gauge(4))
+HEALTH = Bounds(HEAT_COLORS, (90, 190, 160, 204), value=Gauge(4))
 
 GAME = Game(
     name="Assault",

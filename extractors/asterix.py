@@ -43,7 +43,7 @@ OBELIX = 36  # `hero`, or more
 STAGE = 0  # `screen`
 FIRST_FRAME = 1  # `frame`
 ENTRANCES = np.array((4, 145) * 4)  # `lane_x` of the things with which a game begins
-WIDE = range(79, 126)  # `death` while the hero is drawn twice as wide
+WIDE_DEATHS = range(79, 126)  # `death` while the hero is drawn twice as wide
 
 YELLOW = 24
 PINK = 74
@@ -53,16 +53,16 @@ EDIBLE = (68, 66, 12, 14, 76, 214, 88)  # without the rows in the hero's or the 
 TOPS = range(26, 150, 16)  # of the lanes
 STAGE_AREA = (0, 26, 160, 149)
 FLOORS = tuple((0, y + ROWS, 160, y + 16) for y in TOPS)
-DIGITS = range(55, 103, 8)  # left columns
+DIGIT_LEFTS = range(55, 103, 8)
 SCORE_TOP = 184
 SCORE_RIGHT = 103
 # width, distance and largest number of the lives' icons
 ICON = 8
 ICON_PITCH = 16
-ICONS = 3
+MOST_ICONS = 3
 
 
-def _pictures(kinds: range) -> Pictures:
+def _lane_pictures(kinds: range) -> Pictures:
     """Tight extents of some kinds of the lanes' pictures, without their black rows."""
     offsets = range(PITCH * kinds.start, PITCH * kinds.stop, PITCH)
     dots = ROM.rows([0xC3D + o for o in offsets], ROWS)
@@ -86,15 +86,15 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    drawn = _drawn(m)
+    drawn = _is_drawn(m)
     hero_drawn = drawn & ~_begins(m)
     return {
-        "Player": _hero(m).where(hero_drawn),
+        "Player": _hero_box(m).where(hero_drawn),
         "Enemy": _things(m, LYRES).where(drawn),
         "Consumable": _things(m, FOODS).where(drawn),
         "Reward": _things(m, REWARDS).where(drawn),
-        "Score": _score(m).where(drawn),
-        "Lives": _lives(m).where(hero_drawn),
+        "Score": _shown_score(m).where(drawn),
+        "Lives": _lives_box(m).where(hero_drawn),
     }
 
 
@@ -102,10 +102,10 @@ def _things(m: Ram, kinds: range) -> Box:
     """What is in the lanes, as far as it is of some kinds."""
     kind = div(m.picture, PITCH)  # a pointer into the middle of a picture counts as that picture
     there = among(kind, kinds)
-    return _pictures(kinds).box(kind - kinds.start, m.lane_x, np.array(TOPS), valid=there)
+    return _lane_pictures(kinds).box(kind - kinds.start, m.lane_x, np.array(TOPS), valid=there)
 
 
-def _drawn(m: Ram) -> jax.Array:
+def _is_drawn(m: Ram) -> jax.Array:
     """Whether stage and hero are on the screen; the first frame is empty, its pointers are 0."""
     return (m.screen == STAGE) & (m.picture[0] != 0) & (m.hero & 3 == 0)
 
@@ -115,25 +115,25 @@ def _begins(m: Ram) -> jax.Array:
     return (m.frame == FIRST_FRAME) & jnp.all(m.lane_x == ENTRANCES)
 
 
-def _margin(picture: jax.Array) -> jax.Array:
+def _margin_of(picture: jax.Array) -> jax.Array:
     """Empty columns on both sides of a hero's picture."""
     return jnp.where(picture >= OBELIX, 1, 0)
 
 
-def _hero(m: Ram) -> Box:
-    wide, margin = among(m.death, WIDE), _margin(m.hero)
+def _hero_box(m: Ram) -> Box:
+    wide, margin = among(m.death, WIDE_DEATHS), _margin_of(m.hero)
     left = jnp.where(wide, 2 * margin + 1, margin)  # the chip draws wide players a pixel later
     width = 8 - 2 * margin
     return box(m.x + left, 151 - m.y, jnp.where(wide, 2 * width, width), ROWS)
 
 
-def _score(m: Ram) -> Box:
+def _shown_score(m: Ram) -> Box:
     return score_box(FONT, m.score, right=SCORE_RIGHT, top=SCORE_TOP, digits=6, value=m.score)
 
 
-def _lives(m: Ram) -> Box:
+def _lives_box(m: Ram) -> Box:
     """The hero's icons; the life in play has none."""
-    icons, margin = jnp.clip(m.lives - 1, 0, ICONS), _margin(m.icon)
+    icons, margin = jnp.clip(m.lives - 1, 0, MOST_ICONS), _margin_of(m.icon)
     width = ICON_PITCH * (icons - 1) + ICON - 2 * margin
     return box(60 + margin, 169, width, ROWS, icons > 0, value=m.lives)
 
@@ -142,10 +142,10 @@ thing = functools.partial(Category, count=8)
 
 HERO = Blobs(YELLOW, STAGE_AREA, Shape(w=(5, 16), h=(9, ROWS)))
 LYRE = Bounds(PINK, tuple((0, y, 160, y + ROWS) for y in TOPS), min_size=(3, 9))
-blobs = functools.partial(Blobs, gap=(1, 1), ignore=FLOORS)
-FOOD = blobs(EDIBLE, STAGE_AREA, shapes=Shape(w=(4, 8), h=(5, ROWS)))
-POINTS = blobs((REWARD, *BORDERS), STAGE_AREA, shapes=Shape(w=(4, 8), h=(9, ROWS)))
-SCORE = Bounds(YELLOW, (54, 184, 104, 191), value=Digits(FONT, DIGITS, SCORE_TOP))
+sprites = functools.partial(Blobs, gap=(1, 1), ignore=FLOORS)
+FOOD = sprites(EDIBLE, STAGE_AREA, shapes=Shape(w=(4, 8), h=(5, ROWS)))
+POINTS = sprites((REWARD, *BORDERS), STAGE_AREA, shapes=Shape(w=(4, 8), h=(9, ROWS)))
+SCORE = Bounds(YELLOW, (54, 184, 104, 191), value=Digits(FONT, DIGIT_LEFTS, SCORE_TOP))
 LIVES = Bounds(YELLOW, (60, 169, 100, 180), value=Gauge(ICON_PITCH, start=6, base=2))
 
 GAME = Game(

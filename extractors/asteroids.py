@@ -39,7 +39,8 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import WIDTH, Box, box
+from ocjax.console.boxes import WIDTH as SCREEN_WIDTH
+from ocjax.console.boxes import Box, box
 from ocjax.console.fonts import Digits
 from ocjax.console.ops import among, div, match, mod, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte, high, low, signed
@@ -77,7 +78,7 @@ BOTTOM = 195  # the row below the last one
 NONE = -32  # `rock_y` or `ship_y` of what is not there
 NO_SAUCER = 224  # `saucer_y`
 NO_SHOT = 128  # least `shot_y` of what does not fly
-THERE = 1 << 21  # in the packed word of an asteroid
+THERE_BIT = 1 << 21  # in the packed word of an asteroid
 
 
 class Kind:  # of `Ram.rock_kind`
@@ -103,7 +104,7 @@ LEANING = ([1, 2, 3, 4, 5, 7, 9], [8, 9, 10], [], [])  # rows that are drawn a c
 MOST_CUT = 10  # columns or rows that show an asteroid's whole extent across
 
 
-def _ink(kind: int) -> np.ndarray:
+def _rock_dots(kind: int) -> np.ndarray:
     """The picture of an asteroid, 0 or 1, int32 `[rows, width]`."""
     dots = ROM.rows(*ROCK_PICTURES[kind], top_first=True)[:, None] >> np.arange(7, -1, -1) & 1
     ink = dots.repeat(2 if kind in Kind.LARGE else 1, axis=1)
@@ -116,7 +117,7 @@ def _cuts(kind: int, side: int) -> list[int]:
 
     Four such cuts are packed into a word, each as first << 4 | last.
     """
-    ink = _ink(kind)
+    ink = _rock_dots(kind)
     across = (ink, ink[:, ::-1], ink.T, ink[::-1].T)[side]
     shown = [np.flatnonzero(across[:, : n + 1].any(axis=1)) for n in range(MOST_CUT)]
     return np.array([p[0] << 4 | p[-1] for p in shown] + [0, 0], np.uint8).view("<i4").tolist()
@@ -162,11 +163,11 @@ def decode(m: Ram) -> dict[str, Box]:
     shot_x = _in_one_part(_column(m.shot_x) + 1, 1)
     ship_color, saucer_color = pick(m.second_player, SHIP_COLORS), pick(m.small, SAUCER_COLORS)
     shot_color = jnp.where(np.arange(3) == 1, saucer_color, ship_color)
-    shots = box(shot_x, 17 + 2 * m.shot_y, 1, 2, _flies(m), color=shot_color)
+    shot_boxes = box(shot_x, 17 + 2 * m.shot_y, 1, 2, _flies(m), color=shot_color)
     return {
         "Player": _ship(m, ship_color).clip(*FIELD).where(~begins),
-        "Asteroid": _rocks(m, begins & (m.frame == 0)),
-        "PlayerMissile": shots.clip(*FIELD),
+        "Asteroid": _rock_boxes(m, begins & (m.frame == 0)),
+        "PlayerMissile": shot_boxes.clip(*FIELD),
         "Saucer": _saucer(m, saucer_color).clip(*FIELD),
         "PlayerScore": SCORE.box(10 * m.score),
         "Lives": box(132, 5, 12, 10, value=m.lives),
@@ -186,7 +187,7 @@ def _column(code: jax.Array) -> jax.Array:
 
 def _in_one_part(x: jax.Array, width: jax.Array | int) -> jax.Array:
     """Left edge of the larger part of what the right edge may cut in two."""
-    return jnp.where(x < 0, x + WIDTH, larger_part(x, width))
+    return jnp.where(x < 0, x + SCREEN_WIDTH, larger_part(x, width))
 
 
 def _ship(m: Ram, color: jax.Array) -> Box:
@@ -216,35 +217,35 @@ def _ship(m: Ram, color: jax.Array) -> Box:
 def _saucer(m: Ram, color: jax.Array) -> Box:
     puff = when(m.bang == 1, m.bang_step)
     small = (puff == 0) & (m.small == 1)
-    last_puff = puff == LAST_PUFF
-    inset = match((last_puff, 1), (small, 0), otherwise=-1)
-    width = jnp.where(last_puff | small, 5, 7)
+    is_last_puff = puff == LAST_PUFF
+    inset = match((is_last_puff, 1), (small, 0), otherwise=-1)
+    width = jnp.where(is_last_puff | small, 5, 7)
     x = _in_one_part(_column(m.saucer_x) + inset, width)
     height, there = jnp.where(small, 6, 10), m.saucer_y != NO_SAUCER
     return box(x, 20 + 2 * m.saucer_y, width, height, there, color=color)
 
 
-def _rocks(m: Ram, first_frame: jax.Array) -> Box:
+def _rock_boxes(m: Ram, first_frame: jax.Array) -> Box:
     """All asteroids by slot, then the left parts of those that the right edge cuts."""
-    words = _by_slot(_slot(m), jnp.where(first_frame, _packed_before(m), _packed(m)))
+    words = _by_slot(_slot_of_entry(m), jnp.where(first_frame, _packed_before(m), _packed(m)))
     x, y, kind = words >> 3 & 255, (words >> 11 & 255) - 128, words >> 19 & 3
-    there = words >= THERE
+    there = words >= THERE_BIT
     little = when(kind >= Kind.MEDIUM, 1)
     y = 24 + 2 * y + np.where(SLOT_GOES_UP, 0, 1) - 2 * little
     width = pick(kind, ROCK_WIDTHS)
-    beyond = x + width - WIDTH  # columns
-    cut = jnp.concatenate([_cut(LEFT_CUTS, kind, width - beyond), _cut(RIGHT_CUTS, kind, beyond)])
-    first_row, last_row = cut >> 4, cut & 15
+    beyond = x + width - SCREEN_WIDTH  # columns
+    part = jnp.concatenate([_cut(LEFT_CUTS, kind, width - beyond), _cut(RIGHT_CUTS, kind, beyond)])
+    first_row, last_row = part >> 4, part & 15
     below_top = pick(kind, ROCK_ROWS) - (TOP - y >> 1)
     above_bottom = BOTTOM - y + 1 >> 1
     lower_part, upper_part = _cut(BOTTOM_CUTS, kind, below_top), _cut(TOP_CUTS, kind, above_bottom)
-    cut = jnp.where(y < TOP, lower_part, upper_part)
-    left, last_column = x + (cut >> 4), x + (cut & 15)
-    x, y = jnp.concatenate([left, left - WIDTH]), jnp.tile(y, 2) + 2 * first_row
+    part = jnp.where(y < TOP, lower_part, upper_part)
+    left, last_column = x + (part >> 4), x + (part & 15)
+    x, y = jnp.concatenate([left, left - SCREEN_WIDTH]), jnp.tile(y, 2) + 2 * first_row
     width, height = jnp.tile(last_column - left + 1, 2), 2 * (last_row - first_row + 1)
     color = jnp.tile(pick(words & 7, ROCK_COLORS), 2)
     rocks = box(x, y, width, height, jnp.tile(there, 2), color=color)
-    return rocks.clip(0, np.tile(TOP, 2), WIDTH, BOTTOM)
+    return rocks.clip(0, np.tile(TOP, 2), SCREEN_WIDTH, BOTTOM)
 
 
 def _packed(m: Ram) -> jax.Array:
@@ -252,8 +253,8 @@ def _packed(m: Ram) -> jax.Array:
     listed = np.arange(2 * LIST) <= jnp.where(GOES_UP, m.last[0], m.last[1])
     there = (m.rock_y != NONE) & listed
     x = _column(m.rock_x) - jnp.where(m.rock_kind >= Kind.MEDIUM, 1, 0) - _late(m)
-    x = jnp.where(x < 0, x + WIDTH, x)
-    word = THERE | m.rock_kind << 19 | m.rock_y + 128 << 11 | x << 3 | m.rock_color
+    x = jnp.where(x < 0, x + SCREEN_WIDTH, x)
+    word = THERE_BIT | m.rock_kind << 19 | m.rock_y + 128 << 11 | x << 3 | m.rock_color
     return jnp.where(there, word, 0)
 
 
@@ -265,17 +266,17 @@ def _packed_before(m: Ram) -> jax.Array:
     x = _column((high_nibble ^ 8) - 8 << 4 | pick(number & 7, STEPS))
     number = numbers >> NUMBERS_AGO - 1
     y = jnp.stack([m.rock_y[0] - 1, m.rock_y[1] - 1, m.rock_y[LIST] + 1, m.rock_y[LIST + 1] + 1])
-    word = THERE | (number >> 4 & 1) << 19 | y + 128 << 11 | x << 3 | number & 7
+    word = THERE_BIT | (number >> 4 & 1) << 19 | y + 128 << 11 | x << 3 | number & 7
     entries = jnp.zeros(2 * LIST, jnp.int32)
     for i, entry in enumerate((0, 1, LIST, LIST + 1)):
         entries = jnp.where(np.arange(2 * LIST) == entry, word[i], entries)
     return entries
 
 
-def _slot(m: Ram) -> jax.Array:
+def _slot_of_entry(m: Ram) -> jax.Array:
     """The slot of each entry among those of its list: its turn to come in, modulo the slots."""
-    steps = m.frames + 1 >> 1  # of all asteroids so far
-    way = steps + jnp.where(GOES_UP, m.rock_y, -m.rock_y) + LAP  # to where this one came in
+    steps_so_far = m.frames + 1 >> 1  # of all asteroids
+    way = steps_so_far + jnp.where(GOES_UP, m.rock_y, -m.rock_y) + LAP  # to where this one came in
     laps = div(way, LAP)
     place = div(way - LAP * laps, PLACE_SIZE)
     return mod(place + SLOTS * LAP - laps, SLOTS)  # 9 places a lap are a slot less than all
@@ -310,7 +311,7 @@ def _late(m: Ram) -> jax.Array:
 
 
 WHOLE_SHIP = Bounds(SHIP_COLORS, FIELD, min_size=(3, 2), exclude=("PlayerMissile",))
-ROCK_MASKS = tuple(picture(_ink(kind).repeat(2, axis=0)) for kind in range(4))
+ROCK_MASKS = tuple(picture(_rock_dots(kind).repeat(2, axis=0)) for kind in range(4))
 ROCK_SHAPES = (
     Shape(w=(2, 16), h=(1, 28)),
     Shape(w=(2, 32), h=(1, 56), split=(16, 28)),  # two that touch

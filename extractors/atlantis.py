@@ -59,7 +59,7 @@ class Kind:  # of `Ram.ship_kind`; the pictures before `RIGHT_ANGLED`, and the b
     BANDIT = 80
 
 
-BLAST = 128  # `blast`: this bit and the stage
+BLAST_BIT = 128  # `blast`: this bit and the stage
 BLAST_FLASH = 32  # `flash` on the frame on which a bandit is hit, which still shows everything
 FLASHING_STAGE = 4  # of the blast
 BUILDING_HIT = 62  # `noise` on the frame on which a building is hit, which is still drawn whole
@@ -98,10 +98,10 @@ SHOT = (*SHIP, 26, 42, 62, 74, 104, 202, 254)
 FIRE = (62, 60, 56, 54, 52, 50, 48)
 CANNON = (24, 58, 86, 152, 202, 254)
 POST = (26, 42, 58, 74, 104)
-GENERATORS = ((74, 120, 138, 200, 202, 252), (188,), (126,))
+GENERATOR_COLORS = ((74, 120, 138, 200, 202, 252), (188,), (126,))
 PALACE = (60, 90, 204, 252)
 BAZAAR = (12, 58, 74, 90, 106, 122, 138)
-PLANE = (42, 58, 78, 90, 106, 138, 202)
+PLANE_COLORS = (42, 58, 78, 90, 106, 138, 202)
 GROUND = (186, 198)
 GOLD = 62
 # From the tip on: columns from which a Gorgon ship has a row more above, below.
@@ -112,7 +112,7 @@ SCORE_RIGHT = 103
 SCORE_TOP = 188
 
 
-def _shot_colors() -> np.ndarray:
+def _colors_of_shots() -> np.ndarray:
     """By slot and row, from the top: shots have the colours of what their sprites draw there."""
     colors = np.full((2, 124), ROM.bytes(0xE18, 1)[0], np.int32)
     colors[:, :19] = GOLD
@@ -122,7 +122,7 @@ def _shot_colors() -> np.ndarray:
     return colors.ravel()
 
 
-SHOT_COLORS = _shot_colors()
+SHOT_COLORS = _colors_of_shots()
 
 
 class Ram(RamMap):
@@ -158,20 +158,20 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     damage = _shown_damage(m)
-    ships, is_bandit = _ships(m)
+    ships, is_bandit = _ship_boxes(m)
     return {
-        "Sentry": _cannons(m),
+        "Sentry": _cannon_boxes(m),
         "AcropolisCommandPost": _building(72, 112, 8, damage[0], ruin_width=7),
-        "Generator": _generators(m, damage[1:4]),
+        "Generator": _generator_boxes(m, damage[1:4]),
         "DomedPalace": _building(38, 148, 16, damage[4], ruin_width=14),
         "BridgedBazaar": _building(96, 159, 16, damage[5], ruin_width=14),
-        "AquaPlane": _plane(damage[6]),
+        "AquaPlane": _plane_box(damage[6]),
         "GorgonShip": ships.where(~is_bandit),
         "BanditBomber": ships.where(is_bandit),
-        "Explosion": _blast(m),
-        "Projectile": _shots(m),
+        "Explosion": _blast_box(m),
+        "Projectile": _shot_boxes(m),
         "Deathray": _death_ray(m),
-        "Score": _score(m),
+        "Score": _score_box(m),
     }
 
 
@@ -187,14 +187,14 @@ def _over(m: Ram) -> jax.Array:
 
 def _blasting(m: Ram) -> jax.Array:
     """Whether the explosion of a bandit takes the place of all ships."""
-    just_begun = (m.blast == BLAST) & (m.flash == BLAST_FLASH)
-    return (m.blast >= BLAST) & ~just_begun
+    just_begun = (m.blast == BLAST_BIT) & (m.flash == BLAST_FLASH)
+    return (m.blast >= BLAST_BIT) & ~just_begun
 
 
-def _cannons(m: Ram) -> Box:
+def _cannon_boxes(m: Ram) -> Box:
     """The left and the right one, a row lower while they recoil."""
-    new_shot = jnp.any((m.shot_speed < 0) & (m.shot_y == NEW_SHOT))
-    right = among(m.right_fires, RIGHT_RECOILS) | new_shot
+    has_fired = jnp.any((m.shot_speed < 0) & (m.shot_y == NEW_SHOT))
+    right = among(m.right_fires, RIGHT_RECOILS) | has_fired
     recoil = when(jnp.stack([m.left_cannon == RECOILING, right]), 1)
     return box(np.array((0, 152)), np.array((124, 112)) + recoil, 8, 8 - recoil, ~_over(m))
 
@@ -209,7 +209,7 @@ def _building(x: Number, y: Number, width: Number, damage: jax.Array, *, ruin_wi
     return box(left, top, width, jnp.where(explodes, 7, 8), damage < Damage.GONE)
 
 
-def _generators(m: Ram, damage: jax.Array) -> Box:
+def _generator_boxes(m: Ram, damage: jax.Array) -> Box:
     """By the post, left, right: the first and the last widen, the one on the left turns."""
     widens = np.array((1, 0, 1))
     is_last = np.arange(3) == 2
@@ -222,7 +222,7 @@ def _generators(m: Ram, damage: jax.Array) -> Box:
     return generators.clip(0, 0, np.array((160, 160, 148)), 210)
 
 
-def _plane(damage: jax.Array) -> Box:
+def _plane_box(damage: jax.Array) -> Box:
     inset = pick(damage, (0, 4, 3, 2, 1))
     width = pick(damage, (16, 9, 11, 13, 15))
     top = pick(damage, (171, 172, 171, 170))
@@ -234,7 +234,7 @@ def _ships_x(m: Ram) -> jax.Array:
     return position(m.coarse, m.fine) - 1
 
 
-def _ships(m: Ram) -> tuple[Box, jax.Array]:
+def _ship_boxes(m: Ram) -> tuple[Box, jax.Array]:
     """The ships and wrecks, and which of them are bandits."""
     lane, x = _ship_places(m)
     stage = m.ship_stage - when((m.clock & 7) == 0, 1)
@@ -255,11 +255,9 @@ def _ship_places(m: Ram) -> tuple[jax.Array, jax.Array]:
     """Lane and column of each ship; one that has just left a lane is still drawn there."""
     x = _ships_x(m)
     left_now = when(m.ship_x == 0, x)
-    here, above = jnp.zeros_like(x), jnp.zeros_like(x)
-    for lane in range(4):
-        here = jnp.where((m.ship_lane == lane) & (m.ship_waits == 0), x[lane], here)
-    for lane in range(3):
-        above = jnp.where(m.ship_lane == lane, left_now[lane + 1], above)
+    begun = m.ship_waits == 0
+    here = sum(when(begun & (m.ship_lane == i), x[i]) for i in range(4))
+    above = sum(when(m.ship_lane == i, left_now[i + 1]) for i in range(3))
     lane = jnp.where(here > 0, m.ship_lane, m.ship_lane + 1)
     return lane, jnp.where(here > 0, here, above)
 
@@ -277,7 +275,7 @@ def _ship_rows(m: Ram, wreck: jax.Array, columns: jax.Array) -> tuple[jax.Array,
     return jnp.where(tip, 4, top), jnp.where(tip, 5, bottom)
 
 
-def _blast(m: Ram) -> Box:
+def _blast_box(m: Ram) -> Box:
     stage = m.blast & 7
     half = pick(stage, (3, 6, 9, 11, 13))
     y = pick(m.blast_lane, (80, 60, 40, 28)) - pick(stage, (0, 1, 5, 10, 9))
@@ -288,38 +286,38 @@ def _blast(m: Ram) -> Box:
     return blast.clip(8, 21, 152, 124)
 
 
-def _shots(m: Ram) -> Box:
+def _shot_boxes(m: Ram) -> Box:
     """The shots where they were before their last step."""
     y = m.shot_y - jnp.where(m.shot_speed == 0, 3, 2)
     top, is_high = _shot_rows(m, y)
     muzzle = jnp.where(m.shot_speed > 0, np.array(LEFT_MUZZLES), RIGHT_MUZZLE)
     there = (m.shot_y > 0) & (y >= muzzle)
     color = lookup(SHOT_COLORS, jnp.clip(top, 0, 123) + np.arange(2) * 124)
-    shots = box(m.shot_x - m.shot_speed, top, 1, jnp.where(is_high, 2, 1), there, color=color)
-    return shots.clip(8, 0, 152, 124)
+    boxes = box(m.shot_x - m.shot_speed, top, 1, jnp.where(is_high, 2, 1), there, color=color)
+    return boxes.clip(8, 0, 152, 124)
 
 
 def _shot_rows(m: Ram, y: jax.Array) -> tuple[jax.Array, jax.Array]:
     """First rows of the shots at some display lines, and which of them are two rows high."""
     is_first = np.arange(2) == 0
     to_right, to_left = m.shot_speed > 0, m.shot_speed < 0
-    late_to_right = to_right & (y <= LATE_TO_RIGHT)
-    late = is_first & (late_to_right | to_left & among(y, LATE_TO_LEFT))
+    is_late = to_right & (y <= LATE_TO_RIGHT)
+    late = is_first & (is_late | to_left & among(y, LATE_TO_LEFT))
     early = to_left & (y == EARLY_TO_LEFT)
     top = 205 - y - when(y >= LIFTED, 2) - reached(y, HIGH_LINES)
     top = top + match((late, 1), (early, -1), otherwise=0)
-    high = early | is_first & to_right & (y == HIGH_TO_RIGHT)
-    return top, (y < 0) | among(y, HIGH_LINES) | high
+    is_higher = early | is_first & to_right & (y == HIGH_TO_RIGHT)
+    return top, (y < 0) | among(y, HIGH_LINES) | is_higher
 
 
 def _death_ray(m: Ram) -> Box:
     """From the ship in the lowest lane to the deeper land below its two columns."""
     there = (m.ray_x > 0) & (_ships_x(m)[0] > 0) & (m.state == State.PLAY) & ~_blasting(m)
-    ray = box(m.ray_x, RAY_TOP, 2, lookup(RAY_ENDS, m.ray_x) - RAY_TOP, there)
-    return ray.clip(8, 0, 160, 210)
+    beam = box(m.ray_x, RAY_TOP, 2, lookup(RAY_ENDS, m.ray_x) - RAY_TOP, there)
+    return beam.clip(8, 0, 160, 210)
 
 
-def _score(m: Ram) -> Box:
+def _score_box(m: Ram) -> Box:
     count = jnp.max(jnp.where(m.digits == NO_DIGIT, 0, np.arange(1, 7)))
     left = 104 - 8 * count
     right = SCORE_RIGHT - when(m.digits[0] == DIGIT_ONE, 1)
@@ -327,7 +325,7 @@ def _score(m: Ram) -> Box:
     return box(left, SCORE_TOP, right - left, FONT.height, count > 0, value=points)
 
 
-def _ground() -> tuple[Area, ...]:
+def _ground_areas() -> tuple[Area, ...]:
     pieces = list(zip(LEFTS, TOPS, LEFTS[1:], strict=False))
     halves = [(at + x, top, at + end, 210) for at in (0, 80) for x, top, end in pieces]
     return tuple(halves[1:])
@@ -345,10 +343,10 @@ CANNONS = Bounds(CANNON, ((0, 124, 8, 132), (152, 112, 160, 120)))
 COMMAND = Bounds(POST, (72, 112, 80, 120))
 DOME = Bounds(PALACE, (38, 148, 54, 156))
 BRIDGE = Bounds(BAZAAR, (96, 159, 112, 167))
-SEA_BED = Bounds(PLANE, (16, 170, 32, 178))
-POWER = Bounds(GENERATORS, ((82, 124, 90, 132), (60, 137, 68, 145), (142, 137, 148, 145)))
+SEA_BED = Bounds(PLANE_COLORS, (16, 170, 32, 178))
+POWER = Bounds(GENERATOR_COLORS, ((82, 124, 90, 132), (60, 137, 68, 145), (142, 137, 148, 145)))
 SHOTS = Blobs(SHOT, SKY, Shape(w=1, h=(1, 2)), gap=(3, 2))
-RAY = Bounds(GROUND, (8, 92, 160, 210), ignore=_ground())
+RAY = Bounds(GROUND, (8, 92, 160, 210), ignore=_ground_areas())
 SCORE_AREA = (55, SCORE_TOP, SCORE_RIGHT, SCORE_TOP + FONT.height)
 SCORE = Bounds(GOLD, SCORE_AREA, value=Digits(FONT, range(56, 104, 8), SCORE_TOP))
 

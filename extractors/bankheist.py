@@ -86,7 +86,7 @@ ICON_Y = np.where(np.arange(6) < 3, 27, 15)
 TANK_ROWS = 25
 
 
-def _maze_rows() -> np.ndarray:
+def _read_maze_rows() -> np.ndarray:
     """The left half of each row of the four mazes, the leftmost of 20 columns in bit 19.
 
     The ROM has the inner 16 columns. The outer four are empty up to a wall with two gates.
@@ -100,7 +100,7 @@ def _maze_rows() -> np.ndarray:
     return columns.dot(1 << np.arange(20)[::-1]).T.ravel()
 
 
-WALLS = _maze_rows()  # by MAZE_ROWS * maze + row
+WALLS = _read_maze_rows()  # by MAZE_ROWS * maze + row
 
 SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
 
@@ -131,7 +131,7 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    records = _records(m)
+    records = _record_boxes(m)
     color = m.car_color ^ jnp.maximum(_saver_key(m), 0)
     player, others = replace(records[0], color=color), records[1:]
     page = m.page[1:]
@@ -156,7 +156,7 @@ def _low_byte(m: Ram) -> jax.Array:
     return (m.picture + m.y) & 255
 
 
-def _records(m: Ram) -> Box:
+def _record_boxes(m: Ram) -> Box:
     """Boxes of the four records where they were drawn."""
     starts = m.place == 0  # nobody has moved yet, and the car shows its side
     is_car = (m.page == Page.CAR) & ~starts

@@ -93,7 +93,7 @@ STEP_AHEAD = np.concatenate((SINES[:0:-1], -SINES[1:], -SINES[63::-1], SINES[:64
 DEPTHS = 128  # of shots in view
 
 
-def _line(depth: int, limits: np.ndarray, line: int, step: int) -> int:
+def _line_of_depth(depth: int, limits: np.ndarray, line: int, step: int) -> int:
     """The line of a depth as the game's search finds it, as several lines share a limit."""
     while step and limits[line] != depth:
         line, step = line + (step if limits[line] < depth else -step), step >> 1
@@ -102,7 +102,7 @@ def _line(depth: int, limits: np.ndarray, line: int, step: int) -> int:
 
 # Of the player's shot by depth, then of the enemy's.
 SEARCHES = ((ROM.bytes(0x1F85, 47), 23, 12), (ROM.bytes(0x1F52, 51), 25, 13))
-SHOT_LINES = [_line(depth, *search) for search in SEARCHES for depth in range(DEPTHS)]
+SHOT_LINES = [_line_of_depth(depth, *search) for search in SEARCHES for depth in range(DEPTHS)]
 
 NEW_SHOT = np.array((53, 117))  # `shot_time` of a new shot of the player, of the enemy
 CRASH_BEGINS = 128  # `crash` on its first frame
@@ -157,7 +157,7 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     normal = (m.crash == 0) | (m.crash >= CRASH_FLICKERS)
-    enemies, kind = _by_record(m, *_enemies(m))
+    enemies, kind = _by_record(m, *_enemy_boxes(m))
     enemies = enemies.where(normal)
     return {
         "Player": box(19, 140, 122, 37, normal),
@@ -170,17 +170,17 @@ def decode(m: Ram) -> dict[str, Box]:
         "Shot": _shots(m).where(normal),
         "Radar": box(74, 3, 22, 33, normal),
         "Radar_Content": _radar(m).where(normal),
-        "Score": _score(m),
-        "Life": _lives(m),
+        "Score": _score_box(m),
+        "Life": _lives_box(m),
     }
 
 
-def _lives(m: Ram) -> Box:
+def _lives_box(m: Ram) -> Box:
     place, drawn = np.arange(5), m.lives + when(m.crash == CRASH_BEGINS, 1)
     return box(65 + 8 * place, 190, 6, 5, place < drawn)
 
 
-def _score(m: Ram) -> Box:
+def _score_box(m: Ram) -> Box:
     """The last three digits are always 0."""
     digits = m.digits >> np.array((0, 4, 8)) & 15
     shown = jnp.sum(when(digits < NO_DIGIT, 1))
@@ -188,7 +188,7 @@ def _score(m: Ram) -> Box:
     return box(90 - 8 * shown, 180, 21 + 8 * shown, 8, value=value)
 
 
-def _enemies(m: Ram) -> tuple[Box, jax.Array]:
+def _enemy_boxes(m: Ram) -> tuple[Box, jax.Array]:
     """Tight boxes of what shows of the nearer and the farther enemy, and their kinds."""
     kind = m.drawn_kinds >> np.array((0, 4)) & 15
     size = jnp.minimum(m.size, SIZES - 1)
@@ -198,21 +198,21 @@ def _enemies(m: Ram) -> tuple[Box, jax.Array]:
         (kind >= Kind.BOSS, BOSSES + size),
         otherwise=FLYERS + size,
     )
-    dots, lowest, x, zoom = _dots(m, SIZES * picture + size)
+    dots, lowest, x, zoom = _shown_dots(m, SIZES * picture + size)
     left = x + (31 - lax.clz(dots & -dots) << zoom)
     right = x + (32 - lax.clz(dots) << zoom)
-    rows = lookup(ROWS_WITH, 256 * picture + jnp.where(m.mirrored > 0, dots, mirrored(dots)))
-    rows = rows & ((1 << pick(size, HEIGHTS)) - 1)
+    seen_rows = lookup(ROWS_WITH, 256 * picture + jnp.where(m.mirrored > 0, dots, mirrored(dots)))
+    seen_rows = seen_rows & ((1 << pick(size, HEIGHTS)) - 1)
     below = pick(size, LAST_LINES)
-    first, last = 32 - lax.clz(rows & -rows), 32 - lax.clz(rows)
+    first, last = 32 - lax.clz(seen_rows & -seen_rows), 32 - lax.clz(seen_rows)
     # Left of the beam the last row of the lower enemy goes on for one more row.
     late = (dots & lowest & ((1 << _dots_within(15 - x, zoom)) - 1)) > 0
     late = late & (2 * below <= jnp.sum(below))
     height = last - first + 1 + when(late, 1)
-    return box(left, 139 - below - last, right - left, height, rows > 0), kind
+    return box(left, 139 - below - last, right - left, height, seen_rows > 0), kind
 
 
-def _dots(m: Ram, index: jax.Array) -> tuple[jax.Array, ...]:
+def _shown_dots(m: Ram, index: jax.Array) -> tuple[jax.Array, ...]:
     """Dots that show, dots in the lowest row (bit 0 is the leftmost one), its column, the zoom."""
     entry = lookup(DOTS_USED, index)
     zoom = entry >> 16

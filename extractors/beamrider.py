@@ -46,7 +46,7 @@ ENEMY_SHOT = range(2, 4)
 BLOCKER = range(4, 6)
 BLOCKER_ASIDE = 4
 BLOCKER_FALLING = 5
-BURST = range(6, 12)
+BURST_STATES = range(6, 12)
 EXPLOSION = range(6, 10)
 SPARKS = range(10, 12)
 CHARGER = range(12, 16)
@@ -61,12 +61,12 @@ CRAFT = range(32, 35)
 CRAFT_ASIDE = 32
 CRAFT_FALLING = 33
 CRAFT_RISING = 34
-LASER = 35
+LASER_SHOT = 35
 TORPEDO = range(36, 39)
 DISK = 39  # a saucer far away
 PICTURE_COUNT = 45  # five larger ones follow
 # The first states mean other things in the records of the saucers.
-SAUCER = range(1, 6)
+SAUCER_STATES = range(1, 6)
 SAUCER_SCRIPTED = range(4, 6)
 SAUCER_LEAVING = 1
 SAUCER_LEFT = 2
@@ -74,7 +74,7 @@ SAUCER_RIGHT = 3
 
 COLORS = ROM.bytes(0x1D8E, CRAFT.stop)  # by picture
 JUST_HIT = 8  # timer of a burst on the frame of the hit, which still shows what was hit
-STRUCK = 192  # the player's shot on that frame
+STRUCK_SHOT = 192  # the player's shot on that frame
 SHIP_EXPLODES = 19  # picture of the ship
 FRESH_LISTS = (0, 255)  # `half` while the list is new
 LOST = 255  # `ship_lost`
@@ -85,7 +85,7 @@ MIDDLE = 128  # lane
 SAUCERS = slice(0, 3)
 OTHERS = slice(3, 7)
 SEVEN = slice(0, 7)
-SHOT = 7
+SHOT_RECORD = 7
 
 # The saucers' script: what to do, and how fast. Operations 0 and 1 are the ways to the side.
 SCRIPT_OPS = ROM.bytes(0xD96, 216) & 7
@@ -178,17 +178,17 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     x, y = _drawn_places(m)
-    picture = _pictures(m, y)
-    shot_y, shot_picture, laser = _shot(m)
+    picture = _drawn_pictures(m, y)
+    shot_y, shot_picture, laser = _shot_as_drawn(m)
     all_x, all_y = jnp.append(x, m.shot_x), jnp.append(y, shot_y)
     # Shared by many categories: without it REM takes 0.18 instead of 0.16 us a state.
-    drawn = _drawn(all_x, all_y, jnp.append(picture, shot_picture))
+    drawn = _picture_box(all_x, all_y, jnp.append(picture, shot_picture))
     colored = replace(drawn[SEVEN], color=lookup(COLORS, picture))
-    shot, kind = drawn[SHOT].where(shot_y < NEAREST - 3), m.state[OTHERS]
+    shot, kind = drawn[SHOT_RECORD].where(shot_y < NEAREST - 3), m.state[OTHERS]
     burst = colored.where(_bursting(m))
     return {
         "Player": _player(m),
-        "Saucer": _saucers(m, drawn, x, y),
+        "Saucer": _saucer_boxes(m, drawn, x, y),
         **{name: drawn[OTHERS].where(among(kind, e[0])) for name, e in ENEMIES.items()},
         "Enemy_Projectile": colored[OTHERS].where(among(kind, ENEMY_SHOT)),
         "Explosion": burst.where(among(picture, EXPLOSION)),
@@ -196,11 +196,11 @@ def decode(m: Ram) -> dict[str, Box]:
         "Player_Projectile": shot.where(laser),
         "Torpedos": shot.where(among(m.shot, TORPEDO)),
         "Sentinel": _sentinel(m),
-        "Torpedos_Available": _spare_torpedoes(m),
+        "Torpedos_Available": _spare_torpedo_boxes(m),
         "Enemy_Amount": ENEMIES_LEFT.box(m.enemies, valid=m.enemies < NEGATIVE),
         "Score": SCORE.box(m.score),
         "Sector": box(60, 21, jnp.where(m.sector_ones == 1, 46, 47), 8, value=m.sector),
-        "Life": _spare_ships(m),
+        "Life": _spare_ship_boxes(m),
     }
 
 
@@ -216,27 +216,27 @@ def _sentinel(m: Ram) -> Box:
     return box(x, 37, 16, 7, m.enemies >= NEGATIVE)
 
 
-def _spare_torpedoes(m: Ram) -> Box:
+def _spare_torpedo_boxes(m: Ram) -> Box:
     place = np.arange(3)
     return box(128 + 8 * place, 32, 4, 8, place >= 3 - m.torpedoes)
 
 
-def _spare_ships(m: Ram) -> Box:
+def _spare_ship_boxes(m: Ram) -> Box:
     place = np.arange(13)
     ships = when(m.spare_ships < NEGATIVE, m.spare_ships) + when(m.ship_lost == LOST, 1)
     return box(32 + 9 * place, 183, 5, 7, place < ships)
 
 
-def _just_hit(m: Ram) -> jax.Array:
-    return (m.state == BURST.start) & (m.timer == JUST_HIT)
+def _is_just_hit(m: Ram) -> jax.Array:
+    return (m.state == BURST_STATES.start) & (m.timer == JUST_HIT)
 
 
 def _bursting(m: Ram) -> jax.Array:
-    return among(m.state, BURST) & ~_just_hit(m)
+    return among(m.state, BURST_STATES) & ~_is_just_hit(m)
 
 
 def _is_saucer(m: Ram) -> jax.Array:
-    return (among(m.state, SAUCER) | _just_hit(m)) & (np.arange(7) < 3)
+    return (among(m.state, SAUCER_STATES) | _is_just_hit(m)) & (np.arange(7) < 3)
 
 
 def _list_is_new(m: Ram) -> jax.Array:
@@ -265,7 +265,7 @@ def _saucer_steps(m: Ram) -> tuple[jax.Array, jax.Array]:
     state, burst = m.state[SAUCERS], _bursting(m)[SAUCERS]
     op, speed = lookup(SCRIPT_OPS, m.script_at), lookup(SCRIPT_PACES, m.script_at)
     forth, back = _step(m, speed), _step(m, -speed)
-    scripted = among(state, SAUCER_SCRIPTED) | _just_hit(m)[SAUCERS]
+    scripted = among(state, SAUCER_SCRIPTED) | _is_just_hit(m)[SAUCERS]
     aside = jnp.where((op ^ state) & 1 == 1, forth, back)
     ahead = match((op == FALL, forth), (op == RISE, back), otherwise=_step(m, m.drift))
     dx = match(
@@ -283,7 +283,7 @@ def _other_steps(m: Ram) -> tuple[jax.Array, jax.Array]:
     kind, new = m.state[OTHERS], _list_is_new(m)
     aside = (kind == BLOCKER_ASIDE) | among(kind, CHIRPER) | (kind == CRAFT_ASIDE)
     aside = aside | among(kind, JUMPER) & (m.back[OTHERS] == 1)
-    ahead = jnp.where(among(kind, BURST), -2, _step(m, _other_speeds(m)))
+    ahead = jnp.where(among(kind, BURST_STATES), -2, _step(m, _other_speeds(m)))
     dx = when(new & aside, _step(m, m.timer[OTHERS]))
     dy = when(new & ~aside, ahead)
     return dx, dy + when(m.follows[OTHERS] == 1, _step(m, m.drift))
@@ -307,7 +307,7 @@ def _other_speeds(m: Ram) -> jax.Array:
     )
 
 
-def _pictures(m: Ram, y: jax.Array) -> jax.Array:
+def _drawn_pictures(m: Ram, y: jax.Array) -> jax.Array:
     """The pictures with which the seven records were drawn."""
     state, new = m.state, _list_is_new(m)
     odd = when(new | (np.arange(7) < 3), m.clock & 1)
@@ -315,7 +315,7 @@ def _pictures(m: Ram, y: jax.Array) -> jax.Array:
     turned_back = jnp.where(among(state, CHIRPER_TURNED), state ^ 1, state + 1)
     return match(
         (_is_saucer(m), DISK + reached(y, SAUCER_GROWS)),
-        (_bursting(m), jnp.maximum(state - odd, BURST.start)),
+        (_bursting(m), jnp.maximum(state - odd, BURST_STATES.start)),
         (among(state, ENEMY_SHOT), state ^ odd),
         (among(state, SIZED), (state & ~3) + reached(y, ENEMY_GROWS)),
         (among(state, CHIRPER) & new, jnp.where(m.back == 1, turned_back, turned)),
@@ -323,19 +323,19 @@ def _pictures(m: Ram, y: jax.Array) -> jax.Array:
     )
 
 
-def _shot(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
+def _shot_as_drawn(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Depth and picture of the player's shot as drawn, and whether it is the laser's."""
-    new, struck = _list_is_new(m), m.shot == STRUCK
-    target = jnp.max(jnp.where(_just_hit(m), m.y + 1, 0))
+    new, struck = _list_is_new(m), m.shot == STRUCK_SHOT
+    target = jnp.max(jnp.where(_is_just_hit(m), m.y + 1, 0))
     ended = jnp.cumsum(m.list_line == 0) > 0  # the rest of the list is old
     listed = among(m.list_line, LASER_LEAVES) & (m.list_color == LASER_COLOR) & ~ended
     gone = new & (m.shot & 63 == 0) & jnp.any(listed)
     y = match((struck, (target & ~7) + 14), (gone, LASER_LEFT), otherwise=m.shot_y + when(new, 8))
-    laser = (m.shot == LASER) | struck & (target > 0) | gone
-    return y, jnp.where(laser, LASER, TORPEDO.start + reached(y, TORPEDO_GROWS)), laser
+    laser = (m.shot == LASER_SHOT) | struck & (target > 0) | gone
+    return y, jnp.where(laser, LASER_SHOT, TORPEDO.start + reached(y, TORPEDO_GROWS)), laser
 
 
-def _drawn(x: jax.Array, y: jax.Array, picture: jax.Array) -> Box:
+def _picture_box(x: jax.Array, y: jax.Array, picture: jax.Array) -> Box:
     """Pictures at a lane and a depth; not valid where they are not on the beams."""
     line = lookup(LINES, y)
     left = 80 + _scaled(x - MIDDLE, LINE_SCALE - line + (line >> 4) + (line >> 3 & 1))
@@ -348,7 +348,7 @@ def _scaled(side: jax.Array, scale: jax.Array | int) -> jax.Array:
     return jnp.where(side >= 0, side * scale >> 7, -(-side * scale >> 7))
 
 
-def _saucers(m: Ram, drawn: Box, x: jax.Array, y: jax.Array) -> Box:
+def _saucer_boxes(m: Ram, drawn: Box, x: jax.Array, y: jax.Array) -> Box:
     """The saucers on the beams; beyond the horizon they are dots."""
     saucer, x, y = _is_saucer(m)[SAUCERS], x[SAUCERS], y[SAUCERS]
     far = saucer & (y < HORIZON)
@@ -356,9 +356,9 @@ def _saucers(m: Ram, drawn: Box, x: jax.Array, y: jax.Array) -> Box:
     before = (other < own) | (other == own) & (i[None] > i[:, None])
     third = jnp.sum(jnp.where(before & far[None], 1, 0), axis=1) == 2  # another sprite draws it
     dot_x = jnp.where(third, 84, 80) + _scaled(x - jnp.where(third, MIDDLE, 123), 84)
-    near = when(y >= NEAR, 1)
-    saucers = choose(far, box(dot_x, 43, 1, 1), drawn[SAUCERS].where(saucer))
-    return replace(saucers, color=pick(near, DISK_COLORS))
+    nearer = when(y >= NEAR, 1)
+    boxes = choose(far, box(dot_x, 43, 1, 1), drawn[SAUCERS].where(saucer))
+    return replace(boxes, color=pick(nearer, DISK_COLORS))
 
 
 SHIP_COLORS = (*range(64, 112, 2), YELLOW)

@@ -61,11 +61,11 @@ class Glyph:  # of `Ram.glyph`: low bytes of addresses
 
 
 GLYPH_PAGE = 0xC00
-FONT = ROM.font(GLYPH_PAGE + Glyph.ZERO, rows=7)
+DIGIT_FONT = ROM.font(GLYPH_PAGE + Glyph.ZERO, rows=7)
 CELLS = tuple(range(55, 103, 8))
 LINE = (55, 183, 104, 190)
 LINE_TOP = 183
-SCORE = NumberDisplay(FONT, right=103, top=LINE_TOP, digits=6)
+SCORE = NumberDisplay(DIGIT_FONT, right=103, top=LINE_TOP, digits=6)
 
 APPEARED = 255  # `appearing` once the room is there
 NO_ROBOT = 127  # `robot_y`, of this and all later slots
@@ -150,14 +150,14 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    present = _present(m)
+    present = _is_present(m)
     left = (m.state == State.LEAVES) & (m.frame == Frame.LAST) & (m.appearing == APPEARED)
     color = pick(m.level - when(left, 1) >> 1 & 7, ROOM_COLORS)
     return {
         "Player": _human(m).where(present),
         "Enemy": _robots(m, left, color).where(present | left),
         "PlayerMissile": _shot(m).where(present),
-        "EnemyMissile": _missile(m, color, left).where(present | left),
+        "EnemyMissile": _missile_box(m, color, left).where(present | left),
         "EvilOtto": _otto(m).where(present),
         "Copyright": box(63, LINE_TOP, 40, 7, m.glyph[1] == Glyph.COPYRIGHT),
         "PlayerScore": SCORE.box(m.score, valid=m.score > 0),
@@ -166,7 +166,7 @@ def decode(m: Ram) -> dict[str, Box]:
     }
 
 
-def _present(m: Ram) -> jax.Array:
+def _is_present(m: Ram) -> jax.Array:
     """Whether a room is there with everybody in it."""
     first_frame = (m.frame == Frame.ROOM_BEGINS) & (m.missile_way == Missile.NONE_YET)
     first_frame = first_frame & (m.missile_wait == 0)
@@ -194,7 +194,7 @@ def _human(m: Ram) -> Box:
 
 def _human_columns(m: Ram, moved: jax.Array, shocked: jax.Array) -> tuple[jax.Array, jax.Array]:
     """First and last column of the human's picture."""
-    hit, aims = m.pose >= Pose.HIT, _aims(m)
+    hit, aims = m.pose >= Pose.HIT, _is_aiming(m)
     aims_down = aims & ((m.way & Way.VERTICAL) == Way.DOWN)
     turn = _walking_pose(m, moved)
     walk = pick(turn, (1, 1, 0)), pick(turn, (6, 5, 7))
@@ -203,7 +203,7 @@ def _human_columns(m: Ram, moved: jax.Array, shocked: jax.Array) -> tuple[jax.Ar
     return first, last
 
 
-def _aims(m: Ram) -> jax.Array:
+def _is_aiming(m: Ram) -> jax.Array:
     """Whether the human stands and aims."""
     picture = (m.figure + m.figure_row - FIRST_PICTURE) & 255  # of the next frame
     # The pace begins anew while the trigger is pressed: this is its second frame.
@@ -249,15 +249,15 @@ def _shot(m: Ram) -> Box:
     return box(x + 2, 2 * y + 1, width, height, (m.shot > 0) & (~fired | in_wall))
 
 
-def _missile(m: Ram, color: jax.Array, left: jax.Array) -> Box:
+def _missile_box(m: Ram, color: jax.Array, left: jax.Array) -> Box:
     """A robot's shot. When the room is left, its way is cleared: most fly across."""
     flies = ~among(m.missile_way, (Missile.NONE, Missile.NONE_YET))
     there = jnp.where(left, ~among(m.missile_pause, (0, 255)) & (m.missile_y > 0), flies)
     # It is upright if the human is in its columns, or near and a robot has its gun there.
     distance = jnp.abs(m.x - m.missile_x)
     from_robot = jnp.any(m.robot_x + ABOVE_HEAD == m.missile_x)
-    upright = left & ((distance <= 4) | (from_robot & (distance <= 12)))
-    sideways = ((m.missile_way & Way.VERTICAL) != 0) & ~upright
+    is_upright = left & ((distance <= 4) | (from_robot & (distance <= 12)))
+    sideways = ((m.missile_way & Way.VERTICAL) != 0) & ~is_upright
     width, height = jnp.where(sideways, 4, 1), jnp.where(sideways, 2, 6)
     return box(m.missile_x + 2, 2 * m.missile_y, width, height, there, color=color)
 
@@ -321,7 +321,7 @@ BONUS_POINTS = Bounds(
     TEXT,
     (55, 183, 71, 190),
     min_size=(13, 7),
-    value=Digits(FONT, CELLS[:2], LINE_TOP, free=CELLS[2:], required=True),
+    value=Digits(DIGIT_FONT, CELLS[:2], LINE_TOP, free=CELLS[2:], required=True),
 )
 
 GAME = Game(

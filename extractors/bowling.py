@@ -38,13 +38,13 @@ from ocjax.vision.shapes import Shape
 ROM = Rom("bowling", "c9b7afad3bfd922e006a6bfc1d4f3fe7")
 
 
-def _font(dot_height: int) -> Font:
+def _font_of(dot_height: int) -> Font:
     dot = (4, dot_height)
     return ROM.font(0x734, rows=5, dots=3, shift=1, dot=dot, pitch=16, top_first=True)
 
 
-SCORE_FONT = _font(3)  # rows of the screen for a row of the picture
-ROUND_FONT = _font(2)  # the same digits, less high
+SCORE_FONT = _font_of(3)  # rows of the screen for a row of the picture
+ROUND_FONT = _font_of(2)  # the same digits, less high
 SCORE = NumberDisplay(SCORE_FONT, right=60, top=19, digits=3)
 ROUND = NumberDisplay(ROUND_FONT, right=44, top=7, digits=2)
 TURN = NumberDisplay(ROUND_FONT, right=124, top=7, digits=1)
@@ -108,8 +108,8 @@ def decode(m: Ram) -> dict[str, Box]:
         "Player": _bowler(m),
         "Ball": _ball(m, pin_x, pin_y),
         "Pin": box(135 - 2 * pin_x, 169 - 2 * pin_y, 2, 4, stands),
-        "PlayerScore": _score(m),
-        "PlayerRound": _round(m),
+        "PlayerScore": _score_box(m),
+        "PlayerRound": _round_box(m),
         "Player2Round": TURN.box(m.player_number + 1),
     }
 
@@ -169,7 +169,7 @@ def _pin_places(m: Ram) -> tuple[jax.Array, jax.Array]:
     return m.pin_x + when(moved, right), m.pin_y - when(moved, up)
 
 
-def _score(m: Ram) -> Box:
+def _score_box(m: Ram) -> Box:
     """The score, of two digits at least."""
     three = m.hundreds > 0
     first = jnp.where(three, m.hundreds, m.tens)
@@ -179,7 +179,7 @@ def _score(m: Ram) -> Box:
     return box(left, SCORE.top, SCORE.right - left, SCORE_FONT.height, value=value)
 
 
-def _round(m: Ram) -> Box:
+def _round_box(m: Ram) -> Box:
     """The round, which is the last one also after the game."""
     return ROUND.box(jnp.minimum(m.round, LAST_ROUND))
 

@@ -73,15 +73,15 @@ def decode(m: Ram) -> dict[str, Box]:
         "Enemy": _boxer(m, BLACK_BOXER, m.white_is_right == 0),
         "PlayerScore": _score(m, WHITE_BOXER, WHITE_DIGITS),
         "EnemyScore": _score(m, BLACK_BOXER, BLACK_DIGITS),
-        "Clock": _clock(m),
+        "Clock": _clock_box(m),
     }
 
 
 def _boxer(m: Ram, who: int, faces_left: jax.Array) -> Box:
     """The union of head and arms, which stretch towards the other boxer."""
     first, second = m.first_arm[who] - FIRST_ARM, m.second_arm[who] - SECOND_ARM
-    reach = _reach(first, second)
-    back = _back(first, second, m.head[who] == HEAD_HIT)
+    reach = _arm_reach(first, second)
+    back = _empty_columns(first, second, m.head[who] == HEAD_HIT)
     near = jnp.where(jnp.maximum(first, second) < HALF, 1, 0)  # mirrored, less by a column
     left = jnp.where(faces_left, 20 + near - reach, 4 + back)
     right = jnp.where(faces_left, 18 - back, reach + 1)
@@ -90,7 +90,7 @@ def _boxer(m: Ram, who: int, faces_left: jax.Array) -> Box:
     return edges(m.x[who] + left, top, m.x[who] + right, bottom)
 
 
-def _reach(first: jax.Array, second: jax.Array) -> jax.Array:
+def _arm_reach(first: jax.Array, second: jax.Array) -> jax.Array:
     """Columns to which the longer arm reaches."""
     both_bent = (first == BENT) & (second == BENT)
     longest = jnp.maximum(first, second)
@@ -98,7 +98,7 @@ def _reach(first: jax.Array, second: jax.Array) -> jax.Array:
     return jnp.where(longest == FULL, 34, jnp.where(longest == HALF, 25, resting))
 
 
-def _back(first: jax.Array, second: jax.Array, hit: jax.Array) -> jax.Array:
+def _empty_columns(first: jax.Array, second: jax.Array, hit: jax.Array) -> jax.Array:
     """Empty columns on the side away from the other boxer."""
     both_stretched = (first > BENT) & (second > BENT)
     return jnp.where(hit, 0, jnp.where(both_stretched, 3, 1))
@@ -114,7 +114,7 @@ def _score(m: Ram, who: int, lefts: tuple[int, int]) -> Box:
     return choose(m.score[who] == KNOCK_OUT, letters, digits)
 
 
-def _clock(m: Ram) -> Box:
+def _clock_box(m: Ram) -> Box:
     shown = 60 * m.minutes + m.seconds + jnp.where(m.frames == TICK, 1, 0)
     return box(63, CLOCK_TOP, 30, FONT.height, value=shown)
 

@@ -49,7 +49,7 @@ BLOCK_Y = np.repeat(57 + 6 * np.arange(6), 18)
 BRICKS = ((6,), (6, 4, 2, 0), (0, 2, 4, 6), (4, 6), (6, 4, 2, 0), (0, 2, 4))
 BRICK_HIT = 5  # `sound` on the frame after a brick was hit
 LOWER_PITCHES = (16, 22)  # of the upper
-POINTS = (7, 4, 1)  # the middle and the lower two rows
+ROW_POINTS = (7, 4, 1)  # the middle and the lower two rows
 
 
 class Ram(RamMap):
@@ -72,15 +72,15 @@ class Ram(RamMap):
 def decode(m: Ram) -> dict[str, Box]:
     return {
         "Player": box(m.paddle_x - 47, 189, 8 + 4 * ((m.paddle_size + 1) >> 1), 4),
-        "Ball": _ball(m),
-        "Block": box(BLOCK_X, BLOCK_Y, 8, 6, _bricks(m)),
+        "Ball": _ball_box(m),
+        "Block": box(BLOCK_X, BLOCK_Y, 8, 6, _bricks_left(m)),
         "PlayerScore": _score(m),
         "Live": _digit(LIVES_DIGIT, m.lives),
         "PlayerNumber": _digit(PLAYER_DIGIT, m.player + 1),
     }
 
 
-def _ball(m: Ram) -> Box:
+def _ball_box(m: Ram) -> Box:
     x, y = m.ball_x - 49, m.ball_y
     # The screen has a row more just below the bricks.
     top = y + jnp.where(y < 85, 8, 9)
@@ -91,7 +91,7 @@ def _ball(m: Ram) -> Box:
     return box(x, top, 2, bottom - top, color=color).clip(8, 32, 152, jnp.where(x < off, 196, 195))
 
 
-def _bricks(m: Ram) -> jax.Array:
+def _bricks_left(m: Ram) -> jax.Array:
     """Which bricks are left and visible, by slot."""
     registers = m.wall.reshape(6, 6).T  # rows, registers
     columns = [registers[:, i : i + 1] >> np.array([bit]) & 1 for i, bit in enumerate(BRICKS)]
@@ -100,7 +100,7 @@ def _bricks(m: Ram) -> jax.Array:
 
 
 def _score(m: Ram) -> Box:
-    points = pick(reached(m.pitch, LOWER_PITCHES), POINTS)
+    points = pick(reached(m.pitch, LOWER_PITCHES), ROW_POINTS)
     second = jnp.where(m.frame == 0, 1, 0)
     scored = jnp.where(m.sound == BRICK_HIT, points, 0)
     shown = m.score - jnp.where(m.timed == 1, second, scored)

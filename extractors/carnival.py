@@ -27,7 +27,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from ocjax.console.boxes import WIDTH, Box, box
+from ocjax.console.boxes import WIDTH as SCREEN_WIDTH
+from ocjax.console.boxes import Box, box
 from ocjax.console.ops import div, lookup, match, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import copies, mirrored, modulo_screen, spacing
@@ -94,9 +95,9 @@ WHOLE = 0
 FIRST = 8
 
 
-def _part(kind: int, is_mirrored: bool, part: int) -> np.ndarray:
+def _part_rows(kind: int, is_mirrored: bool, part: int) -> np.ndarray:
     """Rows of a part of a target from the top."""
-    rows = PICTURES[kind]
+    rows = PICTURE_ROWS[kind]
     if is_mirrored:
         rows = mirrored(rows)
     if part == WHOLE:
@@ -104,9 +105,9 @@ def _part(kind: int, is_mirrored: bool, part: int) -> np.ndarray:
     return rows & (-256 >> part - FIRST if part > FIRST else (1 << part) - 1)
 
 
-PICTURES = ROM.rows((0xE00, 0xE10, 0xE20, 0xE30), 15)
+PICTURE_ROWS = ROM.rows((0xE00, 0xE10, 0xE20, 0xE30), 15)
 PARTS = Pictures.of(
-    (_part(k, bool(m), p) for k in range(4) for m in range(2) for p in range(16)),
+    (_part_rows(k, bool(m), p) for k in range(4) for m in range(2) for p in range(16)),
     kind=4,
     mirrored=2,
     part=16,
@@ -114,8 +115,8 @@ PARTS = Pictures.of(
 
 GROUP = np.arange(18) // 3  # by slot of the targets
 COPY = np.arange(18) % 3  # by slot
-MIRRORED = GROUP >> 1 != 1  # in the rows that go to the right
-ROWS = (8, 47, 160, 104)
+RIGHTWARD = GROUP >> 1 != 1  # in the rows that go to the right
+ROWS_AREA = (8, 47, 160, 104)
 WHEEL_COLORS = (148, 194, 100, 36)
 SIGN_COLORS = (72, 56)
 BARS = (146, 192, 100, 34)
@@ -158,8 +159,8 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     kind = _kinds(m)
-    targets = _targets(m, kind)
-    sign, amount = _sign(m)
+    targets = _target_boxes(m, kind)
+    sign_box, amount_box = _sign_boxes(m)
     return {
         "Player": box(m.player_x - 4, 186, 6, 13),
         "PlayerMissile": _shot(m),
@@ -170,9 +171,9 @@ def decode(m: Ram) -> dict[str, Box]:
         "ExtraBullets": targets.where(kind == Kind.BULLETS),
         "FlyingDuck": _ducks(m),
         "PlayerScore": SCORE.box(m.score, value=10 * m.score),
-        "AmmoBar": _bar(m),
-        "BonusSign": sign,
-        "BonusValue": amount,
+        "AmmoBar": _bar_box(m),
+        "BonusSign": sign_box,
+        "BonusValue": amount_box,
     }
 
 
@@ -203,25 +204,25 @@ def _kinds(m: Ram) -> jax.Array:
     return jnp.repeat(jnp.where(left_row, Kind.DUCK, m.group_kind), 3)
 
 
-def _targets(m: Ram, kind: jax.Array) -> Box:
+def _target_boxes(m: Ram, kind: jax.Array) -> Box:
     """All copies of all groups. The edges of the rows show parts of them."""
-    first, apart, count = m.group_x + 156, spacing(m.group_copies), copies(m.group_copies)
-    x = modulo_screen(jnp.repeat(first, 3) + jnp.repeat(apart, 3) * COPY)
+    first_x, apart, count = m.group_x + 156, spacing(m.group_copies), copies(m.group_copies)
+    x = modulo_screen(jnp.repeat(first_x, 3) + jnp.repeat(apart, 3) * COPY)
     there = jnp.repeat(count, 3) > COPY
-    at_right = jnp.where(x > WIDTH - TARGET, FIRST + WIDTH - x, WHOLE)
+    at_right = jnp.where(x > SCREEN_WIDTH - TARGET, FIRST + SCREEN_WIDTH - x, WHOLE)
     part = jnp.where(x < LEFT_EDGE, x, at_right)
-    index = PARTS.index(kind=kind >> 4, mirrored=np.where(MIRRORED, 1, 0), part=part)
-    return PARTS.box(index, x, 89 - 21 * (GROUP >> 1), valid=there).clip(*ROWS)
+    index = PARTS.index(kind=kind >> 4, mirrored=np.where(RIGHTWARD, 1, 0), part=part)
+    return PARTS.box(index, x, 89 - 21 * (GROUP >> 1), valid=there).clip(*ROWS_AREA)
 
 
 def _ducks(m: Ram) -> Box:
     """The duck that comes down, and the one that eats bullets."""
-    last_step = m.tick == LAST_STEP
-    y = 110 + m.duck_y - when(~last_step, m.duck_speed)
+    is_last_step = m.tick == LAST_STEP
+    y = 110 + m.duck_y - when(~is_last_step, m.duck_speed)
     x = m.duck_x - 4 - when(_moved(m), jnp.where(m.duck_left == 1, -1, m.duck_right))
-    flies = (m.duck_y != NO_DUCK) & ((m.duck_y > 0) | last_step)
-    chewed = (m.chew == 0) | (m.chew == CHEWED)
-    eater_x = m.eater_x - 3 + when(chewed, 2)
+    flies = (m.duck_y != NO_DUCK) & ((m.duck_y > 0) | is_last_step)
+    has_chewed = (m.chew == 0) | (m.chew == CHEWED)
+    eater_x = m.eater_x - 3 + when(has_chewed, 2)
     eats_last = (m.bullets == 0) & (m.eater_x == LAST_BITE) & (m.chew == 0)  # it has just gone
     there = jnp.stack([flies, (m.munch != Kind.NONE) | eats_last])
     xs, ys = jnp.stack([x, eater_x]), jnp.stack([y, jnp.int32(203)])
@@ -229,12 +230,12 @@ def _ducks(m: Ram) -> Box:
     return box(xs, ys, np.array((16, 6)), np.array((15, 6)), there, color=color)
 
 
-def _bar(m: Ram) -> Box:
+def _bar_box(m: Ram) -> Box:
     units = lax.population_count(m.bar).sum() + lax.population_count(m.bar_ends).sum()
     return box(0, 203, 4 * units, 5, value=m.bullets)
 
 
-def _sign(m: Ram) -> tuple[Box, Box]:
+def _sign_boxes(m: Ram) -> tuple[Box, Box]:
     """Plus or minus, and the points, or as many bullets."""
     there = (m.sign_on > 0) & (m.sign != Sign.NONE)
     minus, minus_bullets = m.sign == Sign.MINUS, m.sign == Sign.MINUS_BULLETS
@@ -244,12 +245,12 @@ def _sign(m: Ram) -> tuple[Box, Box]:
     bullets = minus_bullets | (m.sign == Sign.PLUS_BULLETS)
     left, top = jnp.where(bullets, 20, 22), jnp.where(bullets, 33, 29)
     width = jnp.where(bullets, 42 - 4 * div(m.amount + 2, 9), 22)  # pictures of 9 rows
-    amount = box(left, top, width, jnp.where(bullets, 5, 9), there, color=color)
-    return box(12, y, 6, height, there, color=color), amount
+    amount_box = box(left, top, width, jnp.where(bullets, 5, 9), there, color=color)
+    return box(12, y, 6, height, there, color=color), amount_box
 
 
 row_category = functools.partial(Category, count=18)
-row_blobs = functools.partial(Blobs, region=ROWS, gap=(1, 5))
+row_blobs = functools.partial(Blobs, region=ROWS_AREA, gap=(1, 5))
 
 MISSILE = Bounds(BRIGHT, (7, 14, 160, 185), ignore=((72, 29, 96, 37),))
 RABBITS = row_blobs(GREY, shapes=Shape(w=(1, 8), h=(10, 15)))

@@ -68,25 +68,25 @@ CENTIPEDE_COLOR = COLORS[Color.CENTIPEDE]
 SPIDER_COLOR = COLORS[Color.SPIDER]
 SCORPION_COLOR = COLORS[Color.SCORPION]
 KEYS = tuple(COLORS[i + Color.GROUND & 7] & 0xF0 | 6 for i in range(8))
-SHADES = Shades((80, 183), KEYS, tuple(COLORS[i:] + COLORS[:i] for i in range(8)))
+LEVEL_SHADES = Shades((80, 183), KEYS, tuple(COLORS[i:] + COLORS[:i] for i in range(8)))
 BLACK = 0
 VIOLET_RGB = (188, 144, 252)
 SHINING = tuple(range(14, 256, 16))  # of a row that the scorpion has crossed
 
-LEFT = 16  # of the field
-TOP = 5
+FIELD_LEFT = 16
+FIELD_TOP = 5
 ZONE = 9  # rows
 ZONES = 20  # counted from the bottom
 FIELD = (16, 5, 144, 182)
 MUSHROOM_ROWS = 19
 PLACES = 16
 ROWS, COLUMNS = np.divmod(np.arange(MUSHROOM_ROWS * PLACES), PLACES)
-MUSHROOM_X = LEFT + 8 * COLUMNS + np.where(ROWS % 2 == 0, 4, 0)
-MUSHROOM_Y = TOP + 2 + ZONE * ROWS
+MUSHROOM_X = FIELD_LEFT + 8 * COLUMNS + np.where(ROWS % 2 == 0, 4, 0)
+MUSHROOM_Y = FIELD_TOP + 2 + ZONE * ROWS
 # Bits of mushrooms in their bytes, two bytes a row, eight places each.
 EVEN_ROW = (6, 4, 2, 0, 1, 3, 5, 7)
 ODD_ROW = (7, 5, 3, 1, 0, 2, 4, 6)
-BITS = np.where(ROWS % 2 == 0, np.tile(EVEN_ROW, 38), np.tile(ODD_ROW, 38))
+PLACE_BITS = np.where(ROWS % 2 == 0, np.tile(EVEN_ROW, 38), np.tile(ODD_ROW, 38))
 NUMBERS = np.arange(9)  # of the segments
 SCORE_Y = 187
 SCORE = NumberDisplay(FONT, right=148, top=SCORE_Y, digits=6)
@@ -150,17 +150,17 @@ def decode(m: Ram) -> dict[str, Box]:
         "Projectile": _shot(m),
         "CentipedeSegment": _segments(m),
         "Spider": _spider(m),
-        "Flea": _flea(m),
+        "Flea": _flea_box(m),
         "Scorpion": _scorpion(m),
         "Mushroom": _mushrooms(m),
-        "Ground": box(LEFT, 183, 128, 2, color=pick(m.level, KEYS)),
+        "Ground": box(FIELD_LEFT, 183, 128, 2, color=pick(m.level, KEYS)),
         "Life": box(LIFE_X, SCORE_Y, 4, 7, np.arange(7) < m.lives),
-        "Score": _score(m),
+        "Score": _score_box(m),
     }
     return {name: shown.where(m.score_high != TITLE) for name, shown in boxes.items()}
 
 
-def _color(m: Ram, kind: int) -> jax.Array:
+def _color_of(m: Ram, kind: int) -> jax.Array:
     return pick(m.level + kind & 7, COLORS)
 
 
@@ -181,12 +181,12 @@ def _player(m: Ram) -> Box:
     first = jnp.where(below_shot < last, below_shot, last - 3)
     top = _step_row(first)
     return box(
-        m.player_x + LEFT,
+        m.player_x + FIELD_LEFT,
         top,
         4,
         _step_row(last) - top,
         ~_exploded(m),
-        color=_color(m, Color.SHOOTER),
+        color=_color_of(m, Color.SHOOTER),
     )
 
 
@@ -194,28 +194,30 @@ def _shot(m: Ram) -> Box:
     """The shot. It is at the shooter's column until the count for the shooter is above zero."""
     top = jnp.maximum(9 * m.shot_row - 8, 6)
     near = m.player_y < 3 * m.shot_row - 2
-    x = jnp.where(near, m.player_x, m.shot_x) + LEFT
+    x = jnp.where(near, m.player_x, m.shot_x) + FIELD_LEFT
     there = (m.shot_row > 0) & ~_exploded(m)
-    return box(x, top, 1, 9 * m.shot_row + 1 - top, there, color=_color(m, Color.SHOOTER))
+    return box(x, top, 1, 9 * m.shot_row + 1 - top, there, color=_color_of(m, Color.SHOOTER))
 
 
 def _zone_y(row: jax.Array) -> jax.Array:
     """First row of a zone's pictures."""
-    return TOP + ZONE * (ZONES - 1 - row)
+    return FIELD_TOP + ZONE * (ZONES - 1 - row)
 
 
 def _segments(m: Ram) -> Box:
     """The segments before they moved on, which the game does after it has drawn them."""
     stands = (m.dying > 0) | ((m.clock & 7) == RESTS)
     moved = ~stands & ((m.fast == 1) | ((m.clock & 1) == 0))
-    turned = moved & _turned(m)
+    turned = moved & _has_turned(m)
     x = m.segment_x - jnp.where(moved & ~turned, 1 - 2 * m.leftward, 0)
     row = m.segment_row + jnp.where(turned, 1 - 2 * m.upward, 0)
     follows = (m.follows == 1) & (_shifted(row, -1) == row)
     alone = ~follows & ~(_shifted(follows, 1) & (m.last_segment > NUMBERS))
     late = jnp.where(alone & (x < IN_TIME), 1, 0)
     there = (m.last_segment >= NUMBERS) & (m.counting == 0) & ~_just_created(m)
-    return box(LEFT + x, _zone_y(row) + late, 4, 6 - late, there, color=_color(m, Color.CENTIPEDE))
+    return box(
+        FIELD_LEFT + x, _zone_y(row) + late, 4, 6 - late, there, color=_color_of(m, Color.CENTIPEDE)
+    )
 
 
 def _just_created(m: Ram) -> jax.Array:
@@ -237,7 +239,7 @@ def _shifted(values: jax.Array, by: int) -> jax.Array:
     return jnp.roll(values, -by)
 
 
-def _turned(m: Ram) -> jax.Array:
+def _has_turned(m: Ram) -> jax.Array:
     """Whether a segment has just gone to another row and has not moved along it yet.
 
     The segment behind is still in the old row then. Where none is behind, an obstacle tells.
@@ -258,47 +260,47 @@ def _obstacle(m: Ram) -> jax.Array:
 def _has_mushroom(m: Ram, row: jax.Array, column: jax.Array) -> jax.Array:
     """Whether a mushroom is in some zones and columns; a row has one place for two columns."""
     words = m.mushrooms[0::2] | m.mushrooms[1::2] << 8  # a row each
-    rows = np.arange(MUSHROOM_ROWS, 0, -1)[:, None]
-    word = jnp.sum(when(rows == row[None], words[:, None]), axis=0)
+    bottom_up = np.arange(MUSHROOM_ROWS, 0, -1)[:, None]
+    word = jnp.sum(when(bottom_up == row[None], words[:, None]), axis=0)
     place = column & 15
     bit = jnp.where(place < 8, 7 - place, place - 8) + when(column > 15, 8)
     return ((word >> bit & 1) == 1) & ((column + row & 1) == 0)
 
 
 def _spider(m: Ram) -> Box:
-    points = (m.spider_points > 0) & (m.hit_sound != JUST_HIT)
-    there = (m.spider != NONE) & ~points & (m.dying == 0)
-    x, y, picture = LEFT + m.spider_x, _zone_y(m.spider_row), m.clock >> 3 & 3
-    return SPIDERS.box(picture, x, y, valid=there, color=_color(m, Color.SPIDER))
+    shows_points = (m.spider_points > 0) & (m.hit_sound != JUST_HIT)
+    there = (m.spider != NONE) & ~shows_points & (m.dying == 0)
+    x, y, picture = FIELD_LEFT + m.spider_x, _zone_y(m.spider_row), m.clock >> 3 & 3
+    return SPIDERS.box(picture, x, y, valid=there, color=_color_of(m, Color.SPIDER))
 
 
-def _flea(m: Ram) -> Box:
+def _flea_box(m: Ram) -> Box:
     """The flea; at the left edge its first row is written too late."""
-    x, y, picture = LEFT + m.flea_x, _zone_y(m.flea_row), 1 - (m.clock >> 1 & 1)
-    flea = FLEAS.box(picture, x, y, valid=m.flea_x < NO_FLEA, color=_color(m, Color.FLEA))
+    x, y, picture = FIELD_LEFT + m.flea_x, _zone_y(m.flea_row), 1 - (m.clock >> 1 & 1)
+    flea = FLEAS.box(picture, x, y, valid=m.flea_x < NO_FLEA, color=_color_of(m, Color.FLEA))
     return flea.trimmed(top=jnp.where(m.flea_x < IN_TIME, 1, 0))
 
 
 def _scorpion(m: Ram) -> Box:
-    x, y = LEFT + m.scorpion_x, _zone_y(m.scorpion_row)
+    x, y = FIELD_LEFT + m.scorpion_x, _zone_y(m.scorpion_row)
     picture = m.scorpion_left + 2 * (m.clock >> 3 & 1)
     there = m.scorpion_x != NONE
-    return SCORPIONS.box(picture, x, y, valid=there, color=_color(m, Color.SCORPION))
+    return SCORPIONS.box(picture, x, y, valid=there, color=_color_of(m, Color.SCORPION))
 
 
 def _mushrooms(m: Ram) -> Box:
-    there = (jnp.repeat(m.mushrooms, 8) >> BITS & 1) == 1
-    return box(MUSHROOM_X, MUSHROOM_Y, 4, 3, there, color=_color(m, Color.SHOOTER))
+    there = (jnp.repeat(m.mushrooms, 8) >> PLACE_BITS & 1) == 1
+    return box(MUSHROOM_X, MUSHROOM_Y, 4, 3, there, color=_color_of(m, Color.SHOOTER))
 
 
-def _score(m: Ram) -> Box:
+def _score_box(m: Ram) -> Box:
     """The score: at least two digits, in the easy game with a figure in the first digit's place."""
     digits, lefts = SCORE.box(m.score), SCORE.lefts
     left = match((m.easy == 1, lefts[0]), (m.score < 10, lefts[-2]), otherwise=digits.x)
     return digits.trimmed(left=left - digits.x)
 
 
-LIFE_X = LEFT + 8 * np.arange(7)
+LIFE_X = FIELD_LEFT + 8 * np.arange(7)
 LIFE_REGIONS = tuple((int(x), SCORE_Y, int(x) + 4, SCORE_Y + 7) for x in LIFE_X)
 shooters = functools.partial(Blobs, MUSHROOM_COLOR, (16, 139, 144, 181))
 TOUCHING = shooters(gap=(0, 3), exclude=("Mushroom",), shapes=Shape(w=4, h=(4, 9)))
@@ -306,7 +308,7 @@ SHOOTER_RULE = shooters(connectivity=4, shapes=Shape(w=4, h=9, pixels=36), also=
 PAINT = (MUSHROOM_COLOR, *SHINING)
 SHOT_AREA = (16, 6, 144, 181)
 SHOT_RULE = Blobs(PAINT, SHOT_AREA, Shape(w=1, h=(4, 9)), exclude=("Mushroom",))
-ZONE_REGIONS = tuple((16, y, 144, y + 6) for y in range(TOP, TOP + ZONE * ZONES, ZONE))
+ZONE_REGIONS = tuple((16, y, 144, y + 6) for y in range(FIELD_TOP, FIELD_TOP + ZONE * ZONES, ZONE))
 CHAINS = Bounds(CENTIPEDE_COLOR, ZONE_REGIONS, min_size=(3, 4), then=(SideBySide(4),))
 CELLS_X = tuple(MUSHROOM_X.tolist())
 CELLS_Y = tuple(MUSHROOM_Y.tolist())
@@ -335,5 +337,5 @@ GAME = Game(
         display("Life", SPARE, count=7, attributes=(), rgb=VIOLET_RGB, doc="spare lives"),
         display("Score", POINTS, rgb=VIOLET_RGB, doc="points, below 1,000,000"),
     ),
-    shades=SHADES,
+    shades=LEVEL_SHADES,
 )

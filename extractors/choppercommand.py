@@ -73,7 +73,7 @@ KINDS = Pictures.of(
 CHOPPERS = ROM.pictures((0xEC0, 0xEB6), ROWS)
 
 PLACES = ((3, 5, 6, 7), (2, 4, 6, 7), (1, 4, 5, 7))  # convoys with a truck at each place
-BLOCK = 320  # columns of the landscape
+BLOCK_COLUMNS = 320  # columns of the landscape
 GOES_RIGHT = 16  # the player's column when he flies to the right, and the landscape to the left
 GOES_LEFT = 134
 BEHIND_LEFT = 21  # up to here, the landscape moves instead of a player who falls back
@@ -169,18 +169,18 @@ class Drawn(NamedTuple):
 
 def decode(m: Ram) -> dict[str, Box]:
     drawn = _as_drawn(m)
-    lanes, helicopter = _lanes(m, drawn)
+    lanes, helicopter = _lane_boxes(m, drawn)
     return {
         "Player": _player(m, drawn),
         "EnemyHelicopter": lanes.where(helicopter),
         "EnemyPlane": lanes.where(~helicopter),
-        "Truck": _trucks(m, drawn),
-        "Bomb": _bombs(m, drawn),
+        "Truck": _truck_boxes(m, drawn),
+        "Bomb": _bomb_boxes(m, drawn),
         "Shot": _shot(m),
         "MiniPlayer": _mini_player(drawn),
         "MiniEnemy": _mini_enemies(m),
         "MiniTruck": _mini_trucks(m),
-        "Score": _score(m),
+        "Score": _score_box(m),
         "Life": RESERVE.box(m.lives - 1, value=m.lives),
     }
 
@@ -188,18 +188,18 @@ def decode(m: Ram) -> dict[str, Box]:
 def _as_drawn(m: Ram) -> Drawn:
     """The player's step is what the landscape's leaves, where that is seen and he can make it."""
     ticked = when((m.phase == Phase.PLAYS) & (m.clock == ((3 - m.wave) & 255)), 1)
-    now = m.scroll - jnp.where(m.odd == 1, 0, BLOCK // 2)
-    flown = _flown(m) + ticked
+    now = m.scroll - jnp.where(m.odd == 1, 0, BLOCK_COLUMNS // 2)
+    flown = _columns_flown(m) + ticked
     shift, seen = _seen_shift(m)
     step = _player_step(m, flown + now - shift, seen)
     behind = jnp.where(step < 0, m.player_x < BEHIND_RIGHT, m.player_x > BEHIND_LEFT)
     moved = jnp.where(seen, shift - now, flown - when(behind, step))
-    block = when(_moved_on(m), jnp.where(m.odd == 1, -BLOCK, BLOCK))
+    block = when(_moved_on(m), jnp.where(m.odd == 1, -BLOCK_COLUMNS, BLOCK_COLUMNS))
     x, y = m.player_x - step, m.player_y - _player_rise(m)
     return Drawn(x, y, now + moved + block, moved, ticked)
 
 
-def _flown(m: Ram) -> jax.Array:
+def _columns_flown(m: Ram) -> jax.Array:
     """Columns that the player's speed has moved him in the landscape."""
     part = m.part - m.speed  # the game keeps it from 0 to 31 or from -33 to -2
     part = match(
@@ -272,23 +272,23 @@ def _blocks(m: Ram, values: jax.Array) -> jax.Array:
 
 def _player(m: Ram, drawn: Drawn) -> Box:
     right = m.faces_right == 1
-    just_hit = (m.phase == Phase.DEAD) & (m.pause == JUST_HIT)
-    turns = ((m.phase == Phase.PLAYS) | just_hit) & (((m.frame - 2) & 2) == 0)  # the rotor
+    is_just_hit = (m.phase == Phase.DEAD) & (m.pause == JUST_HIT)
+    turns = ((m.phase == Phase.PLAYS) | is_just_hit) & (((m.frame - 2) & 2) == 0)  # the rotor
     picture = jnp.where(turns, 0, 1)
     left, top, width, height = CHOPPERS.extent(picture, mirrored=~right)
-    there = (m.phase < Phase.EXPLODES) | (m.phase >= Phase.BETWEEN) | just_hit
+    there = (m.phase < Phase.EXPLODES) | (m.phase >= Phase.BETWEEN) | is_just_hit
     there, facing = there & (m.player_y < OFF), jnp.where(right, EAST, WEST)
     x, y = drawn.x + 1 + 2 * left, 159 - drawn.y + top
     return box(x, y, 2 * width, height, there, orientation=facing).clip(*FIELD)
 
 
-def _lanes(m: Ram, drawn: Drawn) -> tuple[Box, jax.Array]:
+def _lane_boxes(m: Ram, drawn: Drawn) -> tuple[Box, jax.Array]:
     """What flies in the lanes, and where that is a helicopter."""
     hit = m.timer == JUST_EXPLODES  # after the frame, which shows it whole
     helicopter = jnp.where(hit, m.kind == Kind.HIT_HELICOPTER, m.kind >= Kind.HELICOPTER)
     second = (m.frame - 1) >> 1 & 1
-    whole = jnp.where(helicopter, Kind.HELICOPTER + second, Kind.PLANE)
-    kind = jnp.where(hit, whole, m.kind)
+    intact = jnp.where(helicopter, Kind.HELICOPTER + second, Kind.PLANE)
+    kind = jnp.where(hit, intact, m.kind)
     there = ((m.kind >= Kind.PLANE) | hit) & ~_moved_on(m)
     facing = jnp.where(among(kind, Kind.WESTWARD), WEST, EAST)
     return _cut(kind, m.x + drawn.shift, 158 - m.y, there, facing), helicopter
@@ -303,7 +303,7 @@ def _cut(kind: jax.Array, x: jax.Array, y: jax.Array, there: jax.Array, facing: 
     return KINDS.box(picture, x, y, valid=there, orientation=facing)
 
 
-def _trucks(m: Ram, drawn: Drawn) -> Box:
+def _truck_boxes(m: Ram, drawn: Drawn) -> Box:
     convoy = jnp.where(m.wreck >= BLINKING, m.wreck_convoy, _blocks(m, m.convoys)[1])
     there = jnp.stack([among(convoy, convoys) for convoys in PLACES])
     x = jnp.array([64, 96, 128]) + drawn.shift
@@ -311,9 +311,9 @@ def _trucks(m: Ram, drawn: Drawn) -> Box:
     return trucks.clip(*ROAD)
 
 
-def _bombs(m: Ram, drawn: Drawn) -> Box:
+def _bomb_boxes(m: Ram, drawn: Drawn) -> Box:
     """A bomb flies to the side or, on other frames, up or down, and its halves fall apart."""
-    sideways, whole = (m.clock == 0) | (m.clock > 128), m.bomb_time >= SPLIT - 1
+    sideways, is_whole = (m.clock == 0) | (m.clock > 128), m.bomb_time >= SPLIT - 1
     scrolled = drawn.moved - drawn.ticked
     x = m.bomb_x - when(sideways, m.bomb_speed[0]) + scrolled
     dy = jnp.where(sideways, 0, m.bomb_speed[1])
@@ -321,8 +321,8 @@ def _bombs(m: Ram, drawn: Drawn) -> Box:
     lane = m.x + drawn.shift  # a bomb is shown from the second frame on
     fresh = (x == lane + when(lane < 156, 3)) & (y[0] == m.y + 4)
     there = (m.bomb_time > 0) & (m.bomb_y < OFF) & ~jnp.any(fresh)
-    there = there & (np.array([True, False]) | ~whole)
-    return box(x - 1, 167 - y, 2, jnp.where(whole, 2, 1), there).clip(*FIELD)
+    there = there & (np.array([True, False]) | ~is_whole)
+    return box(x - 1, 167 - y, 2, jnp.where(is_whole, 2, 1), there).clip(*FIELD)
 
 
 def _shot(m: Ram) -> Box:
@@ -357,7 +357,7 @@ def _mini_trucks(m: Ram) -> Box:
     return box(x, 185, 1, 2, there).clip(*WINDOW)
 
 
-def _score(m: Ram) -> Box:
+def _score_box(m: Ram) -> Box:
     """The points, of which those of this frame are not yet on the screen."""
     points = jnp.sum(when(m.timer == JUST_EXPLODES, m.kind))
     return SCORE.box(100 * jnp.maximum(m.score - points, 0), value=100 * m.score)
@@ -370,7 +370,7 @@ BOMBS = Blobs(GOLD, FIELD, (Shape(w=2, h=2, pixels=4), Shape(w=2, h=1)))  # whol
 LIFE = RESERVE.rule(GOLD, (30, 24, 110, 33), single=2)
 LINE = Bounds(LASER, FIELD, (4, 1), max_size=(152, 1), filters=(LoneRuns(2),))
 row = functools.partial(Blobs, YELLOW, shapes=Shape(w=(1, 2), h=(1, 2)))
-LANES = row((56, 179, 104, 181), also=(row((56, 181, 104, 183)), row((56, 183, 104, 185))))
+RADAR_LANES = row((56, 179, 104, 181), also=(row((56, 181, 104, 183)), row((56, 183, 104, 185))))
 
 
 def _saver_key(m: Ram) -> jax.Array:
@@ -391,7 +391,7 @@ GAME = Game(
         Category("Bomb", BOMBS, count=2, needs=("Player",), doc="whole or upper half, lower half"),
         Category("Shot", LINE, doc="the line that is left of it"),
         Category("MiniPlayer", Bounds(BROWN, WINDOW), doc="on the radar"),
-        Category("MiniEnemy", LANES, count=12, doc="block * 3 + lane"),
+        Category("MiniEnemy", RADAR_LANES, count=12, doc="block * 3 + lane"),
         Category("MiniTruck", row((56, 185, 104, 187)), count=12, doc="block * 3 + place"),
         display("Score", SCORE.rule(GOLD), doc="points"),
         display("Life", LIFE, doc="helicopters in reserve; value: one more"),

@@ -61,12 +61,12 @@ ORDINARY = 15  # `wide`
 HEADLESS = 5  # `row` from which on a thrower's head is not shown
 
 # Of the windows.
-ROW, COLUMN = np.ogrid[:13, :6]
+WINDOW_ROW, COLUMN = np.ogrid[:13, :6]
 WINDOW_X = np.array((44, 56, 68, 84, 96, 108))
 WINDOW_ROWS = 8
 SHUTS = 7  # rows of which a window with a shutter is not seen any more
 SHUT_FIRST = 3  # row of the first one that shuts
-CLIMBED = (ROW == 9) | (ROW == 10)  # the climber is beside them
+CLIMBED = (WINDOW_ROW == 9) | (WINDOW_ROW == 10)  # the climber is beside them
 DISTANCE = np.array((0, 1, 2, 2, 1, 0))  # column -> window of the left half
 OPEN = (0b111, 0b110, 0b011, 0b100, 0b100, 0)  # windows of the left half, bit 0 the outer one
 
@@ -96,12 +96,12 @@ def _halves(table: int, count: int) -> tuple[int, ...]:
 SHUTTERS = _halves(0xC05, 10)
 
 
-def _climber(base: int) -> np.ndarray:
+def _climber_rows(base: int) -> np.ndarray:
     rows = ROM.rows(base, 31, top_first=True)  # the loop skips two
     return np.concatenate([rows[1:13], rows[14:]])
 
 
-LIMBS = Pictures.of([_climber(0xD00 + i) for i in range(512)])
+LIMBS = Pictures.of([_climber_rows(0xD00 + i) for i in range(512)])
 HEADS = ROM.pictures(range(0xD9B, 0xDA3), 6, top_first=True)
 BIRDS = ROM.pictures(range(0xC00, 0xD00), 12, top_first=True)
 INK = ROM.bytes(0xC00, 0x310)
@@ -146,13 +146,13 @@ class Ram(RamMap):
 def decode(m: Ram) -> dict[str, Box]:
     return {
         "Player": _player(m),
-        "Window": _windows(m),
-        "Enemy_Red": _head(m),
-        "Enemy_Bird": _bird(m),
-        "Helicopter": _helicopter(m),
+        "Window": _window_boxes(m),
+        "Enemy_Red": _head_box(m),
+        "Enemy_Bird": _bird_box(m),
+        "Helicopter": _helicopter_box(m),
         "Projectile": _thing(m),
-        "Score": _score(m).where(m.started < OVER),
-        "Bonus": _bonus(m).where(m.started < OVER),
+        "Score": _score_box(m).where(m.started < OVER),
+        "Bonus": _bonus_box(m).where(m.started < OVER),
         "Life": _lives(m),
     }
 
@@ -168,10 +168,10 @@ def _player(m: Ram) -> Box:
     y = 152 + m.scroll + _lower(m)
     left = LIMBS.box(picture[0], m.x - 10, y)
     right = LIMBS.box(picture[1], m.x - 2, y, mirrored=True)
-    climber = _join(left, right)
+    figure = _join(left, right)
     roof = m.on_roof > 0
-    top, rows = jnp.where(roof, 158, climber.y), jnp.where(roof, 23, climber.h)
-    return box(climber.x, top, climber.w, rows).clip(0, 43, 160, 210)
+    top, rows = jnp.where(roof, 158, figure.y), jnp.where(roof, 23, figure.h)
+    return box(figure.x, top, figure.w, rows).clip(0, 43, 160, 210)
 
 
 def _lower(m: Ram) -> jax.Array:
@@ -179,19 +179,19 @@ def _lower(m: Ram) -> jax.Array:
     return when(m.started >= OVER, 1)
 
 
-def _windows(m: Ram) -> Box:
-    head = _has_thrower(m) & (m.row < HEADLESS) & (m.row + 3 == ROW)
+def _window_boxes(m: Ram) -> Box:
+    head = _has_thrower(m) & (m.row < HEADLESS) & (m.row + 3 == WINDOW_ROW)
     n = jnp.where(head, 0, _by_row(m.shut))  # rows that are shut
-    kept = _hole(SHUTTERS, _by_row(m.shut_kind) >> 1)
-    beside = CLIMBED & (n > 0) & ((ROW == 10) | (COLUMN < 3))
+    kept = _is_hole(SHUTTERS, _by_row(m.shut_kind) >> 1)
+    beside = CLIMBED & (n > 0) & ((WINDOW_ROW == 10) | (COLUMN < 3))
     rows = jnp.where(kept, 0, n + when(beside, 1))
     cut = (n >= SHUTS) & ~CLIMBED & (COLUMN >= 2) | head & (COLUMN >= 4)
-    y = 34 + ROW_LINES * ROW + m.scroll + _lower(m)
-    there = _hole(OPEN, m.windows[:, None] >> 2) & (kept | (n < SHUTS))
-    there = there & ((m.on_roof == 0) | (ROW > 10))
+    y = 34 + ROW_LINES * WINDOW_ROW + m.scroll + _lower(m)
+    there = _is_hole(OPEN, m.windows[:, None] >> 2) & (kept | (n < SHUTS))
+    there = there & ((m.on_roof == 0) | (WINDOW_ROW > 10))
     x, height = np.broadcast_to(WINDOW_X, (13, 6)), WINDOW_ROWS - when(cut, 1) - rows
-    windows = box(x.ravel(), (y + rows).ravel(), 8, height.ravel(), there.ravel())
-    return windows.clip(*BUILDING)
+    boxes = box(x.ravel(), (y + rows).ravel(), 8, height.ravel(), there.ravel())
+    return boxes.clip(*BUILDING)
 
 
 def _by_row(of_shutters: jax.Array) -> jax.Array:
@@ -203,20 +203,20 @@ def _has_thrower(m: Ram) -> jax.Array:
     return m.thrower != NO_THROWER
 
 
-def _hole(patterns: Sequence[int], index: jax.Array) -> jax.Array:
+def _is_hole(patterns: Sequence[int], index: jax.Array) -> jax.Array:
     """Whether the windows of rows are holes, by the rows' patterns of the left half."""
     holes = sum(pattern << 3 * i for i, pattern in enumerate(patterns))  # all in one number
     first = 3 * jnp.minimum(index, len(patterns) - 1)
     return jnp.int32(holes) >> (first + DISTANCE[COLUMN]) & 1 == 1
 
 
-def _head(m: Ram) -> Box:
+def _head_box(m: Ram) -> Box:
     y = 48 + ROW_LINES * (m.row + 2) + m.scroll
     there = _has_thrower(m) & (m.on_roof == 0) & (m.row < HEADLESS)
     return HEADS.box(m.raised, position(m.coarse, m.fine) - 10, y, valid=there)
 
 
-def _bird(m: Ram) -> Box:
+def _bird_box(m: Ram) -> Box:
     left = m.flies_left == 1
     offset = jnp.where(left, -8, 8)
     y = 47 + m.scroll
@@ -226,23 +226,23 @@ def _bird(m: Ram) -> Box:
     return replace(_join(a, b), orientation=facing).where((m.bird == 0) & (m.on_roof == 0))
 
 
-def _helicopter(m: Ram) -> Box:
+def _helicopter_box(m: Ram) -> Box:
     left = m.flies_left == 1
     x, facing = m.bird_x - jnp.where(left, 23, 9), jnp.where(left, WEST, EAST)
     return box(x, m.helicopter_y + 48, 30, 26, m.on_roof > 0, orientation=facing)
 
 
-def _zone_end(m: Ram) -> jax.Array:
+def _end_of_zone(m: Ram) -> jax.Array:
     """The row after those that the drawing loop draws in more steps because of the thrower."""
     return jnp.where(_has_thrower(m), jnp.minimum(m.row + 3, ZONE_END), ZONE_START)
 
 
 def _start(m: Ram, row: jax.Array | np.ndarray) -> jax.Array:
     """The drawing loop's step at which it begins rows of the building."""
-    in_zone = jnp.maximum(jnp.minimum(row, _zone_end(m)) - ZONE_START, 0)
+    in_zone = jnp.maximum(jnp.minimum(row, _end_of_zone(m)) - ZONE_START, 0)
     head = _has_thrower(m) & (m.row + 2 < ZONE_END) & (row > m.row + 2)
-    bird = when((m.bird == 0) & (row > 1), BIRD_STEPS)
-    return in_zone + ROW_STEPS * row + when(head, 1) + bird
+    for_bird = when((m.bird == 0) & (row > 1), BIRD_STEPS)
+    return in_zone + ROW_STEPS * row + when(head, 1) + for_bird
 
 
 def _counters(m: Ram, row: jax.Array) -> jax.Array:
@@ -260,7 +260,7 @@ def _steps(m: Ram, row: jax.Array) -> jax.Array:
     """The steps of all lines of some rows; -1 where the loop waits for the line's end."""
     n = sum((when(row == 2 + i, m.shut[i]) for i in range(8)), start=jnp.int32(0))
     line = np.arange(1, ROW_LINES + 1)[None, :]
-    zone = (row >= ZONE_START) & (row < _zone_end(m))
+    zone = (row >= ZONE_START) & (row < _end_of_zone(m))
     flies = (m.bird == 0) & (row < 2)
     late = ((n == 0) | (line >= 4 + n)) & (zone | (line >= 4))
     more = when(zone, 1) + when(flies, BIRD_STEPS)
@@ -286,18 +286,18 @@ def _thing(m: Ram) -> Box:
     building_row = jnp.sum(when(begun, 1)) + np.arange(3)
     picture = m.thing + 256 * m.thing_page
     line = (ROW_LINES * building_row[None, :] + np.arange(ROW_LINES)[:, None]).ravel()
-    row = _thing_rows(m, picture, building_row, line)
+    row = _thing_lines(m, picture, building_row, line)
     y = 44 + line + m.scroll + _lower(m)
     top, bottom = extremes(row > 0, y, y + 1)
     first, last = _thing_columns(picture, row)
     zoom = jnp.where(m.wide != ORDINARY, 4, 1)
     there = (m.top > 0) & (bottom > top) & (m.on_roof == 0)
     x = m.thing_x - 10 + zoom * first + when(zoom > 1, 1)  # the chip begins wide ones later
-    things = box(x, top, zoom * (last - first), bottom - top, there, color=m.thing_color)
-    return things.clip(0, 43, 160, 199)
+    thing_box = box(x, top, zoom * (last - first), bottom - top, there, color=m.thing_color)
+    return thing_box.clip(0, 43, 160, 199)
 
 
-def _thing_rows(m: Ram, picture: jax.Array, building_row: jax.Array, line: jax.Array) -> jax.Array:
+def _thing_lines(m: Ram, picture: jax.Array, building_row: jax.Array, line: jax.Array) -> jax.Array:
     """The row of the picture that each line shows, as a bit; 0 where it shows none."""
     shown = _counters(m, building_row)
     k = shown - m.top
@@ -320,16 +320,16 @@ def _length(x: jax.Array) -> jax.Array:
     return reached(x, [1 << i for i in range(8)])
 
 
-def _number(digits: jax.Array) -> jax.Array:
+def _from_digits(digits: jax.Array) -> jax.Array:
     return functools.reduce(lambda number, digit: 10 * number + digit, digits)
 
 
-def _score(m: Ram) -> Box:
-    return SCORE.box(100 * _number(m.score))
+def _score_box(m: Ram) -> Box:
+    return SCORE.box(100 * _from_digits(m.score))
 
 
-def _bonus(m: Ram) -> Box:
-    return BONUS.box(100 * _number(m.bonus))
+def _bonus_box(m: Ram) -> Box:
+    return BONUS.box(100 * _from_digits(m.bonus))
 
 
 def _lives(m: Ram) -> Box:

@@ -66,7 +66,7 @@ COLORS = ROM.bytes(0xF00, 256)  # of a demon's rows, the lowest one first
 # Column of the beam when a row takes its colour: left of it, it is still that of the row above.
 COLORED_AT = np.array((43, 43, 43, 52, 52, 52, 34))  # by slot
 # How much is visible of 32 pictures: of each nothing, its last row, its last two rows, ...
-PICTURES = Pictures.of(
+DEMON_PICTURES = Pictures.of(
     (
         np.where(np.arange(ROWS) >= ROWS - rows, ROM.rows(0xE00 + ROWS * picture, ROWS), 0)
         for picture in range(32)
@@ -76,10 +76,10 @@ PICTURES = Pictures.of(
     rows=ROWS + 1,
 )
 FIRST_PICTURES = ROM.bytes(0xB9F, 12)  # of the demons of half a level
-EXPLODING = 3  # this picture and lower ones are explosions
+LAST_EXPLOSION = 3  # this picture and lower ones are explosions
 SPLITTING = 24  # the picture that begins a split
 SMALL_PICTURE = 26  # a picture of halves and of the diving demon
-ROW = np.arange(3)
+RANK = np.arange(3)  # of the demons, from the top
 LOWEST = 2
 DIVER = 6  # slot
 MIRRORED = np.arange(7) // 3 == 1  # by slot
@@ -99,9 +99,9 @@ BLANK = 100  # `digits`
 Y_STEPS = ROM.bytes(0xEF0, 8)
 X_STEPS = ROM.bytes(0xEF8, 8)
 WAVE = 8  # demons
-POINTS = (10, 10, 15, 15)  # for a demon, by level; in later ones they split
-WAVE_ENDS = WAVE * np.cumsum(POINTS)  # scores
-HIT = 2  # `sound`
+DEMON_POINTS = (10, 10, 15, 15)  # for a demon, by level; in later ones they split
+WAVE_ENDS = WAVE * np.cumsum(DEMON_POINTS)  # scores
+HIT_SOUND = 2  # `sound`
 HIT_NOTES = (8 * FIRST_PICTURES + 1) & 255  # `note` of a hit, by level
 SHIP_EXPLODED = 29  # `page`: the frame shows the exploding ship
 JUST_HIT = 63  # `explosion` on the last frame that shows the ship
@@ -160,14 +160,14 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    y = _rows(m)
+    y = _drawn_rows(m)
     return {
         "Player": _player(m),
-        "Enemy": _demons(m, y),
-        "PlayerMissile": _shot(m, y),
-        "EnemyMissile": _missiles(m),
-        "Score": _score(m),
-        "Lives": _lives(m),
+        "Enemy": _demon_boxes(m, y),
+        "PlayerMissile": _shot_box(m, y),
+        "EnemyMissile": _missile_boxes(m),
+        "Score": _score_box(m),
+        "Lives": _lives_box(m),
     }
 
 
@@ -177,28 +177,28 @@ def _player(m: Ram) -> Box:
     return box(x, LOWER - 11, 7, 12, m.page != SHIP_EXPLODED)
 
 
-def _rows(m: Ram) -> jax.Array:
+def _drawn_rows(m: Ram) -> jax.Array:
     """Where the demons were drawn, before they moved."""
     moved = (m.state == State.ALIVE) & (m.y_part < lookup(Y_STEPS, m.phase))
-    return jnp.where(ROW == LOWEST, m.drawn_y, m.y - when(moved, 2 * m.rises - 1))
+    return jnp.where(RANK == LOWEST, m.drawn_y, m.y - when(moved, 2 * m.rises - 1))
 
 
 def _step(m: Ram) -> jax.Array:
     """Columns to the right that whole demons and left halves moved after they were drawn."""
     turned = jnp.where(m.goes_right == 1, m.code[:3] == LEFTMOST, m.code[:3] == RIGHTMOST)
     moves = (m.state == State.ALIVE) & ((m.is_split == 0) | (m.left_alive == 1)) & ~turned
-    moves = moves & ((ROW != LOWEST) | (m.volley == 0))  # it stands while it fires
+    moves = moves & ((RANK != LOWEST) | (m.volley == 0))  # it stands while it fires
     moved = moves & (m.x_part < lookup(X_STEPS, m.phase))
     return when(moved, 2 * m.goes_right - 1)
 
 
-def _demons(m: Ram, y: jax.Array) -> Box:
+def _demon_boxes(m: Ram, y: jax.Array) -> Box:
     split, over = m.is_split == 1, m.game == GAME_OVER
-    alive, hit = _alive(m, split)
+    alive, hit = _demons_alive(m, split)
     small = _slots(split, jnp.ones(3, bool), jnp.asarray(True))
     picture = jnp.where(hit | over, _usual_pictures(m, small), m.picture)
-    index = PICTURES.index(picture=picture, rows=_visible_rows(y))
-    left, top, width, height = PICTURES.extent(index, mirrored=MIRRORED)
+    index = DEMON_PICTURES.index(picture=picture, rows=_visible_rows(y))
+    left, top, width, height = DEMON_PICTURES.extent(index, mirrored=MIRRORED)
     x = packed_position(m.code) + 5 - jnp.pad(_step(m), (0, 4)) + left
     line = np.where(np.arange(7) == DIVER, LOWER, UPPER) + 1 - ROWS - _slots(y, y, m.diver_y)
     width = jnp.where(small, width, 16 - 2 * left)
@@ -209,39 +209,39 @@ def _demons(m: Ram, y: jax.Array) -> Box:
 
 def _usual_pictures(m: Ram, small: jax.Array) -> jax.Array:
     """The most frequent picture of what is in each slot."""
-    usual = jnp.where(ROW == LOWEST, m.drawn_picture, lookup(FIRST_PICTURES, m.level >> 1) + 1)
+    usual = jnp.where(RANK == LOWEST, m.drawn_picture, lookup(FIRST_PICTURES, m.level >> 1) + 1)
     return jnp.where(small, SMALL_PICTURE, _slots(usual, usual, m.level))
 
 
 def _visible_rows(y: jax.Array) -> jax.Array:
     """How many rows of each picture are not too close under the demon above."""
     above = jnp.concatenate([jnp.full(1, TOP_ROW + 4), y[:-1]])
-    rows = jnp.clip(above - 3 - y, 0, ROWS)
-    return _slots(rows, rows, jnp.asarray(ROWS))
+    rows_left = jnp.clip(above - 3 - y, 0, ROWS)
+    return _slots(rows_left, rows_left, jnp.asarray(ROWS))
 
 
-def _slots(left: jax.Array, right: jax.Array, diver: jax.Array) -> jax.Array:
-    return jnp.concatenate([left, right, diver[None]])
+def _slots(left: jax.Array, right: jax.Array, diving: jax.Array) -> jax.Array:
+    return jnp.concatenate([left, right, diving[None]])
 
 
-def _flags(left: jax.Array, right: jax.Array, diver: jax.Array) -> jax.Array:
+def _slot_bits(left: jax.Array, right: jax.Array, diving: jax.Array) -> jax.Array:
     """`_slots` of conditions, as bits of a number: it is computed once, not again for each slot.
 
     Otherwise the game takes 1.3 times as long.
     """
-    flags = jnp.sum(jnp.where(left, 1 << ROW, 0) + jnp.where(right, 8 << ROW, 0))
-    return (flags + when(diver, 64)) >> np.arange(7) & 1 == 1
+    flags = jnp.sum(jnp.where(left, 1 << RANK, 0) + jnp.where(right, 8 << RANK, 0))
+    return (flags + when(diving, 64)) >> np.arange(7) & 1 == 1
 
 
-def _alive(m: Ram, split: jax.Array) -> tuple[jax.Array, jax.Array]:
+def _demons_alive(m: Ram, split: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Which demons are alive, and which one was hit on this frame, which shows it alive."""
     over = m.game == GAME_OVER
-    left = jnp.where(split, m.left_alive == 1, (m.state == State.ALIVE) & (m.appearing != ROW))
+    left = jnp.where(split, m.left_alive == 1, (m.state == State.ALIVE) & (m.appearing != RANK))
     left, right = jnp.where(over, _remain(m), left), ~over & split & (m.right_alive == 1)
-    alive = _flags(left, right, ~over & (m.diver_state == State.ALIVE))
-    alive = alive & (over | (m.picture > EXPLODING))
-    struck = (m.picture == EXPLODING) | (m.picture == SPLITTING)
-    struck = struck & (m.sound == HIT) & (m.note == lookup(HIT_NOTES, m.level))
+    alive = _slot_bits(left, right, ~over & (m.diver_state == State.ALIVE))
+    alive = alive & (over | (m.picture > LAST_EXPLOSION))
+    struck = (m.picture == LAST_EXPLOSION) | (m.picture == SPLITTING)
+    struck = struck & (m.sound == HIT_SOUND) & (m.note == lookup(HIT_NOTES, m.level))
     exploding = _slots(split | (m.state == State.EXPLODES), split, m.diver_state == State.EXPLODES)
     return alive, struck & exploding
 
@@ -253,27 +253,27 @@ def _remain(m: Ram) -> jax.Array:
     rather the one that is farther from the middle between its neighbours, to which the row of a
     dead one moves.
     """
-    lowest, y = m.drawn_picture > EXPLODING, m.y
-    points, missing = lookup(POINTS, m.level), lookup(WAVE_ENDS, m.level) - m.score
+    has_lowest, y = m.drawn_picture > LAST_EXPLOSION, m.y
+    points, missing = lookup(DEMON_POINTS, m.level), lookup(WAVE_ENDS, m.level) - m.score
     number = np.arange(1, 4)
-    known = (m.level < len(POINTS)) & (missing == number * points)
+    known = (m.level < len(DEMON_POINTS)) & (missing == number * points)
     left = jnp.max(jnp.where(known, number, 0))
-    upper = left - when(lowest, 1) - when(m.appearing != NO_ROW, 1)
+    upper_count = left - when(has_lowest, 1) - when(m.appearing != NO_ROW, 1)
     first = jnp.abs(2 * y[0] - CEILING - y[1]) > jnp.abs(2 * y[1] - y[0] - y[2])
-    needed = jnp.where((ROW == 0) == first, 1, 2)
-    alive = ((m.appeared < WAVE) | (upper >= needed)) & (m.appearing != ROW)
-    return jnp.where(ROW == LOWEST, lowest, alive) & (m.score_shown == 1)
+    needed = jnp.where((RANK == 0) == first, 1, 2)
+    alive = ((m.appeared < WAVE) | (upper_count >= needed)) & (m.appearing != RANK)
+    return jnp.where(RANK == LOWEST, has_lowest, alive) & (m.score_shown == 1)
 
 
-def _shot(m: Ram, y: jax.Array) -> Box:
+def _shot_box(m: Ram, y: jax.Array) -> Box:
     x = packed_position(m.shot_code) + 7
-    top = _line(m, y, m.shot_y + SHOT_ROWS - 1, x, 0)
-    end = _line(m, y, m.shot_y - 1, x, 3)
-    launched = (m.fired == 1) & (m.shot_y > LOADED)
-    return box(x, top, 1, end - top, launched).clip(0, UPPER - TOP_ROW, 160, GROUND)
+    top = _first_line(m, y, m.shot_y + SHOT_ROWS - 1, x, 0)
+    end = _first_line(m, y, m.shot_y - 1, x, 3)
+    is_launched = (m.fired == 1) & (m.shot_y > LOADED)
+    return box(x, top, 1, end - top, is_launched).clip(0, UPPER - TOP_ROW, 160, GROUND)
 
 
-def _line(m: Ram, y: jax.Array, row: jax.Array, x: jax.Array, sooner: int) -> jax.Array:
+def _first_line(m: Ram, y: jax.Array, row: jax.Array, x: jax.Array, sooner: int) -> jax.Array:
     """The first line that shows, at column x, that the shot begins at a row, or has ended.
 
     The end takes the display program less time: the beam is less far by `sooner` columns.
@@ -283,13 +283,13 @@ def _line(m: Ram, y: jax.Array, row: jax.Array, x: jax.Array, sooner: int) -> ja
     above = row >= y[LOWEST]
     at_demon = jnp.any((row >= y) & (row < y + ROWS))
     at_diver = (row >= m.diver_y) & (row < m.diver_y + ROWS)
-    below = match((m.bombs_or_rays == 1, 1), (at_diver, 88), otherwise=43)
-    below = jnp.where(m.page == SHIP_EXPLODED, 4, below + when(row < SHIP_ROWS, 18))
+    usual = match((m.bombs_or_rays == 1, 1), (at_diver, 88), otherwise=43)
+    below = jnp.where(m.page == SHIP_EXPLODED, 4, usual + when(row < SHIP_ROWS, 18))
     beam = jnp.where(above, jnp.where(at_demon, 106, 31), below)
     return jnp.where(above, UPPER, LOWER) - row + when(x < beam - sooner, 1)
 
 
-def _missiles(m: Ram) -> Box:
+def _missile_boxes(m: Ram) -> Box:
     """A row has up to two missiles. A bomb is half as high as its row, the halves by turns."""
     steps = jax.lax.div(jnp.maximum(m.frame - m.missile_clock, 0), lookup(PERIODS, m.cycle))
     row = np.arange(MISSILE_ROWS) - mod(steps, MISSILE_ROWS)  # of a pair of slots
@@ -305,8 +305,8 @@ def _missiles(m: Ram) -> Box:
     line, end = _missile_line(m, top[:, None], x), _missile_line(m, bottom[:, None] - 1, x)
     falls = (m.bombs_or_rays == 1) & (m.page != SHIP_EXPLODED) & (m.explosion != JUST_HIT)
     there = falls & (pairs > 0) & (top >= bottom)[:, None]
-    missiles = box(x.ravel(), line.ravel(), 1, (end - line).ravel(), there.ravel())
-    return missiles.clip(0, 0, 160, GROUND)
+    boxes = box(x.ravel(), line.ravel(), 1, (end - line).ravel(), there.ravel())
+    return boxes.clip(0, 0, 160, GROUND)
 
 
 def _missile_line(m: Ram, row: jax.Array, x: jax.Array) -> jax.Array:
@@ -316,13 +316,13 @@ def _missile_line(m: Ram, row: jax.Array, x: jax.Array) -> jax.Array:
     return LOWER - row + when(x < beam, 1)
 
 
-def _score(m: Ram) -> Box:
+def _score_box(m: Ram) -> Box:
     digits = jnp.where(m.digits >= BLANK, 0, div(m.digits, 10))
     old = jnp.sum(digits * np.array([100000, 10000, 1000, 100, 10]))
     return SCORE.box(old, value=m.score).where(m.score_shown == 1)
 
 
-def _lives(m: Ram) -> Box:
+def _lives_box(m: Ram) -> Box:
     """The ships on the screen lag behind a life that is lost or won by a frame."""
     lost = (m.page == SHIP_EXPLODED) & (m.explosion == 0) & (m.game != GAME_OVER)
     shown = m.lives + when(lost, 1) - when(m.extra_life == 1, 1)

@@ -99,8 +99,8 @@ RIVET_Y = np.repeat([144, 116, 88, 60], 2)
 BARREL_FLOORS = (12, 33, 61, 89, 117, 145)  # least `y` of barrels
 EMPTY = 93  # `lowest_row` without an obstacle
 PLAYING = 128  # least value of `state`
-MOVED = 2  # `wait` on a frame on which Mario may have moved
-WHOLE = 13  # `ladder` below which a barrel rolls down it
+MOVED_WAIT = 2  # `wait` on a frame on which Mario may have moved
+WHOLE_LADDER = 13  # `ladder` below which a barrel rolls down it
 JUST_JUMPED = 31  # `air` when a jump has just begun
 RISE = 7  # rows of a jump
 NO_HAMMER = 112  # `hammer` of one that was used up
@@ -161,24 +161,24 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     dx, dy = _step(m)
-    blue = m.board == 1
-    obstacles = _obstacles(m)
+    second = m.board == 1
+    obstacles = _obstacle_boxes(m)
     return {
         "Player": _mario(m, dx, dy),
-        "Barrel": obstacles.where(~blue),
-        "Fireball": obstacles.where(blue),
+        "Barrel": obstacles.where(~second),
+        "Fireball": obstacles.where(second),
         "Hammer": _hammer(m, dx),
         "Rivet": _rivets(m),
         "DonkeyKong": _fixed(KONG_AT),
         "Girlfriend": _fixed(PAULINE_AT),
-        "OilDrum": _fixed(DRUM, m.girders).where(~blue),
-        "Ladder": _fixed(LADDERS_AT.T, m.girders).where(blue == (np.arange(34) >= len(LADDERS))),
+        "OilDrum": _fixed(DRUM, m.girders).where(~second),
+        "Ladder": _fixed(LADDERS_AT.T, m.girders).where(second == (np.arange(34) >= len(LADDERS))),
         "Platform": _fixed(GIRDERS_AT.T, m.girders).where(
-            blue == (np.arange(13) >= len(PLATFORMS))
+            second == (np.arange(13) >= len(PLATFORMS))
         ),
         "Life": _lives(m),
-        "Score": _score(m),
-        "Timer": _timer(m),
+        "Score": _score_box(m),
+        "Timer": _timer_box(m),
     }
 
 
@@ -210,29 +210,29 @@ def _step(m: Ram) -> tuple[jax.Array, jax.Array]:
     sounds = (m.sound == Sound.STEP) & (m.sound_left == 1)
     moved = jnp.where(quiet & ((at & 3) == 0), sounds, ~_at_ladder_end(m))
     moved = (moved | in_air) & ~_at_side(m, left, right)
-    moved = moved & (m.wait == MOVED) & (m.idle == 0) & (m.dying == 0) & _in_play(m)
+    moved = moved & (m.wait == MOVED_WAIT) & (m.idle == 0) & (m.dying == 0) & _in_play(m)
     dx = when(right, 1) - when(left, 1)
     climbed = jnp.where(m.heading == Heading.UP, -1, 1)
-    dy = jnp.where(climbs, climbed, _slope(m, dx))
+    dy = jnp.where(climbs, climbed, _slope_rows(m, dx))
     return when(moved, dx), when(moved, dy)
 
 
-def _slope(m: Ram, dx: jax.Array) -> jax.Array:
+def _slope_rows(m: Ram, dx: jax.Array) -> jax.Array:
     """Rows that a step along a floor goes down, where its girders step."""
     bend = (dx != 0) & among(m.x + when(dx < 0, 1), BENDS.tolist()) & (m.board == 0)
-    floor = _floor(m)
+    floor = _mario_floor(m)
     slanted = (floor > 0) & (floor < 5)
     return when(bend & slanted, jnp.where((floor & 1) == 0, dx, -dx))
 
 
-def _floor(m: Ram) -> jax.Array:
+def _mario_floor(m: Ram) -> jax.Array:
     """The floor that Mario is on, 0 is Donkey Kong's."""
     return reached(m.y, FLOORS)
 
 
 def _at_side(m: Ram, left: jax.Array, right: jax.Array) -> jax.Array:
     """Whether Mario is at the end of a girder and cannot go on to the left or right."""
-    even = (_floor(m) & 1) == 0
+    even = (_mario_floor(m) & 1) == 0
     first = jnp.where(even | (m.board == 1), 36, 41)
     last = jnp.where(even & (m.board == 0), 117, 124)
     return ((m.x == first) & left) | ((m.x == last) & right)
@@ -263,9 +263,9 @@ def _mario(m: Ram, dx: jax.Array, dy: jax.Array) -> Box:
     return whole.clip(*BOARD)
 
 
-def _obstacles(m: Ram) -> Box:
+def _obstacle_boxes(m: Ram) -> Box:
     """Barrels or fireballs. The side of a barrel that rolls down a ladder is a row lower."""
-    side = (m.on_ladder == 1) & (m.ladder < WHOLE) & (m.board == 0)
+    side = (m.on_ladder == 1) & (m.ladder < WHOLE_LADDER) & (m.board == 0)
     low = jnp.where(side, 1, 0)
     y = jnp.where(_life_over(m), _last_rows(m), m.obstacle_y)
     return box(m.obstacle_x - 4, y + 40 + low, 8, 8 - low, y > 0)
@@ -307,12 +307,12 @@ def _lives(m: Ram) -> Box:
     return box(x, 23, width, 8, m.lives > 0, value=m.lives, color=m.girders)
 
 
-def _score(m: Ram) -> Box:
+def _score_box(m: Ram) -> Box:
     points = 100 * m.score
     return SCORE.box(points)
 
 
-def _timer(m: Ram) -> Box:
+def _timer_box(m: Ram) -> Box:
     """The bonus, which is counted down after the frame is drawn."""
     shown = 100 * (m.bonus + jnp.where((m.clock & 127) == 0, 1, 0))
     return TIMER.box(shown, valid=_in_play(m))

@@ -47,8 +47,8 @@ from ocjax.vision.shapes import Shape
 ROM = Rom("enduro", "94b92a882f6dbaa6993a46e2dcc58402")
 VIEW = (8, 52, 160, 155)
 GROUND = 155  # row at height 0; heights count upwards
-ROWS = 7  # of cars, nearest first
-SLOTS = 8
+CAR_ROWS = 7  # nearest first
+CAR_SLOTS = 8
 
 CAR_X = 8  # column of a sprite less its position
 
@@ -82,9 +82,9 @@ AT_NIGHT = (
 )
 # Low bytes of addresses, which the program gives each row's section. Sections begin at heights
 # that a table has for each scroll, 8 bytes each.
-STARTS_BY_DAY = ROM.bytes(0xDA9, ROWS)
-STARTS_AT_NIGHT = ROM.bytes(0xDB1, ROWS)
-SECTIONS = ROM.bytes(0xD01, 128)
+STARTS_BY_DAY = ROM.bytes(0xDA9, CAR_ROWS)
+STARTS_AT_NIGHT = ROM.bytes(0xDB1, CAR_ROWS)
+ROAD_SECTIONS = ROM.bytes(0xD01, 128)
 
 
 def _columns(look: Look) -> tuple[int, int]:
@@ -94,9 +94,9 @@ def _columns(look: Look) -> tuple[int, int]:
     return CAR_X + look.zoom * left + look.zoom - 1, look.zoom * (right - left)
 
 
-def _extents(looks: Sequence[Look]) -> np.ndarray:
+def _extents(of_looks: Sequence[Look]) -> np.ndarray:
     """Lows of addresses, heights, first columns and widths of pictures."""
-    return np.array([(look.address & 255, look.height, *_columns(look)) for look in looks]).T
+    return np.array([(look.address & 255, look.height, *_columns(look)) for look in of_looks]).T
 
 
 LOOKS = np.stack([_extents(BY_DAY), _extents(AT_NIGHT)])
@@ -111,12 +111,12 @@ ROAD_X = 104  # position of the road's code, less the sum of the steering and th
 NO_CAR = 4  # `car_x` of a row without a car
 
 ROM_FONT = ROM.font(0xF02, rows=7, stride=8)
-FONT = Font(tuple(tuple(row ^ 0xFF for row in glyph) for glyph in ROM_FONT.glyphs))
-CARS_LEFT = NumberDisplay(FONT, right=104, top=180, digits=3)
-ONE_DIGIT_DAY = NumberDisplay(FONT, right=64, top=180, digits=1)
-TWO_DIGIT_DAY = NumberDisplay(FONT, right=72, top=180, digits=2)
-WHOLE = NumberDisplay(FONT, right=96, top=165, digits=4, leading_zeros=True)  # of the odometer
-ODOMETER = (64, 164, 104, 173)
+GLYPHS = Font(tuple(tuple(row ^ 0xFF for row in glyph) for glyph in ROM_FONT.glyphs))
+CARS_LEFT = NumberDisplay(GLYPHS, right=104, top=180, digits=3)
+ONE_DIGIT_DAY = NumberDisplay(GLYPHS, right=64, top=180, digits=1)
+TWO_DIGIT_DAY = NumberDisplay(GLYPHS, right=72, top=180, digits=2)
+WHOLE = NumberDisplay(GLYPHS, right=96, top=165, digits=4, leading_zeros=True)  # of the odometer
+ODOMETER_AREA = (64, 164, 104, 173)
 
 GREY = 10
 BLACK = 0
@@ -145,11 +145,11 @@ class Ram(RamMap):
 def decode(m: Ram) -> dict[str, Box]:
     d, begun = as_drawn(m), m.frames_left < FIRST_FRAME
     return {
-        "Player": _player(m, d),
-        "Car": _cars(m, d),
+        "Player": _player_box(m, d),
+        "Car": _car_boxes(m, d),
         "NumberOfCars": CARS_LEFT.box(m.cars_left, valid=begun & (m.cars_left > 0)),
         "Level": _level(m).where(begun),
-        "Odometer": _odometer(m),
+        "Odometer": _odometer_box(m),
     }
 
 
@@ -180,7 +180,7 @@ def as_drawn(m: Ram) -> Drawn:
     return Drawn(scroll, steering, colors & 0xFE, passed)
 
 
-def _player(m: Ram, d: Drawn) -> Box:
+def _player_box(m: Ram, d: Drawn) -> Box:
     lean = (d.steering + 65 & 255) >> 4
     x = PLAYER_X - lean - (d.steering + 64 >> 1 & 127)
     y = GROUND - (PLAYER_LOW - m.picture) - PLAYER_HEIGHT + 1
@@ -191,17 +191,17 @@ def _level(m: Ram) -> Box:
     return choose(m.day < 10, ONE_DIGIT_DAY.box(m.day), TWO_DIGIT_DAY.box(m.day))
 
 
-def _odometer(m: Ram) -> Box:
+def _odometer_box(m: Ram) -> Box:
     """The four digits, and the black cell on their right in which the fifth one rolls."""
     digits = WHOLE.box(div(m.odometer, 10))
-    _, top, right, bottom = ODOMETER
+    _, top, right, bottom = ODOMETER_AREA
     return box(digits.x, top, right - digits.x, bottom - top, value=digits.value)
 
 
-def _cars(m: Ram, d: Drawn) -> Box:
+def _car_boxes(m: Ram, d: Drawn) -> Box:
     """The cars by slot."""
-    row = np.arange(ROWS)
-    sections = lookup(SECTIONS, 8 * (d.scroll >> 4) + row)
+    row = np.arange(CAR_ROWS)
+    sections = lookup(ROAD_SECTIONS, 8 * (d.scroll >> 4) + row)
     starts = (m.car_pictures + sections) & 255
     night = starts == STARTS_AT_NIGHT
     there = night | (starts == STARTS_BY_DAY)
@@ -212,26 +212,26 @@ def _cars(m: Ram, d: Drawn) -> Box:
     y = GROUND - lowest - height + 1
     boxes = box(packed_position(m.car_x) + left, y, width, height - cut, there, color=d.colors)
     one = when(there, 1)
-    number = d.passed - jnp.cumsum(one) + one & SLOTS - 1
+    number = d.passed - jnp.cumsum(one) + one & CAR_SLOTS - 1
     return _by_slot(_leaving(m, boxes, night), d.colors, number).clip(*VIEW)
 
 
 def _leaving(m: Ram, boxes: Box, night: jax.Array) -> Box:
     """The cars, where the screen's edge cuts the nearest one, whose first rows are narrower."""
     rows = GROUND - boxes.y
-    whole = (rows > ASLANT) | night | (np.arange(ROWS) > 0)
-    left = match((whole, 0), ((rows == ASLANT) & (m.mirrored == 1), 0), otherwise=2)
-    lost = match((whole, 0), (rows == ASLANT, 2), otherwise=4)
+    is_whole = (rows > ASLANT) | night | (np.arange(CAR_ROWS) > 0)
+    left = match((is_whole, 0), ((rows == ASLANT) & (m.mirrored == 1), 0), otherwise=2)
+    lost = match((is_whole, 0), (rows == ASLANT, 2), otherwise=4)
     return replace(boxes, x=boxes.x + left, w=boxes.w - lost)
 
 
 def _by_slot(rows: Box, colors: jax.Array, number: jax.Array) -> Box:
     """The cars in the slots of their numbers."""
-    slots = np.arange(SLOTS)
-    here = [rows.valid[i] & (number[i] == slots) for i in range(ROWS)]
+    slots = np.arange(CAR_SLOTS)
+    here = [rows.valid[i] & (number[i] == slots) for i in range(CAR_ROWS)]
 
     def of(values: jax.Array) -> jax.Array:
-        return match(*((here[i], values[i]) for i in range(ROWS)), otherwise=0)
+        return match(*((here[i], values[i]) for i in range(CAR_ROWS)), otherwise=0)
 
     valid = functools.reduce(jnp.logical_or, here)
     return box(of(rows.x), of(rows.y), of(rows.w), of(rows.h), valid, color=of(colors))
@@ -255,17 +255,17 @@ CAR_SHAPES = (
     Shape(w=4, h=(2, 3)),
     Shape(w=(1, 8), h=(1, 3)),
 )
-NUMBER = Bounds(
+NUMBER_OF_CARS = Bounds(
     BLACK,
     CARS_LEFT.area,
     max_size=(23, 7),  # flags take its place
-    value=Digits(FONT, CARS_LEFT.lefts, CARS_LEFT.top),
+    value=Digits(GLYPHS, CARS_LEFT.lefts, CARS_LEFT.top),
 )
-DISTANCE = Bounds(BLACK, ODOMETER, value=Digits(FONT, WHOLE.lefts, WHOLE.top))
+DISTANCE = Bounds(BLACK, ODOMETER_AREA, value=Digits(GLYPHS, WHOLE.lefts, WHOLE.top))
 DAY_NUMBER = Bounds(
     BLACK,
     TWO_DIGIT_DAY.area,
-    value=Digits(FONT, TWO_DIGIT_DAY.lefts, TWO_DIGIT_DAY.top, centered=True),
+    value=Digits(GLYPHS, TWO_DIGIT_DAY.lefts, TWO_DIGIT_DAY.top, centered=True),
 )
 CARS = Blobs(CAR_COLORS, VIEW, CAR_SHAPES, gap=(4, 0))
 
@@ -276,10 +276,10 @@ GAME = Game(
     decode=decode,
     categories=(
         Category("Player", PLAYER, rgb=(192, 192, 192), doc="the player's car"),
-        Category("Car", CARS, count=SLOTS, doc="number of cars passed before it, modulo 8"),
+        Category("Car", CARS, count=CAR_SLOTS, doc="number of cars passed before it, modulo 8"),
         display(
             "NumberOfCars",
-            NUMBER,
+            NUMBER_OF_CARS,
             doc="cars that are left to pass on this day",
         ),
         display("Level", DAY_NUMBER, doc="day"),

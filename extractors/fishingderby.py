@@ -79,7 +79,7 @@ class Side:  # of `Ram.line_side`, which is 1 on the left
 WATER = ~np.isin(np.arange(160), [x for left, _, right, _ in BARS for x in range(left, right)])
 
 
-def _player(row: int, nusiz: int) -> np.ndarray:
+def _player_row(row: int, nusiz: int) -> np.ndarray:
     """The columns that a row of a player's picture fills, bool `[64]`."""
     zoom = NUSIZ_WIDTH[nusiz] // 8
     dots = np.repeat(np.unpackbits(np.uint8(row)).astype(bool), zoom)
@@ -98,7 +98,7 @@ def _shark_rows(picture: int, shape: int) -> np.ndarray:
     moves = -((shapes >> 4 ^ 8) - 8)
     places = 16 + np.concatenate([[0], np.cumsum(moves)[:-1]])
     drawn = zip(rows.tolist(), shapes.tolist(), places.tolist(), strict=True)
-    return np.array([np.roll(_player(row, shape & 7), place) for row, shape, place in drawn])
+    return np.array([np.roll(_player_row(row, shape & 7), place) for row, shape, place in drawn])
 
 
 def _visible(pictures: list[np.ndarray], offset: int) -> BoxTable:
@@ -165,10 +165,10 @@ class Ram(RamMap):
 def decode(m: Ram) -> dict[str, Box]:
     x = position(m.coarse, m.fine) - 46
     top_x = _line_tops(m)
-    lines = _lines(m, top_x)
+    lines = _line_boxes(m, top_x)
     return {
-        "Fish": _fish(m, x[:6], x[6]),
-        "Shark": _shark(m, x),
+        "Fish": _fish_in_rows(m, x[:6], x[6]),
+        "Shark": _shark_box(m, x),
         "PlayerOneHook": lines[0],
         "PlayerTwoHook": lines[1],
         "PlayerOnePole": box(16, 38, top_x[0] - 15, 1),
@@ -183,7 +183,7 @@ def _boxes(table: BoxTable, picture: jax.Array, x: jax.Array, y: Number) -> Box:
     return table.at(160 * picture + jnp.clip(x, 0, 159), y=y)
 
 
-def _faces_left(m: Ram, x: jax.Array) -> jax.Array:
+def _fish_face_left(m: Ram, x: jax.Array) -> jax.Array:
     """Which way the fish faced when they were drawn; 1: to the left.
 
     They move after that, which tells where they were heading. One that has not moved may have
@@ -195,9 +195,9 @@ def _faces_left(m: Ram, x: jax.Array) -> jax.Array:
     return match((moved == -1, 1), (moved == 1, 0), otherwise=faces_left)
 
 
-def _fish(m: Ram, x: jax.Array, shark_x: jax.Array) -> Box:
+def _fish_in_rows(m: Ram, x: jax.Array, shark_x: jax.Array) -> Box:
     """The fish in their rows, and the one that is pulled up."""
-    faces_left = _faces_left(m, x)
+    faces_left = _fish_face_left(m, x)
     fresh = jnp.all(x == START)  # no fish has moved yet
     pulled = (m.pulled_y > 0) & (
         jnp.where(m.puller == 1, m.hooked[1], m.hooked[0]) == 6 - FISH_ROWS
@@ -212,7 +212,7 @@ def _fish(m: Ram, x: jax.Array, shark_x: jax.Array) -> Box:
     return replace(fish, orientation=jnp.where(faces_left == 1, WEST, EAST)).where(there)
 
 
-def _shark(m: Ram, x: jax.Array) -> Box:
+def _shark_box(m: Ram, x: jax.Array) -> Box:
     """The shark, which is not drawn before its first move."""
     first = (x[6] == START[0]) & jnp.all(jnp.abs(x[:6] - START) <= 2)
     faces_left = jnp.where(m.shark_shape == SHARK_LEFT, 1, 0)
@@ -227,7 +227,7 @@ def _line_tops(m: Ram) -> jax.Array:
     return jnp.where(m.over == 0, drawn, m.pole_x) - 1
 
 
-def _lines(m: Ram, top_x: jax.Array) -> Box:
+def _line_boxes(m: Ram, top_x: jax.Array) -> Box:
     """The lines, which the drawing loop steps aside when a sum of slopes overflows.
 
     It draws a step of the depth in two rows, and seven of them in a row of fish. Of a line that
@@ -269,7 +269,7 @@ def _score(m: Ram, player: int) -> Box:
     return SCORES[player].box(jnp.maximum(shown, 0), value=m.score[player])
 
 
-facing = functools.partial(Category, attributes=("orientation",))
+facing_category = functools.partial(Category, attributes=("orientation",))
 SEA = Blobs(
     YELLOW, (12, 80, 148, 190), Shape(w=(3, 9), h=(4, 10)), gap=(4, 1), filters=(NoLines(6),)
 )
@@ -286,10 +286,10 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        facing("Fish", SEA, count=6, doc="one a row, from the top"),
-        facing("Shark", SHARKS, doc="between the surface and the fish"),
-        facing("PlayerOneHook", LEFT_LINE, doc="the left line, from pole to hook"),
-        facing("PlayerTwoHook", RIGHT_LINE, doc="the right line, from pole to hook"),
+        facing_category("Fish", SEA, count=6, doc="one a row, from the top"),
+        facing_category("Shark", SHARKS, doc="between the surface and the fish"),
+        facing_category("PlayerOneHook", LEFT_LINE, doc="the left line, from pole to hook"),
+        facing_category("PlayerTwoHook", RIGHT_LINE, doc="the right line, from pole to hook"),
         Category("PlayerOnePole", Bounds(BLACK, POLES[0]), doc="the left pole"),
         Category("PlayerTwoPole", Bounds(BLACK, POLES[1]), doc="the right pole"),
         display("ScorePlayerOne", SCORES[0].rule(RED), doc="points of the left angler"),

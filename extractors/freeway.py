@@ -81,7 +81,7 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    return {"Chicken": _chickens(m), "Car": _cars(m), "Score": _scores(m)}
+    return {"Chicken": _chickens(m), "Car": _cars(m), "Score": _score_boxes(m)}
 
 
 def _chickens(m: Ram) -> Box:
@@ -113,7 +113,7 @@ def _lanes(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
     return first, pick(m.car_kind, LANE_SPACING), pick(m.car_kind, LANE_COPIES)
 
 
-def _scores(m: Ram) -> Box:
+def _score_boxes(m: Ram) -> Box:
     old = m.chicken_state == Chicken.JUST_CROSSED
     waits = (m.frame & 1) == np.arange(2)
     old = old | ((m.chicken_state == Chicken.SHOWN_NEXT) & waits)

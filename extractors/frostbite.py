@@ -165,7 +165,7 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    animals, kind = _animals(m), jnp.repeat(m.kind, 3)
+    animals, kind = _animal_boxes(m), jnp.repeat(m.kind, 3)
     return {
         "Player": _bailey(m),
         "Bear": _bear(m),
@@ -222,7 +222,7 @@ def _compass(faces_left: jax.Array) -> jax.Array:
     return jnp.where(faces_left, WEST, EAST)
 
 
-def _animals(m: Ram) -> Box:
+def _animal_boxes(m: Ram) -> Box:
     """Those of all kinds: what the screen's edges leave of them."""
     first = jnp.where(m.animals_x >= OFF_LEFT, m.animals_x - 256, m.animals_x)
     x = jnp.repeat(first, 3) + 16 * ANIMAL_PLACE

@@ -175,7 +175,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Seed": _seed(m),
         "Hole": box(HOLE_X, HOLE_Y, 8, HOLE_H, _dug(m, slice(3), HOLE_BITS)),
         "Floor": box(4 * np.arange(40), 183, 4, 12, _dug(m, slice(3, 4), TUNNEL_BITS)),
-        "Score": _score(m),
+        "Score": _score_box(m),
     }
     lit = m.idle < DARK
     return {name: own.where(lit) for name, own in boxes.items()}
@@ -188,7 +188,7 @@ def _dug(m: Ram, rows: slice, columns: tuple[tuple[int, ...] | range, ...]) -> j
     return jnp.concatenate(dots, axis=1).ravel() == 1
 
 
-def _hit(m: Ram) -> jax.Array:
+def _was_hit(m: Ram) -> jax.Array:
     """Whether the gopher was hit after the frame was drawn: the score does not show it yet."""
     return (m.state == State.PLAY) & (m.hundreds_shown != 10 * m.score_hundreds)
 
@@ -224,7 +224,7 @@ def _gopher_picture(m: Ram, height: jax.Array) -> jax.Array:
 
 def _as_drawn(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Where the gopher was drawn, at what height and whether facing right."""
-    played, hit = m.state == State.PLAY, _hit(m)
+    played, hit = m.state == State.PLAY, _was_hit(m)
     x, height, turned = _step_back(m)
     x = match((hit, _hole_of_farmer(m) + m.mirrored), (played, x), otherwise=m.gopher_x)
     height = match((hit, Height.PEEPING), (played, height), otherwise=m.height)
@@ -309,7 +309,7 @@ def _duck(m: Ram) -> Box:
 
 def _duck_to_come(m: Ram) -> jax.Array:
     """Whether the hit that is not drawn yet has made the duck come."""
-    return _hit(m) & (m.duck_on == DUCK_COMES) & among(m.duck_x, (12, 148))
+    return _was_hit(m) & (m.duck_on == DUCK_COMES) & among(m.duck_x, (12, 148))
 
 
 def _seed(m: Ram) -> Box:
@@ -327,9 +327,9 @@ def _seed(m: Ram) -> Box:
     return box(x, top, 1, height, there)
 
 
-def _score(m: Ram) -> Box:
+def _score_box(m: Ram) -> Box:
     """The score, which lags behind by a frame where the gopher was hit."""
-    shown = m.score - when(_hit(m), 100)
+    shown = m.score - when(_was_hit(m), 100)
     just_chosen = (m.state == State.CHOSEN) & (m.clock == Clock.CHOSEN)
     text = (m.state < State.CHOSEN) | just_chosen
     return SCORE.box(jnp.maximum(shown, 0), value=m.score, valid=~text)

@@ -78,9 +78,9 @@ class Pause:  # of `Ram.pause`
 NO_PLAYER = 128  # `holder`, this or more
 JUST_SHOT = 48  # `hold_off`
 GOAL_Y = 144  # `puck_y` from here on: the puck is in the upper goal
-SHOWN = 100  # numbers that are not shown are not less
-STICK = np.array((16, 15, 16, 15))  # columns of a stick that is held out, by player
-BLADE = 4  # columns of a stick's last row
+NOT_SHOWN = 100  # numbers that are not shown are not less
+STICK_COLUMNS = np.array((16, 15, 16, 15))  # columns of a stick that is held out, by player
+BLADE_WIDTH = 4  # columns of a stick's last row
 LONGER_STICK = 17  # rows that yellow's upper player is below `upper_end` when his stick is longer
 
 # Where the puck's carrier was before the frame, and a free puck beside where its velocity puts it:
@@ -93,7 +93,7 @@ FREE_DX = np.array([0, 0, 0, 1, -1, 1, 1, -1, -1, 2, -2, 2])
 FREE_UP = np.array([0, 2, -2, 0, 0, 2, -2, 2, -2, 0, 0, 2])
 # What counts against a place: more than its rank does that a distance is wrong, and still more
 # that the puck cannot have moved there in this frame.
-WRONG = 16
+WRONG_WEIGHT = 16
 IMPOSSIBLE = 64
 
 
@@ -126,31 +126,31 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     return {
-        "Player": _team(m, BLUES),
-        "Enemy": _team(m, YELLOWS),
+        "Player": _team_boxes(m, BLUES),
+        "Enemy": _team_boxes(m, YELLOWS),
         "Ball": _puck(m),
         "PlayerScore": _score(m, BLUES, PLAYER_SCORE),
         "EnemyScore": _score(m, YELLOWS, ENEMY_SCORE),
-        "Timer": _clock(m),
+        "Timer": _clock_box(m),
     }
 
 
-def _team(m: Ram, team: int) -> Box:
+def _team_boxes(m: Ram, team: int) -> Box:
     """A team's players. The chip draws a blue one's picture a row later than his stick."""
     x, faces_left = m.x[team::2] - 9, m.faces_left[team::2] == 1
     first, _, width, _ = PICTURES.extent(m.picture[team::2])
     body = jnp.where(faces_left, 8 - first - width, first)
-    stick, reach = m.stick[team::2] == 1, _reach(m)[team::2]
+    stick, reach = m.stick[team::2] == 1, _stick_reach(m)[team::2]
     left = jnp.where(stick & faces_left, 9 - reach, body)
     right = jnp.where(stick & ~faces_left, reach, body + width)
     top, bottom = 169 - team - m.y[team::2], 189 - m.y[team::2]
     return box(x + left, top, right - left, jnp.where(stick, bottom - top, 19))
 
 
-def _reach(m: Ram) -> jax.Array:
+def _stick_reach(m: Ram) -> jax.Array:
     """Columns from a player's left side to the end of a stick that is held out to the right."""
     longer = (m.upper_end - m.y[1] == LONGER_STICK) & (np.arange(4) == 1)
-    return when(longer, 1) + STICK
+    return when(longer, 1) + STICK_COLUMNS
 
 
 def _just_scored(m: Ram) -> jax.Array:
@@ -160,9 +160,9 @@ def _just_scored(m: Ram) -> jax.Array:
 def _puck(m: Ram) -> Box:
     x, y = _puck_drawn(m)
     left = x - 10
-    reach = _reach(m)  # the blade of a stick covers the puck's lower row
-    blade = m.x - 9 + jnp.where(m.faces_left == 1, 9 - reach, reach - BLADE)
-    under = (m.stick == 1) & (y - 1 == m.y) & (blade <= left) & (left + 2 <= blade + BLADE)
+    reach = _stick_reach(m)  # the blade of a stick covers the puck's lower row
+    blade = m.x - 9 + jnp.where(m.faces_left == 1, 9 - reach, reach - BLADE_WIDTH)
+    under = (m.stick == 1) & (y - 1 == m.y) & (blade <= left) & (left + 2 <= blade + BLADE_WIDTH)
     return box(left, 188 - y, 2, jnp.where(jnp.any(under), 1, 2)).clip(*ICE)
 
 
@@ -174,7 +174,7 @@ def _puck_drawn(m: Ram) -> tuple[jax.Array, jax.Array]:
     held = (m.holder < NO_PLAYER) | (m.hold_off == JUST_SHOT)
     odd = (m.frame & 1) == 1  # the frames in which a free puck moves
     x, y = _candidates(m, held, odd)
-    wrong = sum(when(_distance(m, i, x, y) != m.distance[i], WRONG) for i in range(2))
+    wrong = sum(when(_distance(m, i, x, y) != m.distance[i], WRONG_WEIGHT) for i in range(2))
     possible = odd & (~held | ((m.frame & 3) == 1)) | (PLACES == 0)
     order = PLACES + wrong + jnp.where(possible, 0, IMPOSSIBLE)
     best = order == jnp.min(order)
@@ -217,10 +217,10 @@ def _score(m: Ram, team: int, display_of: NumberDisplay) -> Box:
     value = m.score[team]
     mine = (m.puck_y >= GOAL_Y) == (team == YELLOWS)
     shown = jnp.where(_just_scored(m) & mine, jnp.maximum(value - 1, 0), value)
-    return display_of.box(shown, value=value, valid=value < SHOWN)
+    return display_of.box(shown, value=value, valid=value < NOT_SHOWN)
 
 
-def _clock(m: Ram) -> Box:
+def _clock_box(m: Ram) -> Box:
     """The clock as it is shown: it runs on after the frame is drawn."""
     left = 60 * m.minutes + m.seconds
     runs = (m.pause >= Pause.PLAYING) | ((m.pause == Pause.OVER) & (left == 0))
@@ -233,7 +233,7 @@ def _clock(m: Ram) -> Box:
         digits=4,
         leading_zeros=True,
         value=left,
-        valid=m.minutes < SHOWN,
+        valid=m.minutes < NOT_SHOWN,
     )
 
 

@@ -47,7 +47,7 @@ BELL = 42
 STRAWBERRY = 72
 PINEAPPLE = 40
 MONKEY = 58
-DISPLAY = 232
+DISPLAY_COLOR = 232
 SKY = 96
 FIELD = (16, 4, 144, 180)
 SCORE_TOP = 183
@@ -58,7 +58,7 @@ LIVES = IconRow(left=16, top=183, width=4, height=7, pitch=8)
 CLOCK = NumberDisplay(CLOCK_FONT, right=95, top=191, digits=4)
 LEVELS = 3
 ROWS = 22  # of a level
-ROW = 8  # lines
+PITCH = 8  # lines from row to row
 FIRST_LINE = 4  # of the first row
 FIST = 2  # columns
 # `x` of a player at a wall, who does not step.
@@ -118,12 +118,12 @@ PRIZE_PICTURES = ROM.bytes(BANK + 0xF97, 8)  # of the bell, of the fruits
 POSE_ROWS = ROM.bytes(BANK + 0xF81, 8)
 # The pictures of the player, by the low bits of `pose`, of the bell and the fruits, and of monkeys.
 POSE_AT = (ROM.bytes(BANK + 0xE01, 16) & 15) << 8 | ROM.bytes(BANK + 0xDF1, 16)
-POSES = ROM.pictures(POSE_AT.tolist(), 2 * (ROW * POSE_ROWS).tolist(), top_first=True)
+POSES = ROM.pictures(POSE_AT.tolist(), 2 * (PITCH * POSE_ROWS).tolist(), top_first=True)
 PRIZES = ROM.pictures(range(0xB00, 0xC00), 16, top_first=True)
 MONKEYS = ROM.pictures(range(0xE00, 0xF00), 16, top_first=True)
 
 
-def _runs(level: int, row: int) -> list[tuple[int, int]]:
+def _lit_runs(level: int, row: int) -> list[tuple[int, int]]:
     """Left edges and widths of what the playfield shows in a row."""
     at = ROWS * level + row
     parts = [int(ROM.data[offset + at]) for offset in (0xF00, 0xF42, 0xF84, 0xD52)]
@@ -133,25 +133,25 @@ def _runs(level: int, row: int) -> list[tuple[int, int]]:
     return [(16 + 4 * a, 4 * (b - a)) for a, b in zip(starts.tolist(), ends.tolist(), strict=True)]
 
 
-def _platforms(level: int) -> list[tuple[int, int, int, int]]:
+def _level_platforms(level: int) -> list[tuple[int, int, int, int]]:
     """The boxes of a level's floors and steps, from the top; zeros for those that it lacks."""
-    rows = ((FIRST_LINE + ROW * row, run) for row in range(ROWS) for run in _runs(level, row))
-    wide = [(x, y, w, 4) for y, (x, w) in rows if w > RUNG]
+    lit = ((FIRST_LINE + PITCH * row, run) for row in range(ROWS) for run in _lit_runs(level, row))
+    wide = [(x, y, w, 4) for y, (x, w) in lit if w > RUNG]
     return wide + [(0, 0, 0, 0)] * (MOST_PLATFORMS - len(wide))
 
 
-def _ladders(level: int) -> list[tuple[int, ...]]:
+def _level_ladders(level: int) -> list[tuple[int, ...]]:
     """Boxes of a level's ladders, whose rungs lie in successive rows."""
-    rungs = [(row, x) for row in range(ROWS) for x, w in _runs(level, row) if w == RUNG]
-    tops = [(row, x) for row, x in rungs if (row - 1, x) not in rungs]
-    last = [next(r for r in range(row, ROWS) if (r + 1, x) not in rungs) for row, x in tops]
+    found = [(row, x) for row in range(ROWS) for x, w in _lit_runs(level, row) if w == RUNG]
+    tops = [(row, x) for row, x in found if (row - 1, x) not in found]
+    last = [next(r for r in range(row, ROWS) if (r + 1, x) not in found) for row, x in tops]
     ends = zip(tops, last, strict=True)
-    return [(x, FIRST_LINE + ROW * row, RUNG, ROW * (end - row) + 4) for (row, x), end in ends]
+    return [(x, FIRST_LINE + PITCH * row, RUNG, PITCH * (end - row) + 4) for (row, x), end in ends]
 
 
-PLATFORMS = BoxTable([place for level in range(LEVELS) for place in _platforms(level)])
-LADDERS = np.array([ladder for level in range(LEVELS) for ladder in _ladders(level)])
-LADDER_LEVEL = np.repeat(np.arange(LEVELS), [len(_ladders(level)) for level in range(LEVELS)])
+PLATFORMS = BoxTable([place for level in range(LEVELS) for place in _level_platforms(level)])
+LADDERS = np.array([ladder for level in range(LEVELS) for ladder in _level_ladders(level)])
+LADDER_LEVEL = np.repeat(np.arange(LEVELS), [len(_level_ladders(level)) for level in range(LEVELS)])
 
 
 class Ram(RamMap):
@@ -183,29 +183,29 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     boxes = {
-        "Player": _player(m),
-        "Child": _child(m),
-        "Monkey": _monkeys(m),
+        "Player": _player_box(m),
+        "Child": _child_box(m),
+        "Monkey": _monkey_boxes(m),
         "FallingCoconut": _falling(m),
         "ThrownCoconut": _thrown(m),
         "Bell": _prize(m, 0, 1, m.bell[None])[0],
         "Fruit": _prize(m, 1, 4, m.fruits),
-        "Platform": _floors(m),
+        "Platform": _floor_boxes(m),
         "Ladder": _shown_ladders(m),
-        "Score": _score(m),
+        "Score": _score_box(m),
         "Lives": LIVES.box(m.lives, value=m.lives + 1),
         "Time": _time(m),
     }
     return {name: b.where(m.lives < GAME_OVER) for name, b in boxes.items()}
 
 
-def _level(m: Ram, table: np.ndarray) -> jax.Array:
+def _of_level(m: Ram, table: np.ndarray) -> jax.Array:
     """What a table by level has for this one."""
     chosen = (np.arange(LEVELS) == m.level).reshape(LEVELS, *[1] * (table.ndim - 1))
     return only(chosen, table, axis=0)
 
 
-def _floors(m: Ram) -> Box:
+def _floor_boxes(m: Ram) -> Box:
     there = m.level < LEVELS
     return PLATFORMS.at(MOST_PLATFORMS * m.level + np.arange(MOST_PLATFORMS), valid=there)
 
@@ -217,9 +217,9 @@ def _shown_ladders(m: Ram) -> Box:
 
 def _prize(m: Ram, first: int, last: int, state: jax.Array) -> Box:
     """The bell or the fruits, which are at fixed places of a level."""
-    row, x = (_level(m, table[first:last].T) for table in (PRIZE_ROW, PRIZE_X))
+    row, x = (_of_level(m, table[first:last].T) for table in (PRIZE_ROW, PRIZE_X))
     picture = lookup(PRIZE_PICTURES, (4 if first > 0 else 0) + (state & 3))
-    return PRIZES.box(picture, x + 15, ROW * row + FIRST_LINE, valid=state < EMPTY)
+    return PRIZES.box(picture, x + 15, PITCH * row + FIRST_LINE, valid=state < EMPTY)
 
 
 def _next_life(m: Ram) -> jax.Array:
@@ -227,15 +227,15 @@ def _next_life(m: Ram) -> jax.Array:
     return (m.clock == 0) & (m.tens == START_TENS) & ((m.lives < START_LIVES) | (m.score > 0))
 
 
-def _child(m: Ram) -> Box:
+def _child_box(m: Ram) -> Box:
     """The child, which walks to and fro, and stands still when the player has come."""
     begins = (m.clock == 0) & (m.tens == START_TENS) & ~_next_life(m)
-    clock = jnp.where(begins, 0, m.clock - 1)
-    step = jnp.where((m.scene & Scene.SAVED) > 0, SAVED_STEP, clock >> 4 & 7)
+    last_clock = jnp.where(begins, 0, m.clock - 1)
+    step = jnp.where((m.scene & Scene.SAVED) > 0, SAVED_STEP, last_clock >> 4 & 7)
     return box(lookup(CHILD_X, step) + 15, 12, 8, 15)
 
 
-def _monkeys(m: Ram) -> Box:
+def _monkey_boxes(m: Ram) -> Box:
     state, acts = m.monkey_state, m.scene < EMPTY
     kind, back = state & 15, (state & Gait.BACK) > 0
     moved = ((m.clock & 15) == 0) & acts
@@ -245,7 +245,7 @@ def _monkeys(m: Ram) -> Box:
     row = (m.monkey_row - climb) & 255
     walked = jnp.where((state & Gait.SECOND_STEP) > 0, WALK_1, WALK_2) + when(~back, WALK_RIGHT)
     picture = jnp.where(moved & (kind == Gait.WALKS), walked, m.monkey_picture)
-    x, y = m.monkey_x - step + 15, ROW * row + FIRST_LINE
+    x, y = m.monkey_x - step + 15, PITCH * row + FIRST_LINE
     return MONKEYS.box(picture, x, y, valid=(state < EMPTY) & (row < ROWS))
 
 
@@ -253,7 +253,7 @@ def _thrown(m: Ram) -> Box:
     moved = ((m.clock & 1) == 1) & (m.scene < EMPTY)
     x = m.thrown_x + jnp.where(moved, 16, 14)
     there = (m.thrown_state < EMPTY) & (m.thrown_row < ROWS)
-    return box(x, ROW * m.thrown_row + 1, 2, 3, there)
+    return box(x, PITCH * m.thrown_row + 1, 2, 3, there)
 
 
 def _falling(m: Ram) -> Box:
@@ -261,15 +261,15 @@ def _falling(m: Ram) -> Box:
     row, x = m.falling_row - ROWS * m.level, m.falling_x + 14
     there = (m.falling_row < EMPTY) & (row >= 0) & (row < ROWS)
     _, player_row, pose = _player_drawn(m)
-    starts = jnp.concatenate([_level(m, PRIZE_ROW.T), jnp.stack([jnp.int32(1), player_row])])
+    starts = jnp.concatenate([_of_level(m, PRIZE_ROW.T), jnp.stack([jnp.int32(1), player_row])])
     visible = jnp.concatenate([m.bell[None], m.fruits, jnp.zeros(2, jnp.int32)]) < EMPTY
     heights = jnp.where(np.arange(6) == 5, lookup(POSE_ROWS, pose & 7), 2)
     beside = jnp.any(visible & (starts <= row) & (row < starts + heights))
     late = when(beside & (x < 20), 1)
-    return box(x, ROW * row + 9 + late, 2, 3 - late, there).clip(*FIELD)
+    return box(x, PITCH * row + 9 + late, 2, 3 - late, there).clip(*FIELD)
 
 
-def _player(m: Ram) -> Box:
+def _player_box(m: Ram) -> Box:
     """The player. She is not valid below the screen and on the first frame of the next life."""
     x, row, pose = _player_drawn(m)
     right = (pose & Pose.RIGHT) > 0
@@ -277,7 +277,7 @@ def _player(m: Ram) -> Box:
     punches = pose >= Pose.PUNCHES
     left = first - when(punches & ~right, FIST)
     end = first + width + when(punches & right, FIST)
-    facing, y = jnp.where(right, EAST, WEST), ROW * row + FIRST_LINE + top
+    facing, y = jnp.where(right, EAST, WEST), PITCH * row + FIRST_LINE + top
     player = box(x + 15 + left, y, end - left, height, orientation=facing)
     return player.where(~_next_life(m)).clip(0, 4, 160, 180)
 
@@ -286,7 +286,7 @@ def _player_drawn(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Column, row and pose in which the player was drawn."""
     acts, dies = m.scene < EMPTY, m.scene == Scene.DYING
     drawn = _pose_drawn(m)
-    walks, right = _walks(m), (m.pose & Pose.RIGHT) > 0
+    walks, right = _is_walking(m), (m.pose & Pose.RIGHT) > 0
     free = (m.x != WEST_END) & (m.x != EAST_END)
     steps = walks & ((m.pose | drawn) & 1 == 1) & (m.third == 0) & free
     x = m.x - when(acts & steps & ~dies, jnp.where(right, 1, -1))
@@ -301,7 +301,7 @@ def _crouches(m: Ram) -> jax.Array:
     return (m.pose & ~Pose.RIGHT) == Pose.CROUCHED
 
 
-def _walks(m: Ram) -> jax.Array:
+def _is_walking(m: Ram) -> jax.Array:
     return (m.pose & ~(Pose.RIGHT | 1)) == Pose.STANDING
 
 
@@ -329,12 +329,12 @@ def _pose_drawn(m: Ram) -> jax.Array:
         ((pose == still) & released & ((m.clock & 1) == 1), still | Pose.PUNCHING),
         (_jumps(m) & (timer == Timer.TUCKED), pose - 1),
         (_jumps(m) & (timer == Timer.STRETCHED), pose + 1),
-        (_walks(m) & ((m.clock & 7) == 0), pose ^ 1),
+        (_is_walking(m) & ((m.clock & 7) == 0), pose ^ 1),
         otherwise=pose,
     )
 
 
-def _score(m: Ram) -> Box:
+def _score_box(m: Ram) -> Box:
     """The score. Its last two digits are always noughts."""
     left = jnp.where(m.score == 0, HUNDREDS.area[2] + int(FONT.left[0]), HUNDREDS.box(m.score).x)
     right = SCORE_RIGHT - 8 + int(FONT.right[0])
@@ -351,7 +351,8 @@ def _time(m: Ram) -> Box:
 # The wood flashes at the end of the third level. A climbing player hides rungs of long ladders.
 WOODEN = tuple(c for c in range(1, 128) if c & 0xF4 == c != SKY)
 RUNG_COLORS = tuple((*WOODEN, FUR) if level == 0 else WOODEN for level in LADDER_LEVEL)
-WOODEN_ROWS = tuple((16, y, 144, y + 4) for y in range(FIRST_LINE, 180, ROW))  # without the coconut
+# Without the coconut:
+WOODEN_ROWS = tuple((16, y, 144, y + 4) for y in range(FIRST_LINE, 180, PITCH))
 CROUCHING = Blobs(FUR, (0, 28, 160, 180), Shape(w=(4, 12), h=(5, 16)), gap=(1, 1))
 BODY = Blobs(FUR, (0, 4, 160, 180), Shape(w=(4, 12), h=(17, 24)), gap=(1, 1), also=(CROUCHING,))
 CHILD = Blobs(FUR, (16, 4, 144, 28), Shape(w=(5, 8), h=(12, 16)), gap=(1, 1))
@@ -360,7 +361,7 @@ NUTS = Blobs(MONKEY, (16, 4, 160, 180), Shape(w=2, h=(2, 3)))
 BALL = Bounds(WOOD, FIELD, ignore=WOODEN_ROWS)
 FRUITS = Blobs((STRAWBERRY, PINEAPPLE), FIELD, Shape(w=(3, 8), h=(5, 12)), gap=(1, 1))
 FLOORS = Runs(
-    tuple(Run(WOODEN, y, left=(16, 143), width=(12, 128), height=4) for y in range(28, 176, ROW)),
+    tuple(Run(WOODEN, y, left=(16, 143), width=(12, 128), height=4) for y in range(28, 176, PITCH)),
     most=2,
     gap=7,
     columns=(16, 144),
@@ -368,9 +369,9 @@ FLOORS = Runs(
 )
 PLACES = tuple((x, y, x + w, y + h) for x, y, w, h in LADDERS.tolist())
 # Less than the ladders, which figures cover, and more than what is there in other levels.
-HEIGHTS = tuple((RUNG, max(4, h - 4)) for h in LADDERS[:, 3].tolist())
-RUNGS = Bounds(RUNG_COLORS, PLACES, HEIGHTS)
-SPARE_LIVES = LIVES.rule(DISPLAY, (16, 183, 80, 190), single=2)
+RUNG_HEIGHTS = tuple((RUNG, max(4, h - 4)) for h in LADDERS[:, 3].tolist())
+RUNGS = Bounds(RUNG_COLORS, PLACES, RUNG_HEIGHTS)
+SPARE_LIVES = LIVES.rule(DISPLAY_COLOR, (16, 183, 80, 190), single=2)
 
 GAME = Game(
     name="Kangaroo",
@@ -387,8 +388,8 @@ GAME = Game(
         Category("Fruit", FRUITS, count=3, doc="fruits"),
         Category("Platform", FLOORS, count=MOST_PLATFORMS, rgb=WOOD_RGB, doc="floors and steps"),
         Category("Ladder", RUNGS, count=12, rgb=WOOD_RGB, doc="ladders of the three levels"),
-        display("Score", SCORE.rule(DISPLAY), doc="points"),
+        display("Score", SCORE.rule(DISPLAY_COLOR), doc="points"),
         display("Lives", SPARE_LIVES, doc="lives left but the last one"),
-        display("Time", CLOCK.rule(DISPLAY), doc="time left"),
+        display("Time", CLOCK.rule(DISPLAY_COLOR), doc="time left"),
     ),
 )

@@ -159,7 +159,7 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     playing, i3 = m.demo == 0, np.arange(3)
-    fruits, maze = _fruits(m), pick(m.maze, MAZE_COLORS)
+    fruits, maze = _fruit_boxes(m), pick(m.maze, MAZE_COLORS)
     counted = (m.ghosts >= i3) & (m.ghosts < 3)
     power = playing & ((m.power >> np.arange(4) & 1) == 1)
     return {
@@ -207,7 +207,7 @@ def _pills(m: Ram) -> jax.Array:
     return jnp.concatenate([rows[i] & bit[USED[i]] for i in range(len(USED))]) != 0
 
 
-def _fruits(m: Ram) -> Box:
+def _fruit_boxes(m: Ram) -> Box:
     """The one in the maze, and the level's below it."""
     x, y = _fruit_before(m)
     x = jnp.stack([larger_part(x - 12, 8), jnp.int32(126)])
@@ -265,10 +265,10 @@ def _stands(m: Ram) -> jax.Array:
         (in_right_half, (m.x & 7) == 6),
         otherwise=m.x == PEN_MIDDLE,
     )
-    return in_middle & ((_exits(m, in_right_half) >> (3 - ahead) & 1) == 0)
+    return in_middle & ((_exits_of_place(m, in_right_half) >> (3 - ahead) & 1) == 0)
 
 
-def _exits(m: Ram, in_right_half: jax.Array) -> jax.Array:
+def _exits_of_place(m: Ram, in_right_half: jax.Array) -> jax.Array:
     """The ways out of the player's place, as of its mirror image in the left half."""
     place = jnp.where(in_right_half, 21 - (m.x >> 3), m.x >> 3)
     pair = lookup(EXITS, 84 * m.maze + 6 * div(m.y, 12) + (place >> 1))

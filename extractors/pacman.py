@@ -37,7 +37,7 @@ from ocjax.vision.shapes import Shape
 
 ROM = Rom("pacman", "fc2233fc116faef0d3c31541717ca2db")
 FONT = ROM.font([0xE00 + int(low) for low in ROM.bytes(0xEF9, 10)], rows=7)
-BITS = tuple(int(mask) for mask in ROM.bytes(0xE6D, 8))
+BIT_MASKS = tuple(int(mask) for mask in ROM.bytes(0xE6D, 8))
 
 
 def _wafer_places() -> dict[tuple[int, int], tuple[int, int]]:
@@ -49,7 +49,7 @@ def _wafer_places() -> dict[tuple[int, int], tuple[int, int]]:
             if node & 0x81 == 1:  # a path, with a wafer
                 at = int(ROM.data[0xE7C + 2 * row + (node >> 1 & 1)])
                 x = 4 * column + (4 if column == 26 else 0)  # drawn one node further on
-                places[at, BITS[node >> 2 & 7]] = x, 32 + 22 * row
+                places[at, BIT_MASKS[node >> 2 & 7]] = x, 32 + 22 * row
     return places
 
 
@@ -69,8 +69,8 @@ class State:  # bits of `Ram.state`
     TUNNEL = 32  # between top and bottom
 
 
-UP = 3  # way, of the highest bits of `Ram.state`
-COMPASS = (4, 12, 8, 0)  # of the ways: right, left, down and up
+WAY_UP = 3  # way, of the highest bits of `Ram.state`
+WAY_COMPASS = (4, 12, 8, 0)  # of the ways: right, left, down and up
 
 PATH_ROWS = 11  # steps from one row of the maze to the next
 TUNNEL_END = 98  # `y` below the maze
@@ -142,9 +142,9 @@ def _starts(m: Ram) -> jax.Array:
     return (m.time == START_TIME) & (m.ready == 1) & (m.dying == 0) & ((m.frame & 1) == 0)
 
 
-def _rows(y: jax.Array, state: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
+def _rows_shown(y: jax.Array, state: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
     """The step that a picture begins at, how many of seven rows are hidden, whether any show."""
-    in_tunnel, up = (state & State.TUNNEL) > 0, (state >> 6) == UP
+    in_tunnel, up = (state & State.TUNNEL) > 0, (state >> 6) == WAY_UP
     shows = ~in_tunnel | ((state & State.MOVES) > 0) & ((y > 0) | up) & (y != TUNNEL_END)
     inside = jnp.where(up & (y == ENTRY), ENTRY + 1, jnp.maximum(y, MAZE_TOP))
     cut = in_tunnel & (y < ALL_ROWS)
@@ -153,14 +153,14 @@ def _rows(y: jax.Array, state: jax.Array) -> tuple[jax.Array, jax.Array, jax.Arr
 
 def _player(m: Ram) -> Box:
     x, y = _player_before(m)
-    first, cut, shows = _rows(y, m.state)
+    first, cut, shows = _rows_shown(y, m.state)
     dies = FIRST_DYING + ((m.time + (m.frame - 1 & 1)) >> 2 & 15)
     look = jnp.where(m.dying == 1, dies, (m.frame - 2) >> 3 & 3)
     turned = (m.mirrored == 1) & (m.ate < STANDS) & (m.dying == 0)
     left, top, width, height = LOOKS.extent(look, mirrored=turned)
     x = x + left
     rows = jnp.minimum(height, 7 - cut - top)
-    compass = pick(m.state >> 6, COMPASS)
+    compass = pick(m.state >> 6, WAY_COMPASS)
     y = 2 * (first + top) + 2
     there = shows & ~_starts(m)
     return box(x, y, width, 2 * rows, there, orientation=compass).clip(*FIELD)
@@ -178,7 +178,7 @@ def _player_before(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 
 def _ghosts(m: Ram, color: jax.Array) -> Box:
-    first, cut, shows = _rows(m.ghost_y, m.ghost_state)
+    first, cut, shows = _rows_shown(m.ghost_y, m.ghost_state)
     eaten_now = (m.ate == EATEN) & ((m.frame - 1 & 3) == np.arange(4))
     eyes = (m.eyes == 1) & ~eaten_now
     y = 2 * first + 1 + when(eyes, 2)

@@ -51,7 +51,7 @@ TALL = 22  # and their rows
 NO_ROW = 24  # none of them is shown again
 
 
-def _harrys() -> Pictures:
+def _harry_pictures() -> Pictures:
     """Harry's pictures, with each row once more in place of the next one, or with none."""
     out = []
     for pose in range(POSES):
@@ -61,7 +61,7 @@ def _harrys() -> Pictures:
     return Pictures.of(out)
 
 
-HARRYS = _harrys()
+HARRYS = _harry_pictures()
 OBJECTS = Pictures.of([ROM.rows(0xD00 + low, 15) for low in range(0xF1)])
 SCORPIONS = Pictures.of([ROM.rows(0xD90 + 16 * i, 16) for i in range(2)])
 ROPES = ROM.bytes(0xCA1, 8).tolist()  # not 0 for a scene with a rope
@@ -78,13 +78,13 @@ THINGS = {  # objects on the ground: low bytes of their pictures
 THREE = ("Logs", "Crocodile")  # of which a scene may have three
 
 VIEW = (8, 0, 160, 210)
-TOP = 72  # first line of Harry's band
+BAND_TOP = 72  # first line of Harry's band
 EARLY_X = 97  # beyond it, Harry's first row is drawn a line earlier
 EARLY_ROW = 20  # the last row for which that holds
 LATE_X = 30  # up to here, a row of Harry is seen again
 LATE_ROW = 45  # which one, counted from the top of his band
 GROUND = 53  # row that the ground hides
-BELOW = 75  # the first row below the ground
+BELOW_GROUND = 75  # the first row below the ground
 BELOW_HOLE = 60  # the same where there is a ladder
 ROPE_TOP = 65
 ROPE_BOTTOM = 118
@@ -92,7 +92,7 @@ ROPE_X = 78  # where it hangs
 TRUNKS = (48, 56, 64, 68)  # left columns of the left one of two in the middle, by `trees`
 START = 2000  # points of a new game
 START_X = 20  # of Harry
-CLOSED = 255  # a row of a hole
+CLOSED_ROW = 255  # a row of a hole
 
 
 class Scene:  # of `Ram.scene`
@@ -165,10 +165,10 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    hole = _hole(m)
+    hole = _hole_box(m)
     return {
-        "Player": _harry(m),
-        **_things(m),
+        "Player": _harry_box(m),
+        **_thing_boxes(m),
         "Scorpion": _scorpion(m),
         "Wall": box(_at(m, 2), 148, 7, 32, m.ladder != 0).clip(*VIEW),
         "Stair": box(78, 136, 4, 42, m.ladder != 0),
@@ -176,16 +176,16 @@ def decode(m: Ram) -> dict[str, Box]:
         "Pit": box(np.array((48, 100)), 122, 12, 6, m.scene == Scene.HOLES),
         "Tarpit": hole.where(among(m.scene, Scene.TAR)),
         "Waterhole": hole.where(among(m.scene, Scene.WATER)),
-        "Rope": _rope(m),
-        "LifeCount": _tally(m),
+        "Rope": _rope_box(m),
+        "LifeCount": _tally_box(m),
         "Timer": _timer(m),
         "PlayerScore": SCORE.box(m.score, value=m.score - START),
     }
 
 
-def _hole(m: Ram) -> Box:
+def _hole_box(m: Ram) -> Box:
     """The tar or water, as far as it is open."""
-    rows = jnp.sum(m.holes != CLOSED)
+    rows = jnp.sum(m.holes != CLOSED_ROW)
     closed = 4 * lax.population_count(m.holes[0])
     return box(48 + closed, 125 - rows, 64 - 2 * closed, 2 * rows, rows > 0)
 
@@ -196,7 +196,7 @@ def _again(m: Ram) -> jax.Array:
     return placed & (m.jump == Jump.FALLS) & (m.x == START_X)
 
 
-def _tally(m: Ram) -> Box:
+def _tally_box(m: Ram) -> Box:
     """The marks for lives, of which one has just been taken where Harry begins again."""
     marks = jnp.where(_again(m), m.tally >> 2 | Tally.ONE, m.tally)
     lives = 1 + lax.population_count(m.tally)
@@ -208,22 +208,22 @@ def _at(m: Ram, sprite: int) -> jax.Array:
     return registers.position(m.coarse[sprite], m.fine[sprite]) - 1
 
 
-def _line(row: jax.Array) -> jax.Array:
+def _line_of_row(row: jax.Array) -> jax.Array:
     """The line of a row of Harry's band; the ground hides seven rows, and lines repeat after it."""
-    return TOP + row + match((row > 62, 1), (row >= 60, 2), otherwise=0)
+    return BAND_TOP + row + match((row > 62, 1), (row >= 60, 2), otherwise=0)
 
 
-def _harry(m: Ram) -> Box:
+def _harry_box(m: Ram) -> Box:
     """Harry; those of his rows that the ground hides are not shown."""
     x = _at(m, 0)
     whole = _whole_harry(m, x)
     first, last = whole.y, whole.y + whole.h - 1
-    below = jnp.where(m.ladder == 0, BELOW, BELOW_HOLE)
+    below = jnp.where(m.ladder == 0, BELOW_GROUND, BELOW_HOLE)
     first = jnp.maximum(jnp.where((first >= GROUND) & (first < below), below, first), 0)
     last = jnp.where((last >= GROUND) & (last < below), GROUND - 1, last)
-    top = _line(first) - when((first <= EARLY_ROW) & (x > EARLY_X), 1)
+    top = _line_of_row(first) - when((first <= EARLY_ROW) & (x > EARLY_X), 1)
     there = whole.valid & (last >= first)
-    return box(whole.x, top, whole.w, _line(last) + 1 - top, there).clip(*VIEW)
+    return box(whole.x, top, whole.w, _line_of_row(last) + 1 - top, there).clip(*VIEW)
 
 
 def _whole_harry(m: Ram, x: jax.Array) -> Box:
@@ -243,7 +243,7 @@ def _whole_harry(m: Ram, x: jax.Array) -> Box:
     return HARRYS.box(look, x, y, mirrored=m.mirrored == 1)
 
 
-def _things(m: Ram) -> dict[str, Box]:
+def _thing_boxes(m: Ram) -> dict[str, Box]:
     """The objects on the ground."""
     copy = np.arange(3)
     x = registers.wrap(_at(m, 1) + copy * registers.spacing(m.copies))
@@ -265,7 +265,7 @@ def _scorpion(m: Ram) -> Box:
     return SCORPIONS.box(1 - look, _at(m, 2), 164, mirrored=west, valid=there).clip(*VIEW)
 
 
-def _rope(m: Ram) -> Box:
+def _rope_box(m: Ram) -> Box:
     """The lines of the rope that are not in a trunk."""
     line = np.arange(ROPE_TOP, ROPE_BOTTOM)
     way = (line - 33) * m.slope >> 8
@@ -303,23 +303,23 @@ GREEN = 208
 EARTH = 20
 BLUE = 164
 HARRY = Bounds((HAIR, FACE, SHIRT, LEGS), (8, 66, 160, 181), exclude=("Logs", "MoneyBag"))
-ground = functools.partial(Blobs, region=(8, 117, 160, 134), shapes=Shape(w=(5, 8), h=(8, 15)))
+on_ground = functools.partial(Blobs, region=(8, 117, 160, 134), shapes=Shape(w=(5, 8), h=(8, 15)))
 still = functools.partial(Bounds, regions=(113, 117, 142, 134), min_size=(5, 10))
-LOG = ground(HAIR, gap=(1, 1), shapes=Shape(w=(1, 8), h=(6, 14)))
+LOG = on_ground(HAIR, gap=(1, 1), shapes=Shape(w=(1, 8), h=(6, 14)))
 FIRE = Bounds((BROWN, 62, 46), (8, 117, 160, 134), min_size=(5, 8))
-BAG = ground((HAIR, GRAY), gap=(2, 1), first=GRAY)
+BAG = on_ground((HAIR, GRAY), gap=(2, 1), first=GRAY)
 JAWS = Bounds(GREEN, tuple((x, 117, x + 8, 134) for x in (60, 76, 92)))
 GOLDS = Bounds((SHINE, GOLDEN), (113, 117, 142, 134), min_size=(7, 10))
-RING = ground((SHINE, GOLDEN), gap=(1, 1), shapes=Shape(w=(4, 6), h=(8, 15)))
+RING = on_ground((SHINE, GOLDEN), gap=(1, 1), shapes=Shape(w=(4, 6), h=(8, 15)))
 BRICKS = Bounds((SILVERY, RED), (8, 148, 160, 180), min_size=(4, 8))
 STAIR = Bounds(EARTH, (78, 136, 82, 178), min_size=(4, 20))
 STAIR_PIT = Bounds(BLACK, (76, 122, 84, 128))
 PITS = Bounds(BLACK, ((48, 122, 60, 128), (100, 122, 112, 128)))
 SLIME = Blobs(BLACK, (48, 118, 112, 132), Shape(w=(30, 64), h=(3, 10)), gap=(8, 0))
-rope = functools.partial(Blobs, BROWN, (44, 65, 116, 117), filters=(ShortRuns(44),), gap=(4, 25))
-BESIDE = rope(gap=(0, 0), shapes=Shape(w=(3, 8), h=(16, 40), pixels=(16, 44)))  # a trunk: its lines
+cord = functools.partial(Blobs, BROWN, (44, 65, 116, 117), filters=(ShortRuns(44),), gap=(4, 25))
+BESIDE = cord(gap=(0, 0), shapes=Shape(w=(3, 8), h=(16, 40), pixels=(16, 44)))  # a trunk: its lines
 ROPE_SHAPES = Shape(w=(6, 33), h=(20, 41)), Shape(w=(1, 10), h=(41, 42))  # slanting, hanging down
-ROPE = rope(shapes=ROPE_SHAPES, also=(BESIDE,))
+ROPE = cord(shapes=ROPE_SHAPES, also=(BESIDE,))
 CLOCK = Digits(FONT, (29, 37, 53, 61), 22, weights=(600, 60, 10, 1))
 background = functools.partial(Category, rgb=(0, 0, 0), blinks=True)  # background, so never drawn
 dark = functools.partial(Category, rgb=(74, 74, 74))

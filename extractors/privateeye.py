@@ -96,13 +96,13 @@ GROUPS = {
     "Clue": Kind.CLUES,
     "Knife": (Kind.KNIFE,),
 }
-FIRST = slice(0, 3)  # all copies of the first record
+FIRST_RECORD = slice(0, 3)  # all copies of the first record
 FIRST_TWO = slice(0, 6)  # all copies of two records
 SINGLES = slice(0, 9, 3)  # the first copies of all records
 SLOTS = dict.fromkeys(GROUPS, slice(1)) | {
     "Pottet_Plant": FIRST_TWO,
     "Brick": FIRST_TWO,
-    "Shatterd_Object": FIRST,
+    "Shatterd_Object": FIRST_RECORD,
     "Dove": slice(0, 6, 3),
     "Clue": SINGLES,
 }
@@ -123,22 +123,22 @@ CAR_END = 177  # row below the lowest one of the car
 TICK = 171  # what a step adds to `fraction`; with a carry it takes two hundredths, not one
 LOOKS = np.array((0, 3, 4, 8, 9, 12, 13))  # the other seven of 14 are parts of these
 LOW_BYTES, PAGES, COLORS = ROM.bytes(SECOND | 0xD7F, 3 * 14).reshape(3, 14)[:, LOOKS].astype(int)
-APART = (LOW_BYTES - COLORS & 255).tolist()  # tells the looks apart
+LOOK_KEYS = (LOW_BYTES - COLORS & 255).tolist()  # tells the looks apart
 HIGHEST = 200  # more rows of lift are less than none
 ROWS = 36  # rows of the detective's picture
 
 
-def _detective() -> Pictures:
+def _detective_pictures() -> Pictures:
     """The extents of each look's first 0 to 36 rows, from the row of the counter's 35 down."""
     out = []
     for low, page, color in zip(LOW_BYTES, PAGES, COLORS, strict=True):
         shown = np.cumprod(ROM.bytes(0xA00 | int(color), ROWS)[::-1] != 0)
-        rows = shown * ROM.bytes(int(page & 15) << 8 | int(low), ROWS)[::-1]
-        out += [rows * (np.arange(ROWS) < n) for n in range(ROWS + 1)]
+        dots = shown * ROM.bytes(int(page & 15) << 8 | int(low), ROWS)[::-1]
+        out += [dots * (np.arange(ROWS) < n) for n in range(ROWS + 1)]
     return Pictures.of(out)
 
 
-DETECTIVE = _detective()
+DETECTIVE = _detective_pictures()
 
 
 class Ram(RamMap):
@@ -164,43 +164,43 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    objects = _objects(m)
+    objects = _object_boxes(m)
     boxes = {
         "Player": _player(m),
         "Car": _car(m),
         **_grouped(m, objects),
         "Badguy": _of_kind(m, objects, np.array([Kind.BADGUY])),
-        "Passage": _passages(m, objects[0]),
-        **_items(m, objects),
+        "Passage": _passage_boxes(m, objects[0]),
+        **_item_boxes(m, objects),
         **{name: box(64, 29, 32, 21, among(m.scene, at)) for name, at in SIGNS.items()},
         "Score": SCORE.box(m.score, value=m.score - STARTS),
-        "Clock": _clock(m),
+        "Clock": _clock_box(m),
     }
     return {name: b.where(m.idle < OVER) for name, b in boxes.items()}
 
 
 def _grouped(m: Ram, objects: Box) -> dict[str, Box]:
     kinds = jnp.repeat(m.kind, 3)
-    slots = {name: SLOTS[name] for name in GROUPS}
-    return {name: objects[at].where(among(kinds[at], GROUPS[name])) for name, at in slots.items()}
+    chosen = {name: SLOTS[name] for name in GROUPS}
+    return {name: objects[at].where(among(kinds[at], GROUPS[name])) for name, at in chosen.items()}
 
 
-def _passages(m: Ram, first: Box) -> Box:
+def _passage_boxes(m: Ram, first: Box) -> Box:
     """The ways to an alley and into the woods, which the first record holds."""
     leads = m.kind[0] == np.array((Kind.ALLEY, Kind.WOODS))
     return box(first.x, first.y, first.w, first.h, first.valid & leads)
 
 
-def _objects(m: Ram) -> Box:
+def _object_boxes(m: Ram) -> Box:
     """The records' objects and their copies: record * 3 + copy."""
     kind, cut = jnp.clip(m.kind, 0, Kind.COUNT - 1), jnp.clip(m.cut, 0, MOST_CUT - 1)
     picture = SIZES.index(kind=kind, cut=cut)
     left, top, width, height = SIZES.extent(picture, mirrored=m.mirrored == 1)
     zoom = player_width(m.size) >> 3
     x = m.x + 15 + when(zoom > 1, 1) + zoom * left
-    rows = lookup(HEIGHTS, m.kind)
-    y = BASE + 1 - m.base - rows + m.cut + top
-    drawn = (m.cut < rows) & ~(among(m.scene, FALLS) & (np.arange(3) == 2))
+    full_height = lookup(HEIGHTS, m.kind)
+    y = BASE + 1 - m.base - full_height + m.cut + top
+    drawn = (m.cut < full_height) & ~(among(m.scene, FALLS) & (np.arange(3) == 2))
     return _copied(m, box(x, y, zoom * width, height, drawn)).clip(*FIELD)
 
 
@@ -216,22 +216,22 @@ def _copied(m: Ram, records: Box) -> Box:
 
 def _of_kind(m: Ram, objects: Box, kind: np.ndarray) -> Box:
     """The objects of some kinds of which there is one at most."""
-    first, second, third = (m.kind[i] == kind for i in range(3))
-    here = choose(first, objects[0], choose(second, objects[3], objects[6]))
-    return here.where(first | second | third)
+    in_first, in_second, in_third = (m.kind[i] == kind for i in range(3))
+    here = choose(in_first, objects[0], choose(in_second, objects[3], objects[6]))
+    return here.where(in_first | in_second | in_third)
 
 
-def _items(m: Ram, objects: Box) -> dict[str, Box]:
+def _item_boxes(m: Ram, objects: Box) -> dict[str, Box]:
     """What is looked for: in the scene, and carried."""
     kinds = Kind.FIRST_ITEM + np.arange(len(ITEMS))
     left, top, width, height = (v[MOST_CUT * kinds] for v in EXTENTS)
     carried = box(140 + left, 45 - HEIGHTS[kinds] + top, width, height, m.held == kinds)
-    both = zip(_places(_of_kind(m, objects, kinds)), _places(carried), strict=True)
+    both = zip(_box_fields(_of_kind(m, objects, kinds)), _box_fields(carried), strict=True)
     pairs = [jnp.stack(values, axis=1) for values in both]
     return {name: box(*(values[i] for values in pairs)) for i, name in enumerate(ITEMS)}
 
 
-def _places(b: Box) -> tuple[jax.Array, ...]:
+def _box_fields(b: Box) -> tuple[jax.Array, ...]:
     return b.x, b.y, b.w, b.h, b.valid
 
 
@@ -252,28 +252,28 @@ def _car(m: Ram) -> Box:
 def _player(m: Ram) -> Box:
     """The detective, down to the car."""
     apart = m.pointers[0] - m.pointers[1] & 255
-    look = sum((when(apart == a, i) for i, a in enumerate(APART)), jnp.zeros_like(apart))
+    look = sum((when(apart == a, i) for i, a in enumerate(LOOK_KEYS)), jnp.zeros_like(apart))
     lift = pick(look, LOW_BYTES.tolist()) - m.pointers[0] & 255
     lift = jnp.where(lift > HIGHEST, lift - 256, lift)
     above = jnp.clip(ROWS - 1 + lift - m.car_row, 0, ROWS)  # rows that the car does not cover
     x, y = m.player_x, BASE + 1 - ROWS - lift
     at = (ROWS + 1) * look + above
-    figure = DETECTIVE.box(at, x, y, mirrored=m.fine_x < 0, orientation=_facing(m))
-    return figure.clip(*FIELD)
+    drawn = DETECTIVE.box(at, x, y, mirrored=m.fine_x < 0, orientation=_facing(m))
+    return drawn.clip(*FIELD)
 
 
-def _clock(m: Ram) -> Box:
+def _clock_box(m: Ram) -> Box:
     """The clock before its last step."""
     back = m.hundredths + jnp.where(m.fraction + TICK > 255, 2, 1)
     time = 60 * m.minutes + m.seconds + when(back >= 100, 1)
-    minutes, seconds = MINUTES.box(div(time, 60)), SECONDS.box(mod(time, 60))
-    right = seconds.x + seconds.w
-    return box(minutes.x, minutes.y, right - minutes.x, FONT.height, value=time)
+    minute_box, second_box = MINUTES.box(div(time, 60)), SECONDS.box(mod(time, 60))
+    right = second_box.x + second_box.w
+    return box(minute_box.x, minute_box.y, right - minute_box.x, FONT.height, value=time)
 
 
 facing_category = functools.partial(Category, attributes=("orientation",))
 WHITE = 14
-LOW = (8, 140, 160, 183)
+LOW_AREA = (8, 140, 160, 183)
 UPPER = (8, 50, 160, 70)
 HOUSE = (8, 50, 160, 183)
 BRICKS_AT = {  # columns of the bricks of walls, by row
@@ -294,7 +294,7 @@ ALLEY = (0x06, 0x0A, 0x86)
 WOODS = (0x14,)
 PASSAGES = Bounds((ALLEY, WOODS), ((64, 140, 96, 172), (64, 167, 96, 172)), (30, 5))
 ON_GROUND = (8, 172, 160, 181)
-BARRIERS = Blobs((0x1E, 0), LOW, Shape(w=(5, 8), h=(17, 18)))
+BARRIERS = Blobs((0x1E, 0), LOW_AREA, Shape(w=(5, 8), h=(17, 18)))
 MUDS = Blobs(0, ON_GROUND, Shape(w=8, h=4, pixels=22))
 PLANTS = Blobs((0x1A, 0x32, 0xD6), HOUSE, Shape(w=(5, 6), h=(2, 16)), gap=(1, 1))
 BRICKS = Blobs(0x44, (14, 50, 160, 183), Shape(w=4, h=4), ignore=WALL)
@@ -308,11 +308,11 @@ DOVES = Blobs(0x0E, (8, 56, 160, 150), Shape(w=8, h=(5, 6)))
 LIZARDS = Bounds(0x1A, (8, 173, 160, 183), min_size=(7, 4))
 
 
-def _who(colors: tuple[int, ...], regions: tuple[Area, Area], most: int) -> Blobs:
+def _who(hues: tuple[int, ...], regions: tuple[Area, Area], most: int) -> Blobs:
     """Who looks out: in the first region with four rows or more, in the second the hat's tip."""
-    tip = Blobs(colors[0], regions[1], (Shape(w=4, h=(2, 3)), Shape(w=3, h=1)), gap=(1, 0))
+    tip = Blobs(hues[0], regions[1], (Shape(w=4, h=(2, 3)), Shape(w=3, h=1)), gap=(1, 0))
     whole = Shape(w=8, h=(4, most))
-    return Blobs(colors, regions[0], whole, first=colors[0], ignore=JAIL, also=(tip,))
+    return Blobs(hues, regions[0], whole, first=hues[0], ignore=JAIL, also=(tip,))
 
 
 JAIL = tuple((x, 50, x + 8, 70) for x in (44, 76, 108))
@@ -336,7 +336,7 @@ RULES = {
 sign = functools.partial(Bounds, regions=(64, 29, 96, 50), min_size=(30, 20))
 CLOCK_LEFTS = (*MINUTES.lefts, *SECONDS.lefts)
 CLOCK = Bounds(WHITE, (58, 19, 98, 27), value=Digits(FONT, CLOCK_LEFTS, 19, (600, 60, 10, 1)))
-CARRIED = (138, 28, 150, 46)
+CARRIED_AREA = (138, 28, 150, 46)
 NOWHERE = (0, 0, 1, 1)
 LARGER = {"Gun": ("Comb", "Shoe_Sole"), "Button": ("Necklace",)}  # things of the same colours
 
@@ -344,13 +344,13 @@ LARGER = {"Gun": ("Comb", "Shoe_Sole"), "Button": ("Necklace",)}  # things of th
 def _item_rule(name: str) -> Blobs | Bounds:
     """A whole picture; in a scene, it is not looked for."""
     kind = Kind.FIRST_ITEM + ITEMS.index(name)
-    rows = KIND_ROWS[kind]
+    dots = KIND_ROWS[kind]
     at = int(PLACES[kind]) + int(ROM.bytes(0xCC8 + kind, 1)[0])
-    shades = tuple(sorted({int(c) & 0xFE for c in ROM.bytes(at, len(rows))[::-1][rows > 0]}))
+    shades = tuple(sorted({int(c) & 0xFE for c in ROM.bytes(at, len(dots))[::-1][dots > 0]}))
     size = int(EXTENTS[2][MOST_CUT * kind]), int(EXTENTS[3][MOST_CUT * kind])
-    if any(name in larger for larger in LARGER.values()):
-        return Blobs(shades, CARRIED, Shape(w=size[0], h=size[1]), gap=(2, 2))
-    return Bounds(shades, (NOWHERE, CARRIED), size, exclude=LARGER.get(name, ()))
+    if any(name in names for names in LARGER.values()):
+        return Blobs(shades, CARRIED_AREA, Shape(w=size[0], h=size[1]), gap=(2, 2))
+    return Bounds(shades, (NOWHERE, CARRIED_AREA), size, exclude=LARGER.get(name, ()))
 
 
 GAME = Game(

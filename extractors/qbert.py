@@ -45,7 +45,7 @@ FONT = ROM.font(0x004, rows=7, stride=8)
 COLUMNS = ROM.bytes(0xCC6, 15)  # x + 3 of the places that things hop to
 TARGETS = ROM.bytes(0xE24, 21)  # colour that all cubes have to get, by the round
 CUBE_COLORS = tuple(sorted({int(c) & 0xFE for c in ROM.bytes(0xE24, 0x20)[:30]}))
-PICTURES = ROM.pictures(range(0xF00, 0x1000), 22)
+FIGURE_PICTURES = ROM.pictures(range(0xF00, 0x1000), 22)
 
 
 class Picture:  # of `Ram.picture` and `Ram.other_picture`
@@ -78,19 +78,19 @@ class Travel:  # of `Ram.travel`
 
 GAME_OVER = 254  # `lives`
 SHOWN_ICONS = 5  # at most
-UPWARD = 22  # `pose`
+UPWARD_POSE = 22  # `pose`
 SINKS = 6  # greatest `hop` with squashed balls
 MIDDLE = 77  # `player_x` on the highest cube
 START = 25  # `player_y` there
-TOP = 55  # least `player_y` at which the score is on display
+SCORE_Y = 55  # least `player_y` at which the score is on display
 SUMMIT = (76, 10)  # where Coily is on the highest cube
 # The generator of random numbers takes these values of `dice` in turn, two a step of the game.
 DICE = np.array((0, 1, 6, 15, 12, 13, 2, 11, 8, 9, 14, 7, 4, 5, 10, 3))
-STEPS = np.argsort(DICE) // 2  # of the game, modulo 8, by `dice`
+DICE_STEPS = np.argsort(DICE) // 2  # of the game, modulo 8, by `dice`
 
 SCORE = NumberDisplay(FONT, right=73, top=6, digits=5, leading_zeros=True)
 LIVES = IconRow(left=33, top=17, width=8, height=11, pitch=8)
-ROW = np.arange(5)
+FIGURE_ROW = np.arange(5)
 WINDOWS = np.array([39, 67, 96, 125, 155])  # first line of what hops in a row
 LATE_ROW = 3  # its sprites are a line lower
 LATE_END = 82  # on the left of this column
@@ -130,19 +130,19 @@ def _by_line(steps: dict[int, int]) -> np.ndarray:
     return np.array(list(steps.values()))[changes]
 
 
-def _players() -> Pictures:
+def _player_pictures() -> Pictures:
     """The player as the lines show him: by side, pose and counter."""
     right, left, limit = map(_by_line, (RIGHT_LAG, LEFT_LAG, THRESHOLDS))
     out = []
     for x in (0, *SIDES):
         lag = np.where(x >= limit, right, left)
         at = np.arange(256)[:, None] + 199 - LINES + lag & 255
-        for pose in (0, UPWARD):
+        for pose in (0, UPWARD_POSE):
             out.extend(ROM.data[0xD00 + pose + at].astype(np.int32))
     return Pictures.of(out)
 
 
-PLAYERS = _players()
+PLAYERS = _player_pictures()
 
 
 class Ram(RamMap):
@@ -178,19 +178,19 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    figures, kinds = _figures(m)
+    figures, kinds = _figure_boxes(m)
     return {
-        "Player": _player(m),
-        "Coily": _coily(m, figures, kinds),
+        "Player": _player_box(m),
+        "Coily": _coily_box(m, figures, kinds),
         "Sam": _one(figures, kinds["Sam"]),
         "PurpleBall": _one(figures, kinds["PurpleBall"]),
         "RedBall": _red_balls(m, figures, kinds["RedBall"]),
         "GreenBall": _one(figures, kinds["GreenBall"]),
         "Curse": _one(figures, kinds["Curse"]),
-        "Disk": _disks(m),
-        "Cube": _cubes(m),
-        "Score": _score(m),
-        "Lives": _lives(m),
+        "Disk": _disk_boxes(m),
+        "Cube": _cube_boxes(m),
+        "Score": _score_box(m),
+        "Lives": _lives_box(m),
     }
 
 
@@ -199,28 +199,29 @@ def _target(m: Ram) -> jax.Array:
     return lookup(TARGETS, m.round)
 
 
-def _cubes(m: Ram) -> Box:
+def _cube_boxes(m: Ram) -> Box:
     x, y = np.array(CUBES).T[:2]
     return box(x, y, 20, 5, value=m.cube == _target(m), color=m.cube)
 
 
-def _score(m: Ram) -> Box:
+def _score_box(m: Ram) -> Box:
     digits = (m.shown - 3) >> 3 & 15
     shown = jnp.sum(digits * np.array([10000, 1000, 100, 10, 1]))
     return SCORE.box(shown, valid=_started(m), value=m.score, color=_target(m))
 
 
-def _lives(m: Ram) -> Box:
-    icons = (m.lives + 1 + when(_fell(m), 1)) & 255
-    down = (_drawn_y(m) >= TOP) & _started(m)
-    there = down & (icons <= SHOWN_ICONS)
-    return LIVES.box(icons, there, value=m.lives + 2 & 255, color=_target(m))
+def _lives_box(m: Ram) -> Box:
+    icon_count = (m.lives + 1 + when(_fell(m), 1)) & 255
+    down = (_drawn_y(m) >= SCORE_Y) & _started(m)
+    there = down & (icon_count <= SHOWN_ICONS)
+    return LIVES.box(icon_count, there, value=m.lives + 2 & 255, color=_target(m))
 
 
 def _drawn_y(m: Ram) -> jax.Array:
     """The counter at the beginning of the frame, as of a player who looks down."""
-    y = m.counter + 189 + when(m.pose == UPWARD, 23) & 255
-    lower = (y >= TOP) | ((y == TOP - 1) & (m.player_y >= TOP))  # the display takes a count more
+    y = m.counter + 189 + when(m.pose == UPWARD_POSE, 23) & 255
+    # The display takes a count more.
+    lower = (y >= SCORE_Y) | ((y == SCORE_Y - 1) & (m.player_y >= SCORE_Y))
     return jnp.where(m.travel >= Travel.FALLS, m.player_y - 2, y + when(lower, 1))
 
 
@@ -235,45 +236,45 @@ def _started(m: Ram) -> jax.Array:
     return (m.ready > 0) & ((m.counter > 0) | (m.player_y > START))
 
 
-def _player(m: Ram) -> Box:
+def _player_box(m: Ram) -> Box:
     """The player before he moved, by the rest of the counters of the kernel."""
     x = m.player_x + (m.beam + 15 - m.player_x & 15) - 11
-    upward, left = m.pose == UPWARD, m.mirrored == 1
+    upward, left = m.pose == UPWARD_POSE, m.mirrored == 1
     index = 512 * reached(x + 4, SIDES) + when(upward, 256) + m.counter
     facing = jnp.where(upward, jnp.where(left, 2, 14), jnp.where(left, 6, 10))
     there = ((m.lives != GAME_OVER) | _fell(m)) & _started(m)
     return PLAYERS.box(index, x, LINES[0], mirrored=left, valid=there, orientation=facing)
 
 
-def _figures(m: Ram) -> tuple[Box, dict[str, jax.Array]]:
+def _figure_boxes(m: Ram) -> tuple[Box, dict[str, jax.Array]]:
     """What hops in the rows, and last what is not drawn in Coily's row; the kinds of all."""
     x, row = jnp.append(position(m.coarse, m.fine) - 4, _other_x(m)), _rows(m)
     y = pick(row, WINDOWS.tolist()) + when((row == LATE_ROW) & (x + 4 < LATE_END), 1)
-    picture = jnp.append(_pictures(m), m.other_picture)
-    there = jnp.append(ROW >= 0, among(m.coily_row, range(1, 6)))
-    kinds = _kinds(picture, jnp.append(m.color, m.other_color))
-    return PICTURES.box(picture, x, y, valid=there), kinds
+    picture = jnp.append(_drawn_pictures(m), m.other_picture)
+    there = jnp.append(FIGURE_ROW >= 0, among(m.coily_row, range(1, 6)))
+    kinds = _kinds_of(picture, jnp.append(m.color, m.other_color))
+    return FIGURE_PICTURES.box(picture, x, y, valid=there), kinds
 
 
 def _rows(m: Ram) -> jax.Array:
-    return jnp.append(ROW, m.coily_row - 1)
+    return jnp.append(FIGURE_ROW, m.coily_row - 1)
 
 
 def _other_x(m: Ram) -> jax.Array:
     """The column of what is not drawn in Coily's row: of him, or of what takes turns with him."""
     coily = lookup(COLUMNS, m.coily_column)
-    other = jnp.sum(when(m.coily_row == ROW + 1, m.column_x))
+    other = jnp.sum(when(m.coily_row == FIGURE_ROW + 1, m.column_x))
     return jnp.where(m.swapped == 0, coily, other) - 3
 
 
-def _pictures(m: Ram) -> jax.Array:
+def _drawn_pictures(m: Ram) -> jax.Array:
     """What was drawn in the rows. As a fall costs a life, it clears all but the purple colour."""
     lost = _fell(m) & (m.color == Color.PURPLE) & (m.swapped == 0)
     ball = jnp.where(m.hop <= SINKS, Picture.SQUASHED, Picture.BALL)
     return jnp.where(lost, ball, m.picture)
 
 
-def _kinds(picture: jax.Array, color: jax.Array) -> dict[str, jax.Array]:
+def _kinds_of(picture: jax.Array, color: jax.Array) -> dict[str, jax.Array]:
     ball = (picture == Picture.BALL) | (picture == Picture.SQUASHED)
     return {
         "Coily": among(picture, Picture.COILY),
@@ -293,20 +294,22 @@ def _one(figures: Box, wanted: jax.Array) -> Box:
     return box(x, y, w, h, found >= 0)
 
 
-def _coily(m: Ram, figures: Box, kinds: dict[str, jax.Array]) -> Box:
+def _coily_box(m: Ram, figures: Box, kinds: dict[str, jax.Array]) -> Box:
     """Coily, who waits on the highest cube in a picture and a place of its own."""
-    left, top, width, height = PICTURES.extent(jnp.asarray(Picture.COILY_LEAPS))
-    summit = box(SUMMIT[0] + left, SUMMIT[1] + top, width, height, (m.coily_row == 0) & _started(m))
-    return choose(m.coily_row == 0, summit, _one(figures, kinds["Coily"]))
+    left, top, width, height = FIGURE_PICTURES.extent(jnp.asarray(Picture.COILY_LEAPS))
+    waiting = box(
+        SUMMIT[0] + left, SUMMIT[1] + top, width, height, (m.coily_row == 0) & _started(m)
+    )
+    return choose(m.coily_row == 0, waiting, _one(figures, kinds["Coily"]))
 
 
 def _red_balls(m: Ram, figures: Box, red: jax.Array) -> Box:
     """Red balls, which go down a row with each step, by the row from which they began."""
-    slot = (_rows(m) - lookup(STEPS, m.dice)) & 7
+    slot = (_rows(m) - lookup(DICE_STEPS, m.dice)) & 7
     return jax.vmap(lambda number: _one(figures, red & (slot == number)))(jnp.arange(8))
 
 
-def _disks(m: Ram) -> Box:
+def _disk_boxes(m: Ram) -> Box:
     """The disks; the one that the player has just reached was drawn before."""
     left = (m.player_x < MIDDLE) == np.array((True, False))
     taken = (m.travel == Travel.RIDES) & (_drawn_y(m) == m.player_y) & left

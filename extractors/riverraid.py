@@ -64,7 +64,7 @@ class Kind:  # of `Ram.kind`
 
 
 HELICOPTERS = (Kind.HELICOPTER, Kind.TURNED_ROTOR)
-ZOOM = (1, 1, 1, 2, 4, 2, 1)  # pixels of a dot by kind, from the jet on
+KIND_ZOOMS = (1, 1, 1, 2, 4, 2, 1)  # pixels of a dot by kind, from the jet on
 
 
 class Points:  # of `Ram.points`
@@ -90,9 +90,9 @@ SPEED = 6  # of a missile, rows a frame
 SOUNDS = range(1, 14)  # `sound` for which the row of a missile is known
 MOVES = 0x40  # bit of `block`: what is in it moves by turns
 FLIPPED = 0x10  # bit of `block`: that looks the other way
-RIGHT = 4  # bits of a joystick, 1 where it is not pressed
-LEFT = 8
-HORIZONTAL = LEFT | RIGHT
+STICK_RIGHT = 4  # bits of a joystick, 1 where it is not pressed
+STICK_LEFT = 8
+HORIZONTAL = STICK_LEFT | STICK_RIGHT
 FULL = 255  # `fuel`
 START_PART = 0xDF  # `fuel_part` when a life starts
 USED_PART = 0xE0  # its least value when an 1 / 8 has just been used up
@@ -108,7 +108,7 @@ WHITE = 12
 TREE = 218
 TRUNK = 16
 RED = 72
-COLORS = {  # of most of their dots
+KIND_COLORS = {  # of most of their dots
     Kind.JET: 156,
     Kind.HELICOPTER: 176,
     Kind.TANKER: 50,
@@ -122,16 +122,16 @@ NEEDLE_X = 68  # of the needle where there is no fuel
 FUEL_STEP = 8  # fuel for each column
 RING = 8
 RECORDS = 6
-ROWS = 24
+PICTURE_ROWS = 24
 HIDDEN = -21  # `y` of the highest block while it is not drawn yet
 
 
-def _rows(kind: int) -> np.ndarray:
+def _rows_of(kind: int) -> np.ndarray:
     """Rows of a picture, from two tables by turns, without those in the water's colour."""
     even, odd, colors = (int(ROM.data[table + kind]) for table in (0xBBB, 0xFC8, 0xF23))
     rows = np.stack([ROM.bytes(0xE00 + start, 13) for start in (even, odd)], axis=1)
     rows[ROM.bytes(0xF00 + colors, 13) == WATER] = 0
-    return rows[:0:-1].reshape(ROWS)
+    return rows[:0:-1].reshape(PICTURE_ROWS)
 
 
 def _seen(kind: int, usual: int) -> list[int]:
@@ -140,14 +140,14 @@ def _seen(kind: int, usual: int) -> list[int]:
     By the number of rows that are left: the usual colour if it is seen, else that of most dots. Of
     a house only the row counts whose colour VEM reads.
     """
-    rows, start = _rows(kind), int(ROM.data[0xF23 + kind])
+    rows, start = _rows_of(kind), int(ROM.data[0xF23 + kind])
     colors = np.repeat(ROM.bytes(0xF00 + start, 13)[:0:-1], 2)
     first, last = np.flatnonzero(rows)[[0, -1]]
     dots = [
         Counter({color: row.bit_count()})
         for color, row in zip(colors.tolist(), rows.tolist(), strict=True)
     ]
-    left = range(ROWS + 1)
+    left = range(PICTURE_ROWS + 1)
     parts = [dots[first : first + h] for h in left]
     parts += [dots[max(last + 1 - h, 0) : last + 1] for h in left]
     if kind == Kind.HOUSE:
@@ -156,16 +156,16 @@ def _seen(kind: int, usual: int) -> list[int]:
     return [usual if c[usual] or not c else max(c, key=c.__getitem__) for c in counts]
 
 
-def _cut(rows: np.ndarray, cut: int) -> np.ndarray:
+def _cut(rows: np.ndarray, beyond: int) -> np.ndarray:
     """The rows on the screen, where so many are beyond its bottom, or less than zero its top."""
-    at = np.arange(ROWS)
-    return np.where((at >= -cut) & (at < ROWS - cut), rows, 0)
+    at = np.arange(PICTURE_ROWS)
+    return np.where((at >= -beyond) & (at < PICTURE_ROWS - beyond), rows, 0)
 
 
-CUTS = range(1 - ROWS, ROWS)
+CUTS = range(1 - PICTURE_ROWS, PICTURE_ROWS)
 KINDS = range(Kind.JET, Kind.DEPOT + 1)
-OBJECTS = Pictures.of(
-    [_cut(_rows(kind), cut) for kind in KINDS for cut in CUTS], kind=len(KINDS), cut=len(CUTS)
+OBJECT_PICTURES = Pictures.of(
+    [_cut(_rows_of(kind), cut) for kind in KINDS for cut in CUTS], kind=len(KINDS), cut=len(CUTS)
 )
 PLAYERS = ROM.pictures([0xC01 + look for look in (Look.STRAIGHT, Look.TURNED)], 18)
 
@@ -208,24 +208,24 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    kind, objects = _objects(m)
-    player_x = _player_x(m)
+    kind, objects = _object_boxes(m)
+    player_x = _player_x_before(m)
     return {
-        "Player": _player(m, player_x),
-        "PlayerMissile": _missile(m, player_x),
+        "Player": _player_box(m, player_x),
+        "PlayerMissile": _missile_box(m, player_x),
         "Bridge": _single(objects.where(kind == Kind.BRIDGE)),
         "FuelDepot": _colored(objects.where(kind == Kind.DEPOT), Kind.DEPOT),
         "Helicopter": _colored(objects.where(among(kind, HELICOPTERS)), Kind.HELICOPTER),
         "House": _colored(objects.where(kind == Kind.HOUSE), Kind.HOUSE),
         "Jet": _colored(objects.where(kind == Kind.JET), Kind.JET),
         "Tanker": _colored(objects.where(kind == Kind.TANKER), Kind.TANKER),
-        "Fuel": _needle(m),
-        "PlayerScore": _score(m),
-        "Lives": _lives(m),
+        "Fuel": _needle_box(m),
+        "PlayerScore": _score_box(m),
+        "Lives": _lives_box(m),
     }
 
 
-def _kinds(m: Ram) -> jax.Array:
+def _drawn_kinds(m: Ram) -> jax.Array:
     """What the records' objects were when the frame was drawn."""
     record = np.arange(RECORDS)
     shot = (m.kind == Kind.HIT) & (m.shot == record)
@@ -242,27 +242,27 @@ def _kinds(m: Ram) -> jax.Array:
     )
 
 
-def _objects(m: Ram) -> tuple[jax.Array, Box]:
+def _object_boxes(m: Ram) -> tuple[jax.Array, Box]:
     """Kinds and boxes of the objects of all blocks, in the ring."""
-    kind, left = _kinds(m), m.leftward
+    kind, left = _drawn_kinds(m), m.leftward
     moving = among(m.mode, (Mode.FLIES, Mode.CRASH)) & (m.level >= MOVING_LEVEL)
     by_turns = among(kind, range(Kind.HELICOPTER, Kind.BRIDGE)) & (m.clock == 0)
     by_turns = by_turns & (m.block & MOVES > 0)
     steps = when(moving & (by_turns | (kind == Kind.JET)), 1)
     at = position(m.coarse, m.fine) + jnp.where(left == 1, steps, -steps)
     left = jnp.where(moving & by_turns & (m.block & FLIPPED > 0), 1 - left, left)
-    zoom = pick(kind - Kind.JET, ZOOM)
+    zoom = pick(kind - Kind.JET, KIND_ZOOMS)
     y = 32 * (5 - np.arange(RECORDS)) + m.offset - 23
     there = (kind >= Kind.JET) & (y > HIDDEN)
-    cut = jnp.clip(y + ROWS - VIEW[3], 0, 23) - jnp.clip(VIEW[1] - y, 0, 23)
-    picture = OBJECTS.index(kind=kind - Kind.JET, cut=cut - CUTS.start)
-    x0, y0, w, h = OBJECTS.extent(picture, mirrored=left == 1)
+    rows_off = jnp.clip(y + PICTURE_ROWS - VIEW[3], 0, 23) - jnp.clip(VIEW[1] - y, 0, 23)
+    picture = OBJECT_PICTURES.index(kind=kind - Kind.JET, cut=rows_off - CUTS.start)
+    x0, y0, w, h = OBJECT_PICTURES.extent(picture, mirrored=left == 1)
     x = at - when(zoom == 1, 1) + zoom * x0
     shown = box(x, y + y0, zoom * w, h, there).clip(*VIEW)
-    return _unpacked(_in_ring(m, when(shown.valid, _packed(shown, left, kind))))
+    return _unpacked(_in_ring(m, when(shown.valid, _pack(shown, left, kind))))
 
 
-def _packed(b: Box, left: jax.Array, kind: jax.Array) -> jax.Array:
+def _pack(b: Box, left: jax.Array, kind: jax.Array) -> jax.Array:
     """Boxes, ways and kinds as a number each: one by one, they take 1.2 times as long in all."""
     return b.x | b.y << 8 | b.w << 16 | b.h << 22 | left << 27 | kind << 28
 
@@ -281,8 +281,8 @@ def _in_ring(m: Ram, of_records: jax.Array) -> jax.Array:
 
 def _colored(b: Box, kind: int) -> Box:
     """Objects of a kind with the colours of what the ends of the view leave of them."""
-    index = b.h + when(b.y < MIDDLE, ROWS + 1)
-    return dataclasses.replace(b, color=pick(index, _seen(kind, COLORS[kind])))
+    index = b.h + when(b.y < MIDDLE, PICTURE_ROWS + 1)
+    return dataclasses.replace(b, color=pick(index, _seen(kind, KIND_COLORS[kind])))
 
 
 def _single(b: Box) -> Box:
@@ -291,24 +291,24 @@ def _single(b: Box) -> Box:
     return box(x, y, w, h, jnp.any(b.valid))
 
 
-def _player_x(m: Ram) -> jax.Array:
+def _player_x_before(m: Ram) -> jax.Array:
     """The player's position before the last move."""
     pressed = ((m.stick & HORIZONTAL) != HORIZONTAL) & (m.mode == Mode.FLIES)
-    left = (m.stick & LEFT) > 0
+    left = (m.stick & STICK_LEFT) > 0
     moved = jnp.where(left, m.x_part + m.thrust > 255, m.x_part < m.thrust) & pressed
     return m.x + when(moved, jnp.where(left, 1, -1))
 
 
-def _player(m: Ram, x: jax.Array) -> Box:
+def _player_box(m: Ram, x: jax.Array) -> Box:
     starts = (m.offset == START_OFFSET) & (m.fuel == FULL) & (m.fuel_part == START_PART)
     turned = ((m.sticks & HORIZONTAL) != HORIZONTAL) & (m.mode != Mode.WAITS) & ~starts
-    mirrored = turned & (m.sticks & LEFT > 0)
+    mirrored = turned & (m.sticks & STICK_LEFT > 0)
     there = among(m.look, (Look.STRAIGHT, Look.TURNED)) | (m.mode == Mode.CRASH)
     x = x + when(mirrored, 1)
     return PLAYERS.box(when(turned, 1), x, 145, mirrored=mirrored, valid=there)
 
 
-def _missile(m: Ram, player_x: jax.Array) -> Box:
+def _missile_box(m: Ram, player_x: jax.Array) -> Box:
     """The missile; where it has just hit something, the time since it was fired tells its row."""
     flies = among(m.missile_y, range(FIRED + 1, OFF))
     shot = jnp.any((m.kind == Kind.HIT) & (m.shot == np.arange(RECORDS))) | (m.shot_bank == 0)
@@ -321,21 +321,21 @@ def _missile(m: Ram, player_x: jax.Array) -> Box:
     return box(x - 1, top, 1, 8, flies | struck).clip(8, first, *MISSILE_VIEW[2:])
 
 
-def _needle(m: Ram) -> Box:
+def _needle_box(m: Ram) -> Box:
     """The gauge before some fuel was used, which is a 1 / 8 on every frame, or taken in."""
     used = (m.fuel_part >= USED_PART) & (m.mode == Mode.FLIES)
     steps = jnp.minimum(m.fuel + when(used, 1), FULL) >> 3
     return box(NEEDLE_X + steps, 179, 2, 10, value=FUEL_STEP * steps)
 
 
-def _score(m: Ram) -> Box:
+def _score_box(m: Ram) -> Box:
     """The score; all points are tens."""
     digits = [when(d < BLANK, d >> 3) for d in m.digits]
     tens = functools.reduce(lambda total, digit: total * 10 + digit, digits)
     return SCORE.box(tens * 10 + (m.ones >> 3), value=tens * 10)
 
 
-def _lives(m: Ram) -> Box:
+def _lives_box(m: Ram) -> Box:
     digit = m.icon >> 3
     return LIVES.box(digit, valid=m.icon < NO_DIGIT, value=digit + 1)
 

@@ -140,7 +140,7 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    enemies, balls = _enemies(m), _balls(m)
+    enemies, balls = _enemy_boxes(m), _ball_boxes(m)
     submarines = m.look >= Look.SUBMARINE
     return {
         "Player": _player(m),
@@ -193,15 +193,15 @@ def _player(m: Ram) -> Box:
 
 def _torpedo(m: Ram) -> Box:
     """The submarine's torpedo: what has come out of the submarine, which is in front of it."""
-    left, right, hull = m.torpedo_x, m.torpedo_x + 8, m.x + 16
-    inside = (left < hull) & (right > m.x)
-    first = jnp.where(inside & (left >= m.x), hull, left)
+    left, right, hull_x = m.torpedo_x, m.torpedo_x + 8, m.x + 16
+    inside = (left < hull_x) & (right > m.x)
+    first = jnp.where(inside & (left >= m.x), hull_x, left)
     last = jnp.where(inside & (left < m.x), m.x, right)
     there = (m.torpedo_x > 0) & (first < last)
     return box(first, m.y + 40, last - first, 1, there).clip(*VIEW)
 
 
-def _enemies(m: Ram) -> Box:
+def _enemy_boxes(m: Ram) -> Box:
     """Sharks or enemy submarines."""
     x = (jnp.repeat(m.enemy_x, 3) + 16 * PLACE_OF) & 255
     look, leftward = jnp.repeat(m.look, 3), jnp.repeat(m.leftward, 3)
@@ -219,12 +219,12 @@ def _enemies(m: Ram) -> Box:
 
 
 def _enemy_color(m: Ram, look: jax.Array) -> jax.Array:
-    gray = len(SHARK_COLORS)
-    index = jnp.where(look >= Look.SUBMARINE, gray, m.level_color)
+    gray_index = len(SHARK_COLORS)
+    index = jnp.where(look >= Look.SUBMARINE, gray_index, m.level_color)
     return pick(index, (*SHARK_COLORS, GRAY))
 
 
-def _balls(m: Ram) -> Box:
+def _ball_boxes(m: Ram) -> Box:
     """Divers, or torpedoes of enemy submarines."""
     picture = BALL_LOOKS * (8 + _cut_off(m.ball_x)) + m.ball_look
     there = (m.ball_x > 0) & (m.ball_x < 160)

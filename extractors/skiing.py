@@ -43,8 +43,8 @@ from ocjax.vision.shapes import Shape
 
 ROM = Rom("skiing", "b76fbadc8ffb1f83e2ca08b6fb4d6c9f")
 DIGIT_ROWS = ROM.bytes(0x700, 7 * 16).reshape(7, 16)[::-1, :10]  # of all digits, the top ones first
-FONT = Font(tuple(map(tuple, DIGIT_ROWS.T.tolist())), dots=6)
-GATES = NumberDisplay(FONT, right=81, top=6, digits=2)
+DIGIT_FONT = Font(tuple(map(tuple, DIGIT_ROWS.T.tolist())), dots=6)
+GATES = NumberDisplay(DIGIT_FONT, right=81, top=6, digits=2)
 
 
 class Thing:  # what a record shows
@@ -149,16 +149,16 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    objects = _objects(m)
+    objects = _object_boxes(m)
     hundredths = m.time - 4000 * div(m.time, 10000)
-    gates = _shown_gates(m)
+    gates_left = _shown_gates(m)
     return {
         "Player": _player(m),
         "Flag": objects[:4],
         "Mogul": objects[4:7],
         "Tree": objects[7:],
-        "Score": GATES.box(gates, value=-hundredths),
-        "Gates": GATES.box(gates),
+        "Score": GATES.box(gates_left, value=-hundredths),
+        "Gates": GATES.box(gates_left),
         "Clock": box(59, 16, 38, 7, value=_shown_time(m, hundredths)),
     }
 
@@ -186,7 +186,7 @@ def _last_step(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 
 def _player(m: Ram) -> Box:
-    pose = _pose(m)
+    pose = _shown_pose(m)
     width = pick(pose, (8, 8, 7, 7, 8))
     is_mirrored = m.heading <= STRAIGHT
     start = jnp.where((pose == DOWN) ^ (is_mirrored & (width == 7)), 1, 0)
@@ -197,7 +197,7 @@ def _player(m: Ram) -> Box:
     return box(x, y, width, height, orientation=compass)
 
 
-def _pose(m: Ram) -> jax.Array:
+def _shown_pose(m: Ram) -> jax.Array:
     slope = jnp.minimum(m.heading, 15 - m.heading)
     fell = m.crashed == 1
     # The crash shows once more after the skier has risen.
@@ -206,7 +206,7 @@ def _pose(m: Ram) -> jax.Array:
     return jnp.where(lies, LYING, slope >> 1)
 
 
-def _records(m: Ram) -> jax.Array:
+def _records_in_order(m: Ram) -> jax.Array:
     """The eight records in their own order, a byte each of last row, x, y and kind.
 
     Record k is at (turn + 7 - k) modulo 8 of the list.
@@ -220,9 +220,9 @@ def _records(m: Ram) -> jax.Array:
     return records
 
 
-def _objects(m: Ram) -> Box:
+def _object_boxes(m: Ram) -> Box:
     """Tight boxes of what the playfield leaves of four flags, three moguls and six trees."""
-    records = _records(m)
+    records = _records_in_order(m)
     record = jnp.stack([records[k] for k in SLOT_RECORDS])
     last_row, y, kind = record & 255, record >> 16 & 255, record >> 24 & 7
     shows = jnp.where((kind & 2) == 2, Thing.TREE, kind & 1)
@@ -256,7 +256,7 @@ FLAG = Blobs((BLUE, RED), FIELD, Shape(w=(1, 5), h=(1, 14)), gap=(4, 8))
 BUMP = Blobs(GRAYS, FIELD, Shape(w=(1, 16), h=(1, 6)), gap=(8, 4))
 TREES = Blobs(GREENS, FIELD, Shape(w=(1, 16), h=(1, 30)), gap=(8, 4))
 UNITS = (6000, 1000, 100, 10, 1)  # hundredths of a 1 in each of the clock's digits
-read_clock = functools.partial(Digits, FONT, (59, 68, 75, 84, 91), 16)
+read_clock = functools.partial(Digits, DIGIT_FONT, (59, 68, 75, 84, 91), 16)
 UPPER = (20, 4, 140, 14)  # around the gates to go
 REWARDS = Bounds(BLACK, UPPER, value=read_clock(weights=tuple(-unit for unit in UNITS)))
 CLOCK = Bounds(BLACK, (20, 14, 140, 26), value=read_clock(weights=UNITS))

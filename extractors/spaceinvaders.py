@@ -75,7 +75,7 @@ SHIELDS_TOP = 157
 NO_SAUCER = 180  # `saucer_x`
 SAUCER_EXPLODES = 57  # these bits of `explosion`: row 7
 DEATH_BEGINS = 129  # `clock`, on this frame and the next
-SAVER = 128  # `saver_clock`, this or more: the screen saver is shown
+SAVER_SHOWN = 128  # `saver_clock`, this or more: the screen saver is shown
 BLINK = 8  # bit of `clock`
 GONE = 112  # `y`, or more, of no bullet
 LOWEST = 108  # `y` that no flying bullet reaches
@@ -125,14 +125,14 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     x_1, x_2 = packed_position(m.cannon_code) - 1
-    saucer = _saucer(m)
+    saucer = _saucer_box(m)
     return {
         "Player": _cannon(m, x_1, m.cannon_1, m.died_1),
         "Player2": _cannon(m, x_2, m.cannon_2, m.died_2),
-        "Alien": _aliens(m),
-        "Shield": _shields(m),
+        "Alien": _alien_boxes(m),
+        "Shield": _shield_boxes(m),
         "Satellite": saucer,
-        "Bullet": _bullets(m, saucer.valid),
+        "Bullet": _bullet_boxes(m, saucer.valid),
         "Lives": box(84, 185, 12, 10, (m.starting == 1) & (m.fallen == 0), value=m.lives),
         "P1Score": SCORE_1.box(m.score[0]),
         "P2Score": SCORE_2.box(m.score[1], valid=~saucer.valid),
@@ -155,7 +155,7 @@ def _cannon(m: Ram, x: jax.Array, there: jax.Array, died: jax.Array) -> Box:
     return box(x, 185, jnp.where(shows_death, 8, 7), 10, there, value=m.lives)
 
 
-def _aliens(m: Ram) -> Box:
+def _alien_boxes(m: Ram) -> Box:
     # An alien that was hit on this very frame is still drawn whole.
     just_hit = _odd(m) & ((m.alien_points[0] > 0) | (m.alien_points[1] > 0))
     explodes = (m.explosion & 63) == 8 * ALIEN_ROW + ALIEN_COLUMN
@@ -178,7 +178,7 @@ def _explosion(m: Ram, x: jax.Array, y: jax.Array | int) -> Box:
     return box(x + inset, y + 2 * inset, 8 - 2 * inset, pick(stage, (5, 9, 10)))
 
 
-def _saucer(m: Ram) -> Box:
+def _saucer_box(m: Ram) -> Box:
     x = packed_position(m.saucer_code)
     just_hit = _odd(m) & ((m.saucer_points[0] > 0) | (m.saucer_points[1] > 0))
     moving = m.saucer_x != NO_SAUCER
@@ -190,7 +190,7 @@ def _saucer(m: Ram) -> Box:
     return saucer.where((m.demo == 0) & (moving | leaving))
 
 
-def _shields(m: Ram) -> Box:
+def _shield_boxes(m: Ram) -> Box:
     """Tight boxes around what is left of the shields."""
     lines = [m.shields[row::SHIELD_ROWS] for row in range(SHIELD_ROWS)]
     seen = list(enumerate(line > 0 for line in lines))
@@ -206,18 +206,18 @@ def _shields(m: Ram) -> Box:
     return box(x + left, y, 8 - left - right, h, there)
 
 
-def _bullets(m: Ram, saucer: jax.Array) -> Box:
-    bombs = jnp.where(_odd(m), m.bomb_y, _drawn(m, m.bomb_y))
-    shots = jnp.where(_odd(m), _drawn(m, m.shot_y), m.shot_y)
+def _bullet_boxes(m: Ram, saucer: jax.Array) -> Box:
+    bombs = jnp.where(_odd(m), m.bomb_y, _drawn_y(m, m.bomb_y))
+    shots = jnp.where(_odd(m), _drawn_y(m, m.shot_y), m.shot_y)
     swapped = m.first_owner == 1  # shots go to their owners' slots
     y = jnp.concatenate([bombs, jnp.where(swapped, shots[::-1], shots)])
     x = jnp.concatenate([m.bomb_x, jnp.where(swapped, m.shot_x[::-1], m.shot_x)]) - 2
-    top = _line(m, Switch(y - 3, x, ending=False), saucer)
-    bottom = _line(m, Switch(y + 1, x, ending=True), saucer)
+    top = _first_line(m, Switch(y - 3, x, ending=False), saucer)
+    bottom = _first_line(m, Switch(y + 1, x, ending=True), saucer)
     return box(x, top, 1, bottom - top, y < GONE)
 
 
-def _drawn(m: Ram, y: jax.Array) -> jax.Array:
+def _drawn_y(m: Ram, y: jax.Array) -> jax.Array:
     """Where the two bullets of this frame were drawn.
 
     The counter that ran down from the position of a bullet tells where one was that hit something.
@@ -257,7 +257,7 @@ class Switch:
         return jnp.ones_like(self.x) if self.ending else self.late(column)
 
 
-def _line(m: Ram, s: Switch, saucer: jax.Array) -> jax.Array:
+def _first_line(m: Ram, s: Switch, saucer: jax.Array) -> jax.Array:
     """The first screen line that shows a switch.
 
     Args:
@@ -322,7 +322,7 @@ LIVES = Bounds(BROWN, (84, 185, 96, 195), min_size=(12, 10), value=Digits(FONT, 
 
 
 def _saver_key(m: Ram) -> jax.Array:
-    return jnp.where(m.saver_clock >= SAVER, m.saver_clock, -1)
+    return jnp.where(m.saver_clock >= SAVER_SHOWN, m.saver_clock, -1)
 
 
 GAME = Game(

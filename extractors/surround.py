@@ -38,19 +38,19 @@ ROM = Rom("surround", "4d7517ae69f95cfbc053be01312b7dba")
 DIGITS = ROM.rows([0x739 + 5 * digit for digit in range(10)], 5, top_first=True) >> 1 & 7
 
 
-def _font(lines: tuple[int, ...]) -> Font:
+def _font_of(lines: tuple[int, ...]) -> Font:
     """The digits; each row has its own number of lines."""
     glyphs = (np.repeat(rows, lines) for rows in DIGITS)
     return Font(tuple(tuple(rows.tolist()) for rows in glyphs), dots=3, dot=(4, 1), pitch=16)
 
 
-ENEMY_SCORE = NumberDisplay(_font((3, 3, 3, 3, 5)), right=44, top=5, digits=2)
-PLAYER_SCORE = NumberDisplay(_font((3, 3, 3, 3, 4)), right=124, top=6, digits=2)
+ENEMY_SCORE = NumberDisplay(_font_of((3, 3, 3, 3, 5)), right=44, top=5, digits=2)
+PLAYER_SCORE = NumberDisplay(_font_of((3, 3, 3, 3, 4)), right=124, top=6, digits=2)
 
-ROWS = range(1, 19)  # of the trail
+TRAIL_ROWS = range(1, 19)
 COLUMNS = range(1, 39)
-CELL_X = tuple(4 * column for _ in ROWS for column in COLUMNS)
-CELL_Y = tuple(27 + 9 * row for row in ROWS for _ in COLUMNS)
+CELL_X = tuple(4 * column for _ in TRAIL_ROWS for column in COLUMNS)
+CELL_Y = tuple(27 + 9 * row for row in TRAIL_ROWS for _ in COLUMNS)
 HEAD = 9  # lines of a player
 GROUND = (80, 2)  # a pixel that has the field's colour
 FIELD = (0, 26, 160, 206)
@@ -75,11 +75,11 @@ class Blinks:  # of `Ram.blinks`
 
 
 class Ram(RamMap):
-    outer = byte(*ROWS)  # columns 0-3 in the low nibble, 20-23 in the high one
-    left = byte(*(20 + row for row in ROWS))  # columns 4-11
-    middle = byte(*(40 + row for row in ROWS))  # 12-19
-    right = byte(*(60 + row for row in ROWS))  # 24-31
-    last = byte(*(80 + row for row in ROWS))  # 32-39
+    outer = byte(*TRAIL_ROWS)  # columns 0-3 in the low nibble, 20-23 in the high one
+    left = byte(*(20 + row for row in TRAIL_ROWS))  # columns 4-11
+    middle = byte(*(40 + row for row in TRAIL_ROWS))  # 12-19
+    right = byte(*(60 + row for row in TRAIL_ROWS))  # 24-31
+    last = byte(*(80 + row for row in TRAIL_ROWS))  # 32-39
     enemy_row = byte(109)
     player_row = byte(110)
     enemy_column = byte(111)
@@ -98,20 +98,20 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    enemy, player, trail = (_color(m, i) for i in range(3))
-    enemy = jnp.where((m.enemy_hit & (1 - m.enemy_bright) & m.playing) == 1, trail, enemy)
+    enemy_dark = (m.enemy_hit & (1 - m.enemy_bright) & m.playing) == 1
     waits = (m.blinks == Blinks.NOT_YET) & (m.enemy_hit == 0)
-    dark = (m.player_hit & (1 - m.player_bright) & m.playing) == 1
-    player = jnp.where(dark & ~waits, trail, player)
-    walls = np.array(WALLS)
-    x, y, w, h = walls[:, 0], walls[:, 1], walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1]
+    player_dark = ((m.player_hit & (1 - m.player_bright) & m.playing) == 1) & ~waits
+    trail_color = _color(m, 2)
+    enemy_color = jnp.where(enemy_dark, trail_color, _color(m, 0))
+    player_color = jnp.where(player_dark, trail_color, _color(m, 1))
+    left, top, right, bottom = np.array(WALLS).T
     return {
-        "Player": box(4 * m.player_column, 26 + 9 * m.player_row, 4, HEAD, color=player),
-        "Enemy": box(4 * m.enemy_column, 26 + 9 * m.enemy_row, 4, HEAD, color=enemy),
-        "Trail": box(np.array(CELL_X), np.array(CELL_Y), 4, 8, _trail(m), color=trail),
-        "Border": box(x, y, w, h, m.open_field == 0, color=trail),
-        "PlayerScore": PLAYER_SCORE.box(m.player_score, color=player),
-        "EnemyScore": ENEMY_SCORE.box(m.enemy_score, color=enemy),
+        "Player": box(4 * m.player_column, 26 + 9 * m.player_row, 4, HEAD, color=player_color),
+        "Enemy": box(4 * m.enemy_column, 26 + 9 * m.enemy_row, 4, HEAD, color=enemy_color),
+        "Trail": box(np.array(CELL_X), np.array(CELL_Y), 4, 8, _trail_cells(m), color=trail_color),
+        "Border": box(left, top, right - left, bottom - top, m.open_field == 0, color=trail_color),
+        "PlayerScore": PLAYER_SCORE.box(m.player_score, color=player_color),
+        "EnemyScore": ENEMY_SCORE.box(m.enemy_score, color=enemy_color),
     }
 
 
@@ -120,7 +120,7 @@ def _color(m: Ram, index: int) -> jax.Array:
     return lookup(PALETTE, 4 * m.game + index) ^ key
 
 
-def _trail(m: Ram) -> jax.Array:
+def _trail_cells(m: Ram) -> jax.Array:
     """Which cells of the field have a piece of the trail."""
     parts = (
         (m.outer, RISING[1:4]),
@@ -147,7 +147,7 @@ BETWEEN = tuple(
     (0, 27 + 9 * row, 160, 35 + 9 * row) for row in range(20)
 )  # all but the lines between rows
 CRASHED = Bounds(TRAIL, FIELD, max_size=(4, 1), ignore=BETWEEN, then=(Whole(),))
-player = functools.partial(Category, otherwise=CRASHED)
+crashing = functools.partial(Category, otherwise=CRASHED)
 
 GAME = Game(
     name="Surround",
@@ -156,8 +156,8 @@ GAME = Game(
     decode=decode,
     shades=Shades(GROUND, tuple(level[3] for level in LEVELS), LEVELS),
     categories=(
-        player("Player", Bounds(PLAYER, FIELD), doc="the player's head"),
-        player("Enemy", Bounds(ENEMY, FIELD), doc="the computer's head"),
+        crashing("Player", Bounds(PLAYER, FIELD), doc="the player's head"),
+        crashing("Enemy", Bounds(ENEMY, FIELD), doc="the computer's head"),
         Category("Trail", Cells(TRAIL, CELL_X, CELL_Y, 4, 8), count=684, doc="pieces of trail"),
         Category("Border", Bounds(TRAIL, WALLS), count=4, doc="top, bottom, left, right"),
         display("PlayerScore", PLAYER_SCORE.rule((PLAYER, TRAIL)), doc="rounds won"),

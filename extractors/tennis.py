@@ -98,7 +98,7 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    players, ball, scores = _players(m), _ball(m), _scores(m)
+    players, ball, scores = _player_boxes(m), _ball_boxes(m), _score_boxes(m)
     return {
         "Player": players[0],
         "Enemy": players[1],
@@ -109,7 +109,7 @@ def decode(m: Ram) -> dict[str, Box]:
     }
 
 
-def _players(m: Ram) -> Box:
+def _player_boxes(m: Ram) -> Box:
     """Both players; the body is on the left of the racket, or on the right if they are turned."""
     turned = m.turned != 0
     racket = jnp.where(turned, m.left_part, m.right_part)
@@ -120,7 +120,7 @@ def _players(m: Ram) -> Box:
     return box(x, y, w, HEIGHT, orientation=facing).clip(*FIELD)
 
 
-def _ball(m: Ram) -> Box:
+def _ball_boxes(m: Ram) -> Box:
     """The ball and its shadow, which has none of its own while the ball is on the ground."""
     near = among(m.ball_y, NEAR_YS)
     y = jnp.where(near, ENDS[1], ENDS[0]) + HEIGHT - m.ball_y
@@ -130,7 +130,7 @@ def _ball(m: Ram) -> Box:
     return box(jnp.repeat(m.ball_x, 2) - 2, y, 2, h, there).clip(*FIELD)
 
 
-def _scores(m: Ram) -> Box:
+def _score_boxes(m: Ram) -> Box:
     """The two halves of the display; they are closer together when it shows one text."""
     apart = jnp.where(m.advantage != 0, SHARED_APART, HALVES_APART)
     x = HALF_X + apart * np.arange(2) + lookup(TEXT_LEFTS, m.text)
@@ -141,7 +141,7 @@ def _scores(m: Ram) -> Box:
 sportsman = functools.partial(
     Blobs, region=FIELD, shapes=Shape(w=(8, 18), h=(16, 36)), filters=(NoLines(7),)
 )
-facing = functools.partial(Category, attributes=("orientation",))
+facing_category = functools.partial(Category, attributes=("orientation",))
 
 TENS_X = (HALF_X, HALF_X + HALVES_APART)  # free where the display shows numbers of games
 number = functools.partial(Digits, FONT, top=SCORE_TOP, weights=(GAME_POINTS,), free=TENS_X)
@@ -161,8 +161,8 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (70, 198), 76, mask=SAVER_MASK),
     categories=(
-        facing("Player", sportsman(PINK), doc="the pink player"),
-        facing("Enemy", sportsman(BLUE), doc="the blue player"),
+        facing_category("Player", sportsman(PINK), doc="the pink player"),
+        facing_category("Enemy", sportsman(BLUE), doc="the blue player"),
         Category("Ball", Blobs(WHITE, FIELD, Shape(w=(1, 2), h=(1, 2))), doc="the ball"),
         Category("BallShadow", Bounds(SHADE, FIELD), doc="its shadow"),
         display("PlayerScore", PLAYER_SCORE, doc="of the pink player"),

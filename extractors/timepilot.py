@@ -57,13 +57,13 @@ CLOUDS = ROM.bytes(0xD8D, 5).tolist()
 JET = ROM.bytes(0xD92, 5).tolist()
 ENEMY = ROM.bytes(0xD97, 5).tolist()
 WARP_WHITE = 14
-TEXT = 40
+TEXT_COLOR = 40
 GOLD = 42
 RED = 66
 VIOLET = 138
 UNUSED = (ENEMY[0], 3, 5, 7, 9)  # stand for the enemies of other eras; no frame has the odd ones
 
-PAGES = [int(page) for page in ROM.bytes(0xE3E, 5)]  # of the enemies' pictures by era
+ENEMY_PAGES = [int(page) for page in ROM.bytes(0xE3E, 5)]  # of the enemies' pictures by era
 FIRST_PAGE = 0xD8
 N_PAGES = 7
 ANIMATED = (2, 4)  # eras with two pages
@@ -71,7 +71,7 @@ BOSS_PICTURE = 0xC6
 EXPLOSION = 0xA6
 LOOKS = (*(int(p) for p in ROM.bytes(0xDD8, 8)), BOSS_PICTURE, EXPLOSION)  # eight ways first
 BOSS = 8  # place in `LOOKS`
-EXPLODES = 9  # place in `LOOKS`
+EXPLOSION_LOOK = 9  # place in `LOOKS`
 WESTWARD = 4  # least way to the west; their pictures are mirrored
 JET_LOOKS = tuple(int(p) for p in ROM.bytes(0xECD, 8))  # by way
 
@@ -99,7 +99,7 @@ class Player:  # bits of `Ram.player`
 BLANKED = 128  # least `idle` of a blank screen
 SKY = (0, 33, 160, 177)
 LANE = 16
-LATE = 20  # least `x` at which the picture is set before the first row is over
+LATE_X = 20  # least `x` at which the picture is set before the first row is over
 UPPER_EDGE = 143  # `y` of a plane whose last row is the first one of the sky
 WRAPS = range(131, 144)  # `y` of a plane that has a part at the lower edge
 AT_JET = range(48, 80)  # `y` of a plane that may have hit the jet
@@ -120,7 +120,7 @@ ENEMY_ROWS = [
 ]
 
 
-def _cuts() -> Pictures:
+def _cut_pictures() -> Pictures:
     """The pictures as they are cut by edges.
 
     Without 2 and 1 columns on the left, whole, and without 1 and 2 on the right; of each of these,
@@ -148,15 +148,15 @@ def _behind_clouds(rows: np.ndarray) -> list[np.ndarray]:
     return out
 
 
-CUTS = _cuts()
+CUTS = _cut_pictures()
 N_CUTS = 5  # of columns
 WHOLE = 2  # of them
 JET_ROWS = [ROM.rows(BANK | 0x500 | look, LANE) for look in (*JET_LOOKS, *[Look.EXPLODES] * 2)]
-MIRRORED = np.array([0, 0, 0, 0, 1, 1, 1, 1, 0, 1])
+MIRRORED_LOOKS = np.array([0, 0, 0, 0, 1, 1, 1, 1, 0, 1])
 JETS = Pictures.of(
     [
         shown
-        for rows, flip in zip(JET_ROWS, MIRRORED, strict=True)
+        for rows, flip in zip(JET_ROWS, MIRRORED_LOOKS, strict=True)
         for shown in _behind_clouds(mirrored(rows) if flip else rows)
     ]
 )
@@ -191,17 +191,17 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     there = (m.idle < BLANKED) & ~_warps(m)
-    jet, enemy = pick(m.era, JET), pick(m.era, ENEMY)
-    enemies = replace(_enemies(m).where(there), color=enemy)
-    shots = replace(_enemy_shots(m).where(there), color=enemy)
+    jet_color, enemy_color = pick(m.era, JET), pick(m.era, ENEMY)
+    enemies = replace(_enemy_boxes(m).where(there), color=enemy_color)
+    shot_boxes = replace(_enemy_shots(m).where(there), color=enemy_color)
     return {
         **{f"Enemy_{name}": enemies.where(m.era == era) for era, name in enumerate(ERAS)},
-        **{f"Enemy_{name}_Shot": shots.where(m.era == era) for era, name in enumerate(ERAS)},
-        "Player": replace(_jet(m), color=jnp.where(_warps(m), WARP_WHITE, jet)),
-        "Player_Shot": replace(_shot(m).where(there), color=jet),
-        "Life": _icons(m).where(_flight(m)),
-        "Enemies_Left": _left(m),
-        "Score": _score(m),
+        **{f"Enemy_{name}_Shot": shot_boxes.where(m.era == era) for era, name in enumerate(ERAS)},
+        "Player": replace(_jet_box(m), color=jnp.where(_warps(m), WARP_WHITE, jet_color)),
+        "Player_Shot": replace(_shot(m).where(there), color=jet_color),
+        "Life": _icon_boxes(m).where(_flight(m)),
+        "Enemies_Left": _enemies_left(m),
+        "Score": _score_box(m),
     }
 
 
@@ -226,7 +226,7 @@ def _just_hit(m: Ram) -> jax.Array:
     return (m.look == Look.EXPLODES) & (m.timer == 0) & (m.bars > 0)
 
 
-def _jet(m: Ram) -> Box:
+def _jet_box(m: Ram) -> Box:
     """The jet, of which clouds may hide a part."""
     explodes = ((m.look == Look.EXPLODES) & ~_just_hit(m)) | _just_gone(m)
     look = jnp.where(explodes, 8 + (m.way >> 2), m.way)
@@ -234,9 +234,9 @@ def _jet(m: Ram) -> Box:
     there = ((m.look != Look.GONE) | _just_gone(m)) & ~fresh & (m.idle < BLANKED)
     cloud = len(CLOUD_ROWS) * m.cloud_place + (m.cloud_row >> 2)
     cloud = when(~_warps(m), jnp.clip(cloud + 1, 1, CLOUD_PLACES * len(CLOUD_ROWS)))
-    whole = (CLOUD_PLACES * len(CLOUD_ROWS) + 1) * look
-    seen = JETS.box(whole + cloud, 76, 97, valid=there, orientation=2 * m.way)
-    return choose(seen.w > 0, seen, JETS.box(whole, 76, 97, valid=there, orientation=2 * m.way))
+    intact = (CLOUD_PLACES * len(CLOUD_ROWS) + 1) * look
+    seen = JETS.box(intact + cloud, 76, 97, valid=there, orientation=2 * m.way)
+    return choose(seen.w > 0, seen, JETS.box(intact, 76, 97, valid=there, orientation=2 * m.way))
 
 
 def _shot(m: Ram) -> Box:
@@ -247,10 +247,10 @@ def _shot(m: Ram) -> Box:
     return box(wrap(x - 5), 176 - y - (y & 1), 1, 2, m.shot_y[0] > 0)
 
 
-def _enemies(m: Ram) -> Box:
+def _enemy_boxes(m: Ram) -> Box:
     """The planes, and what they have at the lower edge."""
     picture, past_edge = _enemy_pictures(m), UPPER_EDGE - m.y
-    room = past_edge - when(m.x < LATE, 1)  # rows below the upper edge, less 1
+    room = past_edge - when(m.x < LATE_X, 1)  # rows below the upper edge, less 1
     most = jnp.minimum(room, jnp.where((m.y & 15) < 3, 15 - (m.y & 15), LANE - 1))
     low = picture + jnp.clip(most, 0, LANE - 1)
     high = picture + LANE + jnp.clip(past_edge, 0, LANE - 1)
@@ -258,17 +258,17 @@ def _enemies(m: Ram) -> Box:
     there = jnp.concatenate([there, there & among(m.y, WRAPS)])
     index, y = jnp.concatenate([low, high]), jnp.concatenate([161 - m.y, 305 - m.y])
     x, way = jnp.tile(m.x, 2), jnp.tile(m.enemy_way, 2)
-    planes = CUTS.box(index, x - 4, y, mirrored=way >= WESTWARD, valid=there, orientation=2 * way)
-    return planes.clip(*SKY)
+    boxes = CUTS.box(index, x - 4, y, mirrored=way >= WESTWARD, valid=there, orientation=2 * way)
+    return boxes.clip(*SKY)
 
 
 def _enemy_pictures(m: Ram) -> jax.Array:
     """The first pictures in `CUTS` of what the planes look like and the columns that they have."""
     spared = _just_hit(m) & (m.explosion == 0) & among(m.y, AT_JET)
     hit, mother = (m.flags & Flag.HIT) > 0, (m.flags & Flag.MOTHER) > 0
-    look = match((hit & ~spared, EXPLODES), (mother, BOSS), otherwise=m.enemy_way)
+    look = match((hit & ~spared, EXPLOSION_LOOK), (mother, BOSS), otherwise=m.enemy_way)
     second = among(m.era, ANIMATED) & ((m.clock - 1 & 8) > 0)
-    page = pick(m.era, PAGES) - FIRST_PAGE + when(second, 1)
+    page = pick(m.era, ENEMY_PAGES) - FIRST_PAGE + when(second, 1)
     beyond = jnp.clip(4 - m.x, 0, 2)  # columns
     cut = WHOLE + jnp.where(m.enemy_way >= WESTWARD, beyond, -beyond)
     return 2 * LANE * (N_CUTS * (len(LOOKS) * page + look) + cut)
@@ -288,18 +288,18 @@ def _enemy_shots(m: Ram) -> Box:
     return box(wrap(x - 5), 176 - y - (y & 1), 1, 2, there).clip(*SKY)
 
 
-def _icons(m: Ram) -> Box:
+def _icon_boxes(m: Ram) -> Box:
     left = pick(m.lives, (80, 80, 80, 72, 64))
     right = jnp.where(m.lives > 1, 96, 88)
     return box(left, 18, right - left, 10, m.lives > 0, value=m.lives + 1)
 
 
-def _left_boxes() -> BoxTable:
+def _boxes_of_icons() -> BoxTable:
     """The boxes of up to six icons, for each number of them and era."""
     columns = ROM.bytes(BANK | 0x32B, 42).reshape(6, 7).T
     out = []
     for shown in columns:
-        for page in PAGES:
+        for page in ENEMY_PAGES:
             rows = [ROM.rows(BANK | (page & 15) << 8 | int(p), 10) if p else None for p in shown]
             used = [56 + 8 * i for i, r in enumerate(rows) if r is not None]
             ink = np.flatnonzero(sum(np.zeros(10, int) if r is None else r for r in rows))
@@ -308,24 +308,24 @@ def _left_boxes() -> BoxTable:
     return BoxTable(out)
 
 
-LEFT_BOXES = _left_boxes()
+LEFT_BOXES = _boxes_of_icons()
 PER_ICON = 4  # enemies
 
 
-def _left(m: Ram) -> Box:
+def _enemies_left(m: Ram) -> Box:
     """The icons at the bottom, one for each four enemies."""
     icons = m.left + PER_ICON - 1 >> 2
     there, color = (m.left > 0) & (m.idle < BLANKED), jnp.where(_flight(m), 0, RED)
-    index, value = len(PAGES) * icons + m.era, PER_ICON * icons
+    index, value = len(ENEMY_PAGES) * icons + m.era, PER_ICON * icons
     return LEFT_BOXES.at(index, y=180, valid=there, value=value, color=color)
 
 
-def _score(m: Ram) -> Box:
+def _score_box(m: Ram) -> Box:
     """The score, or the text in its place."""
     value = 100 * m.score
     text = box(56, 7, 48, 9, m.state >= State.READY, value=value)
     shown = choose(_flight(m), SCORE.box(value), text)
-    return replace(shown, color=jnp.where(_flight(m), GOLD, TEXT))
+    return replace(shown, color=jnp.where(_flight(m), GOLD, TEXT_COLOR))
 
 
 plane_category = functools.partial(Category, attributes=("orientation",), count=8)
@@ -362,6 +362,6 @@ GAME = Game(
         *(shot_category(f"Enemy_{n}_Shot", r) for n, r in zip(ERAS, SHOTS, strict=True)),
         display("Life", Bounds(VIOLET, (64, 18, 96, 28), value=Gauge(8, 0, 1)), doc="lives"),
         display("Enemies_Left", LAST_ICONS, doc="before the mother ship comes, at most"),
-        display("Score", SCORE.rule((GOLD, TEXT)), doc="points"),
+        display("Score", SCORE.rule((GOLD, TEXT_COLOR)), doc="points"),
     ),
 )

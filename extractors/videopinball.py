@@ -77,9 +77,9 @@ DIAMOND = 0x50
 SPINS = (0x57, 0x5E, 0x65, 0x6C)
 LOGO = 0x73
 LIT = 0x7B
-CROSS = 0x83
+CROSS_LOGO = 0x83
 PICTURES = ROM.pictures(
-    [0xC00 | at for at in (*range(0, 0x50, 8), DIAMOND, *SPINS, LOGO, LIT, CROSS)],
+    [0xC00 | at for at in (*range(0, 0x50, 8), DIAMOND, *SPINS, LOGO, LIT, CROSS_LOGO)],
     7,
     top_first=True,
 )
@@ -127,7 +127,7 @@ WALL_ROWS = 22  # of the playfield
 LAST_ROWS = {20: (0xB0, 0xF0, 0x00), 21: (0xB0, 0xFF, 0x0F)}  # that the ROM does not list
 
 
-def _extents(left: int, right: int) -> list[list[int]]:
+def _flipper_extents(left: int, right: int) -> list[list[int]]:
     """Left edge, top, width and height of the four pictures of a flipper, each of two halves."""
     out = []
     for i in range(4):
@@ -138,7 +138,7 @@ def _extents(left: int, right: int) -> list[list[int]]:
     return np.array(out).T.tolist()
 
 
-FLIPPERS = (_extents(0xD00, 0xD40), _extents(0xD80, 0xDC0))
+FLIPPERS = (_flipper_extents(0xD00, 0xD40), _flipper_extents(0xD80, 0xDC0))
 
 
 def _walls() -> tuple[tuple[int, int, int, int], ...]:
@@ -184,15 +184,15 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     boxes = {
-        "Ball": _ball(m),
-        "Flipper": _flippers(m),
+        "Ball": _ball_box(m),
+        "Flipper": _flipper_boxes(m),
         "Plunger": _plunger(m),
-        "Bumper": _bumpers(m),
+        "Bumper": _bumper_boxes(m),
         "DropTarget": _picture(Place.DIAMOND, np.array((60, 76, 92)), 24).where(_up(m)),
         "Target": _picture(Place.LIT, 77, 120).where(m.target == LIT),
         "Rollover": _rollovers(m),
         "Spinner": _spinners(m),
-        "Logo": _logos(m),
+        "Logo": _logo_boxes(m),
         "DifficultyLevel": PLAYER_NUMBER.box(m.player + 1),
         "LifeUsed": BALL_NUMBER.box(m.ball),
         "Score": SCORE.box(m.score),
@@ -206,15 +206,15 @@ def _plunger(m: Ram) -> Box:
     return box(148, top, 4, 192 - top)
 
 
-def _bumpers(m: Ram) -> Box:
+def _bumper_boxes(m: Ram) -> Box:
     """The bumpers before all targets were hit, which gives them the next number."""
     next_now = (m.sound == Sound.ALL_HIT) & (m.bumper > NEXT_NUMBER)
     bumper = m.bumper - when(next_now, NEXT_NUMBER)
     return box(BUMPER_X, BUMPER_Y, 16, 32, value=100 * (bumper >> 3))
 
 
-def _logos(m: Ram) -> Box:
-    cross = m.logo == CROSS
+def _logo_boxes(m: Ram) -> Box:
+    cross = m.logo == CROSS_LOGO
     place = jnp.where(cross, Place.CROSS, Place.LOGO)
     return _picture(place, np.array((60, 76, 92)), 152).where(cross | (m.logo == LOGO))
 
@@ -226,7 +226,7 @@ def _picture(index: jax.Array | int, x: jax.Array | np.ndarray | int, y: int) ->
     return box(x + left, y + 2 * top, width, 2 * height)
 
 
-def _ball(m: Ram) -> Box:
+def _ball_box(m: Ram) -> Box:
     """The ball before a wall has moved it, or where it was lost."""
     x, y = _ball_drawn(m)
     left = (y & 1 == 0) & (x <= LATE_COLUMN)
@@ -257,7 +257,7 @@ def _late(y: jax.Array) -> jax.Array:
     return (y >= PICTURE_ROWS.start) & (y < PICTURE_ROWS.stop) & (row < 16) & (row & 7 < 6)
 
 
-def _flippers(m: Ram) -> Box:
+def _flipper_boxes(m: Ram) -> Box:
     states = m.left_flipper, m.right_flipper
     extents = (
         [pick(state, table) for table in tables]
@@ -308,7 +308,7 @@ LOGOS = tuple((x, 152, x + 8, 168) for x in (60, 76, 92))
 BALL = Bounds(BLUE, FIELD, (1, 2), ignore=_walls())
 LOGO_ROWS = tuple((ROM.rows(0xC00 | LOGO, 7, top_first=True) >> 1).tolist())
 NUMBER_OR_LOGO = replace(NUMBERS, signs=(LOGO_ROWS,))  # the logo counts 0
-NUMBER = tuple(Digits(NUMBER_OR_LOGO, (left,), 56) for left in (45, 109))
+ROLLOVER_NUMBERS = tuple(Digits(NUMBER_OR_LOGO, (left,), 56) for left in (45, 109))
 BONUS = tuple(Digits(NUMBERS, (x + 5,), y + 8, weights=(100,)) for x, y in CORNERS)
 BUMPERS = Bounds((BLUE, GOLD), FRAMES, value=BONUS)
 
@@ -338,7 +338,7 @@ GAME = Game(
         Category("Target", Bounds(GOLD, (76, 120, 86, 136)), doc="lit now and then"),
         Category(
             "Rollover",
-            Bounds(GOLD, ((44, 56, 52, 72), (108, 56, 116, 72)), value=NUMBER),
+            Bounds(GOLD, ((44, 56, 52, 72), (108, 56, 116, 72)), value=ROLLOVER_NUMBERS),
             count=2,
             attributes=("value",),
             doc="the number and the logo",

@@ -53,7 +53,7 @@ RIGHT_EDGE = 151  # of the Yar's columns
 LEFT_EDGE = 5
 NO_CANNON = 240  # from here on, `cannon_y` is none
 LAST_PICTURE = 0x59  # `look` of a Yar that has dissolved
-YAR = 124
+YAR_COLOR = 124
 SWIRLS = (52, 134, 216)
 SHIELDS = (50, 6, 116, 88)
 CANNON_COLOR = 90  # where no stripe is
@@ -61,20 +61,20 @@ LIGHTS = tuple(hue | light for hue in range(0, 256, 16) for light in range(2, 16
 DIM = tuple(hue | light for hue in range(0, 256, 16) for light in (0, 2, 4, 6) if hue | light)
 STRIPE_BITS = 246  # of a colour, in the zone
 ZONE = (52, 3, 80, 195)
-ROWS = np.arange(128) // 8  # of the shield's blocks
+SHIELD_ROWS = np.arange(128) // 8  # of the shield's blocks
 COLUMNS = np.arange(128) % 8
 CELLS_X = tuple((128 + 4 * COLUMNS).tolist())
-CELLS_Y = tuple((8 * ROWS).tolist())
+CELLS_Y = tuple((8 * SHIELD_ROWS).tolist())
 
 MOVES = ROM.bytes(0xF25, 16)
 YAR_MOVES = ROM.bytes(0xF25, 8, 2).tolist()
-DX = (8 - (MOVES >> 4 ^ 8)).tolist()  # columns a step, by heading
-DY = ((MOVES & 15 ^ 8) - 8).tolist()  # rows a step
+STEPS_X = (8 - (MOVES >> 4 ^ 8)).tolist()  # columns a step, by heading
+STEPS_Y = ((MOVES & 15 ^ 8) - 8).tolist()  # rows a step
 FAST_DX = (8 - (np.roll(ROM.bytes(0xFEA, 16), 8) >> 4 ^ 8)).tolist()  # of a fast swirl
 DELAYS = ROM.bytes(0xF08, 5).tolist()  # steps of a missile in 256 frames, by its speed
 
 
-def _zone_rows(clock: int) -> int:
+def _rows_of_zone(clock: int) -> int:
     """First row, height and first colour of the stripes that are seen, from the program's bytes."""
     seen, colors = [], []
     for row in range(1, 193, 2):
@@ -87,7 +87,7 @@ def _zone_rows(clock: int) -> int:
 
 
 CODE = ROM.bytes(0, 512)  # what stripes are made of
-ZONE_ROWS = [_zone_rows(clock) for clock in range(256)]
+ZONE_ROWS = [_rows_of_zone(clock) for clock in range(256)]
 
 
 def _double(start: int, height: int) -> np.ndarray:
@@ -180,24 +180,24 @@ class Frame(NamedTuple):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    frame = _frame(m)
-    enemy = _enemy(m, frame)
-    color = YAR & m.saver_mask
+    frame = _read_frame(m)
+    enemy = _enemy_box(m, frame)
+    color = YAR_COLOR & m.saver_mask
     return {
-        "Player": _player(m, frame),
-        "Player_Bullet": _shot(m, frame),
+        "Player": _player_box(m, frame),
+        "Player_Bullet": _shot_box(m, frame),
         "Enemy": enemy.where(m.enemy_look == EnemyLook.QOTILE),
         "Swirl": enemy.where(m.enemy_look != EnemyLook.QOTILE),
-        "Enemy_Missile": _missile(m, frame),
-        "Zorlon_Cannon": _cannon(m, frame),
-        "Shield_Block": _shield(m, frame),
+        "Enemy_Missile": _missile_box(m, frame),
+        "Zorlon_Cannon": _cannon_box(m, frame),
+        "Shield_Block": _shield_boxes(m, frame),
         "Barrier": _barrier(m, frame),
         "Score": SCORE.box(m.score, color=color),
         "Life": LIVES.box(m.lives, valid=m.lives > 0, color=color),
     }
 
 
-def _frame(m: Ram) -> Frame:
+def _read_frame(m: Ram) -> Frame:
     ends = among(m.stack, (*Stack.LIFE_LOST, Stack.EXPLOSION_DRAWN))
     waits = (m.status == Status.WAITING) & ~ends
     shows_score = waits | among(m.stack, (Stack.SCORE_DRAWN, Stack.NEW_ROUND))
@@ -215,14 +215,14 @@ def _frame(m: Ram) -> Frame:
 
 def _before(m: Ram) -> jax.Array:
     """The Yar's column before its last move: that of a waiting shot; at an edge it did not move."""
-    step = when(m.moving > 0, pick(m.heading, DX))
+    step = when(m.moving > 0, pick(m.heading, STEPS_X))
     stays = (m.x + step < LEFT_EDGE) | (m.x + step > RIGHT_EDGE)
     near = jnp.abs(m.shot_x - 4 - m.x) <= 4
     waits = (m.shot_flies == 0) & ~among(m.stack, Stack.SHOT_HIT) & near
     return jnp.where(waits, m.shot_x - 4, m.x - jnp.where(stays, 0, step))
 
 
-def _player(m: Ram, frame: Frame) -> Box:
+def _player_box(m: Ram, frame: Frame) -> Box:
     """The Yar; where it was before its last move if a missile hit it, as f645 clears HMP1."""
     by_shot = (m.dies == 1) & (m.shot_flies == 0) & (m.last_move == m.x + 12)
     thrown = among(m.stack, Stack.THROWN_BACK) | by_shot
@@ -236,7 +236,7 @@ def _player(m: Ram, frame: Frame) -> Box:
     return yar.where(~frame.score)
 
 
-def _beam(cycle: int, below: jax.Array, height: jax.Array | int, page: jax.Array) -> jax.Array:
+def _beam_x(cycle: int, below: jax.Array, height: jax.Array | int, page: jax.Array) -> jax.Array:
     """The column at which the beam is when the program turns a missile or the ball on or off.
 
     The program is later on lines of a picture and below it, and where a table crosses a page.
@@ -247,12 +247,12 @@ def _beam(cycle: int, below: jax.Array, height: jax.Array | int, page: jax.Array
 
 def _beam_on_even(m: Ram, frame: Frame, row: jax.Array, cycle: int) -> jax.Array:
     height = jnp.where(m.enemy_look == EnemyLook.QOTILE, 18, 16)
-    return _beam(cycle, row - m.enemy_y, height, frame.zone_clock + (~row & 255))
+    return _beam_x(cycle, row - m.enemy_y, height, frame.zone_clock + (~row & 255))
 
 
-def _shot(m: Ram, frame: Frame) -> Box:
+def _shot_box(m: Ram, frame: Frame) -> Box:
     """The Yar's shot, which moves on every frame; on its first one it is in front of the Yar."""
-    dx, dy = pick(m.shot_heading, DX), pick(m.shot_heading, DY)
+    dx, dy = pick(m.shot_heading, STEPS_X), pick(m.shot_heading, STEPS_Y)
     even = frame.odd == 0
     x, y = m.shot_x - when(even, dx), m.shot_y - when(even, dy)
     new = (x == _before(m) + 4) & (y == ((m.y + 6) & ~1))
@@ -262,14 +262,14 @@ def _shot(m: Ram, frame: Frame) -> Box:
     return box(x - dx, y + late, 1, 2, there, orientation=(8 - m.shot_heading) & 15)
 
 
-def _enemy(m: Ram, frame: Frame) -> Box:
+def _enemy_box(m: Ram, frame: Frame) -> Box:
     """The Qotile or the swirl, which rests when its pictures begin again.
 
     It starts when the clock is at 0 or 128. A swirl that is further than it could be is fast.
     """
     begins = (m.enemy_look == EnemyLook.FIRST_SWIRL) & (frame.odd == 0)
     rests = (m.flies == 0) | (m.enemy_x == HOME_X) | (m.dies == 1) | begins
-    slow = pick(m.enemy_heading, DX)
+    slow = pick(m.enemy_heading, STEPS_X)
     far = HOME_X - m.enemy_x > (frame.clock & 127) * -slow
     fast = (m.variation > 1) & (m.trenches == 0) & far
     step = match((rests, 0), (fast, pick(m.enemy_heading, FAST_DX)), otherwise=slow)
@@ -277,7 +277,7 @@ def _enemy(m: Ram, frame: Frame) -> Box:
     return replace(enemy.where(frame.play), color=m.enemy_color & ~1)
 
 
-def _missile(m: Ram, frame: Frame) -> Box:
+def _missile_box(m: Ram, frame: Frame) -> Box:
     """The missile that follows the Yar; it moves on frames on which it is not drawn."""
     moved = (m.missile_part < pick(m.speed, DELAYS)) & (frame.odd == 0)
     x = m.missile_x + when(moved, jnp.sign(m.missile_x - m.x - 2))
@@ -302,7 +302,7 @@ def _barrier(m: Ram, frame: Frame) -> Box:
     return box(52, top, 28, height, frame.play & (m.zone > 0), color=color)
 
 
-def _cannon(m: Ram, frame: Frame) -> Box:
+def _cannon_box(m: Ram, frame: Frame) -> Box:
     """The cannon at the left edge, and its shot, in lines of two rows."""
     rows = (m.cannon_y | 1) + 2 * np.arange(5)
     line = rows - m.cannon_y - when(rows < m.y, 1)
@@ -312,21 +312,21 @@ def _cannon(m: Ram, frame: Frame) -> Box:
     x = m.cannon_x + 1 - when(m.cannon_fired == 1, step)
     stripe = (top ^ lookup(CODE, frame.zone_clock + top)) & m.zone & STRIPE_BITS
     color = jnp.where(stripe > 0, stripe, CANNON_COLOR)
-    beam = _beam(52, top - m.y, 16, frame.zone_clock + top)
+    beam = _beam_x(52, top - m.y, 16, frame.zone_clock + top)
     y, height = top + jnp.where(x < beam, 3, 2), 2 * jnp.sum(when(lit, 1))
     there = ((m.cannon_fired | m.cannon_armed) == 1) & (m.cannon_y < NO_CANNON) & frame.play
     return box(x, y, 4 << m.cannon_wide, height, there, color=color)
 
 
-def _shield(m: Ram, frame: Frame) -> Box:
+def _shield_boxes(m: Ram, frame: Frame) -> Box:
     """The blocks as they were drawn last, before the shield rotated."""
     turned = (m.rotates == 1) & ((frame.clock & 3) < 2)
     row = jnp.where(turned, _turned_back(m.shield), m.shield)
     lit = (jnp.repeat(row, 8) >> COLUMNS & 1) == 1
     round_begins = ((m.missile_flies | m.dies | m.spins) == 0) & (frame.odd == 1)
-    y = m.shield_y + np.where(ROWS == 0, 2, 1 + 8 * ROWS)
+    y = m.shield_y + np.where(SHIELD_ROWS == 0, 2, 1 + 8 * SHIELD_ROWS)
     there = lit & frame.play & ~round_begins
-    return box(128 + 4 * COLUMNS, y, 4, np.where(ROWS == 0, 7, 8), there)
+    return box(128 + 4 * COLUMNS, y, 4, np.where(SHIELD_ROWS == 0, 7, 8), there)
 
 
 def _turned_back(shield: jax.Array) -> jax.Array:
@@ -341,23 +341,23 @@ between = functools.partial(display, blinks=True)  # shown between two rounds
 
 # The Qotile is 18 rows high and has the Yar's colour now and then.
 PLAYER_SHAPES = Shape(w=2, h=6), Shape(w=(4, 10), h=(8, 17))  # the former as it dissolves
-PLAYER = Blobs(YAR, gap=(2, 3), shapes=PLAYER_SHAPES)
-SHOT = Blobs(YAR, gap=(2, 3), shapes=Shape(w=1, h=(1, 2)))
-ENEMY = Blobs(LIGHTS, (150, 0, 158, 195), Shape(w=8, h=(17, 18)))
+PLAYER = Blobs(YAR_COLOR, gap=(2, 3), shapes=PLAYER_SHAPES)
+SHOT = Blobs(YAR_COLOR, gap=(2, 3), shapes=Shape(w=1, h=(1, 2)))
+ENEMY_FIGURE = Blobs(LIGHTS, (150, 0, 158, 195), Shape(w=8, h=(17, 18)))
 SWIRL = Blobs(SWIRLS, gap=(1, 1), shapes=Shape(w=(6, 8), h=(10, 16)))
 IN_ZONE = Blobs(
-    tuple(c for c in LIGHTS if c & 8 and c not in (YAR, CANNON_COLOR)),
+    tuple(c for c in LIGHTS if c & 8 and c not in (YAR_COLOR, CANNON_COLOR)),
     ZONE,
     Shape(w=(1, 4), h=(1, 3)),
 )
-OTHERS = tuple(c for c in LIGHTS if c != YAR)
+OTHERS = tuple(c for c in LIGHTS if c != YAR_COLOR)
 MISSILE = Blobs(OTHERS, shapes=Shape(w=(3, 4), h=(1, 3)), ignore=(ZONE,), also=(IN_ZONE,))
-cannon = functools.partial(Blobs, gap=(0, 4), shapes=Shape(w=(3, 8), h=(4, 8)), ignore=(ZONE,))
-CANNON = cannon((*DIM, CANNON_COLOR), (0, 0, 128, 195))
-cells = functools.partial(Cells, whole=False, exclude=("Enemy", "Enemy_Missile"), floats=True)
-BLOCKS = cells(SHIELDS, CELLS_X, CELLS_Y, 4, 8)
+cannon_rule = functools.partial(Blobs, gap=(0, 4), shapes=Shape(w=(3, 8), h=(4, 8)), ignore=(ZONE,))
+CANNON = cannon_rule((*DIM, CANNON_COLOR), (0, 0, 128, 195))
+tiles = functools.partial(Cells, whole=False, exclude=("Enemy", "Enemy_Missile"), floats=True)
+BLOCKS = tiles(SHIELDS, CELLS_X, CELLS_Y, 4, 8)
 STRIPES = Bounds(DIM, ZONE, min_size=(28, 150))
-TEXT = (YAR, YAR & 247)  # in the screen saver the latter
+TEXT = (YAR_COLOR, YAR_COLOR & 247)  # in the screen saver the latter
 
 GAME = Game(
     name="YarsRevenge",
@@ -367,7 +367,7 @@ GAME = Game(
     categories=(
         facing("Player", PLAYER, doc="the Yar"),
         facing("Player_Bullet", SHOT, doc="its shot"),
-        Category("Enemy", ENEMY, doc="the Qotile at rest"),
+        Category("Enemy", ENEMY_FIGURE, doc="the Qotile at rest"),
         Category("Swirl", SWIRL, doc="the Qotile as it spins and flies"),
         Category("Enemy_Missile", MISSILE, doc="it follows the Yar"),
         Category(

@@ -195,10 +195,8 @@ def versions() -> dict[str, str]:
 def code() -> str:
     """A digest of the source of ocjax. Equal ones extract equal objects, also between two versions."""
     root, digest = Path(__file__).parents[1], hashlib.sha256()
-    files = {
-        p.relative_to(root).as_posix(): p
-        for p in (*root.rglob("*.py"), *(root / "extractors").glob("*.py"), *(root / "extractors" / "_data").glob("*.*"))
-    }
+    paths = (*root.rglob("*.py"), *(root / "extractors").rglob("*.py"))  # `rglob` does not follow the link to the games
+    files = {path.relative_to(root).as_posix(): path for path in paths}
     for name in sorted(name for name in files if "__pycache__" not in name):
         digest.update(name.encode() + b"\0" + hashlib.sha256(files[name].read_bytes()).digest())
     return digest.hexdigest()

@@ -22,9 +22,9 @@ class UnknownGameError(ValueError):
 def _load_module(module: str) -> Game:
     game = getattr(importlib.import_module(f"ocjax.extractors.{module}"), "GAME", None)
     if not isinstance(game, Game):
-        raise GameError(f"extractors/{module}.py: GAME: must be a Game(...), got {game!r}")
+        raise GameError(f"ocjax.extractors.{module}: GAME: must be a Game(...), got {game!r}")
     if game.name.lower() != module:
-        raise GameError(f"extractors/{module}.py: name: the file of {game.name} must be called {game.name.lower()}.py")
+        raise GameError(f"ocjax.extractors.{module}: name: the module of {game.name} must be called {game.name.lower()}")
     return game
 
 

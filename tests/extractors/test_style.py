@@ -1,7 +1,7 @@
 """How game files are written, as far as a program can check it; CONTRIBUTING says why."""
 
 import ast
-from collections import Counter
+from collections import Counter, defaultdict
 
 import pytest
 
@@ -10,6 +10,7 @@ from tests.support.states import ROOT
 LINES, COLUMNS = 400, 100  # of a file at most
 FUNCTION = 25  # lines of a function at most
 NESTED = 2  # `where` inside `where` at most
+CUSTOMARY = ("Box", "Game", "Rom")  # classes beside `box`, which makes one, `GAME` and `ROM`
 FILES = sorted((ROOT / "extractors").rglob("*.py"))
 
 
@@ -56,6 +57,64 @@ def test_nothing_is_bound_twice(tree):
         if isinstance(name, ast.Name) and isinstance(name.ctx, ast.Store)
     )
     assert not [name for name, times in bound.items() if times > 1]
+
+
+def test_a_name_means_one_thing(tree):
+    """No two names differ by case or underscores alone, and no local has the name of a constant or a function.
+
+    A local may have the name of a class: `state` is a `State`.
+    """
+    ours, classes, local = _by_letters(_of_module(tree)), _by_letters(_classes(tree)), _by_letters(_locals(tree))
+    clashes = [
+        ours[letters] | classes[letters] | local[letters]
+        for letters in {*ours, *classes, *local}
+        if len(ours[letters] | classes[letters]) > 1 or len(local[letters]) > 1 or (ours[letters] and local[letters])
+    ]
+    assert not clashes
+
+
+def _by_letters(names):
+    """Names by what they have in common with those that differ by case or underscores alone."""
+    groups = defaultdict(set)
+    for name in names - {"_"}:
+        groups[name.replace("_", "").lower()].add(name)
+    return groups
+
+
+def _imported(tree):
+    return {(a.asname or a.name).split(".")[0] for n in tree.body if isinstance(n, ast.Import | ast.ImportFrom) for a in n.names}
+
+
+def _is_class(name):
+    """Whether an imported name is that of a class."""
+    return name[0].isupper() and not name.isupper()
+
+
+def _classes(tree):
+    own = {n.name for n in tree.body if isinstance(n, ast.ClassDef)}
+    return (own | set(filter(_is_class, _imported(tree)))) - set(CUSTOMARY)
+
+
+def _of_module(tree):
+    """Constants, functions, and what is imported but classes."""
+    functions = {n.name for n in tree.body if isinstance(n, ast.FunctionDef)}
+    targets = (target for n in tree.body if isinstance(n, ast.Assign) for target in n.targets)
+    return functions | _stored(*targets) | {name for name in _imported(tree) if not _is_class(name)}
+
+
+def _locals(tree):
+    """Parameters, and what functions bind."""
+    functions = [n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef | ast.Lambda)]
+    inner = (n for f in functions for n in ast.walk(f) if n is not f)
+    return (
+        _stored(*functions)
+        | {n.arg for f in functions for n in ast.walk(f.args) if isinstance(n, ast.arg)}
+        | {n.name for n in inner if isinstance(n, ast.FunctionDef)}
+    )
+
+
+def _stored(*nodes):
+    return {n.id for node in nodes for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
 
 
 def test_conditions_stand_in_one_direction(tree):

@@ -1,0 +1,332 @@
+"""Gravitar: a ship visits planets of a solar system, destroys their bunkers and takes their fuel.
+
+Screen: the map of the system, planets with bunkers, a saucer's attack in empty space, and a reactor
+with a core at its end. Terrain is scenery, and so are the black marks at the left edge, which the
+chip makes where it moves sprites. Lives and fuel take turns on the second line.
+
+Slots: of planets, bunkers and tanks, the program's seven rows of the screen; of Explosion likewise,
+and an eighth one for what was a saucer. Of shots, the program's records: of the enemy's, those that
+have left the box of what fired them.
+
+RAM: ALE's source (score, lives) and the ROM's code. The ship and its shots are moved after the
+vertical sync (f316), and what is drawn then is in the RAM. All else is moved after the drawing
+(f124 on), also the enemy's shots, which are drawn in turns, as are the ship's shots, and a saucer
+and the reactor on the map. A new screen is set up after the drawing, too: what the old one showed
+is then no longer in the RAM, but for the ship. The ship's flame, its shield and its beam take the
+place of its picture on some frames; in the RAM they are on those frames only.
+
+Covered: the first system with its planets in play, attacks, lost lives, the end of the game, all
+modes; by writing RAM, the two systems that come after reactors, with their planets and reactors.
+
+Not exact: on the frame on which the ship is hit or a screen begins, its picture may be its mirror
+image, and objects of the old screen are not valid. A shot of the enemy that has just hit is not
+valid either. Shots are a row off where a row of the screen ends, and a saucer that begins to fly.
+
+VEM: it misses the ship's shots on frames with the flame, which is no object, and enemies' shots
+that touch something.
+"""
+
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.console import palette
+from ocjax.console.boxes import Box, box
+from ocjax.console.ops import among, div, lookup, match, only, when
+from ocjax.console.registers import position
+from ocjax.extraction.game import Category, Game, display
+from ocjax.extractors.gravitar.drawn import (
+    OBJECT_PICTURES,
+    OBJECT_ROWS,
+    SAUCER_COLOR,
+    Drawn,
+    as_drawn,
+    enemy_shots_drawn,
+    ship_shots_drawn,
+)
+from ocjax.extractors.gravitar.ram import ROM, Ground, Ram, Sky
+from ocjax.vision.bitmap import Bitmap
+from ocjax.vision.displays import NumberDisplay
+from ocjax.vision.rules import Blobs, Bounds, Gauge
+from ocjax.vision.shapes import Shape
+
+FIRST_TURN = 2  # of the positioning loop on which the beam is on the screen
+PLACE_X = 34  # positions of rows less columns
+PLACING = 4  # lines in which the loop places the object of the next row
+SHOT_BEAM = 68  # column at which the beam is where a shot of the ship is switched on
+ENEMY_BEAM = 104  # of an enemy
+
+HEADING_PICTURES = ROM.bytes(0x1D51, 16).tolist()  # pictures of the ship by heading
+FLAMES = range(0x5A, 0x67)
+BEAM = 0x67
+EXPLODES = 0x77  # and what comes next, before the shield
+SHIELD = 0xBD
+SHIP_HEIGHTS = [10] * BEAM + [17] * (EXPLODES - BEAM) + [15] * (256 - EXPLODES)
+SHIP = ROM.pictures(range(0xD00, 0xE00), SHIP_HEIGHTS, top_first=True)
+HEADINGS = 16
+PICTURE_STEP = 10  # bytes from a heading's picture to that of the next one
+
+FONT = ROM.font(0x1F55, rows=7)
+SCORE = NumberDisplay(FONT, right=103, top=5, digits=6)
+FUEL = NumberDisplay(FONT, right=103, top=17, digits=6)
+TIMER = NumberDisplay(FONT, right=103, top=30, digits=2)
+LIVES_AREA = (55, 17, 103, 24)
+MOST_ICONS = 6
+ICON = 8  # columns
+NO_DIGIT = (0x9B, 0xA2)  # of `last_digit`: a blank, and an icon of the lives
+TIMER_STEP = 60  # frames
+CORE_AREA = (92, 123, 100, 127)
+PLAY = (0, 25, 160, 200)
+SUN_AREA = (40, 55, 130, 97)  # of all systems
+
+LIGHT_BLUE = 0xAA
+PINK = 0x4E
+ORANGE = 0x3C
+LIME = 0xCA
+BROWN = 0x24
+RED = 0x36
+GREEN = 0xC6
+PURPLE = 0x76
+WHITE = 0xFE
+GLOW = (RED, 0x26, 0x1A, 0xC6, 0xCA, 0xCC)  # of explosions on planets
+RINGS = (0x9C, 0x0A)
+PLANETS = (0x7A, 0xD8, 0x5C, 0xBC, 0x3E, 0xAC, 0x58, 0x46, 0x7E, 0x98, 0xEA)
+ANY = tuple(range(2, 256, 2))
+GROUNDS = (0x2C, 0x86, 0x4A, 0xA8, 0x5A, 0x7C, 0xBA, 0xE8, 0x1A, 0x38, 0xE6)
+SHOT_COLORS = tuple(c for c in ANY if c not in (LIGHT_BLUE, PINK))
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    drawn = as_drawn(m)
+    objects = _object_boxes(m, drawn)
+    rows = objects[:OBJECT_ROWS]
+    saucer = jnp.where(drawn.shown.planet, Ground.SAUCER, Sky.SAUCER)
+    return {
+        "Player": _player(m, drawn),
+        "Player_Shot": _ship_shot_boxes(m, drawn),
+        "Shield": _around(m, drawn, SHIELD),
+        "Tractor_Beam": _around(m, drawn, BEAM),
+        "Enemy_Shot": _enemy_shot_boxes(m, drawn, objects),
+        "Saucer": objects[OBJECT_ROWS].where(drawn.saucer.picture == saucer),
+        **_map_boxes(m, drawn, rows),
+        **_planet_boxes(m, drawn, rows),
+        "Explosion": _explosion_boxes(m, drawn, objects),
+        "Core": box(92, 123, 8, 4, drawn.shown.reactor),
+        "Score": SCORE.box(m.score, valid=drawn.shown.on, color=m.clock & 0xFE),
+        "Fuel": FUEL.box(m.fuel, valid=drawn.shown.on & ~_lives_shown(m, drawn)),
+        "Lives": _lives(m, drawn),
+        "Timer": _timer_box(m, drawn),
+    }
+
+
+def _map_boxes(m: Ram, drawn: Drawn, rows: Box) -> dict[str, Box]:
+    """What the rows hold on the map."""
+    pictures, sky = drawn.pictures, drawn.shown.is_map
+    ring = sky & (pictures == Sky.RING)
+    return {
+        "Planet": rows.where(sky & among(pictures, Sky.PLANETS)),
+        "Sun": _one(rows, sky & (pictures == Sky.SUN), (m.clock - 1) & 0xFE),
+        "Reactor": _one(rows, sky & (pictures == Sky.REACTOR), BROWN),
+        "Ring": _one(rows, ring, only(ring, m.color) & 0xFE),
+    }
+
+
+def _planet_boxes(m: Ram, drawn: Drawn, rows: Box) -> dict[str, Box]:
+    """What the rows hold on a planet; a saucer takes the first one's place."""
+    ground = drawn.shown.planet & ((np.arange(OBJECT_ROWS) > 0) | (m.saucer == 0))
+    return {
+        "Bunker": rows.where(ground & among(drawn.pictures, Ground.BUNKERS)),
+        "Fuel_Tank": rows.where(ground & among(drawn.pictures, Ground.TANKS)),
+    }
+
+
+def _is_hidden(m: Ram) -> jax.Array:
+    """Whether a flame, the beam or the shield takes the ship's place."""
+    picture = m.drawn_picture
+    return among(picture, range(FLAMES.start, EXPLODES)) | (picture >= SHIELD)
+
+
+def _player(m: Ram, drawn: Drawn) -> Box:
+    """The ship; where something else takes the place of its picture, as it would be drawn."""
+    picture = m.drawn_picture
+    hidden = _is_hidden(m)
+    turned = lookup(HEADING_PICTURES, m.heading & (HEADINGS - 1))
+    hit = (m.heading >= HEADINGS) & (picture < FLAMES.start)
+    heading = jnp.where(hit, div(picture, PICTURE_STEP), when(m.heading < HEADINGS, m.heading))
+    return SHIP.box(
+        jnp.where(hidden, turned, picture),
+        jnp.where(hidden, m.x, m.drawn_x),
+        jnp.where(hidden, m.y, m.drawn_y) + drawn.shown.top,
+        mirrored=(m.heading > HEADINGS // 2) & ~hit,
+        orientation=heading,
+        valid=drawn.shown.on,
+    )
+
+
+def _around(m: Ram, drawn: Drawn, picture: int) -> Box:
+    """The shield or the beam, which is drawn in the ship's place."""
+    mirrored = m.heading > HEADINGS // 2
+    shown = SHIP.box(m.drawn_picture, m.drawn_x, m.drawn_y + drawn.shown.top, mirrored=mirrored)
+    return shown.where(m.drawn_picture == picture)
+
+
+def _ship_shot_boxes(m: Ram, drawn: Drawn) -> Box:
+    """The ship's shots, which have the colour of what is drawn in its place."""
+    shots = ship_shots_drawn(m, drawn.shown)
+    y = shots.row + drawn.shown.top + when(shots.x < SHOT_BEAM, 1)
+    color = jnp.where(shots.now & _is_hidden(m), PINK, LIGHT_BLUE)
+    return box(shots.x, y, 1, 2, shots.there & ~drawn.shown.fresh, color=color)
+
+
+def _enemy_shot_boxes(m: Ram, drawn: Drawn, objects: Box) -> Box:
+    shots = enemy_shots_drawn(m, drawn.shown)
+    y = shots.row + drawn.shown.top + when(shots.x < ENEMY_BEAM, 1)
+    inside = jnp.zeros_like(y, bool)
+    for i in range(OBJECT_ROWS + 1):
+        across = (shots.x >= objects.x[i]) & (shots.x < objects.x[i] + objects.w[i])
+        down = (y >= objects.y[i] - 1) & (y < objects.y[i] + objects.h[i])
+        inside |= across & down & objects.valid[i]
+    there = shots.there & ~inside
+    return box(shots.x, y, 1, 2, there, color=_zone_color(m, shots.row))
+
+
+def _zone_color(m: Ram, line: jax.Array) -> jax.Array:
+    """The colour of what is drawn on a line: that of the last row whose zone has begun."""
+    zones = zip(m.zone_end, m.color[1:], strict=False)
+    begun = [(line > end + PLACING, color) for end, color in zones]
+    return match(*reversed(begun), otherwise=m.color[0]) & 0xFE
+
+
+def _object_boxes(m: Ram, drawn: Drawn) -> Box:
+    """What is in the rows, and last, the saucer; pictures on planets have two rows a line."""
+    on_map = jnp.where(drawn.pictures == Sky.REACTOR, m.reactor_place, m.place)
+    place = jnp.where(drawn.shown.is_map, on_map, m.place)
+    coarse = jnp.maximum(place & 15, FIRST_TURN)
+    x = jnp.append(position(coarse, place >> 4) - PLACE_X, drawn.saucer.x)
+    line = jnp.append(drawn.lines, drawn.saucer.line)
+    color = jnp.append(m.color, drawn.saucer.color)
+    picture = jnp.append(drawn.pictures, drawn.saucer.picture)
+    index = OBJECT_PICTURES.index(planet=when(drawn.shown.planet, 1), picture=picture)
+    there = drawn.shown.is_map | drawn.shown.attack | (drawn.shown.planet & (color > 0))
+    return OBJECT_PICTURES.box(
+        index,
+        x,
+        line + drawn.shown.top,
+        mirrored=m.mirrored == 1,
+        valid=there,
+        color=color & 0xFE,
+    )
+
+
+def _one(rows: Box, chosen: jax.Array, color: jax.Array | int) -> Box:
+    """The row that is chosen."""
+    x, y, w, h = (only(chosen, side) for side in (rows.x, rows.y, rows.w, rows.h))
+    return box(x, y, w, h, jnp.any(chosen & rows.valid), color=color)
+
+
+def _explosion_boxes(m: Ram, drawn: Drawn, objects: Box) -> Box:
+    """Rows that explode, but for the saucer's, which comes last."""
+    picture = jnp.append(drawn.pictures, drawn.saucer.picture)
+    ground = drawn.shown.planet & among(picture, Ground.EXPLOSIONS)
+    sky = ~drawn.shown.planet & among(picture, Sky.EXPLOSIONS)
+    slot = np.arange(OBJECT_ROWS + 1)
+    rows = drawn.shown.is_map | (drawn.shown.planet & ((slot > 0) | (m.saucer == 0)))
+    return objects.where((ground | sky) & ((slot == OBJECT_ROWS) | rows))
+
+
+def _lives_shown(m: Ram, drawn: Drawn) -> jax.Array:
+    """Whether the second line shows the lives; the reactor's timer hides what it shows."""
+    return jnp.where(drawn.shown.reactor, m.lives_time > 0, among(m.last_digit, NO_DIGIT))
+
+
+def _lives(m: Ram, drawn: Drawn) -> Box:
+    icons = jnp.minimum(m.spare_lives + when(drawn.shown.lost, 1), MOST_ICONS)
+    _, top, right, bottom = LIVES_AREA
+    width = ICON * icons
+    there = drawn.shown.on & _lives_shown(m, drawn) & (icons > 0)
+    return box(right - width, top, width, bottom - top, there, value=m.spare_lives + 1)
+
+
+def _timer_box(m: Ram, drawn: Drawn) -> Box:
+    shown = m.timer + when(m.timer_frames == TIMER_STEP, 1)
+    return TIMER.box(shown, valid=drawn.shown.reactor, value=m.timer)
+
+
+def _rgb(color: int) -> tuple[int, ...]:
+    return tuple(palette.NTSC[color].tolist())
+
+
+@dataclass(frozen=True)
+class Crowded:
+    """All pixels of a screen on which there are more than `few`, and none of others.
+
+    Args:
+        few: pixels.
+    """
+
+    few: int
+
+    def __call__(self, mask: Bitmap, _: jax.Array) -> Bitmap:
+        """The pixels that count."""
+        pixels = jnp.sum(jnp.bitwise_count(mask).astype(jnp.int32), axis=(0, 1))
+        return jnp.where(pixels > self.few, mask, 0)
+
+
+FLAME_AND_SHOT = 4  # pixels
+SHOT = Shape(w=1, h=2)
+SHORT = Shape(w=1, h=(1, 2))
+PINK_SHOTS = Blobs(PINK, PLAY, SHOT, filters=(Crowded(FLAME_AND_SHOT),))
+SHIP_SHOTS = Blobs(LIGHT_BLUE, PLAY, SHORT, gap=(2, 1), also=(PINK_SHOTS,))
+SHIPS = Bounds(LIGHT_BLUE, PLAY, max_size=(10, 16), exclude=("Player_Shot",))
+SHIELDS = Bounds(PINK, PLAY, (6, 7), (7, 9), exclude=("Player_Shot",))
+BEAMS = Bounds(PINK, PLAY, (5, 10), (7, 10), exclude=("Player_Shot",))
+# A single row is a shot in colours that nothing else so small has.
+CUT_SHOTS = Blobs((RED, GREEN, PURPLE, WHITE), PLAY, Shape(w=1, h=1))
+ENEMY_SHOTS = Blobs(SHOT_COLORS, PLAY, Shape(w=1, h=(2, 3)), gap=(2, 0), also=(CUT_SHOTS,))
+SAUCERS = Blobs(BROWN, PLAY, Shape(w=8, h=7), also=(Blobs(SAUCER_COLOR, PLAY, Shape(w=7, h=6)),))
+# A planet as large as the sun.
+TALL = Blobs(0xAC, PLAY, Shape(w=8, h=13), gap=(3, 3))
+WORLDS = Blobs(PLANETS, PLAY, Shape(w=(6, 8), h=(6, 11)), gap=(2, 2), also=(TALL,))
+SUNS = Blobs(ANY, SUN_AREA, Shape(w=8, h=13, pixels=50))
+BASES = Blobs(BROWN, PLAY, Shape(w=7, h=13))
+CIRCLES = Blobs(RINGS, PLAY, Shape(w=7, h=9), gap=(3, 3))
+BUNKERS = Blobs((RED, GREEN), PLAY, Shape(w=8, h=6, pixels=32))
+TANKS = Blobs(PURPLE, PLAY, Shape(w=4, h=(2, 6)))
+BURSTS = Shape(w=5, h=7), Shape(w=8, h=12), Shape(w=8, h=14)
+SKY_EXPLOSIONS = Blobs((BROWN, *PLANETS), PLAY, BURSTS, gap=(1, 1))
+GLOWS = Shape(w=(2, 8), h=(2, 6), pixels=(4, 28))
+EXPLOSIONS = Blobs(GLOW, PLAY, GLOWS, gap=(5, 2), also=(SKY_EXPLOSIONS,))
+CORES = Bounds(tuple(c for c in ANY if c not in GROUNDS), CORE_AREA, (8, 4))
+COUNTED = Gauge(ICON, ICON, base=2, full=MOST_ICONS * ICON)
+
+GAME = Game(
+    name="Gravitar",
+    rom=ROM,
+    ram=Ram,
+    decode=decode,
+    categories=(
+        Category("Player", SHIPS, attributes=("orientation",), doc="the ship, or how it explodes"),
+        Category("Player_Shot", SHIP_SHOTS, count=2, doc="the ship's"),
+        Category("Shield", SHIELDS, doc="around the ship"),
+        Category("Tractor_Beam", BEAMS, doc="takes fuel"),
+        Category("Enemy_Shot", ENEMY_SHOTS, count=2, doc="a saucer's or a bunker's"),
+        Category("Saucer", SAUCERS, doc="attacks the ship"),
+        Category("Planet", WORLDS, count=OBJECT_ROWS, doc="where a planet can be entered"),
+        Category("Sun", SUNS, doc="destroys the ship"),
+        Category("Reactor", BASES, rgb=_rgb(BROWN), doc="on the map, where it can be entered"),
+        Category("Ring", CIRCLES, doc="where the ship starts"),
+        Category("Bunker", BUNKERS, count=OBJECT_ROWS, doc="on a planet"),
+        Category(
+            "Fuel_Tank", TANKS, count=OBJECT_ROWS, rgb=_rgb(PURPLE), doc="also while it is taken"
+        ),
+        Category("Explosion", EXPLOSIONS, count=OBJECT_ROWS + 1, doc="of another object"),
+        Category("Core", CORES, doc="of the reactor"),
+        display("Score", SCORE.rule(ANY, required=True), doc="points"),
+        display("Fuel", FUEL.rule(ORANGE, required=True), doc="that is left"),
+        display(
+            "Lives", Bounds(LIGHT_BLUE, LIVES_AREA, value=COUNTED), doc="in turn with the fuel"
+        ),
+        display("Timer", TIMER.rule(LIME), doc="seconds in the reactor"),
+    ),
+)

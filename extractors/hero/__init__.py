@@ -1,0 +1,359 @@
+"""Hero: a man with a rotor and a laser flies down mines to miners who are trapped at the bottom.
+
+Screen: a room has three parts, one below the other. Wall and LavaWall have the rocks of the parts,
+without the dark lines between them, and the wall that can be destroyed. Boxes are without what
+rocks cover. Score has Level's box while that is in its place. Seams and edges, rivers, points for
+beings and the maker's name are scenery.
+
+Slots: of Enemy, the tentacle in a river, the beings of the middle and the lower part; of Bomb and
+Explosion, middle, top.
+
+RAM: ALE's source (score, lives), OCAtari 2.2 and AtariARI (what the bytes are), and the ROM's code;
+the rooms are tables of the second bank. Everything moves before a frame is drawn but the laser and
+the player's legs and rotor, which is taken back.
+
+Covered: all levels and most rooms (by writing RAM), all modes, the dark, in which walls are not
+valid, deaths, the end. A beam of one column is not valid.
+
+Not exact, because it is not in the RAM: whether a beam that begins has just hit something (near a
+wall it is taken for that), where it was when the button was released or the player turned, at times
+if he has just stepped, which moves it by a column.
+
+VEM: it misses snakes in green rooms and the dark, enemies that touch rock of their colour, what is
+behind dynamite, the values of a PowerBar that is full (78 or more), and of Score while Level is in
+its place.
+"""
+
+import functools
+from dataclasses import replace
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.console.boxes import Box, box, choose
+from ocjax.console.compass import EAST, WEST
+from ocjax.console.ops import among, div, extremes, lookup, match, pick, when
+from ocjax.console.registers import EDGE_CUTS
+from ocjax.console.rom import Pictures
+from ocjax.extraction.game import Category, Game, display
+from ocjax.extractors.hero.ram import ROM, Contact, Mode, Over, Ram, Walks
+from ocjax.extractors.hero.rocks import (
+    HALF_WALL,
+    LASTS,
+    MOST,
+    PART,
+    SLOT,
+    TOPS,
+    UPPER_SLOT,
+    WALL_SLOT,
+    free,
+    rock_boxes,
+    rock_colors,
+)
+from ocjax.vision.displays import NumberDisplay
+from ocjax.vision.filters import NoPairs
+from ocjax.vision.rules import Blobs, Bounds, Gauge, Run, Runs
+from ocjax.vision.shapes import Shape
+
+FONT = ROM.font(0xF00, rows=8)
+SCORE = NumberDisplay(FONT, right=104, top=179, digits=6)
+LEVEL = NumberDisplay(FONT, right=104, top=179, digits=2)
+TEXT_LEFT = 59  # of the word before the level
+
+VISIBLE = (8, 20, 160, 137)  # where figures are seen
+FIRST_ROWS = np.array((20, 60, 99))  # likewise, in each part
+END_ROWS = np.array((60, 99, 137))
+WHOLE_WALL = 78  # rows of the first room's wall, not below rock
+NOWHERE = 147  # from here on, an `x` of no object
+GONE = 50  # `being_y` of no object
+HURT_UNTIL = 150  # from here on, `dying` is that of a hit
+MIRRORED_X = 24  # x of the miner in a mirrored room
+BLANK = 170  # `score_start` while the score is not shown
+LOWEST = ROM.bytes(0x9E9, 3)  # `y` in the parts
+HIGHEST = ROM.bytes(0x9EC, 3)
+NEITHER = 3  # `stick`
+BEAM_REACH = 16  # columns that a beam flies
+LAVA_HUE = 64  # of a colour
+
+
+class Sprite(NamedTuple):
+    """Low bytes of the addresses of a picture and its colours, of which black ones do not show."""
+
+    picture: int
+    colors: int
+
+
+BEING_SPRITES = (
+    Sprite(0x1A, 0x4D),  # spider
+    Sprite(0x27, 0x4D),
+    Sprite(0x02, 0x5A),  # bat
+    Sprite(0x0E, 0x5A),
+    Sprite(0x34, 0x33),  # moth
+    Sprite(0x40, 0x33),
+    Sprite(0x4C, 0x33),
+    Sprite(0x58, 0x33),
+    Sprite(0x7F, 0x17),  # snake
+    Sprite(0x92, 0x17),
+    Sprite(0x64, 0x8E),  # lamp
+)
+SNAKES = (0x7F, 0x92)
+LAMP = 0x64
+TENTACLES = (0xA6, 0xB2, 0xBE, 0xCA, 0xD6)
+BOMBS = (0x26, 0x33, 0x40)
+FIRES = (0x4D, 0x58, 0x65)
+MINERS = (0x71, 0x7E)
+RAFT = 0x97
+LOW_SPRITES = (
+    *(Sprite(picture, 0x68) for picture in BOMBS),
+    *(Sprite(picture, 0x40) for picture in FIRES),
+    *(Sprite(picture, 0x26) for picture in MINERS),
+    *(Sprite(picture, 0xC4) for picture in TENTACLES),
+    Sprite(RAFT, 0x05),
+)
+NOTHING = np.zeros(13, np.int32)
+
+
+def _sprite_rows(page: int, sprite: Sprite) -> np.ndarray:
+    """The rows of a sprite that show."""
+    return ROM.rows(page + sprite.picture, 13) * (ROM.rows(0xD00 + sprite.colors, 13) > 1)
+
+
+BEING_INDEX = {sprite.picture: i for i, sprite in enumerate(BEING_SPRITES)}
+KINDS = [BEING_INDEX.get(low, len(BEING_SPRITES)) for low in range(256)]  # by low byte
+BEING_ROWS = [*(_sprite_rows(0xB00, sprite) for sprite in BEING_SPRITES), NOTHING]
+# By columns that rocks cover, -8 to 8: less than 0 on the right, more on the left.
+BEING_PICTURES = Pictures.of([rows & cut for cut in EDGE_CUTS[::-1] for rows in BEING_ROWS])
+LOW_ROWS = {sprite.picture: _sprite_rows(0xA00, sprite) for sprite in LOW_SPRITES}
+LOW_PICTURES = Pictures.of(LOW_ROWS.get(low, NOTHING) for low in range(256))
+
+
+class Pose:  # of the player, in `POSES`
+    HURT = 0
+    FLASHED = 1
+    FLIES = 2  # the first of three
+    FALLS = 5
+    WALKS = 6  # the first of five
+
+
+FLIGHTS = 3
+STEPS = 5
+POSES = (0xAE3, 0xEE7, 0xE82, 0xE9B, 0xEB4, 0xECD, 0xCE6, 0xCCD, 0xCB4, 0xC9B, 0xC82)
+TALL = 24
+SHOWN_ROWS = [(np.arange(TALL) - cut) // TALL == 0 for cut in range(-TALL, TALL + 1)]
+PLAYERS = Pictures.of([pose * rows for pose in ROM.rows(POSES, TALL) for rows in SHOWN_ROWS])
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    room = rock_boxes(m)
+    beings, low = _being_boxes(m, room), _low_boxes(m)
+    is_snake, has_lava = among(m.being, SNAKES), _is_lava(m)
+    tentacle = low.where(among(m.low, TENTACLES))
+    return {
+        "Player": _player_box(m, room),
+        "Enemy": choose(SLOT[:3] == 0, tentacle, beings.where(~is_snake)),
+        "Snake": beings.where(is_snake)[1:],
+        "Lamp": beings.where(m.being == LAMP)[:1],
+        "Bomb": low.where(among(m.low, BOMBS))[1:],
+        "Explosion": low.where(among(m.low, FIRES))[1:],
+        "LaserBeam": _laser(m, room),
+        "EndNPC": low.where(among(m.low, MINERS))[1:2],
+        "Platform": low.where(m.low == RAFT)[:1],
+        "Wall": _walls(m, room),
+        "LavaWall": room.where(has_lava)[MOST : 2 * MOST],
+        "PowerBar": _power_box(m),
+        "Life": box(113 - 8 * m.lives, 152, 8 * m.lives - 11, 13, m.lives > 1, value=m.lives),
+        "BombStock": box(107 - 8 * m.bombs, 166, 8 * m.bombs - 5, 11, m.bombs > 0, value=m.bombs),
+        "Score": _score_box(m),
+        "Level": _level_box(m),
+    }
+
+
+def _is_lava(m: Ram) -> jax.Array:
+    """Whether the rocks of the middle part are lava."""
+    return (m.color[1] & 240) == LAVA_HUE
+
+
+def _is_mirrored(m: Ram) -> jax.Array:
+    return (m.room == pick(m.level, LASTS.tolist())) & (m.low_x[1] == MIRRORED_X)
+
+
+def _walls(m: Ram, room: Box) -> Box:
+    whole = (m.room == 0) & (SLOT == WALL_SLOT)
+    top, height = jnp.where(whole, TOPS[0], room.y), jnp.where(whole, WHOLE_WALL, room.h)
+    color = jnp.where(whole, m.color[0], rock_colors(m)) & ~1
+    stone = ((PART != 1) | ~_is_lava(m) | whole) & ((SLOT != UPPER_SLOT) | (m.room != 0))
+    return box(room.x, top, room.w, height, room.valid & stone, color=color)
+
+
+def _power_box(m: Ram) -> Box:
+    color = jnp.where(m.power == 0, RED, YELLOW)
+    return box(49, 145, jnp.where(m.power < 79, 79, 78), 5, value=m.power, color=color)
+
+
+def _shows_level(m: Ram) -> jax.Array:
+    """Whether the level is in the score's place."""
+    scores = (m.over & 31) >= Over.SCORES
+    after = (m.lives == 0) & (m.score_start != BLANK) & scores
+    return (m.mode != Mode.NO_LEVELS) & jnp.where(m.waits == 0, m.ready == 0, after)
+
+
+def _level_box(m: Ram) -> Box:
+    number = LEVEL.box(m.level + 1)
+    width = number.x + number.w - TEXT_LEFT
+    return box(TEXT_LEFT, 179, width, 8, _shows_level(m), value=m.level + 1)
+
+
+def _score_box(m: Ram) -> Box:
+    hidden = _shows_level(m)
+    in_place = box(TEXT_LEFT, 179, _level_box(m).w, 8, value=m.score)
+    number = choose(hidden, in_place, SCORE.box(m.score))
+    return replace(number, color=jnp.where(hidden, YELLOW, WHITE))
+
+
+def _being_boxes(m: Ram, room: Box) -> Box:
+    """What is in the upper halves of the parts, without what rocks cover."""
+    mirrored = _is_mirrored(m)
+    left, right = (edge - m.being_x for edge in free(room, m.being_x, m.being_x + 8))
+    cut = jnp.where(mirrored, -1, 1) * jnp.where(left > 0, left, right - 8)
+    picture = len(BEING_ROWS) * (8 + jnp.clip(cut, -8, 8)) + lookup(KINDS, m.being)
+    there = (m.being_x < NOWHERE) & (m.being_y != GONE) & (m.points == 0)
+    y = np.array([31, 70, 109]) - m.being_y
+    beings = BEING_PICTURES.box(picture, m.being_x, y, valid=there, mirrored=mirrored)
+    return beings.clip(*VISIBLE)
+
+
+def _low_boxes(m: Ram) -> Box:
+    """What is in the lower halves of the parts."""
+    y, there = np.array([125, 86, 47]), m.low_x < NOWHERE
+    return LOW_PICTURES.box(m.low, m.low_x, y, valid=there, mirrored=_is_mirrored(m))
+
+
+def _drawn_pose(m: Ram) -> jax.Array:
+    """The player's picture before the next step of his legs or his rotor."""
+    flight = m.flight + when((m.clock >= 2) & (m.saved == 0), 1)
+    step = m.step + when((m.clock == 0) & (m.saved == 0), 1)
+    return match(
+        (m.dying >= HURT_UNTIL, Pose.HURT),
+        (m.flash > 0, Pose.FLASHED),
+        (m.walks == Walks.FLIES, Pose.FLIES + jnp.where(flight == FLIGHTS, 0, flight)),
+        (m.walks >= Walks.GROUND, Pose.WALKS + jnp.where(step == STEPS, 0, step)),
+        otherwise=Pose.FALLS,
+    )
+
+
+def _player_box(m: Ram, room: Box) -> Box:
+    """The player, without what rocks cover."""
+    picture, y = len(SHOWN_ROWS) * _drawn_pose(m) + TALL, 135 - m.y
+    left, facing = m.facing != 0, jnp.where(m.facing != 0, WEST, EAST)
+    whole = PLAYERS.box(picture, m.x, y, mirrored=left)
+    top, bottom = jnp.maximum(y, VISIBLE[1]), jnp.minimum(y + TALL, VISIBLE[3])
+    begin, end = free(room, jnp.repeat(whole.x, 3), jnp.repeat(whole.x + whole.w, 3))
+    seen = (top < END_ROWS) & (bottom > FIRST_ROWS) & (begin < end)
+    first, last = extremes(seen, FIRST_ROWS, END_ROWS)
+    top, bottom = jnp.maximum(top, first), jnp.minimum(bottom, last)
+    cut = jnp.where(top > y, top - y, bottom - y - TALL)
+    cut_picture = picture + jnp.clip(cut, -TALL, TALL)
+    cut_player = PLAYERS.box(cut_picture, m.x, y, mirrored=left, orientation=facing)
+    begin, end = extremes(seen, begin, end)
+    shown = cut_player.clip(begin, VISIBLE[1], end, VISIBLE[3]).clip(*VISIBLE)
+    return shown.where((m.over == 0) & (bottom > top))
+
+
+def _laser(m: Ram, room: Box) -> Box:
+    """The beam before it flew on, from where the player was; after it has hit, it begins anew."""
+    left, half, row = m.facing != 0, m.hits >= HALF_WALL, 139 - m.y
+    begin, end = _corridor(m, room, row)
+    x = m.x - when(_player_moves(m), jnp.where(left, -1, 1))
+    width = jnp.where(half, 4, 8)
+    start = jnp.where(left, x - 6 + when(half, 4), x + 6)
+    space = jnp.where(left, start - begin, end - start - width)
+    reach = 3 * div(jnp.maximum(space + 3, 0), 3)
+    begun = (m.laser == 0) & (m.touched == 0)
+    flown = jnp.where(begun, reach, (m.laser - 3) & (BEAM_REACH - 1))
+    there = (m.laser < BEAM_REACH) & (~begun | (reach < BEAM_REACH))
+    flying = box(start + jnp.where(left, -flown, flown), row, width, 1, there)
+    flying = flying.clip(begin, VISIBLE[1], end, VISIBLE[3])
+    return flying.where(flying.w > 1)
+
+
+def _corridor(m: Ram, room: Box, row: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """The columns between the rocks on the player's left and right."""
+    ours = ((row >= FIRST_ROWS) & (row < END_ROWS))[PART] & (room.w > 0)
+    ends = room.x + room.w
+    begin = jnp.max(jnp.where(ours & (ends <= m.x + 4), ends, VISIBLE[0]))
+    return begin, jnp.min(jnp.where(ours & (room.x >= m.x + 4), room.x, VISIBLE[2]))
+
+
+def _player_moves(m: Ram) -> jax.Array:
+    """Whether the player has just moved to the side."""
+    at_level = among(m.y - LOWEST, (0, -1)) | among(m.y - HIGHEST, (0, 1))
+    by_wall = (m.contact >= Contact.WALL) & (m.wall > 0)
+    pushed = jnp.any(jnp.where(m.contact >= Contact.ROCK, ~at_level, by_wall))
+    free_to = ~pushed & (m.turns == 0) & (m.dying == 0) & (m.saved == 0) & (m.flash == 0)
+    tries = (m.stick != NEITHER) | (m.walks == Walks.GROUND) | ((m.x & 3) > 0)
+    return tries & free_to
+
+
+HIGH_ROCK = (34, 146, 194, 2)
+MIDDLE_ROCK = (36, 148, 196, 2, 4)
+LOW_ROCK = (38, 150, 198, 2, 6)
+GREY = 4
+YELLOW = 28
+WHITE = 12
+RED = 66
+# The destructible wall of the first room, and the rocks of the three parts.
+ROCKS = Runs(
+    (
+        Run(HIGH_ROCK, 20, left=(60, 64), width=(4, 8), height=78),
+        Run(HIGH_ROCK, 20, left=8, width=8, height=39),
+        Run(HIGH_ROCK, 20, left=(8, 159), width=(9, 152), height=39),
+        Run(MIDDLE_ROCK, 61, left=(8, 59), width=(4, 152), height=37),
+        Run(MIDDLE_ROCK, 61, left=(60, 67), width=(9, 152), height=37),
+        Run(MIDDLE_ROCK, 61, left=(68, 159), width=(4, 152), height=37),
+        Run(LOW_ROCK, 100, left=(8, 159), width=(8, 152), height=39),
+    ),
+    MOST,
+)
+LAVA = Runs((Run((66, 68), 61, left=(8, 159), width=(4, 152), height=37),), MOST)
+figures = functools.partial(Blobs, gap=(1, 1))
+suit = functools.partial(Blobs, (152, WHITE, YELLOW), gap=(2, 5))  # but his face
+FEET = suit((8, 20, 160, 31), shapes=Shape(w=(1, 3), h=(1, 10)))
+PLAYER = suit(VISIBLE, shapes=Shape(w=(4, 12), h=(2, 26)), also=(FEET,))
+MINERS_AT = ((24, 85, 34, 98), (127, 85, 138, 98))
+below = functools.partial(figures, region=(8, 61, 160, 139), ignore=MINERS_AT)
+MONSTER = below((*range(36, 46, 2), 4, 6, 8, 170), shapes=Shape(w=(4, 8), h=(3, 13)))
+SNAKE = below((196, 198, 200, 202), shapes=Shape(w=(1, 8), h=(2, 8)))
+LANTERN = figures((30, 4, 6), (8, 20, 160, 59), shapes=Shape(w=(4, 7), h=(5, 9)))
+STICK = figures((68, YELLOW), VISIBLE, shapes=Shape(w=3, h=(10, 12)))
+BLAST = Blobs(30, VISIBLE, Shape(w=(5, 8), h=(10, 13)), gap=(3, 3))
+MINER = figures((8, 200, 74, 30), (8, 85, 160, 98), shapes=Shape(w=(6, 7), h=(10, 13)))
+BEAM = Blobs(70, VISIBLE, Shape(w=(2, 12), h=1), filters=(NoPairs(1),))  # but dots of the face
+LIVES = Bounds(GREY, (40, 152, 104, 166), value=Gauge(8, 5, 2), inverse=True)
+STOCK = Bounds(GREY, (40, 166, 104, 178), value=Gauge(8, 3, 1), inverse=True)
+POWER = Bounds(YELLOW, (49, 145, 128, 150))  # what is left, before the red rest
+POWER_BAR = Bounds((YELLOW, RED), (49, 145, 128, 150), value=Gauge(1, full=78, of=POWER))
+GAME = Game(
+    name="Hero",
+    rom=ROM,
+    ram=Ram,
+    decode=decode,
+    categories=(
+        Category("Player", PLAYER, attributes=("orientation",), rgb=(84, 138, 210), doc="the man"),
+        Category("Enemy", MONSTER, count=3, rgb=(180, 122, 48), doc="tentacle, middle, low"),
+        Category("Snake", SNAKE, count=2, rgb=(111, 210, 111), doc="middle, low"),
+        Category("Lamp", LANTERN, rgb=(252, 252, 84), doc="out when it is touched"),
+        Category("Bomb", STICK, count=2, rgb=(184, 50, 50), doc="dynamite: middle, top"),
+        Category("Explosion", BLAST, count=2, doc="of dynamite: middle, top"),
+        Category("LaserBeam", BEAM, doc="beam"),
+        Category("EndNPC", MINER, rgb=(170, 170, 170), doc="the miner to be saved"),
+        Category("Platform", Bounds(YELLOW, (8, 136, 160, 137), min_size=(8, 1)), doc="a raft"),
+        Category("Wall", ROCKS, count=18, doc="rock"),
+        Category("LavaWall", LAVA, count=6, doc="lava"),
+        display("PowerBar", POWER_BAR, doc="power left"),
+        display("Life", LIVES, rgb=(45, 87, 176), doc="one more than the men"),
+        display("BombStock", STOCK, rgb=(184, 50, 50), doc="dynamite left"),
+        display("Score", SCORE.rule((WHITE, YELLOW)), doc="points, or the level in their place"),
+        display("Level", LEVEL.rule(YELLOW, SCORE.area), doc="shown before a life"),
+    ),
+)

@@ -1,0 +1,304 @@
+"""James Bond 007: a vehicle in the desert, on the sea and under it, in missions of several stages.
+
+Screen: smoke, stars, hills and names are scenery. Titles show a score. Oil_Rig is valid while a
+flash lights it; else it has the sky's colour. Capsule leaves a Lab that was hit. Explosion, deadly
+too, is what a missile leaves above the sea. Life has one box around its icons. At an edge, a hole's
+box has its larger part.
+
+Slots: of Missile and Bomb, the object and its copy, in the air, then in the sea; of Rocket, in the
+air, in the sea.
+
+RAM: ALE's source (score, lives), OCAtari 2.2 (the first mission's bytes), and the ROM's code: the
+drawing at $F000 of pages 4-7, and the steps at $F652, after the drawing, which are taken back. The
+beam is drawn on every other frame, in place of what is in the air; both are where they were drawn
+last.
+
+Covered: both modes, lost vehicles, game over; all 30 stages by RAM writes (random play: the first
+one).
+
+Not exact: noise above the hole; what is hit or leaves, but for explosions, is gone a frame early.
+
+VEM: it misses black parts of the rig, most flashes of a lost vehicle, depth charges behind hills or
+before their own colour, shots in a hornet's box, and the value of Life when three icons, the most
+that are shown, are there.
+"""
+
+import functools
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.console.boxes import Box, box, choose
+from ocjax.console.ops import among, match, pick, when
+from ocjax.extraction.game import Category, Game, display
+from ocjax.extractors.jamesbond.lanes import (
+    AIR,
+    GRAPHICS,
+    JUST_DIED,
+    NONE,
+    SEA,
+    SKY_SLOT,
+    beamed,
+    column,
+    drawn_kinds,
+    have_stepped,
+    lane_boxes,
+)
+from ocjax.extractors.jamesbond.ram import ROM, Flags, Kind, MoreFlags, Ram, Status, Way
+from ocjax.vision.displays import NumberDisplay
+from ocjax.vision.rules import Blobs, Bounds, Gauge
+from ocjax.vision.shades import Shades
+from ocjax.vision.shapes import Shape
+
+FONT = ROM.font(GRAPHICS | 0x800, rows=7)
+SCORE = NumberDisplay(FONT, right=102, top=15, digits=6)
+MOST_ICONS = 3  # that show lives in reserve
+
+FIELD = (8, 57, 160, 179)
+SKY_AREA = (8, 57, 160, 72)
+LOW = (8, 99, 160, 121)
+SHOT_AREA = (8, 74, 160, 156)
+BOMBED = (8, 57, 160, 168)  # down to the bed of the first sea
+
+NIGHTS = 4  # the first mission at night
+FIRST_SLOW = 35  # `enemy_shot_y` of a slow shot before it is drawn
+FIRST_FAST = (22, 23)  # of a fast one
+LATE_X = 22  # up to here, enemies' shots begin a row later
+LIT = 119  # `rig_colors` while the rig shows
+ORANGE = 58  # of the vehicle
+SURFACE_ROW = 123  # where what falls goes under
+ENEMY_SURFACE = 122
+
+OBJECTS = {  # kind and slots of each category
+    "Missile": (Kind.MISSILE, slice(4)),
+    "Ice": (Kind.ICE, 4),
+    "Rocket": (Kind.ROCKET, slice(0, 3, 2)),
+    "Diver": (Kind.DIVER, 2),
+    "Satellite": (Kind.SATELLITE, 4),
+    "Submarine": (Kind.SUBMARINE, 2),
+    "Bomb": (Kind.BOMB, slice(2)),
+    "Torpedo": (Kind.TORPEDO, 2),
+    "Ship": (Kind.SHIP, 0),
+    "Oil_Rig": (Kind.OIL_RIG, 0),
+    "Helicopter": (Kind.HELICOPTER, 4),
+    "Hornet": (Kind.HORNET, 0),
+    "Explosion": (Kind.EXPLOSION, slice(2)),
+    "Eruption": (Kind.ERUPTION, 2),
+    "Capsule": (Kind.CAPSULE, 2),
+}
+
+PIT = np.unpackbits(ROM.rows(GRAPHICS | 0xB8F, 17).astype(np.uint8)[:, None], axis=1)
+DEPTHS = [6 + 3 * int(np.flatnonzero(dots)[-1]) for dots in PIT.T.repeat(2, 0)]
+DEPTH_LEFT = np.maximum.accumulate([0, *DEPTHS]).tolist()  # lines of so many columns on the left
+DEPTH_RIGHT = np.maximum.accumulate([0, *DEPTHS[::-1]]).tolist()  # on the right
+AIMS = range(77, 103)  # `object_x` of a helicopter with a beam, and two columns more
+
+
+def _beams() -> np.ndarray:
+    """Left edge relative to `object_x`, and width, of the beam for each of `AIMS`."""
+    dots = [f"{row:08b}" for row in ROM.bytes(GRAPHICS | 0x7A5, 8)[::-1]]
+    slopes = [7 - ((x >> 4) + (x & 15)) % 15 for x in AIMS]  # columns to the left a line
+    shift = -1 - np.outer(slopes, np.arange(1, 9))
+    left = (shift + [row.index("1") for row in dots]).min(axis=1)
+    right = (shift + [row.rindex("1") for row in dots]).max(axis=1)
+    return np.stack([left, right + 1 - left])
+
+
+BEAM_LEFT, BEAM_WIDTH = _beams().tolist()
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    boxes = {
+        "Player": box(column(m.x), m.y + 50, 8, 4, color=_vehicle_color(m)).clip(*FIELD),
+        "Player_Shot": _player_shot(m),
+        "Depth_Charge": _depth_charge(m),
+        "Enemy_Shot": _enemy_shot(m),
+        "Laser": _beam(m),
+        "Fire_Hole": _hole_box(m),
+        "Lab": _lab(m),
+        "Score": SCORE.box(m.score),
+        "Life": _lives(m),
+        **_object_boxes(m),
+    }
+    hidden = {name: Status.TITLE | (Status.OVER if name == "Score" else 0) for name in boxes}
+    return {name: b.where((m.status & hidden[name]) != Status.TITLE) for name, b in boxes.items()}
+
+
+def _object_boxes(m: Ram) -> dict[str, Box]:
+    kinds = drawn_kinds(m)
+    drawn = lane_boxes(m, kinds)
+    boxes = {
+        name: drawn[slots].where(kinds[slots] == kind) for name, (kind, slots) in OBJECTS.items()
+    }
+    return boxes | {"Oil_Rig": boxes["Oil_Rig"].where(m.rig_colors == LIT)}
+
+
+def _dies(m: Ram) -> jax.Array:
+    return (m.flags & Flags.DIES) > 0
+
+
+def _vehicle_color(m: Ram) -> jax.Array:
+    lost = _dies(m) & (m.pause != JUST_DIED)
+    return jnp.where(lost, m.flash & ~1, ORANGE)
+
+
+def _lives(m: Ram) -> Box:
+    width, y = 16 * jnp.minimum(m.lives, MOST_ICONS) - 8, 184 + jnp.minimum(m.mission, 1)
+    return box(9, y, width, 4, m.lives > 0, value=m.lives + 1)
+
+
+def _player_shot(m: Ram) -> Box:
+    return replace(_shot_box(m, m.shot_x, m.shot_y, SURFACE_ROW), color=_vehicle_color(m))
+
+
+def _depth_charge(m: Ram) -> Box:
+    """The charge; at night, sky and sea bed have its colour."""
+    falling = _shot_box(m, m.bomb_x - 3, m.bomb_y, SURFACE_ROW).clip(*BOMBED)
+    shown = falling.clip(*SEA)
+    return choose((m.mission >= NIGHTS) & shown.valid, shown, falling)
+
+
+def _shot_box(m: Ram, x: jax.Array, y: jax.Array, surface: int) -> Box:
+    """A shot, which begins on every other line; borders of the kernel make it longer or shorter."""
+    height = m.height[SKY_SLOT]
+    sky = AIR[1] + when(height < NONE, height + 1) + when(beamed(m), 9)  # its last row
+    begins = y + 55
+    top = begins + _shot_lag(begins, sky, surface)
+    dives = among(top, range(surface - 3, surface))
+    end = match(
+        (begins >= SEA[3] - 2, begins + 5),
+        (begins == SEA[3] - 4, SEA[3] - 1),
+        otherwise=top + 4,
+    )
+    bottom = match(
+        (dives, surface + 2),
+        (among(top, range(116, surface)), surface),
+        otherwise=end + when(among(sky - top, (1, 3)), 1),
+    )
+    top = jnp.where(dives & (top >= 120), surface, top)
+    return box(x - 11, top, 1, bottom - top, y < NONE).clip(*FIELD)
+
+
+def _shot_lag(begins: jax.Array, sky: jax.Array, surface: int) -> jax.Array:
+    """Rows by which a shot is drawn late."""
+    odd = (begins + surface + when(begins < AIR[3], sky - AIR[1])) & 1
+    return match(
+        (begins == SEA[3], -1),
+        (begins < sky + 1, 0),
+        (begins >= SEA[3] + 3, 1),
+        otherwise=odd,
+    )
+
+
+def _enemy_shot(m: Ram) -> Box:
+    """The enemies' shot before its last step, from the frame on on which it is drawn."""
+    y, flies = m.enemy_shot_y, ~_dies(m)
+    dx, dy = _enemy_step(m.shot_way)
+    shot = _shot_box(m, m.enemy_shot_x - when(flies, dx), y - when(flies, dy), ENEMY_SURFACE)
+    shot = box(shot.x, shot.y + when(shot.x < LATE_X, 1), 1, shot.h, shot.valid)
+    slow = (m.shot_way & Way.SLOW_Y) > 0
+    first = jnp.where(slow, y == FIRST_SLOW, among(y, FIRST_FAST))
+    fresh = first & (m.shot_way > 0) & flies
+    bottom = jnp.where(m.mission > 0, SEA[3], AIR[3] - 1)  # it vanishes in the ground
+    return shot.where((y < NONE) & ~fresh).clip(8, 57, 160, bottom)
+
+
+def _enemy_step(way: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Columns and rows that the enemies' shot moves in a step."""
+    across = jnp.where((way & Way.SLOW_X) > 0, 1, 2)
+    down = jnp.where((way & Way.SLOW_Y) > 0, 1, 2)
+    to_right = when((way & Way.RIGHT) > 0, 1) - when((way & Way.LEFT) > 0, 1)
+    to_bottom = when((way & Way.DOWN) > 0, 1) - when((way & Way.UP) > 0, 1)
+    return across * to_right, down * to_bottom
+
+
+def _beam(m: Ram) -> Box:
+    """The beam as it was last drawn: on this frame, or on the one before the ground moved."""
+    helicopter_x, helicopter = m.object_x[SKY_SLOT], m.kind[SKY_SLOT] == Kind.HELICOPTER
+    late = ((m.flags & Flags.ODD) == 0) & ((m.clock & 3) == 0)
+    moved = have_stepped(m, m.kind)[SKY_SLOT]
+    x = helicopter_x + when(late, 1) + when(moved, 1)
+    begins = moved & (helicopter_x == AIMS[-3])  # from the next frame on
+    there = ((m.more_flags & MoreFlags.BEAM) > 0) & ~_dies(m) & helicopter
+    left, width = (pick(x - AIMS[0], table) for table in (BEAM_LEFT, BEAM_WIDTH))
+    return box(x + left, 64, width, 8, there & ~begins).clip(*FIELD)
+
+
+def _hole_box(m: Ram) -> Box:
+    """The hole; at an edge, the larger part of what is in columns 8-159, for it goes round."""
+    left = column(m.ground_x) + 1
+    x = jnp.where(left > 156, left - 160, left)
+    first, last = jnp.clip(8 - x, 0, 16), jnp.clip(160 - x, 0, 16)
+    depth = jnp.minimum(pick(last, DEPTH_LEFT), pick(16 - first, DEPTH_RIGHT))
+    apart = (m.ground_x >= 9) & (m.ground_x < 15)  # the flames are two columns beside the hole
+    return box(x, 122, jnp.where(apart, 18, 16), depth, m.mission == 0).clip(8, 122, 160, 170)
+
+
+def _lab(m: Ram) -> Box:
+    """The two halves of the lab, of which the right one may be at the other edge."""
+    first, last = column(m.lab_x) + 3, column(m.ground_x) + 17
+    left = jnp.where(first > 148, first - 160, first)
+    right = jnp.where(last < left, 160, last)
+    there = ((m.more_flags & MoreFlags.LAB) > 0) & (m.mission > 0)
+    return box(left, 156, right - left, 23, there).clip(*FIELD)
+
+
+TAKEN = (  # by others
+    *(0, 2, 4, 6, 8, 10, 16, 18, 20, 24, 36, 52, 130, 132, 136, 148, 152),
+    *(192, 194, 196, 240, 244, 246, 254),
+)
+PLAYER = tuple(c for c in range(0, 256, 2) if c not in TAKEN)  # a lost vehicle flashes in all
+VEHICLE = Blobs(PLAYER, FIELD, Shape(w=(4, 8), h=4, pixels=(9, 17)))
+UPWARD = Blobs(PLAYER, FIELD, Shape(w=1, h=(3, 6)))
+charge_in = functools.partial(Blobs, (0, 196))
+LOW_CHARGE = charge_in((8, 121, 160, 168), shapes=Shape(w=1, h=(2, 7)))
+CHARGE = charge_in(BOMBED, shapes=Shape(w=1, h=(4, 7)), also=(LOW_CHARGE,))
+DIM = Bounds((8, 148), (8, 75, 160, 91), (1, 3), exclude=("Hornet",))  # beside one
+NIGHT = Shades((130, 121), (132, 196, 146), ((196,), (1,), (1,)))  # the sea has its colour
+blob = functools.partial(Blobs, gap=(1, 1))
+HOLE = blob((240, 52), (8, 122, 160, 170), gap=(2, 6), shapes=Shape(w=(4, 20), h=(8, 48)))
+FLYER = blob((8, 148, 52), (8, 75, 160, 89), gap=(3, 4), first=8, shapes=Shape(w=(1, 8), h=(5, 16)))
+ROCKET_COLORS = (10, 6, 152, 156, 24, 68)
+ROCKET_SHAPES = Shape(w=(7, 8), h=(9, 16)), Shape(w=(2, 8), h=(4, 8))  # in the air, in the sea
+ROCKETS = blob(ROCKET_COLORS, FIELD, shapes=ROCKET_SHAPES, first=10)
+SPARKS = Blobs((68, 106), (8, 115, 160, 121), Shape(w=(5, 8), h=(3, 6)), gap=(5, 2))
+BURST = Blobs((194, 24), SEA, Shape(w=(10, 32), h=(5, 16)), gap=(7, 4))
+MISSILES = blob((6, 52, 26), FIELD, shapes=Shape(w=(3, 8), h=(5, 16)), first=6)
+HELI = Bounds((14, 70, 66, 20), SKY_AREA)
+ALL_ICONS = 16 * MOST_ICONS - 8  # columns
+ICONS = Bounds((38, 20, 10), (9, 184, 9 + ALL_ICONS, 189), value=Gauge(16, -8, 1, full=ALL_ICONS))
+
+GAME = Game(
+    name="Jamesbond",
+    rom=ROM,
+    ram=Ram,
+    decode=decode,
+    shades=NIGHT,
+    categories=(
+        Category("Player", VEHICLE, doc="the vehicle"),
+        Category("Player_Shot", UPWARD, doc="the shot that flies up"),
+        Category("Depth_Charge", CHARGE, doc="falls; from the second mission on"),
+        Category("Enemy_Shot", Bounds(254, SHOT_AREA, (1, 2)), otherwise=DIM, doc="of all enemies"),
+        Category("Laser", Bounds(254, (8, 63, 160, 74), (2, 6)), doc="a helicopter's beam"),
+        Category("Fire_Hole", HOLE, doc="in the ground"),
+        Category("Lab", Bounds((24, 34, 54), (8, 156, 160, 179)), doc="on the sea bed"),
+        Category("Ice", Bounds((148, 8, 152), SKY_AREA, (1, 10)), doc="a diamond"),
+        Category("Satellite", Bounds((90, 86, 82), SKY_AREA, (1, 8)), doc="in the sky"),
+        Category("Helicopter", HELI, rgb=(167, 26, 26), doc="in the sky"),
+        Category("Hornet", FLYER, doc="in the air"),
+        Category("Oil_Rig", Bounds((34, 202), LOW, (1, 8)), doc="a goal: to be landed on"),
+        Category("Ship", Bounds((10, 24, 66), LOW, (9, 8)), doc="without its smoke"),
+        Category("Diver", Bounds((194, 24, 148), (8, 131, 160, 152), (1, 18)), doc="swims"),
+        Category("Submarine", Bounds((8, 114, 24), (8, 136, 160, 149), (9, 8)), doc="dives"),
+        Category("Torpedo", Bounds((24,), (8, 121, 160, 131), (1, 5)), doc="at the surface"),
+        Category("Eruption", BURST, doc="of a bomb in the sea"),
+        Category("Capsule", Bounds((202, 200, 198), SEA, (1, 8)), doc="a goal: to be touched"),
+        Category("Explosion", SPARKS, count=2, doc="above the sea; slots as Bomb's"),
+        Category("Bomb", blob(68, AIR, shapes=Shape(w=(2, 4), h=5)), count=2, doc="falls"),
+        Category("Rocket", ROCKETS, count=2, doc="rises: in the air, in the sea"),
+        Category("Missile", MISSILES, count=4, doc="rises: lane * 2 + copy"),
+        display("Score", SCORE.rule(24), doc="points"),
+        display("Life", ICONS, rgb=(180, 122, 48), doc="value: one more"),
+    ),
+)

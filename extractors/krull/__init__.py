@@ -1,0 +1,373 @@
+"""Krull: the wedding that Slayers attack, the ride of the fire mares, the web, the beast's lair.
+
+Screen: in the desert the player has a box around both mares. Hour_Glass's value is the rows of sand
+that are still above. Lines carry the player ($FA77 and $FAC7 of the second half); each of two is
+drawn at three places in turn, and those of two frames are valid. The web and the ground are
+scenery.
+
+Slots: of Line, record * 3 + place; of Weapon, what is found in the desert, the player's own in the
+lair; of Star, where it flashes in the web while the player is at the window; of Life_HUD and
+Weapon_HUD, icons.
+
+RAM: ALE's source (score, lives), OCAtari 2.2 (scenes, records), and the ROM's code, which moves all
+before the drawing ($F300 of the first half), save what is found in the desert.
+
+Covered: four scenes, five rounds; the fortress, the star, the lair (cage whole or broken, weapon in
+hand, thrown, in flames) and later rounds by writes to the RAM.
+
+Not exact: from the sixth round on, figures may push the bride off the screen; the game's frame then
+lasts for two of the emulator's, of which every other one shows an older picture. When the web's
+lines jump back by a place, those of the frame before are not valid.
+
+VEM: it cuts mares that touch in the middle; it takes the player's weapon for a part of him; it
+misses him while he flashes, his sword, a spider that a line crosses, a line that he hangs on, a
+shot behind figures, a weapon in the light that gives it flames or before the beast.
+"""
+
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.console.boxes import Box, box, choose, edges
+from ocjax.console.fonts import Digits, score_box
+from ocjax.console.ops import among, match, mod, pick, when
+from ocjax.console.registers import NUSIZ_COPIES, NUSIZ_SPACING, signed_nibble, wrap
+from ocjax.console.rom import Pictures
+from ocjax.extraction.game import Category, Game, display
+from ocjax.extractors.krull.ram import ROM, Flags, Item, Ram, Scene
+from ocjax.extractors.krull.wedding import (
+    BRIDES,
+    COLWYNS,
+    FIGURE_ROWS,
+    SECOND,
+    off_at,
+    on_at,
+    person_of,
+    turns,
+)
+from ocjax.vision.filters import Lines
+from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge, Run, Runs
+from ocjax.vision.shapes import Shape
+from ocjax.vision.steps import Packed, Tight
+
+FONT = ROM.font(0xB07, rows=7)
+STAY = ("Score", "Life_HUD", "Weapon_HUD")  # on the title screen after a game
+
+FIELD = (8, 16, 160, 173)
+ABOVE_GROUND = (8, 16, 160, 172)
+STRIDES = 112  # from here on, pictures of the beast are 12 columns wide
+SANK = 7  # `y` of Lyssa in the lair after she has given the weapon its flames
+RISEN = 64  # from here on, `castle` is no castle's
+STAR_PICTURE = 41  # `foe_picture` while the star is in the web in place of the spider
+SHOT_PAGE = 188  # `shot_page` while the player in the web has a picture of the second page
+LEAST_TOP = 18  # least `shot_top` that is drawn
+OFF_SCREEN = 80  # from here on, `y` and `shot_top` are off the screen
+SLANTED_FROM = 45  # the row in which a slanted shot would be at `shot_x`
+
+PEOPLE = Pictures.of(FIGURE_ROWS)
+MARE_PICTURES = ROM.pictures(range(0x900, 0x9F8), 9)
+SPIDERS = ROM.pictures(range(0x900, 0x9F8), 10)
+STAR_X = np.array([20, 137] * 4)
+STAR_Y = 2 * ROM.bytes(0x1F7A, 4).repeat(2) + 21
+
+ROW = np.repeat(np.arange(4), 16)  # of the cage's pieces
+COLUMN = np.tile(np.arange(16), 4)
+WALL_X = 48 + 4 * COLUMN
+WALL_Y = 39 + 4 * ROW
+WALL_BYTE = 2 * ROW + COLUMN // 8
+WALL_BIT = np.minimum(COLUMN, 15 - COLUMN)
+ICON = np.arange(3)
+BEAST_RECORD = 1
+FOE = 6  # record of the spider or star in the web; of the player's weapon in the lair
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    figures = turns(m.x, m.y, m.picture, m.slayers, m.taken)
+    y = jnp.where(m.scene == Scene.WEDDING, figures[0], m.y)
+    mares = _mare_boxes(m)
+    boxes = {
+        "Player": _player_box(m, y, mares),
+        "Lyssa": _lyssa_box(m, y),
+        "Slayers": _slayer_boxes(m, y).where(m.scene == Scene.WEDDING),
+        "Slayer_Shot": _shot_box(m, figures).where(m.scene == Scene.WEDDING),
+        "Spider": _spider_box(m),
+        "Star": _star_box(m),
+        "Line": _line_boxes(m).where(m.scene == Scene.WEB),
+        "Window": box(76, 23, 8, 26, m.scene == Scene.WEB),
+        "Fire_Mare": mares,
+        "Weapon": _weapon_boxes(m),
+        "Life": _item_box(m, Item.LIFE, inset=1, width=6),
+        "Castle": _castle_boxes(m),
+        "Beast": _beast_box(m).where(m.scene == Scene.LAIR),
+        "Enemy_Weapon": _enemy_weapon(m).where(m.scene == Scene.LAIR),
+        "Wall": _cage_boxes(m).where(m.scene == Scene.LAIR),
+        **_display_boxes(m),
+    }
+    return {name: b.where((name in STAY) | (m.over == 0)) for name, b in boxes.items()}
+
+
+def _display_boxes(m: Ram) -> dict[str, Box]:
+    return {
+        "Sun": _sun(m),
+        "Hour_Glass": box(121, 3, 5, 8, value=jax.lax.population_count(m.sand)),
+        "Score": _shown_score(m),
+        "Life_HUD": box(56 + 8 * ICON, 188, 6, 7, m.lives > ICON, value=m.lives + 1),
+        "Weapon_HUD": box(79 + 8 * ICON, 188, 8, 7, m.weapons > ICON),
+    }
+
+
+def _mare_boxes(m: Ram) -> Box:
+    turned = (m.flags[6:] & Flags.MARE_TURNED) > 0
+    pictures, y = jnp.stack([m.foe_picture, m.player_picture]), np.full(2, 145)
+    return MARE_PICTURES.box(
+        pictures, m.x[6:] + 8, y, mirrored=turned, valid=m.scene == Scene.DESERT
+    )
+
+
+def _spider_box(m: Ram) -> Box:
+    there = (m.scene == Scene.WEB) & (m.foe_picture != STAR_PICTURE)
+    return SPIDERS.box(m.foe_picture, m.x[FOE] + 8, 2 * m.y[FOE] + 21, valid=there)
+
+
+def _star_box(m: Ram) -> Box:
+    there = (m.scene == Scene.WEB) & (m.foe_picture == STAR_PICTURE)
+    here = (m.x[FOE] + 10 == STAR_X) & (2 * m.y[FOE] + 21 == STAR_Y)
+    return box(STAR_X, STAR_Y, 3, 4, there & here)
+
+
+def _enemy_weapon(m: Ram) -> Box:
+    height = 2 * (m.shot_bottom - m.shot_top) - 1
+    return box(m.shot_x + 7, 2 * m.shot_top + 13, 4, height).clip(*FIELD)
+
+
+def _cage_boxes(m: Ram) -> Box:
+    return box(WALL_X, WALL_Y, 4, 4, (m.cage[WALL_BYTE] >> WALL_BIT & 1) == 1)
+
+
+def _sun(m: Ram) -> Box:
+    inset = 2 - jnp.clip(jnp.minimum(m.sun_y - 26, 41 - m.sun_y), 0, 2)  # of the rows that show
+    return box(m.sun_x + 9 + inset, m.sun_y - 30, 7 - 2 * inset, 7).clip(0, 2, 160, 12)
+
+
+def _shown_score(m: Ram) -> Box:
+    right = match((m.score < 100, 87), (m.score < 10_000, 95), otherwise=103)  # centered
+    return score_box(FONT, m.score, right=right, top=176, digits=6, value=m.score)
+
+
+def _castle_boxes(m: Ram) -> Box:
+    """The wall at the wedding, and what has risen of the fortress."""
+    there = (m.scene == np.array([Scene.WEDDING, Scene.DESERT])) & (
+        m.castle < np.array([256, RISEN])
+    )
+    x, w = np.array([32, 48]), np.array([96, 64])
+    top, height = jnp.stack([jnp.int32(17), 145 - m.castle]), jnp.stack([jnp.int32(27), m.castle])
+    return box(x, top, w, height, there)
+
+
+def _beast_box(m: Ram) -> Box:
+    """The beast, whose dots are two columns wide."""
+    turned, wide = (m.flags[BEAST_RECORD] & Flags.TURNED) > 0, m.picture[BEAST_RECORD] >= STRIDES
+    x = m.x[BEAST_RECORD] + _offset(m.x[BEAST_RECORD]) + match((turned, 5), (wide, 1), otherwise=3)
+    return box(x, 2 * m.y[BEAST_RECORD] + 15, jnp.where(wide, 12, 10), 22)
+
+
+def _player_box(m: Ram, y: jax.Array, mares: Box) -> Box:
+    """The player; in the desert, the box around the mares."""
+    web, lair = m.scene == Scene.WEB, m.scene == Scene.LAIR
+    colwyn = person_of(m, y, COLWYNS)
+    page = when(web & (m.shot_page == SHOT_PAGE), SECOND)
+    walks = PEOPLE.box(
+        page + jnp.where(web, m.player_picture, colwyn.picture),
+        colwyn.x + jnp.where(web, 8, _offset(colwyn.x)),
+        2 * colwyn.y + match((web, 20), (lair, 15), otherwise=16),
+        mirrored=(colwyn.flags & Flags.TURNED) > 0,
+    )
+    left, top = jnp.min(mares.x), jnp.min(mares.y)
+    right, bottom = jnp.max(mares.x + mares.w), jnp.max(mares.y + mares.h)
+    rides = edges(left, top, right, bottom)
+    return choose(m.scene == Scene.DESERT, rides, walks).clip(*FIELD)
+
+
+def _offset(x: jax.Array) -> jax.Array:
+    """Columns from a record's x to the screen's."""
+    return jnp.where(x < 9, 6, 8)
+
+
+def _lyssa_box(m: Ram, y: jax.Array) -> Box:
+    wedding = m.scene == Scene.WEDDING
+    there = wedding | ((m.scene == Scene.LAIR) & (m.y[BRIDES.elsewhere] < SANK))
+    bride = person_of(m, y, BRIDES)
+    top = 2 * bride.y + jnp.where((m.taken == 1) & wedding, 16, 15)
+    turned = (bride.flags & Flags.TURNED) > 0
+    shape = PEOPLE.box(bride.picture, bride.x + 8, top, mirrored=turned)
+    return shape.clip(*FIELD).where(there)
+
+
+def _slayer_boxes(m: Ram, y: jax.Array) -> Box:
+    """Slayers, whose records begin after the bride's while she is free."""
+    copy, record = np.tile(np.arange(3), 5), np.repeat(np.arange(5), 3)
+    fields = jnp.stack([m.x, y, m.flags, m.picture])
+    x, y, flags, picture = jnp.where(m.taken == 1, fields[:, record], fields[:, record + 1])
+    size = flags & Flags.SIZE
+    return PEOPLE.box(
+        SECOND + picture,
+        x + _offset(x) + copy * pick(size, NUSIZ_SPACING),
+        2 * y + 15,
+        mirrored=(flags & Flags.TURNED) > 0,
+        valid=(record < m.slayers) & (copy < pick(size, NUSIZ_COPIES)),
+    ).clip(8, 27, 160, 173)
+
+
+def _shot_box(m: Ram, figures: jax.Array) -> Box:
+    """The Slayers' shot, of a row more or less where the beam has passed it when it is switched."""
+    top, rows = 2 * m.shot_top + 13, 2 * (m.shot_bottom - m.shot_top)
+    step = -signed_nibble(m.shot_slant)  # columns a row
+    head = mod(m.shot_x + 167 + step * (top - SLANTED_FROM), 160)
+    late = when(head < on_at(m.shot_top, figures), 1)
+    longer = wrap(head + step * (rows - 1)) < off_at(m.shot_bottom, figures)
+    height = rows - late - jnp.where(longer, 0, 1)
+    left = wrap(head + late * step) - when(step < 0, height - 1)
+    width = jnp.where(step == 0, 1, height)
+    drawn_shot = box(left, top + late, width, height, color=(m.shot_color - 1) & ~1)
+    return drawn_shot.where(among(m.shot_top, range(LEAST_TOP, OFF_SCREEN))).clip(*ABOVE_GROUND)
+
+
+def _line_boxes(m: Ram) -> Box:
+    """The lines: those of this frame and of the one before."""
+    place = np.tile(np.arange(3), 2)
+    x = jnp.repeat(m.line_x + np.array([-33, 7]), 3) + 24 * place
+    return box(x, 16, 41, 156, place != m.next_place).clip(*ABOVE_GROUND)
+
+
+def _weapon_boxes(m: Ram) -> Box:
+    """What is found in the desert, and the player's in the lair, held or thrown."""
+    found = _item_box(m, Item.WEAPON, inset=0, width=8)
+    there = (m.scene == Scene.LAIR) & (m.y[FOE] < OFF_SCREEN)
+    x, y = m.x[FOE] + _offset(m.x[FOE]), 2 * m.y[FOE] + 16
+    turned = (m.flags[FOE] & Flags.TURNED) > 0
+    flying = PEOPLE.box(SECOND + m.picture[FOE], x, y, mirrored=turned, valid=there)
+    return jax.tree.map(lambda *parts: jnp.stack(parts), found, flying)
+
+
+def _item_box(m: Ram, item: int, inset: int, width: int) -> Box:
+    """What is found in the desert, which has been moved since it was drawn."""
+    moved = (jnp.abs(m.speed) - m.shot_bottom + 31) >> 5
+    x = m.shot_x - jnp.sign(m.speed) * moved + 8 + inset
+    return box(x, 157, width, 7, (m.scene == Scene.DESERT) & (m.item == item))
+
+
+COLORS = (52, 54, 56, 58)
+SLAYER = (68, 84, 100, 116, 132, 148, 164, 180)
+BRIDE_COLORS = (152, 168, 136, 184, 88, 104, 120, 72)
+OTHERS = {0, 6, 14, 34, 66, 238, 160, *COLORS, *SLAYER, *BRIDE_COLORS}
+STONES = tuple(sorted({*range(0, 256, 2)} - OTHERS))
+CASTLES = Bounds(((216,), STONES), ((32, 16, 128, 44), (48, 97, 112, 145)), min_size=(64, 3))
+LOOT = (200, 206)  # the latter while it can be taken
+ITEMS = (8, 157, 160, 164)
+figure = partial(Blobs, gap=(1, 1))
+PLAYER = figure((*COLORS, 238), FIELD, shapes=Shape(w=(4, 16), h=(7, 16)))
+SLAYERS = figure(SLAYER, FIELD, shapes=Shape(w=(3, 8), h=(4, 17)))
+SPIDER = figure(14, FIELD, shapes=Shape(w=(7, 8), h=(7, 12)))
+STARS = Cells(14, (20, 137) * 4, tuple(STAR_Y.tolist()), 3, 4, whole=False, margin=(1, 2))
+ride = partial(
+    Blobs, shapes=Shape(w=(4, 16), h=(5, 9), pixels=(20, 80), split=(8, 9)), then=(Tight(),)
+)
+THROWN = Bounds(tuple(range(80, 96, 2)), (8, 60, 160, 173), min_size=(4, 1))
+WEAPONS = Bounds((LOOT, (238,)), (ITEMS, (8, 56, 160, 173)), min_size=(2, 2), exclude=("Life",))
+IN_FLAMES = Bounds((LOOT, (66,)), (ITEMS, (8, 95, 160, 173)), min_size=(2, 2), exclude=("Life",))
+HIT = range(110, 238, 16)  # the player's other colours when he flashes
+ANY = tuple(c for c in range(0, 256, 2) if c != 160)
+SHOT = Blobs(
+    ANY,
+    (8, 44, 160, 172),
+    Shape(w=(1, 8), h=(5, 8), pixels=(5, 9)),
+    filters=(Lines(5, rows=(44, 172)),),
+)
+# The row in which left and right lines are apart. The first one shows two rows further down.
+CROSSED = 111
+line = partial(Run, (6, 14), width=1)
+LINE_RUNS = Runs(
+    (
+        *(line(CROSSED, left=x, height=61, before=x - 8, above=95, after=33) for x in range(8, 15)),
+        line(CROSSED + 2, left=8, height=59, above=97, after=32),
+        line(CROSSED, left=(15, 78), height=61, before=7, above=95, after=33),
+        Run((6, *COLORS, *HIT), CROSSED, (80, 159), 1, height=61, before=33, above=95, after=7),
+    ),
+    most=3,
+    then=(Packed(),),
+)
+SCORE = Digits(FONT, range(55, 103, 8), 176, centered=True)
+CAGE = Cells(36, tuple(WALL_X.tolist()), tuple(WALL_Y.tolist()), 4, 4)
+SAND = Gauge(1, side="h", of=Bounds(72, (121, 3, 126, 7)))
+GLASS = Bounds((0, 72), (120, 3, 127, 11), min_size=(5, 1), max_size=(5, 8), value=SAND)
+LIVES = tuple((56 + 8 * i, 188, 62 + 8 * i, 195) for i in range(3))
+ICONS = Bounds(200, (56, 188, 78, 195))
+RESERVE = Bounds(200, LIVES, value=Gauge(8, 6, 2, of=ICONS))
+ARMS = tuple((79 + 8 * i, 188, 87 + 8 * i, 195) for i in range(3))
+
+LYSSA = figure(BRIDE_COLORS, FIELD, shapes=Shape(w=(5, 8), h=(8, 17)))
+GREY = 142, 142, 142
+GAME = Game(
+    name="Krull",
+    rom=ROM,
+    ram=Ram,
+    decode=decode,
+    categories=(
+        Category(
+            "Player", PLAYER, rgb=(213, 130, 74), needs=("Hour_Glass",), doc="Colwyn; or both mares"
+        ),
+        Category("Lyssa", LYSSA, rgb=(84, 138, 210), doc="the bride"),
+        Category(
+            "Slayers",
+            SLAYERS,
+            count=15,
+            rgb=(45, 50, 184),
+            needs=("Castle",),
+            doc="record * 3 + copy",
+        ),
+        Category("Slayer_Shot", SHOT, needs=("Slayers",), doc="held by a Slayer or thrown"),
+        Category("Beast", Bounds((34, 66), (8, 60, 160, 95), (5, 15)), doc="in the lair"),
+        Category("Spider", SPIDER, doc="in the web"),
+        Category(
+            "Star",
+            STARS,
+            count=8,
+            blinks=True,
+            needs=("Window",),
+            doc="in the spider's place",
+        ),
+        Category("Line", LINE_RUNS, count=6, rgb=GREY, needs=("Window",), doc="of the web, move"),
+        Category(
+            "Fire_Mare",
+            ride((56, 238), (8, 145, 160, 154)),
+            count=2,
+            needs=("Hour_Glass",),
+            doc="run side by side",
+        ),
+        Category("Enemy_Weapon", THROWN, needs=("Beast",), doc="what the beast throws"),
+        Category(
+            "Weapon",
+            WEAPONS,
+            count=2,
+            needs=("Fire_Mare", "Beast"),
+            otherwise=IN_FLAMES,
+            doc="in the desert; the player's in the lair",
+        ),
+        Category("Life", Blobs(LOOT, ITEMS, Shape(w=(5, 6), h=7)), doc="likewise"),
+        Category("Window", Bounds(6, (76, 23, 84, 49), min_size=(8, 26)), doc="of the web"),
+        Category("Castle", CASTLES, count=2, doc="the wall at the wedding, the Black Fortress"),
+        Category("Wall", CAGE, count=64, doc="pieces of the cage, row by row"),
+        Category(
+            "Hour_Glass",
+            GLASS,
+            attributes=("value",),
+            rgb=(0, 0, 0),
+            doc="only while a game is played",
+        ),
+        display("Sun", Bounds(14, (8, 2, 120, 12)), attributes=(), doc="the time of day"),
+        display("Score", Bounds(238, (55, 176, 103, 183), value=SCORE), doc="points"),
+        display("Life_HUD", RESERVE, count=3, doc="in reserve; value: one more"),
+        display("Weapon_HUD", Bounds(200, ARMS), count=3, attributes=(), doc="weapons left"),
+    ),
+)

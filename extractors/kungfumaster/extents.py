@@ -1,0 +1,218 @@
+"""Extents of Kung Fu Master's figures.
+
+The drawing loop moves a figure's sprite and makes it two dots wide from row to row, for arms and
+legs that are stretched out: in a table beside the picture, the high nibble of each row is a move
+to the left, and a low nibble of 5 doubles the width. Black on the floor's black line is not seen.
+"""
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import jax
+import numpy as np
+from ocjax.console.boxes import Box, Number, box
+from ocjax.console.ops import lookup
+from ocjax.console.rom import Rom
+
+ROM = Rom("kung_fu_master", "5b92a93b23523ff16e2789b820e2a4c5")
+LOGIC = 0x1000  # offset of the second bank, which has the rules of the game; the first one draws
+
+FIGURE = 36  # rows of a picture
+FEET_ROWS = 4  # lowest rows, which stand before the floor
+BLACK_LINE = 1  # row of the picture, from the bottom, that is before the floor's black line
+WIDE = 5  # in a shift's low nibble
+STILL = 0xDC3E  # shifts of zero
+LEFTMOST = 32  # columns by which extents may begin on the left of the sprite's position
+
+
+class Pose:  # of the player
+    KICK_LOW = 0
+    CROUCH = 1
+    KICK = 2
+    PUNCH = 3
+    PUNCH_LOW = 4
+    STAND = 5
+    JUMP = 6
+    WALK = 7
+    STEP = 8
+    IN_AIR = 9  # a jump that has left the floor's black line
+
+
+CROUCHED = (Pose.KICK_LOW, Pose.CROUCH, Pose.PUNCH_LOW)  # in colours that have no black shoes
+STRETCHED = 5  # poses with shifts: those that come first
+
+
+class Look(NamedTuple):
+    """A picture of an enemy."""
+
+    address: int
+    height: int = FIGURE
+    shifts: tuple[int, int] = (STILL, STILL)  # where it looks to the left, and to the right
+
+
+# Pictures of the enemies
+THROWS = 0xDA00
+DUCKS = 0xDA24
+WALKS = 0xDA6C
+STEPS = 0xDA90
+DRAGON = 0xD82C
+DRAGON_BALL = 0xD972
+RED_BALL = 0xDE49
+AIRBALL = 0xDE3F
+
+
+def _words(low: int, high: int, count: int) -> list[int]:
+    """Addresses whose low and high bytes are in two tables of the rules' bank."""
+    lows, highs = (ROM.bytes(LOGIC + table, count) for table in (low, high))
+    return (lows + 256 * highs).tolist()
+
+
+POSE_ADDRESSES = _words(0xF3B, 0xEE2, 9)
+FIRST_SHIFTS = _words(0xF6F, 0xF79, 10)  # of the poses that come first: to the left, to the right
+PAIRS = tuple(zip(FIRST_SHIFTS[::2], FIRST_SHIFTS[1::2], strict=True))
+
+STANDING = (  # at a fixed height; without the row above the last three
+    Look(THROWS),
+    Look(DUCKS),
+    Look(WALKS),
+    Look(STEPS),
+    Look(DRAGON),
+)
+FIGHTING = tuple(
+    Look(POSE_ADDRESSES[pose], shifts=PAIRS[pose])
+    for pose in (Pose.KICK_LOW, Pose.KICK, Pose.PUNCH, Pose.PUNCH_LOW)
+)
+FLOATING = (  # at any height
+    Look(0xDB00, 22),  # a small enemy
+    Look(0xDB15, 22),
+    Look(0xDB2A, 15),  # in a somersault
+    Look(0xDB39, 15),
+    Look(DRAGON_BALL, 13),
+    Look(0xD95E, 20),  # smoke
+    Look(0xD923, 31),
+    Look(0xD806, 38),
+    Look(0xDECE, 39),
+    Look(0xD854, 39),
+    Look(RED_BALL, 13),
+    Look(0xDE6E, 12),  # that bursts
+    Look(0xDE7A, 13),
+    Look(0xDE87, 12),
+    Look(AIRBALL, 11),
+    Look(0xDE93, 13),
+    Look(0xDEA0, 12),
+    Look(0xD994, 14),  # a snake's ball
+    Look(0xD9A2, 11),
+    Look(0xD9AD, 10),
+    Look(0xD9B7, 8),
+    Look(0xD9BF, 13),  # a snake
+    Look(0xD9CB, 13),
+    Look(0xDAE1, 4),  # a moth
+    Look(0xDAE9, 7),
+    Look(0xDAF0, 7),
+    Look(0xDAF7, 7),
+)
+SIDES = (False, True)  # whether a figure looks to the right
+PAGES = 8  # of pictures, from 0xD800
+
+
+class Dots(NamedTuple):
+    """A row of a sprite, eight dots."""
+
+    column: int
+    row: int
+    dots: int
+    zoom: int
+
+
+def _columns(line: Dots) -> tuple[int, int]:
+    """First column of a row's dots, and the one after the last; wide dots begin a column later."""
+    used = [i for i in range(8) if line.dots >> (7 - i) & 1]
+    start = line.column + line.zoom - 1
+    return start + line.zoom * used[0], start + line.zoom * (used[-1] + 1)
+
+
+def _packed_extent(lines: Iterable[Dots]) -> int:
+    """Left, width, top and height of rows of dots, packed; 0 without a dot."""
+    inked = [line for line in lines if line.dots]
+    if not inked:
+        return 0
+    lefts, rights = zip(*(_columns(line) for line in inked), strict=True)
+    rows = [line.row for line in inked]
+    left, top = min(lefts), min(rows)
+    width, height = max(rights) - left, max(rows) - top + 1
+    return left + LEFTMOST | width << 6 | top + FIGURE + 3 << 12 | height << 18
+
+
+def _picture_lines(address: int, height: int, shifts: int, *, mirrored: bool) -> list[Dots]:
+    """The rows of a picture from the top; the lowest is row 0, and those above it less than 0."""
+    out, column = [], 0
+    for y in reversed(range(height)):
+        shift, dots = (int(ROM.data[(base & 0xFFF) + y]) for base in (shifts, address))
+        column -= (shift >> 4 ^ 8) - 8
+        dots = int(f"{dots:08b}"[::-1], 2) if mirrored else dots
+        out.append(Dots(column, -y, dots, 2 if shift & 7 == WIDE else 1))
+    return out
+
+
+def _pose_extent(pose: int, *, right: bool, shifted_right: bool) -> int:
+    """The extent of a pose of the player."""
+    picture = Pose.JUMP if pose == Pose.IN_AIR else pose
+    shifts = PAIRS[pose][shifted_right] if pose < STRETCHED else STILL
+    lines = _picture_lines(POSE_ADDRESSES[picture], FIGURE, shifts, mirrored=right)
+    whole = pose in (*CROUCHED, Pose.IN_AIR)
+    return _packed_extent(line for line in lines if whole or -line.row != BLACK_LINE)
+
+
+def _standing_extent(look: Look, *, right: bool) -> int:
+    """The extent of an enemy whose last three rows are one row further up."""
+    lines = _picture_lines(look.address, look.height, STILL, mirrored=right)
+    upper = [line for line in lines if -line.row >= FEET_ROWS]
+    feet = [line._replace(row=line.row - 1) for line in lines if -line.row < FEET_ROWS - 1]
+    return _packed_extent(upper + feet)
+
+
+def _fighting_extent(look: Look, *, right: bool) -> int:
+    lines = _picture_lines(look.address, look.height, look.shifts[right], mirrored=right)
+    return _packed_extent(line for line in lines if -line.row != BLACK_LINE)
+
+
+def _floating_extent(look: Look, *, right: bool) -> int:
+    return _packed_extent(_picture_lines(look.address, look.height, STILL, mirrored=right))
+
+
+def _enemies() -> np.ndarray:
+    """Extents of enemies by page and low byte of their picture, and by where they look."""
+    out = np.zeros((PAGES, 256, 2), np.int32)
+    kinds = (_standing_extent, STANDING), (_fighting_extent, FIGHTING), (_floating_extent, FLOATING)
+    for extent, looks in kinds:
+        for look in looks:
+            place = look.address >> 8 & PAGES - 1, look.address & 255
+            out[place] = [extent(look, right=right) for right in SIDES]
+    return out.ravel()
+
+
+POSE_EXTENTS = np.array(
+    [
+        _pose_extent(pose, right=right, shifted_right=shifted)
+        for pose in range(Pose.IN_AIR + 1)
+        for right in SIDES
+        for shifted in SIDES
+    ]
+)
+ENEMY_EXTENTS = _enemies()
+
+
+def extent_box(
+    extents: np.ndarray, index: jax.Array, x: Number, y: Number, **fields: Number
+) -> Box:
+    """Tight boxes of pictures; one that is not known makes a box that is not valid.
+
+    Args:
+        extents: packed.
+        index: of the pictures.
+        x, y: the sprite's column, and the row of the pictures' lowest rows.
+        fields: `valid` and others of the box.
+    """
+    packed = lookup(extents, index)
+    left, width, top, height = (packed >> shift & 63 for shift in (0, 6, 12, 18))
+    return box(x + left - LEFTMOST, y + top - FIGURE - 3, width, height, **fields)

@@ -1,0 +1,352 @@
+"""Name This Game: a diver guards a treasure from an octopus and a shark.
+
+Screen: the octopus, its tentacles, the bars and the ink are drawn by the playfield. The ink, which
+the octopus spreads over the diver and the treasure when a tentacle has reached the ground, hides
+what it covers. The black marks at the left edge and the maker's name are scenery. The shark swims
+behind the octopus to the left and before it to the right, and with it the shot and the pipe. Its
+box holds what the body leaves of it, or all of it where it is hidden.
+
+Slots: of Tentacle, tentacle * 10 + row, the lowest row first: a tentacle has one piece a row.
+
+RAM: ALE's source (score, lives), OCAtari 2.2 (what the bytes are), and the ROM's code. What the
+game has changed since the frame was drawn is in `drawn.py`: the shot's place follows from
+the counter that the drawing loop has left, the score from the pointers to its digits. The value of
+Treasure is ALE's lives, that of a bar its steps of 8 pixels.
+
+Covered: all modes, both difficulties, lanes and pictures of the shark, all ways to lose a life,
+the end of the game, the title, the dark screen after nine minutes without the joystick.
+
+Not exact, because it is not in the RAM: whether the diver has just moved by a column or turned
+(a third of his boxes are a column off), and the column of a shark that has just been shot. On the
+first frame after a lost life the boat is not valid, nor is the shark, and the bars are full.
+
+VEM: it does not see a shot behind the octopus.
+"""
+
+import functools
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.console.boxes import Area, Box, box, choose
+from ocjax.console.compass import EAST, WEST
+from ocjax.console.ops import among, div, lookup, match, pick, when
+from ocjax.console.rom import Rom
+from ocjax.extraction.game import Category, Game, display
+from ocjax.extractors.namethisgame.drawn import (
+    LAUNCHED,
+    SHIFTS,
+    SHOT_ROWS,
+    TO_LEFT,
+    Drawn,
+    as_drawn,
+)
+from ocjax.extractors.namethisgame.ram import (
+    ROW_OF,
+    TENTACLE_COUNT,
+    TENTACLE_OF,
+    TENTACLE_ROWS,
+    Ram,
+    State,
+)
+from ocjax.vision.detected import Detected, boxes
+from ocjax.vision.displays import NumberDisplay
+from ocjax.vision.filters import ShortRuns
+from ocjax.vision.rules import Blobs, Bounds, Gauge, Run, Runs
+from ocjax.vision.shapes import Shape
+from ocjax.vision.steps import Context, Step
+
+ROM = Rom("name_this_game", "36306070f0c90a72461551a7a4f3a209")
+FONT = ROM.font(0xC00, rows=8)
+
+BLACK = 0
+GRAY = 8
+WHITE = 14
+GOLD = 40
+ORANGE = 54
+MAUVE = 86
+VIOLET = 106
+DARK_GREEN = 196
+GREEN = 200
+MAUVE_RGB = (184, 70, 162)
+GRAY_RGB = (170, 170, 170)
+
+PIECE_LEFTS = 16 + 16 * TENTACLE_OF  # of the four columns of a tentacle
+PIECE_TOPS = 126 - 7 * ROW_OF
+
+OCTOPUS = (20, 29, 140, 62)
+LANE_TOPS = (119, 105, 91, 77, 63, 49, 35)  # of the shark, the lowest lane first
+POINTS = (100, 80, 60, 40, 30, 20)  # of sharks in these lanes, and 10 in the highest one
+BEHIND_LANE = 5  # from this lane on, the octopus hides parts of the shark
+NARROW_LOOKS = (8, 16)  # values of `lane` for pictures without the last column
+SHOT_TURNS = (19, 32)  # last turns of the drawing loop in its upper parts
+PIPE_TOP = 23
+PIPE_HEIGHT = 122  # one row more left of the column at which the beam switches it off
+PIPE_SWITCHED = 82
+DIVER_TOP = 139
+ZONE = (0, 139, 160, 160)  # the diver's
+LANES = (0, 35, 160, 133)
+WATER = (0, 24, 160, 133)
+SEA = (0, 28, 160, 160)
+BOAT_TOP = 9
+BOAT_HEIGHTS = (14, 13)
+TREASURE_PLACE = (72, 163)
+TREASURE_END = 169
+HEAPS = ROM.pictures((0xD26, 0xD24, 0xD22, 0xD20), 6)  # by lives
+
+Extent = tuple[int, int, int, int]  # first column and row of a figure of 16 columns, width, height
+
+
+def _caught_extent(phase: int, color: int) -> Extent:
+    """Of what the shark that carries the diver, or he, is when he is eaten, by its colour."""
+    table = ROM.bytes(0xD00 + 8 * phase, 8)
+    pointers = (table[::2] + 256 * table[1::2]) & 0xFFF
+    left_half, right_half, *colors = ROM.rows(pointers.tolist(), 20)
+    rows = np.where(colors[0] == color, left_half, 0) << 8
+    rows |= np.where(colors[1] == color, right_half, 0)
+    used, ink = np.flatnonzero(rows), int(np.bitwise_or.reduce(rows))
+    left, right = 16 - ink.bit_length(), 17 - (ink & -ink).bit_length()
+    return left, int(used[0]), right - left, int(np.ptp(used)) + 1
+
+
+CAUGHT = tuple(_caught_extent(phase, GREEN) for phase in range(4))
+BITING = tuple(_caught_extent(phase, GRAY) for phase in range(4))
+
+
+def _body_columns(upper: int, lower: int) -> np.ndarray:
+    """Which columns the octopus covers in a lane, bool `[12, 176]`, by the registers' values."""
+    left = np.unpackbits(ROM.rows(upper, 13).astype(np.uint8)[:, None], axis=1)
+    right = np.unpackbits(ROM.rows(lower, 13).astype(np.uint8)[:, None], axis=1, bitorder="little")
+    half = np.repeat(np.concatenate([np.zeros((13, 4), int), left, right], 1), 4, 1)
+    return np.pad(np.concatenate([half, half[:, ::-1]], 1) > 0, ((0, 0), (0, 16)))[:12]
+
+
+def _shark_pieces(look: int, body: np.ndarray) -> list[int]:
+    """What the octopus leaves of the shark in each column, packed: x, y, width, height."""
+    pointers = ROM.bytes(0xB1D + look, 4)
+    halves = ROM.rows(((pointers[::2] + 256 * pointers[1::2]) & 0xFFF).tolist(), 13)[:, :12]
+    dots = np.unpackbits(halves.T.astype(np.uint8), axis=1) > 0
+    out = []
+    for x in range(160):
+        there = dots & ~body[:, x : x + 16]
+        y, x = np.nonzero(there if there.any() else dots)
+        out.append(x.min() | y.min() << 5 | np.ptp(x) + 1 << 10 | np.ptp(y) + 1 << 15)
+    return out
+
+
+# By picture, lane and column.
+BODIES = (_body_columns(0xC50, 0xDF2), _body_columns(0xC5D, 0xEE7))
+LEFT_OVER = np.array([[_shark_pieces(look, body) for body in BODIES] for look in range(4, 17, 4)])
+
+SCORE = NumberDisplay(FONT, right=103, top=181, digits=6)
+BARS_LEFT = 16
+BARS_RIGHT = 144
+BAR_STEP = 8
+METER_ROWS = (179, 191)
+TIMER_ROWS = (175, 179)
+
+SHARK_LEFT = 4  # `shark_x` of a shark that comes
+SHARK_RIGHT = 144
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    drawn = as_drawn(m)
+    return {
+        "Player": _diver_box(m, drawn),
+        "Shark": _shark_box(m, drawn),
+        "Shot": _shot_box(m, drawn),
+        "Octopus": box(20, 29, 120, 33, _on(m)),
+        "Tentacle": _tentacle_boxes(m),
+        "Oxygen_Boat": _boat_box(m),
+        "Oxygen_Pipe": _pipe(m, drawn),
+        "Treasure": _treasure_box(m, drawn),
+        "Oxygen_Meter": _bar(METER_ROWS, drawn.oxygen, _on(m)),
+        "Timer": _bar(TIMER_ROWS, drawn.time, _on(m) & (m.text == 0)),
+        "Score": SCORE.box(drawn.score, valid=_on(m) & (m.text == 0), value=m.score),
+    }
+
+
+def _on(m: Ram) -> jax.Array:
+    """Whether anything is drawn."""
+    return m.idle < 128
+
+
+def _compass(leftward: jax.Array) -> jax.Array:
+    return jnp.where(leftward, WEST, EAST)
+
+
+def _caught_box(m: Ram, drawn: Drawn, extents: tuple[Extent, ...]) -> Box:
+    """What the shark, or the diver in its mouth, looks like now."""
+    phase = m.clock >> 3 & 3
+    left, top, width, height = (pick(phase, side) for side in zip(*extents, strict=True))
+    left = jnp.where(m.faces_right == 1, left, 16 - left - width)
+    return box(drawn.x + left, DIVER_TOP + top, width, height)
+
+
+def _diver_box(m: Ram, drawn: Drawn) -> Box:
+    swims = box(drawn.x, DIVER_TOP, 16, 13).clip(0, DIVER_TOP + drawn.ink, 160, 160)
+    shown = choose(m.eaten == 1, _caught_box(m, drawn, CAUGHT), swims).where(_on(m))
+    return replace(shown, orientation=_compass(m.faces_right == 0))
+
+
+def _shark_box(m: Ram, drawn: Drawn) -> Box:
+    look = jnp.max(m.lane)
+    leftward = m.shark_leftward == 1
+    begins = m.shark_x == jnp.where(leftward, SHARK_RIGHT, SHARK_LEFT)
+    gained = m.score - drawn.score
+    shot = (m.state == State.PLAYS) & begins & (m.shark_lane == len(POINTS)) & (gained > 0)
+    lane = match(*((shot & (gained >= p), i) for i, p in enumerate(POINTS)), otherwise=m.shark_lane)
+    x = jnp.where(shot, m.shot_x - 10, m.shark_x - 1)
+    left, top, width, height = _swimming(look, lane, x, leftward)
+    there = (look > 0) & ~(shot & (m.shot_y == LAUNCHED)) & (m.state != State.LOST)
+    swims = box(x + left, pick(lane, LANE_TOPS) + top, width, height, there)
+    shark = choose(m.eaten == 1, _caught_box(m, drawn, BITING), swims).where(_on(m))
+    carries = jnp.where(m.eaten == 1, m.faces_right == 0, leftward)
+    return replace(shark, orientation=_compass(carries))
+
+
+def _swimming(
+    look: jax.Array, lane: jax.Array, x: jax.Array, leftward: jax.Array
+) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
+    """First column and row, width and height of what is seen of the shark."""
+    index = (2 * ((look >> 2) - 1) + lane - BEHIND_LANE) * 160 + jnp.clip(x, 0, 159)
+    seen = lookup(LEFT_OVER.reshape(-1), index)
+    narrow = among(look, NARROW_LOOKS)
+    behind = leftward & (lane >= BEHIND_LANE)
+    return (
+        match((behind, seen & 31), (narrow & ~leftward, 1), otherwise=0),
+        when(behind, seen >> 5 & 31),
+        match((behind, seen >> 10 & 31), (narrow, 15), otherwise=16),
+        jnp.where(behind, seen >> 15, 12),
+    )
+
+
+def _shot_box(m: Ram, drawn: Drawn) -> Box:
+    x, y = m.shot_x - 2, drawn.shot_y
+    top, bottom = _switched(y, x), _switched(y + 1, x + 3)
+    return box(x, top, 1, bottom - top, drawn.shot_there & _on(m))
+
+
+def _switched(turn: jax.Array, x: jax.Array) -> jax.Array:
+    """Row from which column x shows what a turn of the drawing loop switches on.
+
+    The beam is further right in the loop's later parts, between which are single rows.
+    """
+    low = turn > SHOT_TURNS[1]
+    row = turn + match(
+        (turn <= SHOT_TURNS[0], 28),
+        (~low, 29),
+        otherwise=30 + div(jnp.maximum(turn - SHOT_TURNS[1] - 1, 0), 6),
+    )
+    beam = match((turn <= 6, 16), (~low, 64), (turn <= SHOT_ROWS, 142), otherwise=0)
+    return row + when(x < beam, 1)
+
+
+def _tentacle_boxes(m: Ram) -> Box:
+    bits = m.playfield >> SHIFTS & 15
+    column = (bits >> 1) - (bits >> 3)
+    x = PIECE_LEFTS + 4 * jnp.where(TO_LEFT, 3 - column, column)
+    return box(x, PIECE_TOPS, 4, 6, (bits > 0) & _on(m))
+
+
+def _boat_box(m: Ram) -> Box:
+    height = jnp.where((m.clock & 2) == 0, *BOAT_HEIGHTS)
+    facing = _compass(m.boat_leftward == 1)
+    there = _on(m) & (m.state != State.LOST)
+    return box(m.boat_x - 1, BOAT_TOP, 16, height, there, orientation=facing)
+
+
+def _pipe(m: Ram, drawn: Drawn) -> Box:
+    height = PIPE_HEIGHT + when(drawn.pipe_x < PIPE_SWITCHED, 1)
+    return box(drawn.pipe_x, PIPE_TOP, 1, height, drawn.pipe & _on(m))
+
+
+def _treasure_box(m: Ram, drawn: Drawn) -> Box:
+    left, top = TREASURE_PLACE
+    whole_heap = HEAPS.box(drawn.lives & 3, left, top, zoom=2, value=m.lives, valid=_on(m))
+    return whole_heap.clip(0, top + drawn.treasure_ink, 160, TREASURE_END)
+
+
+def _bar(rows: tuple[int, int], steps: jax.Array, valid: jax.Array) -> Box:
+    """A bar that shrinks to the middle of the screen."""
+    half = BAR_STEP // 2 * steps
+    return box(80 - half, rows[0], 2 * half, rows[1] - rows[0], valid, value=steps)
+
+
+class InLane(Step):
+    """The shark below the octopus has all rows, also where a tentacle hides some."""
+
+    def __call__(self, found: Detected, _: Context) -> Detected:
+        """The objects after the step."""
+        top = LANES[1] + 14 * div(jnp.maximum(found.y - LANES[1], 0), 14)
+        swims = (found.y > OCTOPUS[3]) & (found.y < LANES[3])
+        y, h = jnp.where(swims, top, found.y), jnp.where(swims, 12, found.h)
+        return found._replace(box=boxes(found.x, y, found.w, h, found.valid))
+
+
+class FirstRow(Step):
+    """The diver's first row, which at the left does not have his colour yet."""
+
+    def __call__(self, found: Detected, _: Context) -> Detected:
+        """The objects after the step."""
+        missing = jnp.where(found.y == DIVER_TOP + 1, 1, 0)
+        whole = boxes(found.x, found.y - missing, found.w, found.h + missing, found.valid)
+        return found._replace(box=whole)
+
+
+def _meter(color: int, rows: tuple[int, int]) -> Bounds:
+    return Bounds(color, (BARS_LEFT, rows[0], BARS_RIGHT, rows[1]), value=Gauge(BAR_STEP))
+
+
+def _piece(tentacle: int, row: int) -> Area:
+    """Where a piece of a tentacle may be."""
+    left, top = 16 + 16 * tentacle, 126 - 7 * row
+    return left, top, left + 16, top + 6
+
+
+PIECES = tuple(_piece(i, j) for i in range(TENTACLE_COUNT) for j in range(TENTACLE_ROWS))
+HANGS = functools.partial(Run, VIOLET, PIPE_TOP + 1, above=1)
+PIPES = (
+    HANGS(left=(0, PIPE_SWITCHED - 1), width=1, height=PIPE_HEIGHT),
+    HANGS(left=(PIPE_SWITCHED, 159), width=1, height=PIPE_HEIGHT - 1),
+)
+FISH = Blobs(
+    GRAY, SEA, Shape(w=(3, 18), h=(2, 13)), gap=(8, 2), filters=(ShortRuns(13),), then=(InLane(),)
+)
+BULLET = Bounds((GRAY, VIOLET), WATER, max_size=(1, 3), exclude=("Shark",), filters=(ShortRuns(3),))
+# The end of the pipe has the colour, too.
+DIVER = Bounds(GREEN, ZONE, ignore=((0, 144, 160, 146),), then=(FirstRow(),))
+HEAP = Bounds(GOLD, (72, 163, 88, TREASURE_END), value=Gauge(2, side="h"))
+BOAT = Bounds((MAUVE, VIOLET, DARK_GREEN), (0, BOAT_TOP, 160, PIPE_TOP))
+
+# Letters in its place begin further left and are wider.
+POINTS_SHOWN = replace(SCORE.rule(WHITE, required=True), max_size=(46, 8))
+
+GAME = Game(
+    name="NameThisGame",
+    rom=ROM,
+    ram=Ram,
+    decode=decode,
+    categories=(
+        Category("Player", DIVER, attributes=("orientation",), doc="the diver"),
+        Category("Shark", FISH, attributes=("orientation",), doc="in a lane, or with the diver"),
+        Category("Shot", BULLET, doc="the diver's"),
+        Category("Octopus", Bounds(BLACK, OCTOPUS), needs=("Oxygen_Boat",), doc="its body"),
+        Category(
+            "Tentacle",
+            Bounds(BLACK, PIECES),
+            count=80,
+            needs=("Oxygen_Boat",),
+            doc="pieces: tentacle * 10 + row",
+        ),
+        Category(
+            "Oxygen_Boat", BOAT, rgb=MAUVE_RGB, attributes=("orientation",), doc="on the surface"
+        ),
+        Category("Oxygen_Pipe", Runs(PIPES, most=1), rgb=GRAY_RGB, doc="hangs from the boat"),
+        Category("Treasure", HEAP, attributes=("value",), doc="a heap; value: lives"),
+        display("Oxygen_Meter", _meter(ORANGE, METER_ROWS), doc="oxygen, 0-16"),
+        display("Timer", _meter(DARK_GREEN, TIMER_ROWS), doc="rest of the wave, 0-16"),
+        display("Score", POINTS_SHOWN, doc="points"),
+    ),
+)

@@ -1,0 +1,50 @@
+"""Venture's RAM."""
+
+from ocjax.console.ram import RamMap, bcd, byte
+from ocjax.console.rom import Rom
+
+ROM = Rom("venture", "3e899eba0ca8cd2972da1ae5479b4f0d")
+
+
+class Room:  # of `Ram.room`
+    WALLS = 3
+    SECOND_HALL = 9
+    HALLS = (8, SECOND_HALL)
+    BEYOND_SECOND_HALL = range(4, 8)
+
+
+class Status:  # bits of `Ram.status`; a direction's is 0 where the sprite goes there
+    SPEED = 7
+    UP = 16
+    DOWN = 32
+    LEFT = 64
+    RIGHT = 128
+    DEAD = 242  # the whole byte
+
+
+class Ram(RamMap):
+    picture = byte(0, 2, 4, 6, 8, 10)  # low byte of its address, less the row
+    guest_picture = byte(14)
+    door = byte(16)  # of the hall, that he used last: a bit
+    taken = byte(18)  # 255: the treasure
+    y = byte(20, 21, 22, 23, 24, 25)  # in two lines
+    dot_y = byte(26)
+    guest_y = byte(27)
+    status = byte(28, 29, 30, 31, 32, 33, 34)  # the last one of the dot
+    color = byte(36, 37, 38, 39, 40, 41)
+    height = byte(42, 43, 44, 45, 46, 47)  # 256 less the rows
+    guest_color = byte(48)
+    timer = byte(50, 51, 52, 53, 54, 55, 56)
+    turns = byte(58, 59, 60)  # bits go round: who moves
+    next_turn = byte(61)  # first sprite of the next frame
+    flags = byte(63)
+    icons = byte(70)  # lives left
+    score = bcd((71, 72))  # hundreds
+    pause = byte(76)  # frames until a scene begins
+    x = byte(79, 80, 81, 82, 83, 84)
+    dot_x = byte(85)  # x + 1
+    guest_x = byte(86)
+    guest = byte(89)  # the sprite that the larger hall monster has a turn with
+    room = byte(90)
+    swapped = byte(91)
+    split = byte(105)  # row from which the third sprite of the frame is drawn
