@@ -350,7 +350,7 @@ ROTORS = view_blobs((176, 128, 42), shapes=Shape(w=(3, 8), h=(1, 10)))
 JETS = view_blobs((140, 156, 172), shapes=Shape(w=(1, 8), h=(1, 6)))
 TANKER_SHAPES = (  # whole, and what the edge leaves of them
     Shape(w=16, h=(4, 8)),
-    Shape(w=14, h=3, pixels=(33, 99)),
+    Shape(w=14, h=3, pixels=(33, 42)),
     Shape(w=12, h=2),
     Shape(w=10, h=1),
 )

@@ -285,8 +285,8 @@ PLAYER_SHAPES = (  # of parts of the car that no other car has
 PLAYER_RULE = in_view((BLACK, GREY), shapes=PLAYER_SHAPES)
 CAR_SHAPES = (  # the higher, the more pixels
     Shape(w=(14, 16), h=(14, 16), pixels=(140, 256)),
-    Shape(w=(12, 16), h=(10, 13), pixels=(106, 256)),
-    Shape(w=(10, 16), h=(7, 9), pixels=(70, 256)),
+    Shape(w=(12, 16), h=(10, 13), pixels=(106, 208)),
+    Shape(w=(10, 16), h=(7, 9), pixels=(70, 144)),
     Shape(w=(10, 16), h=(4, 6), pixels=(36, 96)),
 )
 CARS = in_view((BLACK, *CAR_COLORS), shapes=CAR_SHAPES)

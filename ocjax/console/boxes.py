@@ -48,7 +48,13 @@ class Box:
     color: jax.Array | None  # int32: palette index; None: the category's colour
 
     def clip(self, left: Number, top: Number, right: Number, bottom: Number) -> Box:
-        """Clip the boxes to an area; `right` and `bottom` are exclusive. A box that lies outside becomes invalid."""
+        """Clip the boxes to an area; `right` and `bottom` are exclusive. A box that lies outside becomes invalid.
+
+        Raises:
+            ValueError: the edges are numbers that every box is clipped to anyway, because they are beyond the screen.
+        """
+        if isinstance(left, int) and isinstance(right, int) and not 0 <= left < right <= WIDTH:
+            raise ValueError(f"boxes are clipped to columns from 0 to {WIDTH}, got {left} to {right}")
         x0, y0 = jnp.maximum(self.x, left), jnp.maximum(self.y, top)
         w = jnp.minimum(self.x + self.w, right) - x0
         h = jnp.minimum(self.y + self.h, bottom) - y0

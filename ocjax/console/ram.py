@@ -136,6 +136,9 @@ def bits(*places: Place, first: int = 0, count: int = 1) -> Field:
     """A field of `count` bits whose lowest is bit `first` (0 is the least significant)."""
     if not (first >= 0 and count > 0):
         raise ValueError(f"a bit field needs first >= 0 and count > 0, got first={first}, count={count}")
+    there = 8 * min((len(place) if isinstance(place, tuple) else 1 for place in places), default=1)
+    if first + count > there:
+        raise ValueError(f"a bit field must end within its {there} bits, got first={first}, count={count}")
     mask = (1 << count) - 1
     return Field(places, f"bits {first}-{first + count - 1}", lambda parts: (_join(parts, 256) >> first) & mask)
 

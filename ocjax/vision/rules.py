@@ -16,7 +16,7 @@ from ocjax.console.fonts import Digits
 from ocjax.vision.colors import Colors, color_set
 from ocjax.vision.filters import Filter
 from ocjax.vision.pictures import Picture, check_pictures
-from ocjax.vision.shapes import ANY_SHAPE, Shape, Span, span
+from ocjax.vision.shapes import ANY_SHAPE, Shape, Span, limits, span
 from ocjax.vision.steps import Step
 
 __all__ = ["Blobs", "Bounds", "ByColor", "Cells", "Gauge", "Rule", "Run", "Runs"]
@@ -242,6 +242,10 @@ class Blobs:
             raise ValueError(f"first must be among the colors {self.palette}, got {self.first}")
         if not self.all_shapes:
             raise ValueError("shapes must hold at least one shape")
+        for shape in self.all_shapes if self.gap == (0, 0) else ():
+            most = None if shape.pixels is None else limits(shape.pixels)[1]
+            if most is not None and shape.most_pixels is not None and most > shape.most_pixels:
+                raise ValueError(f"pixels must be at most {shape.most_pixels}, all of its box, in {shape}")
         check_pictures(self.pictures, [shape.max_size for shape in self.all_shapes], self.gap)
         if any(rule.also or rule.then for rule in self.also):
             raise ValueError("a rule of also must have no also and no steps of its own")

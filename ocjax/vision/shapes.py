@@ -29,7 +29,7 @@ class Shape:
     Args:
         w, h: width and height in pixels.
         pixels: number of pixels, those included that `Blobs.gap` bridges from the left and from above. This tells pictures of the same size
-            apart. Without it, any number will do.
+            apart. Without it, any number will do. Without a gap, there are never more than `w` times `h`.
         split: (width, height) of one object, for objects that touch. A larger component is split into as many objects as cover it (4 at
             most), evenly spaced from edge to edge. `w` and `h` then limit the whole component.
     """
@@ -53,6 +53,11 @@ class Shape:
     def min_size(self) -> tuple[int, int]:
         """Least width and height."""
         return limits(self.w)[0], limits(self.h)[0]
+
+    @property
+    def most_pixels(self) -> int | None:
+        """Pixels of the largest box; None: any number."""
+        return None if self.max_size is None else self.max_size[0] * self.max_size[1]
 
     @property
     def max_size(self) -> tuple[int, int] | None:

@@ -19,6 +19,14 @@ def test_edges():
     assert (int(made.value), int(made.color)) == (7, 2)
 
 
+def test_clip():
+    b = box(np.array([-3, 150, 20]), 30, 20, 8).clip(0, 32, 160, 100)
+    assert fields(b) == [[0, 150, 20], 32, [17, 10, 20], 6]
+    for columns in ((0, 161), (-1, 160), (8, 8)):
+        with pytest.raises(ValueError, match="boxes are clipped to columns from 0 to 160"):
+            b.clip(columns[0], 32, columns[1], 100)
+
+
 def test_trimmed():
     b = box(10, 20, 30, 40, valid=False, value=3).trimmed(left=1, top=2, right=4, bottom=-8)
     assert fields(b) == [11, 22, 25, 46]

@@ -57,7 +57,17 @@ def test_declaration():
     assert Ram.word.addresses == (85, 86)
 
 
-@pytest.mark.parametrize("wrong", [lambda: byte(128), lambda: byte(-1), lambda: byte(), lambda: byte((1, 2), 3), lambda: bits(3, count=0)])
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda: byte(128),
+        lambda: byte(-1),
+        lambda: byte(),
+        lambda: byte((1, 2), 3),
+        lambda: bits(3, count=0),
+        lambda: bits(3, first=5, count=4),
+    ],
+)
 def test_wrong_declarations(wrong):
     with pytest.raises(ValueError, match=r"RAM|bit field"):
         wrong()

@@ -170,6 +170,7 @@ def test_wrong_games(change, message):
         (lambda: Blobs(14, connectivity=4, gap=(1, 0)), "gap needs"),
         (lambda: Blobs(14, gap=(40, 0)), "gap must"),
         (lambda: Blobs(14, shapes=()), "at least one shape"),
+        (lambda: Blobs(14, shapes=Shape(w=4, h=(1, 3), pixels=(1, 13))), "pixels must be at most 12"),
         (lambda: Shape(w=4), "w and h need a limit both"),
         (lambda: Shape(w=(5, 4), h=4), "w must be a number of pixels or"),
         (lambda: Shape(w=4, h=-1), "h must be a number of pixels or"),
