@@ -1,5 +1,6 @@
 """The command `ocjax record`."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -10,7 +11,7 @@ from ocjax.cli.loading import load_playable
 from ocjax.cli.messages import console, errors_in_one_line
 from ocjax.extraction.game import Game
 from ocjax.files import writing
-from ocjax.play import expected, fixtures
+from ocjax.play import expected, fixtures, limits
 from ocjax.recordings import Recording
 
 DATA = Path("tests", "data")  # the recordings of a checkout
@@ -40,6 +41,9 @@ def record(
             help="Keep states of all modes that show what other recordings do not. Default --out: tests/data/modes/<Game>.npz.",
         ),
     ] = False,
+    rule_limits: Annotated[
+        bool, typer.Option("--limits", help="Write frames with objects at the limits of the vision rules: tests/data/limits/<Game>.txt.")
+    ] = False,
     objects: Annotated[
         bool,
         typer.Option("--expected", help="Write what REM and VEM report on all of the game's recordings: tests/data/expected/<Game>.txt."),
@@ -56,6 +60,8 @@ def record(
     With --deciding, plays all modes and difficulties, and keeps states on which numbers in the game's file decide. With --from, it chooses
     from these recordings, too.
 
+    With --limits, writes which frames to make of the game's first recording so that its vision rules' limits decide.
+
     With --expected, writes the objects of all recordings of the game as text. Look at what changed before you commit it.
 
     A mode that never draws some objects, such as Breakout's invisible bricks, cannot be checked against pixels: name the other modes.
@@ -71,8 +77,8 @@ def record(
         raise typer.BadParameter(
             "--boundaries plays the default mode with one seed: --from, --mode, --difficulty and more seeds do not apply"
         )
-    if objects:
-        return _record_expected(spec)
+    if objects or rule_limits:
+        return _record_text(spec, expected.describe if objects else limits.describe, DATA / ("expected" if objects else "limits"))
     out = out or _default_excerpt(spec, "ends" if boundaries else "modes" if deciding else "")
     with errors_in_one_line():
         writing.check(out)
@@ -93,13 +99,12 @@ def record(
     writing.announce(console, f"{len(tape)} samples of {spec.name}, {drawn} drawn pixels, {out.stat().st_size / 1000:,.0f} kB", out)
 
 
-def _record_expected(game: Game) -> None:
-    out = DATA / "expected" / f"{game.name}.txt"
+def _record_text(game: Game, describe: Callable[[Game, Path], str], folder: Path) -> None:
+    out = folder / f"{game.name}.txt"
     with errors_in_one_line():
         writing.check(out)
-        text = expected.describe(game, DATA)
-        writing.write_text(out, text)
-    writing.announce(console, f"Objects on the recordings of {game.name}", out)
+        writing.write_text(out, describe(game, DATA))
+    writing.announce(console, f"{folder.name.capitalize()} of {game.name}", out)
 
 
 def _default_excerpt(game: Game, subfolder: str) -> Path:

@@ -4,56 +4,106 @@ They come from a hash function, so that they are the same with every version of 
 """
 
 import hashlib
+from dataclasses import dataclass
 
 import numpy as np
 
 from ocjax.console.ram import RAM_SIZE
 from ocjax.extraction.game import Game
 
-STATES = 24_000
-CHANGED = 24  # of a state that resembles play, one byte in so many is another
+ANYTHING = 6_000  # states of any bytes
+ALTERED = 12_000  # played states with other bytes
+CHANGED = 24  # one byte in so many
 NEAR = 2  # by which half of these are larger or smaller
-MIXED = (8, 2)  # of a mixture of two states, one byte in so many is from the other
-FRAMES = 1024
-CHANGES = 32  # of each frame
+MIXED = 6_000  # mixtures of two played states, of each kind
+SHARES = (8, 2)  # one byte in so many is from the other state
+SWEPT = 64_000  # played states with one or two other bytes
+FRAMES = 2048
+CHANGES = (4, 8, 16, 32)  # of a frame, by turns
 NEXT = ((-1, 0), (1, 0), (0, -1), (0, 1))
 COLORS = 128  # of the console
 SIZES = (8, 40)  # largest side of what is changed, by turns: as small objects, and as several that touch
-FAR = 8  # pixels by which pieces of other frames are moved
+FAR = 8  # pixels by which pieces of frames are moved
+STRETCHED = ((1, 2), (2, 3), (3, 4), (5, 6), (7, 6), (5, 4), (4, 3), (2, 1))  # rows or columns that replace so many
+THINNED = 64  # up to so many pixels of an object are left out of so many
 
 
 def _noise(name: str, *shape: int) -> np.ndarray:
-    """Numbers below 65,536, int64 of a shape, the same for the same name."""
+    """Numbers below 65,536, uint16 of a shape, the same for the same name."""
     data = hashlib.shake_256(name.encode()).digest(2 * int(np.prod(shape)))
-    return np.frombuffer(data, "<u2").astype(np.int64).reshape(shape)
+    return np.frombuffer(data, "<u2").reshape(shape)
 
 
 def rams(game: Game, played: np.ndarray) -> np.ndarray:
-    """Arbitrary RAM, by turns with played states in which a few bytes are others, or come from another played state, or half of them do.
+    """Arbitrary RAM: anything, and played states in which a few bytes are others, come from another state, or take any value one at a time.
 
     Args:
         game: the game.
         played: uint8 `[n, 128]`.
 
     Returns:
-        uint8 `[STATES, 128]`.
+        uint8 `[states, 128]`.
     """
-    anything = _noise(f"{game.name} bytes", STATES, RAM_SIZE)
-    kind = _noise(f"{game.name} kinds", STATES, RAM_SIZE)
-    usual = played[np.arange(STATES) // 4 % len(played)].astype(np.int64)
-    near = usual + anything % (2 * NEAR + 1) - NEAR
-    other = np.where(kind % 2 == 0, near, anything)
-    changed = np.where(kind // 2 % CHANGED == 0, other, usual)
-    others = played[_noise(f"{game.name} others", STATES) % len(played)]
-    mixtures = (np.where(kind % share == 0, others, usual) for share in MIXED)
-    out = np.choose(np.arange(STATES)[:, None] % 4, [anything, changed, *mixtures])
-    return (out & 255).astype(np.uint8)
+    mixtures = (_mixed(f"{game.name} mixtures {share}", played, share) for share in SHARES)
+    anything = _noise(f"{game.name} anything", ANYTHING, RAM_SIZE).astype(np.uint8)
+    return np.concatenate([anything, _altered(game.name, played), *mixtures, _swept(game.name, played)])
+
+
+def _usual(played: np.ndarray, count: int) -> np.ndarray:
+    return played[np.arange(count) % len(played)]
+
+
+def _altered(name: str, played: np.ndarray) -> np.ndarray:
+    """Played states in which a few bytes are a little larger or smaller, or others."""
+    kind, anything = (_noise(f"{name} {what}", ALTERED, RAM_SIZE) for what in ("kinds", "bytes"))
+    usual = _usual(played, ALTERED)
+    near = usual + (anything % (2 * NEAR + 1) - NEAR).astype(np.uint8)
+    other = np.where(kind % 2 == 0, near, anything.astype(np.uint8))
+    return np.where(kind // 2 % CHANGED == 0, other, usual)
+
+
+def _mixed(name: str, played: np.ndarray, share: int) -> np.ndarray:
+    """Played states in which a share of the bytes comes from another one."""
+    others = played[_noise(f"{name} others", MIXED) % len(played)]
+    return np.where(_noise(name, MIXED, RAM_SIZE) % share == 0, others, _usual(played, MIXED))
+
+
+def _swept(name: str, played: np.ndarray) -> np.ndarray:
+    """Played states in which one of the bytes that ever change has any value, and in every other state a second one."""
+    used = np.flatnonzero((played != played[0]).any(axis=0))
+    out, state = _usual(played, SWEPT), np.arange(SWEPT)
+    place, value = _noise(f"{name} places", 2, SWEPT) % len(used), _noise(f"{name} values", 2, SWEPT).astype(np.uint8)
+    for number, step in enumerate((1, 2)):
+        out[state[::step], used[place[number, ::step]]] = value[number, ::step]
+    return out
+
+
+@dataclass(frozen=True)
+class _Source:
+    """A played frame, and where each of its colours is."""
+
+    frame: np.ndarray
+    places: tuple[np.ndarray, ...]  # in the frame as a row of pixels
+
+    @classmethod
+    def of(cls, frame: np.ndarray) -> "_Source":
+        order = np.argsort(frame, axis=None, kind="stable")
+        return cls(frame, tuple(np.split(order, np.flatnonzero(np.diff(frame.ravel()[order])) + 1)))
+
+    def color(self, number: int) -> int:
+        """One of the colours."""
+        return int(self.frame.flat[self.places[number % len(self.places)][0]])
+
+    def pixel(self, color: int, number: int) -> tuple[int, int]:
+        """Row and column of one of the pixels of one of the colours. Small objects are met as often as large ones."""
+        own = self.places[color % len(self.places)]
+        return divmod(int(own[number % len(own)]), self.frame.shape[1])
 
 
 def frames(game: Game, played: np.ndarray) -> np.ndarray:
-    """Played frames with rectangles, pieces of other played frames, and objects that are larger by a row or column or have another colour.
+    """Played frames in which rectangles are changed in eight ways.
 
-    Every fourth frame has one of its colours alone, and every fourth all others, so that each colour of a rule is needed somewhere.
+    Every eighth frame has one of its colours alone, and every eighth all others, so that each colour of a rule is needed somewhere.
 
     Args:
         game: the game.
@@ -64,37 +114,61 @@ def frames(game: Game, played: np.ndarray) -> np.ndarray:
     """
     height, width = game.screen
     colors = np.concatenate([np.resize(np.unique(played), COLORS), np.arange(0, 2 * COLORS, 2)])
-    out = played[np.arange(FRAMES) // 4 % len(played)]
-    noise = _noise(f"{game.name} frames", FRAMES, CHANGES, 7).tolist()
-    for i, (frame, changes) in enumerate(zip(out, noise, strict=True)):
-        own = np.unique(frame)
-        chosen = frame == own[changes[0][0] % len(own)]
-        if i % 4 < 2:
-            frame[chosen if i % 4 else ~chosen] = 0
+    changes = _Changes(played, colors, _noise(f"{game.name} holes", 2 * height, 2 * width) % THINNED)
+    sources = [_Source.of(frame) for frame in played]
+    out = played[np.arange(FRAMES) % len(played)]
+    noise = _noise(f"{game.name} frames", FRAMES, max(CHANGES), 8).tolist()
+    for i, (frame, numbers) in enumerate(zip(out, noise, strict=True)):
+        source = sources[i % len(sources)]
+        if i % 8 < 2:
+            frame[(frame == source.color(numbers[0][0])) == (i % 8 == 0)] = 0
             continue
-        for k, (x, y, w, h, *choices) in enumerate(changes):
-            left, top, most = x % width, y % height, SIZES[k // 4 % 2]
-            rows, columns = np.arange(top, min(top + 1 + h % most, height)), np.arange(left, min(left + 1 + w % most, width))
-            frame[np.ix_(rows, columns)] = _changed(frame, rows, columns, k % 4, colors, played, choices)
+        for k, (color, number, *sizes, a, b, c, d) in enumerate(numbers[: CHANGES[i // 8 % len(CHANGES)]]):
+            most = SIZES[k % 2]
+            begin = [max(0, at - before % most) for at, before in zip(source.pixel(color, number), (c, d), strict=True)]
+            rows, columns = (np.arange(at, min(at + 1 + n % most, end)) for at, n, end in zip(begin, sizes, frame.shape, strict=True))
+            frame[np.ix_(rows, columns)] = changes.of(frame, rows, columns, k // 2 + i // 8, (a, b, c))
     return out
 
 
-def _changed(
-    frame: np.ndarray, rows: np.ndarray, columns: np.ndarray, kind: int, colors: np.ndarray, played: np.ndarray, choices: list[int]
-) -> np.ndarray:
-    """The pixels that replace some rows and columns of a frame."""
-    piece, color = frame[np.ix_(rows, columns)], colors[choices[0] % len(colors)]
-    background = piece[0, 0]
+@dataclass(frozen=True)
+class _Changes:
+    """What may replace a rectangle of a frame."""
 
-    def moved(source: np.ndarray, down: int, right: int) -> np.ndarray:
-        return source[np.ix_((rows + down) % source.shape[0], (columns + right) % source.shape[1])]
+    played: np.ndarray
+    colors: np.ndarray
+    holes: np.ndarray  # numbers below `THINNED`, larger than a frame
 
-    match kind:
-        case 0:
-            return np.full_like(piece, color)
-        case 1:
-            return moved(played[choices[0] % len(played)], *(choice % (2 * FAR + 1) - FAR for choice in choices[1:]))
-        case 2:
-            return np.where(piece == background, moved(frame, *NEXT[choices[1] % len(NEXT)]), piece)
-    objects = piece[piece != background]
-    return np.where(piece == objects[choices[1] % len(objects)], color, piece) if len(objects) else piece
+    def of(self, frame: np.ndarray, rows: np.ndarray, columns: np.ndarray, kind: int, choices: tuple[int, int, int]) -> np.ndarray:
+        """The pixels that replace some rows and columns of a frame."""
+        piece, color = frame[np.ix_(rows, columns)], self.colors[choices[0] % len(self.colors)]
+        background = piece[0, 0]
+        down, right = (choice % (2 * FAR + 1) - FAR for choice in choices[1:])
+        next_to_it = NEXT[choices[1] % len(NEXT)]
+
+        def moved(source: np.ndarray, down: int, right: int) -> np.ndarray:
+            return source[np.ix_((rows + down) % source.shape[0], (columns + right) % source.shape[1])]
+
+        match kind % 8:
+            case 0:
+                return np.full_like(piece, color)
+            case 1:
+                return moved(self.played[choices[0] % len(self.played)], down, right)
+            case 2:
+                return moved(frame, down, right)
+            case 3:
+                return np.where(piece == background, moved(frame, *next_to_it), piece)
+            case 4:
+                return np.where(moved(frame, *next_to_it) == background, background, piece)
+            case 5:
+                return _stretched(piece, choices[1] % 2, *STRETCHED[choices[0] % len(STRETCHED)])
+            case 6:
+                return np.where(moved(self.holes, down, right) < choices[0] % THINNED, background, piece)
+        objects = piece[piece != background]
+        return np.where(piece == objects[choices[1] % len(objects)], color, piece) if len(objects) else piece
+
+
+def _stretched(piece: np.ndarray, axis: int, n: int, of: int) -> np.ndarray:
+    """A piece in which `n` rows or columns replace `of` of them, cut off or filled up to its size."""
+    size = piece.shape[axis]
+    return piece.take(np.minimum(np.arange(size) * of // n, size - 1), axis)

@@ -11,8 +11,8 @@ A line holds the objects of one state: for each category its slots in order, eac
 unknown) and `#rgb` if it is not the category's usual colour. `-` is a slot without an object; such slots at the end are left out. The line
 of VEM names only the categories in which it differs from REM, and is left out if there are none. Equal texts mean equal fields.
 
-The last section is of states and frames that no game shows (`ocjax.play.arbitrary`): by category the number of objects, and a checksum of
-all their fields.
+The last section is of states and frames that no game shows (`ocjax.play.arbitrary`), and of frames with objects at the limits of the vision
+rules (`ocjax.play.limits`): by category the number of objects, and a checksum of all their fields.
 """
 
 import zlib
@@ -25,7 +25,7 @@ import numpy as np
 from ocjax import recordings
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
-from ocjax.play import arbitrary
+from ocjax.play import arbitrary, limits
 from ocjax.play.deciding import in_batches
 from ocjax.recordings import Recording
 from ocjax.vision.unknown import UNKNOWN, UNKNOWN_VALUE
@@ -58,7 +58,7 @@ def describe(game: Game, data: Path) -> str:
         for i in range(len(tapes[path])):
             lines += _lines_of_state(str(i), slots_of(game, rem[i], usual), slots_of(game, vem[i], usual))
     lines.append("[arbitrary]")
-    lines += _checksums(game, list(tapes.values()))
+    lines += _checksums(game, data, list(tapes.values()))
     return "\n".join(lines) + "\n"
 
 
@@ -68,10 +68,11 @@ def _frames(tape: Recording) -> np.ndarray:
     return tape.screens
 
 
-def _checksums(game: Game, tapes: list[Recording]) -> Iterator[str]:
-    """The lines about arbitrary states and frames."""
+def _checksums(game: Game, data: Path, tapes: list[Recording]) -> Iterator[str]:
+    """The lines about states and frames that no game shows."""
     rams = arbitrary.rams(game, np.concatenate([tape.rams for tape in tapes]))
-    frames = arbitrary.frames(game, np.concatenate([_frames(tape) for tape in tapes]))
+    played = [_frames(tape) for tape in tapes]
+    frames = np.concatenate([arbitrary.frames(game, np.concatenate(played)), limits.read(game, data)])
     for name, method, inputs in (("rem", game.rem, rams), ("vem", game.vem, frames)):
         found = in_batches(method, inputs)
         yield f"all {name}: " + "; ".join(f"{c.name} {_checksum(found.of(game, c))}" for c in game.categories)

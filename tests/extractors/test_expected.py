@@ -8,6 +8,7 @@ def test_objects_are_as_expected(game):
     path = DATA / "expected" / f"{game.name}.txt"
     command = f"ocjax record {game.name} --expected"
     assert path.exists(), f"{path} is missing: `{command}` makes it"
+    assert (DATA / "limits" / path.name).exists(), f"`ocjax record {game.name} --limits` makes it"
     found = expected.differences(path.read_text(encoding="utf-8"), expected.describe(game, DATA))
     more = f"and {len(found) - 20} more" if len(found) > 20 else ""
     assert not found, "\n".join([*found[:20], more, f"If what is new is right: `{command}`"])

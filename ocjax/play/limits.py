@@ -1,0 +1,263 @@
+"""Frames on which the limits of vision rules decide: objects that are just allowed, and some that are just not.
+
+Play seldom gets there: a picture has fewer pixels than the limit of its shape, or nothing crosses the edge of a region. The frames are kept
+as text, so that they stay the same when a rule changes. A line is a frame:
+
+    7 | 0 142,144 | 142,50,60,16,7,88 142,80,60,16,7,87
+
+It is a played frame, by its number, in which the pixels of some colours get the background's, and then components of one colour each are
+drawn: colour, left, top, width, height, and number of pixels.
+"""
+
+import itertools
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ocjax import recordings
+from ocjax.console.boxes import WIDTH, Area
+from ocjax.extraction.game import Game
+from ocjax.play.deciding import in_batches
+from ocjax.vision.rules import Blobs, Bounds, Rule, Run, Runs
+from ocjax.vision.shapes import Shape, limits, span
+
+BEYOND = 2  # pixels by which an object crosses an edge
+LARGE = 48  # sides from which a limit is not looked at
+TOGETHER = 12  # objects on a frame at most
+REGIONS = 12  # of one rule at most that get frames of their own
+
+
+class Component(NamedTuple):
+    """What is drawn."""
+
+    color: int
+    left: int
+    top: int
+    width: int
+    height: int
+    pixels: int
+
+    def draw(self, frame: np.ndarray) -> None:
+        """Set its pixels, of those that are on the frame."""
+        rows, columns = np.nonzero(_mask(self.width, self.height, self.pixels))
+        rows, columns = rows + self.top, columns + self.left
+        inside = (rows >= 0) & (rows < frame.shape[0]) & (columns >= 0) & (columns < frame.shape[1])
+        frame[rows[inside], columns[inside]] = self.color
+
+    def __str__(self) -> str:
+        return ",".join(map(str, self))
+
+
+def _mask(width: int, height: int, pixels: int) -> np.ndarray:
+    """A connected component of some pixels, bool `[height, width]`: a diagonal, or its upper row and left column, filled from above."""
+    out = np.zeros((height, width), bool)
+    if pixels < width + height - 1:
+        long = max(width, height)
+        out[np.arange(long) * height // long, np.arange(long) * width // long] = True
+        return out
+    out[0], out[:, 0] = True, True
+    rest = np.flatnonzero(~out)
+    out.flat[rest[: pixels - (width + height - 1)]] = True
+    return out
+
+
+def read(game: Game, data: Path) -> np.ndarray:
+    """The frames that a game's text tells, uint8 `[n, H, 160]`; none if it has no text.
+
+    Args:
+        game: the game.
+        data: the folder `tests/data`.
+    """
+    path = data / "limits" / f"{game.name}.txt"
+    return frames(path.read_text(encoding="utf-8") if path.exists() else "", _recorded(game, data))
+
+
+def _recorded(game: Game, data: Path) -> np.ndarray:
+    screens = recordings.read(data / f"{game.name}.npz", game.name).screens
+    if screens is None:
+        raise recordings.RecordingError(f"the recording of {game.name} has no frames")
+    return screens
+
+
+def frames(text: str, played: np.ndarray) -> np.ndarray:
+    """The frames that a text tells.
+
+    Args:
+        text: as `describe` returns it.
+        played: uint8 `[n, H, 160]`, the frames of the game's recording.
+
+    Returns:
+        uint8 `[lines, H, 160]`.
+    """
+    out = []
+    for line in text.splitlines():
+        number, colors, drawn = line.split(" | ")
+        background, cleared = colors.split(" ")
+        frame = played[int(number)].copy()
+        frame[np.isin(frame, [int(c) for c in cleared.split(",")])] = int(background)
+        for component in drawn.split(" "):
+            Component(*map(int, component.split(","))).draw(frame)
+        out.append(frame)
+    return np.array(out, np.uint8).reshape(-1, *played.shape[1:])
+
+
+def describe(game: Game, data: Path) -> str:
+    """The text of a game's frames.
+
+    Args:
+        game: the game.
+        data: the folder `tests/data`.
+    """
+    played = _recorded(game, data)
+    valid = np.asarray(in_batches(game.vem, played).valid)
+    lines: dict[str, None] = {}
+    for c in game.categories:
+        number = int(valid[:, game.slices[c.name]].any(axis=1).argmax())
+        for rule in (c.rule, c.otherwise):
+            for palette, drawn in _drawn(game, rule, c.count) if rule is not None else ():
+                background = _background(played[number], palette)
+                cleared = ",".join(map(str, palette))
+                lines[f"{number} | {background} {cleared} | {' '.join(map(str, drawn))}"] = None
+    return "".join(f"{line}\n" for line in lines)
+
+
+def _background(frame: np.ndarray, palette: Sequence[int]) -> int:
+    """The most frequent colour of a frame that is not of a palette."""
+    counts = np.bincount(frame[~np.isin(frame, palette)], minlength=1)
+    return int(counts.argmax())
+
+
+Frames = Iterator[tuple[tuple[int, ...], list[Component]]]  # colours that are cleared, and what is drawn
+
+
+def _drawn(game: Game, rule: Rule, count: int) -> Frames:
+    if isinstance(rule, Blobs):
+        for part in rule.rules:
+            yield from _of_blobs(game, part, count)
+    elif isinstance(rule, Bounds):
+        for part in rule.parts:
+            yield from _of_bounds(game, part)
+    elif isinstance(rule, Runs):
+        yield from _of_runs(rule)
+
+
+def _of_blobs(game: Game, rule: Blobs, count: int) -> Frames:
+    region = rule.region or (0, 0, WIDTH, game.screen[0])
+    color = (rule.first_colors or rule.own_palette)[0]
+    sizes = dict.fromkeys(size for shape in rule.all_shapes for size in _sizes(shape))
+    together: list[Component] = []
+    for size in sizes:
+        place = _next_place(together, size, region, rule.gap)
+        if together and (place is None or len(together) == min(count, TOGETHER)):
+            yield rule.palette, together
+            together, place = [], region[:2]
+        together = [*together, Component(color, *(place or region[:2]), *size)]
+    if together:
+        yield rule.palette, together
+    least = rule.all_shapes[0].min_size
+    for component in _across(color, region, least, least, game.screen[0]):
+        yield rule.palette, [component]
+    for area in rule.ignore[:REGIONS]:
+        for component in _across(color, area, least, (BEYOND, BEYOND), game.screen[0]):
+            yield rule.palette, [component]
+    if rule.gap != (0, 0):
+        for pair in _pairs(color, region, least, rule.gap):
+            yield rule.palette, pair
+
+
+def _next_place(before: Sequence[Component], size: tuple[int, int, int], region: Area, gap: tuple[int, int]) -> tuple[int, int] | None:
+    """Where the next component fits: right of the last one, or below all of them; None: nowhere."""
+    if not before:
+        return region[:2]
+    last, (right, down) = before[-1], (gap[0] + BEYOND, gap[1] + BEYOND)
+    below = max(c.top + c.height for c in before) + down
+    for left, top in ((last.left + last.width + right, last.top), (region[0], below)):
+        if left + size[0] <= region[2] and top + size[1] <= region[3]:
+            return left, top
+    return None
+
+
+def _sizes(shape: Shape) -> Iterator[tuple[int, int, int]]:
+    """Widths, heights and numbers of pixels at the limits of a shape and beyond them."""
+    (w0, w1), (h0, h1) = limits(shape.w), limits(shape.h)
+    p0, p1 = (0, None) if shape.pixels is None else limits(shape.pixels)
+    widths, heights = [w for w in (w0, w1) if w and w <= LARGE], [h for h in (h0, h1) if h and h <= LARGE]
+    boxes = [(w, h) for w in widths for h in heights]
+    boxes += [(w + step, h) for w, step in zip((w0, w1 or 0), (-1, 1), strict=True) for h in heights if w <= LARGE]
+    boxes += [(w, h + step) for h, step in zip((h0, h1 or 0), (-1, 1), strict=True) for w in widths if h <= LARGE]
+    for w, h in dict.fromkeys(boxes):
+        if w > 0 and h > 0:
+            counts = [min(max(w * h, p0), w * h if p1 is None else p1)]
+            counts += [p for p in (p0 - 1, p0, p1, p1 + 1) if w + h - 1 <= p <= w * h] if p1 is not None else []
+            yield from ((w, h, p) for p in dict.fromkeys(counts))
+
+
+def _across(color: int, area: Area, size: tuple[int, int], inside: tuple[int, int], height: int) -> Iterator[Component]:
+    """Components that cross one edge of an area each, with so many columns or rows of them inside."""
+    (w, h), (left, top, right, bottom) = size, area
+    x, y = (left + right - w) // 2, (top + bottom - h) // 2
+    wide, high = w + BEYOND, h + BEYOND
+    if left > 0:
+        yield Component(color, left + inside[0] - wide, y, wide, h, wide * h)
+    if right < WIDTH:
+        yield Component(color, right - inside[0], y, wide, h, wide * h)
+    if top > 0:
+        yield Component(color, x, top + inside[1] - high, w, high, w * high)
+    if bottom < height:
+        yield Component(color, x, bottom - inside[1], w, high, w * high)
+
+
+def _pairs(color: int, area: Area, size: tuple[int, int], gap: tuple[int, int]) -> Iterator[list[Component]]:
+    """Two components with a gap that is bridged, and with a larger one."""
+    (w, h), (x, y) = size, area[:2]
+    first = Component(color, x, y, w, h, w * h)
+    for more in (0, 1):
+        yield [first, Component(color, x + w + gap[0] + more, y, w, h, w * h)]
+        yield [first, Component(color, x, y + h + gap[1] + more, w, h, w * h)]
+
+
+def _of_bounds(game: Game, rule: Bounds) -> Frames:
+    """What fills each region and a little more, and objects of the least and the largest size in all regions."""
+    slots = [(region, _color(colors, rule.inverse)) for region, colors in rule.slots]
+    cleared = tuple(dict.fromkeys(color for _, color in slots))
+    for (left, top, right, bottom), color in slots[:REGIONS]:
+        w, h = right - left + 2 * BEYOND, bottom - top + 2 * BEYOND
+        yield cleared, [Component(color, left - BEYOND, top - BEYOND, w, h, w * h)]
+    for area in rule.ignore[:REGIONS]:
+        for component in _across(slots[0][1], area, (BEYOND, BEYOND), (BEYOND, BEYOND), game.screen[0]):
+            yield cleared, [component]
+    smallest = np.broadcast_to(rule.min_size, (len(slots), 2)).tolist()
+    for dw, dh in ((0, 0), (-1, 0), (0, -1)):
+        sizes = [(w + dw, h + dh) for w, h in smallest]
+        if min(itertools.chain(*sizes)) > 0:
+            yield cleared, [Component(c, r[0], r[1], w, h, w * h) for (r, c), (w, h) in zip(slots, sizes, strict=True)]
+    if rule.max_size is not None:
+        for dw, dh in ((0, 0), (1, 0), (0, 1)):
+            w, h = rule.max_size[0] + dw, rule.max_size[1] + dh
+            yield cleared, [Component(c, r[0], r[1], w, h, w * h) for r, c in slots]
+
+
+def _color(colors: Sequence[int], inverse: bool) -> int:
+    """One of some colours, or one that is not."""
+    return colors[0] if not inverse else next(c for c in range(14, 256, 2) if c not in colors)
+
+
+def _of_runs(rule: Runs) -> Frames:
+    """Runs of the least and the largest width, at the outermost columns, and beyond; one in each row of a frame."""
+    for runs in itertools.zip_longest(*(list(_variants(run)) for run in rule.runs)):
+        rows: dict[int, Component] = {}
+        for component in runs:
+            if component is not None:
+                rows.setdefault(component.top, component)
+        yield rule.palette, list(rows.values())
+
+
+def _variants(run: Run) -> Iterator[Component]:
+    lefts, widths = span(run.left), span(run.width)
+    pairs = [(left, width) for left in lefts for width in widths]
+    pairs += [(lefts[0] - 1, widths[1]), (lefts[1] + 1, widths[0]), (lefts[0], widths[0] - 1), (lefts[0], widths[1] + 1)]
+    for left, width in dict.fromkeys(pairs):
+        if left >= 0 and width > 0:
+            yield Component(run.palette[0], left, run.row, width, 1, width)

@@ -1,0 +1,56 @@
+"""Frames at the limits of vision rules."""
+
+import shutil
+
+import numpy as np
+import pytest
+
+import ocjax
+from ocjax.play import limits
+from ocjax.vision.shapes import Shape
+from tests.support.command import run
+from tests.support.states import DATA, excerpt
+
+
+@pytest.mark.parametrize("size", [(1, 1, 1), (4, 3, 12), (4, 3, 11), (4, 3, 6), (4, 3, 4), (2, 7, 7)])
+def test_components_have_their_size_and_pixels(size):
+    frame = np.zeros((20, 20), np.uint8)
+    limits.Component(6, 5, 8, *size).draw(frame)
+    rows, columns = np.nonzero(frame)
+    assert (columns.min(), rows.min()) == (5, 8)
+    assert (np.ptp(columns) + 1, np.ptp(rows) + 1, len(rows)) == size
+    steps = np.abs(np.stack([rows, columns], axis=1)[:, None] - np.stack([rows, columns], axis=1)).max(axis=-1) <= 1
+    assert np.linalg.matrix_power(steps.astype(float), len(rows))[0].all(), "connected"
+
+
+def test_what_is_beyond_the_frame_is_not_drawn():
+    frame = np.zeros((5, 5), np.uint8)
+    limits.Component(6, -2, 3, 4, 4, 16).draw(frame)
+    assert frame.nonzero()[0].tolist() == [3, 3, 4, 4]
+
+
+def test_sizes_are_at_a_limit_or_beyond_it():
+    sizes = set(limits._sizes(Shape(w=(3, 5), h=4, pixels=(10, 18))))
+    assert {(3, 4, 12), (3, 4, 10), (3, 4, 9), (5, 4, 18), (5, 4, 19), (2, 4, 8), (6, 4, 18), (3, 5, 15), (3, 3, 9)} - sizes == {(2, 4, 8)}
+
+
+def test_frames_come_from_text():
+    played = excerpt("Pong")["screens"]
+    frame = limits.frames("1 | 144 74,92 | 74,50,60,3,2,6 92,80,60,1,1,1\n", played)[0]
+    kept = ~np.isin(played[1], (74, 92))
+    kept[60:62, 50:53], kept[60, 80] = False, False
+    assert (frame[60:62, 50:53] == 74).all()
+    assert frame[60, 80] == 92
+    assert np.array_equal(frame[kept], played[1][kept])
+    assert limits.frames("", played).shape == (0, 210, 160)
+
+
+def test_command(tmp_path, monkeypatch):
+    data = tmp_path / "tests" / "data"
+    (data / "limits").mkdir(parents=True)
+    shutil.copy(DATA / "Pong.npz", data)
+    monkeypatch.chdir(tmp_path)
+    result = run("record", "Pong", "--limits")
+    assert result.exit_code == 0, result.output
+    assert (data / "limits" / "Pong.txt").read_text() == (DATA / "limits" / "Pong.txt").read_text()
+    assert len(limits.read(ocjax.load("Pong"), data)) > 5
