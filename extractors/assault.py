@@ -208,13 +208,13 @@ def _new_enemy(m: Ram) -> jax.Array:
 def _enemy_boxes(m: Ram) -> Box:
     hit, just_hit = _has_been_hit(m)
     is_split = jnp.repeat(m.is_split, 2) > 0
-    struck_half = (m.blast_halves & HALF_BIT) > 0
+    struck_half = (m.blast_halves & HALF_BIT) != 0
     struck = hit & (m.blast_row == ROW_OF_ENEMY) & (~is_split | struck_half)
     bursts = struck & ~just_hit
     left, top, width, height = _enemy_pictures(m, is_split, bursts)
     tops = _row_tops(m)
     y = jnp.repeat(jnp.where(_has_come_down(m), jnp.roll(tops, -1), tops), 2) + top
-    there = (jnp.repeat(m.halves, 2) & HALF_BIT) > 0
+    there = (jnp.repeat(m.halves, 2) & HALF_BIT) != 0
     visible = (m.hides == 0) | bursts
     own_box = (is_split | ~RIGHT_HALF) & ~((ROW_OF_ENEMY == 2) & _new_enemy(m))
     valid = (there | struck) & visible & own_box
@@ -225,7 +225,7 @@ def _enemy_boxes(m: Ram) -> Box:
 def _enemy_pictures(m: Ram, is_split: jax.Array, bursts: jax.Array) -> tuple[jax.Array, ...]:
     """Left, first row, width and height of what the enemies' two pictures show."""
     clock = m.frame - 1
-    second, narrow_burst = (clock & 16) > 0, bursts & ((clock & 4) == 0)
+    second, narrow_burst = (clock & 16) != 0, bursts & ((clock & 4) == 0)
     narrow = narrow_burst | (~is_split & ~bursts & second & (m.level >= Level.FIREBALLS))
     inset = when(narrow, 2)
     whole_kind = (m.level == Level.SHORT_BEAMS) | (m.level == Level.FIREBALLS)

@@ -199,7 +199,7 @@ def _dynamite(m: Ram, records: Box) -> Box:
 
 def _dynamite_columns(m: Ram) -> tuple[jax.Array, jax.Array]:
     """Left and right edge of what the walls, which have its colour, leave of dynamite."""
-    x, width = m.dynamite_x - 1, jnp.where(((m.fuse + 1) & 2) > 0, 4, 8)
+    x, width = m.dynamite_x - 1, jnp.where(((m.fuse + 1) & 2) != 0, 4, 8)
     row = jnp.minimum(m.dynamite_y >> 3, MAZE_ROWS - 1)
     column = (x >> 2) + np.arange(3)  # the columns of the maze where it may be
     half = MAZE_COLUMNS // 2

@@ -79,7 +79,7 @@ ROWS = _picture_rows()
 USED = np.stack([np.bitwise_or.reduce(ROWS[:, :height], axis=1) for height in HEIGHTS], axis=1)
 DOTS_USED = (USED | ROWS[:, :1] << 8 | _zooms() << 16).ravel()
 # By 256 * picture + dots: rows in which any of these dots is set, the lowest in bit 0.
-ROWS_WITH = ((ROWS[:, None] & np.arange(256)[:, None]) > 0).dot(1 << np.arange(17)).ravel()
+ROWS_WITH = ((ROWS[:, None] & np.arange(256)[:, None]) != 0).dot(1 << np.arange(17)).ravel()
 
 # The hand of the radar by its angle from straight down.
 HAND_WIDTH = (2, 4, 5, 7, 8, 10, 10, 11, 11, 11, 10, 10, 8, 7, 5, 4, 2)
@@ -206,7 +206,7 @@ def _enemy_boxes(m: Ram) -> tuple[Box, jax.Array]:
     below = pick(size, LAST_LINES)
     first, last = 32 - lax.clz(seen_rows & -seen_rows), 32 - lax.clz(seen_rows)
     # Left of the beam the last row of the lower enemy goes on for one more row.
-    late = (dots & lowest & ((1 << _dots_within(15 - x, zoom)) - 1)) > 0
+    late = (dots & lowest & ((1 << _dots_within(15 - x, zoom)) - 1)) != 0
     late = late & (2 * below <= jnp.sum(below))
     height = last - first + 1 + when(late, 1)
     return box(left, 139 - below - last, right - left, height, seen_rows > 0), kind

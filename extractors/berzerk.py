@@ -175,7 +175,7 @@ def _is_present(m: Ram) -> jax.Array:
 
 def _step(way: jax.Array) -> tuple[jax.Array, jax.Array]:
     """One step that way, to the right and down."""
-    dx = match(((way & Way.RIGHT) > 0, 1), ((way & Way.LEFT) > 0, -1), otherwise=0)
+    dx = match(((way & Way.RIGHT) != 0, 1), ((way & Way.LEFT) != 0, -1), otherwise=0)
     up_or_down = way & Way.VERTICAL
     return dx, match((up_or_down == Way.UP, -1), (up_or_down == Way.DOWN, 1), otherwise=0)
 
@@ -187,7 +187,7 @@ def _human(m: Ram) -> Box:
     y = m.y + 5 - when(moved, dy)
     shocked = (m.pose >= Pose.SHOCK) & ((m.pose & 2) == 0)
     first, last = _human_columns(m, moved, shocked)
-    left = x + jnp.where((m.way & Way.LEFT) > 0, 7 - last, first)
+    left = x + jnp.where((m.way & Way.LEFT) != 0, 7 - last, first)
     top, height = jnp.where(shocked, y - 2, y), jnp.where(shocked, 24, 20)
     return box(left, top, last - first + 1, height).clip(0, 0, 160, FIELD_BOTTOM)
 

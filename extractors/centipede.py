@@ -228,7 +228,7 @@ def _just_created(m: Ram) -> jax.Array:
     """
     x, clock = m.segment_x[1], m.clock - 1
     moved_before = ((clock & 7) != RESTS) & ((m.fast[1] == 1) | ((clock & 1) == 0))
-    odd = (m.easy == 1) | (((18 - m.wave) & 2) > 0)
+    odd = (m.easy == 1) | (((18 - m.wave) & 2) != 0)
     unmarked = odd & (m.extra_row != ZONES - 1)
     at_start = (x == SECOND_X) | ((x == SECOND_X - 1) & (moved_before | unmarked))
     return at_start & (m.second_state == SECOND_STATE)

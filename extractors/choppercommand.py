@@ -241,7 +241,7 @@ def _step_from(m: Ram, x: jax.Array) -> jax.Array:
 def _usual_step(m: Ram, gains: jax.Array, stays: jax.Array, loses: jax.Array) -> jax.Array:
     """The player's step, where several are possible: he follows his speed when that changes."""
     aside = m.stick & (Stick.LEFT | Stick.RIGHT)
-    right, left, slows = (aside & Stick.RIGHT) > 0, aside == Stick.LEFT, aside == 0
+    right, left, slows = (aside & Stick.RIGHT) != 0, aside == Stick.LEFT, aside == 0
     rises = (right & (m.speed < 64)) | (slows & (m.speed < 0))
     falls = (left & (m.speed > -65)) | (slows & (m.speed > 0))
     edge = jnp.where(m.faces_right == 1, GOES_RIGHT, GOES_LEFT) + (m.speed >> 1)
@@ -252,7 +252,7 @@ def _usual_step(m: Ram, gains: jax.Array, stays: jax.Array, loses: jax.Array) ->
 
 def _player_rise(m: Ram) -> jax.Array:
     """Lines that the player has risen."""
-    up = ((m.stick & Stick.UP) > 0) & (m.player_y < HIGHEST)
+    up = ((m.stick & Stick.UP) != 0) & (m.player_y < HIGHEST)
     only_down = (m.stick & (Stick.UP | Stick.DOWN)) == Stick.DOWN
     down = only_down & (m.player_y > LOWEST)
     return when(m.phase == Phase.PLAYS, match((up, 1), (down, -1), otherwise=0))

@@ -285,7 +285,7 @@ def _last_rows(m: Ram) -> jax.Array:
 def _hammer(m: Ram, dx: jax.Array) -> Box:
     """The hammer; it swings while it is held."""
     held = m.hammer_time > 0
-    forward = held & ((m.clock - 1 & 8) > 0)
+    forward = held & ((m.clock - 1 & 8) != 0)
     aside = match((~forward, 6), (m.heading == Heading.LEFT, 7), otherwise=5)
     x = m.hammer_x - when(held, dx) - aside
     size = jnp.where(forward, 6, 4)

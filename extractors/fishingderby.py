@@ -259,7 +259,7 @@ def _aside(m: Ram, depth: jax.Array) -> jax.Array:
 
 
 def _behind_bar(x: jax.Array) -> jax.Array:
-    return ((x < 28) & ((x & 4) == 0)) | ((x >= 132) & ((x & 4) > 0))
+    return ((x < 28) & ((x & 4) == 0)) | ((x >= 132) & ((x & 4) != 0))
 
 
 def _score(m: Ram, player: int) -> Box:

@@ -277,7 +277,7 @@ def _igloo(m: Ram) -> Box:
     added = m.landed == JUST_LANDED
     kept = m.igloo == COMPLETE - 1  # the complete igloo is not taken from
     taken = (m.sound == Sound.BLOCK_TAKEN) & ~kept
-    taken = taken | (((m.status & Status.COMPLETE) > 0) & (m.delay == JUST_COUNTED))
+    taken = taken | (((m.status & Status.COMPLETE) != 0) & (m.delay == JUST_COUNTED))
     stage = m.igloo + match((added, -1), (taken, 1), otherwise=0) & 255
     left, top = lookup(STAGE_LEFTS, stage), lookup(STAGE_TOPS, stage)
     return box(left, top, lookup(STAGE_RIGHTS, stage) - left, 55 - top, stage <= COMPLETE)
@@ -285,7 +285,7 @@ def _igloo(m: Ram) -> Box:
 
 def _shown_score(m: Ram) -> jax.Array:
     """A fish's points are counted after the frame is drawn."""
-    counts = ((m.sound & Sound.EATS) > 0) & ((m.sound & 3) > 0)
+    counts = ((m.sound & Sound.EATS) != 0) & ((m.sound & 3) != 0)
     return jnp.maximum(m.score - when(counts, 10), 0)
 
 

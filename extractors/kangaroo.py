@@ -231,19 +231,19 @@ def _child_box(m: Ram) -> Box:
     """The child, which walks to and fro, and stands still when the player has come."""
     begins = (m.clock == 0) & (m.tens == START_TENS) & ~_next_life(m)
     last_clock = jnp.where(begins, 0, m.clock - 1)
-    step = jnp.where((m.scene & Scene.SAVED) > 0, SAVED_STEP, last_clock >> 4 & 7)
+    step = jnp.where((m.scene & Scene.SAVED) != 0, SAVED_STEP, last_clock >> 4 & 7)
     return box(lookup(CHILD_X, step) + 15, 12, 8, 15)
 
 
 def _monkey_boxes(m: Ram) -> Box:
     state, acts = m.monkey_state, m.scene < EMPTY
-    kind, back = state & 15, (state & Gait.BACK) > 0
+    kind, back = state & 15, (state & Gait.BACK) != 0
     moved = ((m.clock & 15) == 0) & acts
     climbed = moved | (((m.clock & 15) == 8) & acts & back)
     step = when(moved & (kind == Gait.WALKS), jnp.where(back, -3, 3))
     climb = when(climbed & (kind == Gait.DESCENDS), jnp.where(back, -1, 1))
     row = (m.monkey_row - climb) & 255
-    walked = jnp.where((state & Gait.SECOND_STEP) > 0, WALK_1, WALK_2) + when(~back, WALK_RIGHT)
+    walked = jnp.where((state & Gait.SECOND_STEP) != 0, WALK_1, WALK_2) + when(~back, WALK_RIGHT)
     picture = jnp.where(moved & (kind == Gait.WALKS), walked, m.monkey_picture)
     x, y = m.monkey_x - step + 15, PITCH * row + FIRST_LINE
     return MONKEYS.box(picture, x, y, valid=(state < EMPTY) & (row < ROWS))
@@ -272,7 +272,7 @@ def _falling(m: Ram) -> Box:
 def _player_box(m: Ram) -> Box:
     """The player. She is not valid below the screen and on the first frame of the next life."""
     x, row, pose = _player_drawn(m)
-    right = (pose & Pose.RIGHT) > 0
+    right = (pose & Pose.RIGHT) != 0
     first, top, width, height = POSES.extent(pose & 15)
     punches = pose >= Pose.PUNCHES
     left = first - when(punches & ~right, FIST)
@@ -286,7 +286,7 @@ def _player_drawn(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Column, row and pose in which the player was drawn."""
     acts, dies = m.scene < EMPTY, m.scene == Scene.DYING
     drawn = _pose_drawn(m)
-    walks, right = _is_walking(m), (m.pose & Pose.RIGHT) > 0
+    walks, right = _is_walking(m), (m.pose & Pose.RIGHT) != 0
     free = (m.x != WEST_END) & (m.x != EAST_END)
     steps = walks & ((m.pose | drawn) & 1 == 1) & (m.third == 0) & free
     x = m.x - when(acts & steps & ~dies, jnp.where(right, 1, -1))

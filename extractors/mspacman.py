@@ -248,7 +248,7 @@ def _player_before(m: Ram) -> tuple[jax.Array, jax.Array]:
     moved = _moving(m) & ((m.frame & 1) == 0) & (~_stands(m) | (m.chews == Chew.EATS))
     steps = match(
         (~moved, 0),
-        ((m.frame & 2) > 0, 2 - sideways),
+        ((m.frame & 2) != 0, 2 - sideways),
         (m.chews == Chew.SLOWED, 1),
         otherwise=2,
     )
@@ -292,8 +292,8 @@ def _ghosts_before(m: Ram) -> tuple[jax.Array, jax.Array]:
 def _ghost_steps(m: Ram) -> jax.Array:
     """How many pixels each ghost has moved."""
     number, sideways, scared = np.arange(4), (m.ghost_way & 1) == 1, m.ghost_scared == 1
-    second = (SECOND_STEPS >> (m.frame & 14) & 1) > 0
-    second = second | (~sideways & (((m.frame + number) & 2) > 0)) | (m.ghost_mode == Mode.EYES)
+    second = (SECOND_STEPS >> (m.frame & 14) & 1) != 0
+    second = second | (~sideways & (((m.frame + number) & 2) != 0)) | (m.ghost_mode == Mode.EYES)
     twice = ~scared & second
     in_tunnel = (m.ghost_x < TUNNEL_LEFT) | (m.ghost_x >= TUNNEL_RIGHT)
     waits = m.waits >> (3 - number) & 1

@@ -122,9 +122,9 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    there = (m.wafers[np.array(WAFER_BYTE)] & np.array(WAFER_MASK)) > 0
+    there = (m.wafers[np.array(WAFER_BYTE)] & np.array(WAFER_MASK)) != 0
     color = match((m.scared == 0, GHOST), (m.fright == 1, SCARED), otherwise=CALMING)
-    power = (m.power & np.array(POWER_BITS)) > 0
+    power = (m.power & np.array(POWER_BITS)) != 0
     shown = mod(m.score, 100_000)  # the display has five digits, the counter six
     return {
         "Player": _player(m),
@@ -144,8 +144,8 @@ def _starts(m: Ram) -> jax.Array:
 
 def _rows_shown(y: jax.Array, state: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
     """The step that a picture begins at, how many of seven rows are hidden, whether any show."""
-    in_tunnel, up = (state & State.TUNNEL) > 0, (state >> 6) == WAY_UP
-    shows = ~in_tunnel | ((state & State.MOVES) > 0) & ((y > 0) | up) & (y != TUNNEL_END)
+    in_tunnel, up = (state & State.TUNNEL) != 0, (state >> 6) == WAY_UP
+    shows = ~in_tunnel | ((state & State.MOVES) != 0) & ((y > 0) | up) & (y != TUNNEL_END)
     inside = jnp.where(up & (y == ENTRY), ENTRY + 1, jnp.maximum(y, MAZE_TOP))
     cut = in_tunnel & (y < ALL_ROWS)
     return jnp.where(in_tunnel, inside, y + 12), jnp.where(cut, ALL_ROWS - y, 0), shows
@@ -171,7 +171,7 @@ def _player_before(m: Ram) -> tuple[jax.Array, jax.Array]:
     dx = ((m.x - m.column_part + 1) & 3) - 1
     before = jnp.where(m.row_part > 127, m.row_part - 245, m.row_part)  # modulo a row
     dy = mod(m.y - before + 5 + PATH_ROWS, PATH_ROWS) - 5
-    still = (m.game_over > 0) | ((m.state & State.TUNNEL) > 0)
+    still = (m.game_over > 0) | ((m.state & State.TUNNEL) != 0)
     x = jnp.where(still | (dx > 1), m.x, m.x - dx)
     y = jnp.where(still | (jnp.abs(dy) > 1), m.y, m.y - dy)
     return x, y

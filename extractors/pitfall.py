@@ -275,7 +275,7 @@ def _rope_box(m: Ram) -> Box:
     seen = free & (line <= 116 - m.rope)
     top, bottom = extremes(seen, line, line + 1)
     left, right = extremes(seen, x, x + 1)
-    there = (pick(m.scene, ROPES) > 0) & ((m.scene != Scene.CROCODILES) | ((m.kind & 2) > 0))
+    there = (pick(m.scene, ROPES) > 0) & ((m.scene != Scene.CROCODILES) | ((m.kind & 2) != 0))
     return edges(left, top, right, bottom, there & (bottom > top))
 
 

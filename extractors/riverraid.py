@@ -294,7 +294,7 @@ def _single(b: Box) -> Box:
 def _player_x_before(m: Ram) -> jax.Array:
     """The player's position before the last move."""
     pressed = ((m.stick & HORIZONTAL) != HORIZONTAL) & (m.mode == Mode.FLIES)
-    left = (m.stick & STICK_LEFT) > 0
+    left = (m.stick & STICK_LEFT) != 0
     moved = jnp.where(left, m.x_part + m.thrust > 255, m.x_part < m.thrust) & pressed
     return m.x + when(moved, jnp.where(left, 1, -1))
 

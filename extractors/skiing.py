@@ -216,7 +216,7 @@ def _records_in_order(m: Ram) -> jax.Array:
     )  # the run ended before the list moved
     records = (m.last_row | m.object_x << 8 | m.object_y << 16 | m.kind << 24)[::-1]
     for shift in (1, 2, 4):
-        records = jnp.where((turn & shift) > 0, jnp.roll(records, shift), records)
+        records = jnp.where((turn & shift) != 0, jnp.roll(records, shift), records)
     return records
 
 

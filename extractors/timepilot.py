@@ -212,7 +212,7 @@ def _flight(m: Ram) -> jax.Array:
 
 def _warps(m: Ram) -> jax.Array:
     """Whether the jet flies to the next era."""
-    return ((m.state == State.READY) | (m.bars == 0)) & ((m.player & Player.DONE) > 0)
+    return ((m.state == State.READY) | (m.bars == 0)) & ((m.player & Player.DONE) != 0)
 
 
 def _just_gone(m: Ram) -> jax.Array:
@@ -265,9 +265,9 @@ def _enemy_boxes(m: Ram) -> Box:
 def _enemy_pictures(m: Ram) -> jax.Array:
     """The first pictures in `CUTS` of what the planes look like and the columns that they have."""
     spared = _just_hit(m) & (m.explosion == 0) & among(m.y, AT_JET)
-    hit, mother = (m.flags & Flag.HIT) > 0, (m.flags & Flag.MOTHER) > 0
+    hit, mother = (m.flags & Flag.HIT) != 0, (m.flags & Flag.MOTHER) != 0
     look = match((hit & ~spared, EXPLOSION_LOOK), (mother, BOSS), otherwise=m.enemy_way)
-    second = among(m.era, ANIMATED) & ((m.clock - 1 & 8) > 0)
+    second = among(m.era, ANIMATED) & ((m.clock - 1 & 8) != 0)
     page = pick(m.era, ENEMY_PAGES) - FIRST_PAGE + when(second, 1)
     beyond = jnp.clip(4 - m.x, 0, 2)  # columns
     cut = WHOLE + jnp.where(m.enemy_way >= WESTWARD, beyond, -beyond)

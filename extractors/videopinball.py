@@ -242,8 +242,8 @@ def _ball_drawn(m: Ram) -> tuple[jax.Array, jax.Array]:
     touches = among(m.flags & 3, (Touch.IN_ROW, Touch.IN_COLUMN))
     turned = (m.sides & BOTH_SIDES) == BOTH_SIDES
     moved = (m.collides > 0) & (m.launched > 0) & touches & ~turned
-    step = when(moved, jnp.where((m.way & Way.BY_1) > 0, 1, -1))
-    across = (m.way & Way.IN_ROW) > 0
+    step = when(moved, jnp.where((m.way & Way.BY_1) != 0, 1, -1))
+    across = (m.way & Way.IN_ROW) != 0
     return m.ball_x - when(across, step), m.ball_y - when(~across, step) - 3
 
 

@@ -201,7 +201,7 @@ def _read_frame(m: Ram) -> Frame:
     ends = among(m.stack, (*Stack.LIFE_LOST, Stack.EXPLOSION_DRAWN))
     waits = (m.status == Status.WAITING) & ~ends
     shows_score = waits | among(m.stack, (Stack.SCORE_DRAWN, Stack.NEW_ROUND))
-    runs = ((m.explosion & Explosion.RUNS) > 0) & (m.explosion != Explosion.HIT)
+    runs = ((m.explosion & Explosion.RUNS) != 0) & (m.explosion != Explosion.HIT)
     explodes = runs | (m.stack == Stack.EXPLOSION_DRAWN)
     clock = (m.next_clock - 1) & 255
     odd = match(

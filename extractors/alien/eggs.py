@@ -76,7 +76,7 @@ def _words_of_turns(
     is_later = odd == _comes_later(top, middle)
     top_out, middle_out = close & is_later, close & ~is_later
     upper = jnp.where(middle_out, top, middle)
-    is_later = jnp.where(close, (frame & 2) > 0, odd) == _comes_later(upper, bottom)
+    is_later = jnp.where(close, (frame & 2) != 0, odd) == _comes_later(upper, bottom)
     close = _is_close(upper, bottom, sprite)
     top_out = top_out | (close & is_later & middle_out)
     middle_out, bottom_out = middle_out | (close & is_later), close & ~is_later

@@ -291,7 +291,7 @@ def _player_moves(m: Ram) -> jax.Array:
     by_wall = (m.contact >= Contact.WALL) & (m.wall > 0)
     pushed = jnp.any(jnp.where(m.contact >= Contact.ROCK, ~at_level, by_wall))
     free_to = ~pushed & (m.turns == 0) & (m.dying == 0) & (m.saved == 0) & (m.flash == 0)
-    tries = (m.stick != NEITHER) | (m.walks == Walks.GROUND) | ((m.x & 3) > 0)
+    tries = (m.stick != NEITHER) | (m.walks == Walks.GROUND) | ((m.x & 3) != 0)
     return tries & free_to
 
 

@@ -135,7 +135,7 @@ def _object_boxes(m: Ram) -> dict[str, Box]:
 
 
 def _dies(m: Ram) -> jax.Array:
-    return (m.flags & Flags.DIES) > 0
+    return (m.flags & Flags.DIES) != 0
 
 
 def _vehicle_color(m: Ram) -> jax.Array:
@@ -197,7 +197,7 @@ def _enemy_shot(m: Ram) -> Box:
     dx, dy = _enemy_step(m.shot_way)
     shot = _shot_box(m, m.enemy_shot_x - when(flies, dx), y - when(flies, dy), ENEMY_SURFACE)
     shot = box(shot.x, shot.y + when(shot.x < LATE_X, 1), 1, shot.h, shot.valid)
-    slow = (m.shot_way & Way.SLOW_Y) > 0
+    slow = (m.shot_way & Way.SLOW_Y) != 0
     first = jnp.where(slow, y == FIRST_SLOW, among(y, FIRST_FAST))
     fresh = first & (m.shot_way > 0) & flies
     bottom = jnp.where(m.mission > 0, SEA[3], AIR[3] - 1)  # it vanishes in the ground
@@ -206,10 +206,10 @@ def _enemy_shot(m: Ram) -> Box:
 
 def _enemy_step(way: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Columns and rows that the enemies' shot moves in a step."""
-    across = jnp.where((way & Way.SLOW_X) > 0, 1, 2)
-    down = jnp.where((way & Way.SLOW_Y) > 0, 1, 2)
-    to_right = when((way & Way.RIGHT) > 0, 1) - when((way & Way.LEFT) > 0, 1)
-    to_bottom = when((way & Way.DOWN) > 0, 1) - when((way & Way.UP) > 0, 1)
+    across = jnp.where((way & Way.SLOW_X) != 0, 1, 2)
+    down = jnp.where((way & Way.SLOW_Y) != 0, 1, 2)
+    to_right = when((way & Way.RIGHT) != 0, 1) - when((way & Way.LEFT) != 0, 1)
+    to_bottom = when((way & Way.DOWN) != 0, 1) - when((way & Way.UP) != 0, 1)
     return across * to_right, down * to_bottom
 
 
@@ -220,7 +220,7 @@ def _beam(m: Ram) -> Box:
     moved = have_stepped(m, m.kind)[SKY_SLOT]
     x = helicopter_x + when(late, 1) + when(moved, 1)
     begins = moved & (helicopter_x == AIMS[-3])  # from the next frame on
-    there = ((m.more_flags & MoreFlags.BEAM) > 0) & ~_dies(m) & helicopter
+    there = ((m.more_flags & MoreFlags.BEAM) != 0) & ~_dies(m) & helicopter
     left, width = (pick(x - AIMS[0], table) for table in (BEAM_LEFT, BEAM_WIDTH))
     return box(x + left, 64, width, 8, there & ~begins).clip(*FIELD)
 
@@ -240,7 +240,7 @@ def _lab(m: Ram) -> Box:
     first, last = column(m.lab_x) + 3, column(m.ground_x) + 17
     left = jnp.where(first > 148, first - 160, first)
     right = jnp.where(last < left, 160, last)
-    there = ((m.more_flags & MoreFlags.LAB) > 0) & (m.mission > 0)
+    there = ((m.more_flags & MoreFlags.LAB) != 0) & (m.mission > 0)
     return box(left, 156, right - left, 23, there).clip(*FIELD)
 
 

@@ -71,20 +71,20 @@ def column(x: jax.Array) -> jax.Array:
 
 def runs(m: Ram) -> jax.Array:
     """Whether the objects have been moved since they were drawn."""
-    stands = ((m.flags & Flags.DIES) > 0) & (m.pause != JUST_DIED)
+    stands = ((m.flags & Flags.DIES) != 0) & (m.pause != JUST_DIED)
     return ((m.status & Status.NOT_RUNNING) == 0) & ~stands
 
 
 def have_stepped(m: Ram, kinds: jax.Array) -> jax.Array:
     """Which objects have made a step since they were drawn."""
-    beam = (m.more_flags & MoreFlags.BEAM) > 0
+    beam = (m.more_flags & MoreFlags.BEAM) != 0
     aims = beam & (((m.clock + 1) & 15) != 0) & (kinds == Kind.HELICOPTER)
     return runs(m) & (m.step_timer == pick(kinds, PERIODS)) & ~aims
 
 
 def beamed(m: Ram) -> jax.Array:
     """Whether the frame shows the beam, in place of what is in the air."""
-    beam = (m.more_flags & MoreFlags.BEAM) > 0
+    beam = (m.more_flags & MoreFlags.BEAM) != 0
     return beam & ((m.flags & (Flags.ODD | Flags.DIES)) == Flags.ODD)
 
 

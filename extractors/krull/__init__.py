@@ -118,7 +118,7 @@ def _display_boxes(m: Ram) -> dict[str, Box]:
 
 
 def _mare_boxes(m: Ram) -> Box:
-    turned = (m.flags[6:] & Flags.MARE_TURNED) > 0
+    turned = (m.flags[6:] & Flags.MARE_TURNED) != 0
     pictures, y = jnp.stack([m.foe_picture, m.player_picture]), np.full(2, 145)
     return MARE_PICTURES.box(
         pictures, m.x[6:] + 8, y, mirrored=turned, valid=m.scene == Scene.DESERT
@@ -167,7 +167,7 @@ def _castle_boxes(m: Ram) -> Box:
 
 def _beast_box(m: Ram) -> Box:
     """The beast, whose dots are two columns wide."""
-    turned, wide = (m.flags[BEAST_RECORD] & Flags.TURNED) > 0, m.picture[BEAST_RECORD] >= STRIDES
+    turned, wide = (m.flags[BEAST_RECORD] & Flags.TURNED) != 0, m.picture[BEAST_RECORD] >= STRIDES
     x = m.x[BEAST_RECORD] + _offset(m.x[BEAST_RECORD]) + match((turned, 5), (wide, 1), otherwise=3)
     return box(x, 2 * m.y[BEAST_RECORD] + 15, jnp.where(wide, 12, 10), 22)
 
@@ -181,7 +181,7 @@ def _player_box(m: Ram, y: jax.Array, mares: Box) -> Box:
         page + jnp.where(web, m.player_picture, colwyn.picture),
         colwyn.x + jnp.where(web, 8, _offset(colwyn.x)),
         2 * colwyn.y + match((web, 20), (lair, 15), otherwise=16),
-        mirrored=(colwyn.flags & Flags.TURNED) > 0,
+        mirrored=(colwyn.flags & Flags.TURNED) != 0,
     )
     left, top = jnp.min(mares.x), jnp.min(mares.y)
     right, bottom = jnp.max(mares.x + mares.w), jnp.max(mares.y + mares.h)
@@ -199,7 +199,7 @@ def _lyssa_box(m: Ram, y: jax.Array) -> Box:
     there = wedding | ((m.scene == Scene.LAIR) & (m.y[BRIDES.elsewhere] < SANK))
     bride = person_of(m, y, BRIDES)
     top = 2 * bride.y + jnp.where((m.taken == 1) & wedding, 16, 15)
-    turned = (bride.flags & Flags.TURNED) > 0
+    turned = (bride.flags & Flags.TURNED) != 0
     shape = PEOPLE.box(bride.picture, bride.x + 8, top, mirrored=turned)
     return shape.clip(*FIELD).where(there)
 
@@ -214,7 +214,7 @@ def _slayer_boxes(m: Ram, y: jax.Array) -> Box:
         SECOND + picture,
         x + _offset(x) + copy * pick(size, NUSIZ_SPACING),
         2 * y + 15,
-        mirrored=(flags & Flags.TURNED) > 0,
+        mirrored=(flags & Flags.TURNED) != 0,
         valid=(record < m.slayers) & (copy < pick(size, NUSIZ_COPIES)),
     ).clip(8, 27, 160, 173)
 
@@ -245,7 +245,7 @@ def _weapon_boxes(m: Ram) -> Box:
     found = _item_box(m, Item.WEAPON, inset=0, width=8)
     there = (m.scene == Scene.LAIR) & (m.y[FOE] < OFF_SCREEN)
     x, y = m.x[FOE] + _offset(m.x[FOE]), 2 * m.y[FOE] + 16
-    turned = (m.flags[FOE] & Flags.TURNED) > 0
+    turned = (m.flags[FOE] & Flags.TURNED) != 0
     flying = PEOPLE.box(SECOND + m.picture[FOE], x, y, mirrored=turned, valid=there)
     return jax.tree.map(lambda *parts: jnp.stack(parts), found, flying)
 

@@ -178,7 +178,7 @@ def _enemy_box(m: Ram, place: int | np.ndarray = 0) -> Box:
 def _group_boxes(m: Ram) -> Box:
     """Up to three equal enemies: the first, and its copies at the two next places."""
     place = np.arange(3)
-    return _enemy_box(m, place).where((place == 0) | ((m.copies & place) > 0))
+    return _enemy_box(m, place).where((place == 0) | ((m.copies & place) != 0))
 
 
 def _thrown_boxes(m: Ram) -> Box:
@@ -219,7 +219,7 @@ def _bar_box(energy: jax.Array, row: int) -> Box:
 
 def _floor_boxes(m: Ram) -> Box:
     """The marks of the floors; that of the present one blinks."""
-    lit = ((m.clock & 32) > 0) | (m.climbs == 1)
+    lit = ((m.clock & 32) != 0) | (m.climbs == 1)
     reached = m.floor - when((m.ends == 1) | (m.walks == 1) | ~lit, 1)
     is_red = np.arange(5) < reached
     return box(FLOORS, 32, 4, 5, value=is_red, color=jnp.where(is_red, RED, BLUE))

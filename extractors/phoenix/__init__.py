@@ -151,7 +151,7 @@ def _player_step(m: Ram) -> jax.Array:
 def _bat_steps(m: Ram) -> jax.Array:
     """How far bats have flown to the right. Where it can be either, they rather have not."""
     step = jnp.where(m.heading >> ROW & 1 == 1, 1, -1)
-    flew = _flies_aside(m, m.bat_x - step) & (_flies_aside(m, m.bat_x) | ((m.clock & 2) > 0))
+    flew = _flies_aside(m, m.bat_x - step) & (_flies_aside(m, m.bat_x) | ((m.clock & 2) != 0))
     return when(flew & (m.alive >> ROW & 1 == 1), step)
 
 

@@ -100,4 +100,4 @@ def _has_turn(m: Ram) -> jax.Array:
         (among(speed, (1, 5)), turns[1]),
         otherwise=turns[2],
     )
-    return (turn & pick(speed, SPEEDS)) > 0
+    return (turn & pick(speed, SPEEDS)) != 0
