@@ -127,7 +127,7 @@ def frames(game: Game, played: np.ndarray) -> np.ndarray:
             most = SIZES[k % 2]
             begin = [max(0, at - before % most) for at, before in zip(source.pixel(color, number), (c, d), strict=True)]
             rows, columns = (np.arange(at, min(at + 1 + n % most, end)) for at, n, end in zip(begin, sizes, frame.shape, strict=True))
-            frame[np.ix_(rows, columns)] = changes.of(frame, rows, columns, k // 2 + i // 8, (a, b, c))
+            frame[rows[:, None], columns] = changes.of(frame, rows, columns, k // 2 + i // 8, (a, b, c))
     return out
 
 
@@ -141,13 +141,13 @@ class _Changes:
 
     def of(self, frame: np.ndarray, rows: np.ndarray, columns: np.ndarray, kind: int, choices: tuple[int, int, int]) -> np.ndarray:
         """The pixels that replace some rows and columns of a frame."""
-        piece, color = frame[np.ix_(rows, columns)], self.colors[choices[0] % len(self.colors)]
+        piece, color = frame[rows[:, None], columns], self.colors[choices[0] % len(self.colors)]
         background = piece[0, 0]
         down, right = (choice % (2 * FAR + 1) - FAR for choice in choices[1:])
         next_to_it = NEXT[choices[1] % len(NEXT)]
 
         def moved(source: np.ndarray, down: int, right: int) -> np.ndarray:
-            return source[np.ix_((rows + down) % source.shape[0], (columns + right) % source.shape[1])]
+            return source[((rows + down) % source.shape[0])[:, None], (columns + right) % source.shape[1]]
 
         match kind % 8:
             case 0:
