@@ -115,6 +115,7 @@ SELDOM_KNOWN = {
     ("Qbert", "Cube"): 0.55,  # while the score is not shown, in the colour that cubes have to get
     ("RoadRunner", "Score"): 0.85,  # two rows of its digits, in which five of ten look alike
     ("Seaquest", "OxygenBar"): 0.7,  # full
+    ("StarGunner", "Lives"): 0.2,  # full
     ("Tennis", "PlayerScore"): 0.3,  # points, without the games won
     ("Tennis", "EnemyScore"): 0.3,
     ("TimePilot", "Score"): 0.8,  # a text

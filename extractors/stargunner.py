@@ -1,0 +1,291 @@
+"""Star Gunner: a ship shoots at flying enemies, below a creature that throws bombs.
+
+Screen: one enemy a frame is drawn; two or three, which come in later waves, take turns. A bomb has
+the colour of the enemy that is drawn, and the ship's while one explodes. Explosions, new enemies
+that come together from four lines, mountains and the title are scenery. While the ship explodes
+and appears again, nothing else is drawn, and nothing is in play.
+
+Slots: of FlyingEnemy, the game's records.
+
+RAM: OCAtari and stable-retro (what some bytes are), ALE's source (score, lives), and the ROM's
+code. The game moves everything before it draws, so that nothing has to be taken back. The display
+program compares a row counter with the positions, which takes it so long that what it writes into
+the chip shows only right of some column; left of it, a row shows one row lower.
+
+Covered: all modes, waves of one to three enemies with their three kinds of pictures (by writing
+RAM), deaths, the end of the game, the title.
+
+VEM: it misses enemies that touch a bomb or the ship, and bombs within them; the value of Lives is
+known up to two.
+"""
+
+import functools
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.console.boxes import Box, box, edges
+from ocjax.console.compass import EAST, WEST
+from ocjax.console.fonts import Digits
+from ocjax.console.ops import among, div, match, only, pick, when
+from ocjax.console.ram import RamMap, byte
+from ocjax.console.rom import Pictures, Rom
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.displays import IconRow, NumberDisplay
+from ocjax.vision.rules import Blobs, Bounds, Gauge
+from ocjax.vision.shapes import Shape
+
+ROM = Rom("star_gunner", "a3c1c70024d7aabb41381adbfb6d3b25")
+FONT = ROM.font(range(0xF0B, 0xF15), rows=7, step=11)
+
+POINTS = NumberDisplay(FONT, right=96, top=14, digits=6)
+SHIPS = IconRow(left=56, top=23, width=8, height=4, pitch=16)
+
+BLACK = 0
+SHIP_COLOR = 72
+SCORE_COLOR = 154
+END_COLOR = 206  # of the icon in the last frame
+ANY = tuple(range(2, 256, 2))
+SHOT_COLORS = range(176, 208, 2)  # from bright to dark as it flies
+
+ROW_0 = 32  # of the screen: the display program's row 0
+SHIP_ROWS = 5  # in which the display program draws the ship; the last one is empty
+# Columns from which a write into the chip shows in its row: above, in and below the ship's rows.
+SHOT_BESIDE = 13
+ENEMY_ABOVE = 101
+ENEMY_BESIDE = 74
+ENEMY_BELOW = 83
+ENEMY_AT_ENDS = 80  # in the first of the ship's rows and in the one below the last
+FIRST_ROW = 20  # the first one that the display program draws; three later in an explosion
+FIRST_ROW_BOMB = 85  # column from which a bomb shows there
+
+
+class Shows(NamedTuple):
+    """The column from which a bomb shows in its row, and that left of which it does a row lower."""
+
+    here: int
+    lower: int
+
+
+BOMBS = (
+    Shows(28, 22),  # above the ship
+    Shows(19, 13),  # below it
+    Shows(94, 88),  # above it, while an enemy explodes
+    Shows(79, 73),  # below it, likewise
+)
+
+FIRST_PICTURE = 88  # low byte of the address of the first of twelve pictures
+KINDS = 12  # pictures
+ENEMY_ROWS = 11  # of a picture
+LEFT_LATE = 9  # 0 to 8 columns of a picture show a row late
+FIRST_X = 20  # an enemy's least x
+LAST_X = 148
+
+
+def _shifted(rows: np.ndarray, columns: int) -> np.ndarray:
+    """The rows of a picture whose left columns are a row lower."""
+    left = 0xFF & ~(0xFF >> columns)
+    return np.append(rows & ~left, 0) | np.append(0, rows & left)
+
+
+ENEMY_PICTURES = ROM.rows([0xF59 + ENEMY_ROWS * i for i in range(KINDS)], ENEMY_ROWS)
+EXTENTS = Pictures.of(
+    [_shifted(rows, columns) for rows in ENEMY_PICTURES for columns in range(LEFT_LATE)],
+    picture=KINDS,
+    late=LEFT_LATE,
+)
+
+
+class Phase:  # of Ram.phase
+    BOTH = 2  # ship and enemies are drawn
+    EXPLODES = 9
+    APPEARS = 10
+
+
+class Wait:  # of Ram.wait
+    TITLE = 112
+    ENDED = 128  # from here on
+
+
+class State:  # of Ram.state
+    FLIES = 0
+    GONE = 128  # from here on, it explodes, or a new one appears
+
+
+class Facing:  # of Ram.facing
+    LEFT = 246
+
+
+class Ram(RamMap):
+    wait = byte(2)  # frames before the game goes on
+    digits = byte(6, 5, 4, 3)  # of the score, 10: blank
+    lives = byte(7)
+    phase = byte(12)
+    y = byte(14)  # y - 33
+    last_enemy = byte(15)  # enemies of this wave, less one
+    facing = byte(19)
+    x = byte(21)  # x + 10
+    picture = byte(23)  # low byte of the address
+    thrower_x = byte(31)  # x + 9; also its colour
+    bomb_x = byte(33)  # x + 11; 0: no bomb
+    bomb_y = byte(34)  # y - 32
+    shot_color = byte(39)
+    shot_x = byte(40)  # x + 11
+    shot_y = byte(41)  # y - 32; 0: no shot
+    enemy_y = byte(71, 72, 73)  # the display program's row
+    enemy_x = byte(74, 75, 76)  # x + 10
+    enemy_color = byte(86, 87, 88)
+    state = byte(89, 90, 91)  # of the enemies
+    drawn_y = byte(93)  # of the enemy that is drawn
+    drawn_enemy = byte(107)  # the number of its record
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    in_play = (m.wait < Wait.ENDED) & (m.wait != Wait.TITLE)
+    ship = in_play & ~among(m.phase, (Phase.EXPLODES, Phase.APPEARS))
+    all_drawn = in_play & (m.phase == Phase.BOTH)
+    return {
+        "Player": _ship_box(m).where(ship),
+        "PlayerMissile": _shot_box(m).where(ship),
+        "FlyingEnemy": _enemy_boxes(m).where(all_drawn),
+        "BombThrower": box(m.thrower_x - 9, 37, 7, 10, color=m.thrower_x).where(all_drawn),
+        "Bomb": _bomb_box(m).where(all_drawn),
+        "PlayerScore": _score_box(m),
+        "Lives": _icons(m),
+    }
+
+
+def _ship_box(m: Ram) -> Box:
+    orientation = jnp.where(m.facing == Facing.LEFT, WEST, EAST)
+    return box(m.x - 10, m.y + 33, 8, 4, orientation=orientation)
+
+
+def _shot_box(m: Ram) -> Box:
+    x, beside = m.shot_x - 11, (m.shot_y > m.y) & (m.shot_y <= m.y + SHIP_ROWS)
+    left = jnp.where(beside, jnp.maximum(x, SHOT_BESIDE), x)
+    return edges(
+        left, m.shot_y + ROW_0, x + 8, m.shot_y + ROW_0 + 1, m.shot_y > 0, color=m.shot_color
+    )
+
+
+def _explodes(m: Ram) -> jax.Array:
+    """Whether the record that is drawn is that of an explosion."""
+    drawn = jnp.arange(3) == m.drawn_enemy
+    return jnp.any(drawn & (m.state >= State.GONE))
+
+
+def _enemy_boxes(m: Ram) -> Box:
+    slot = jnp.arange(3)
+    # While the game waits, it draws all enemies in the row of the last one.
+    top = jnp.where((slot == m.drawn_enemy) | (m.wait > 0), m.drawn_y, m.enemy_y)
+    x = m.enemy_x - 10
+    picture = div(jnp.maximum(m.picture - FIRST_PICTURE, 0), ENEMY_ROWS)
+    whole = EXTENTS.index(picture=picture, late=0)
+    _, first, _, rows = EXTENTS.extent(whole)
+    # The late columns may be others in its first row than in its last one.
+    upper = EXTENTS.index(picture=picture, late=_late_columns(m, x, top + first))
+    lower = EXTENTS.index(picture=picture, late=_late_columns(m, x, top + first + rows - 1))
+    left, first, width, _ = EXTENTS.extent(upper)
+    _, lower_first, _, rows = EXTENTS.extent(lower)
+    y = top + ROW_0
+    flies = (slot <= m.last_enemy) & (m.state < State.GONE)
+    there = flies & (m.enemy_x >= FIRST_X) & (m.enemy_x <= LAST_X)
+    return edges(
+        x + left,
+        y + first,
+        x + left + width,
+        y + lower_first + rows,
+        there,
+        color=m.enemy_color,
+    )
+
+
+def _late_columns(m: Ram, x: jax.Array, row: jax.Array) -> jax.Array:
+    """How many columns of an enemy show a row too late."""
+    shows_from = match(
+        (row <= m.y, ENEMY_ABOVE),
+        ((row == m.y + 1) | (row == m.y + SHIP_ROWS + 1), ENEMY_AT_ENDS),
+        (row <= m.y + SHIP_ROWS, ENEMY_BESIDE),
+        otherwise=ENEMY_BELOW,
+    )
+    return jnp.clip(shows_from - x, 0, 8)
+
+
+def _bomb_box(m: Ram) -> Box:
+    """It shows in its row right of a column, in the next one left of another.
+
+    The ship's rows do not change whether a bomb shows: one just above them shows in all of them.
+    """
+    x, y = m.bomb_x - 11, m.bomb_y + ROW_0
+    burst, below, long = _explodes(m), m.bomb_y > m.y, m.bomb_y == m.y
+    place = when(below, 1) + when(burst, 2)
+    starts = pick(place, [shows.here for shows in BOMBS])
+    ends = pick(place, [shows.lower for shows in BOMBS])
+    here = starts < x + 4
+    lower = jnp.where(here, 0, 1)
+    left = jnp.where(here & ~long, jnp.maximum(x, starts), x)
+    right = jnp.where(here | long, x + 4, jnp.minimum(x + 4, ends))
+    bottom = y + 1 + jnp.where(long, SHIP_ROWS, lower)
+    color = jnp.where(burst, SHIP_COLOR, only(jnp.arange(3) == m.drawn_enemy, m.enemy_color))
+    first = (m.bomb_y == FIRST_ROW) & ~burst & (x >= FIRST_ROW_BOMB)
+    falls = first | (m.bomb_y > FIRST_ROW + when(burst, 3))
+    return edges(left, y + lower, right, bottom, (m.bomb_x > 0) & falls, color=color)
+
+
+def _score_box(m: Ram) -> Box:
+    digits = jnp.where(m.digits > 9, 0, m.digits)
+    score = 100 * jnp.sum(digits * np.array((1000, 100, 10, 1)), dtype=jnp.int32)
+    # The last two zeros always show; without further digits, they are as wide as an 80.
+    return POINTS.box(jnp.maximum(score, 80), value=score)
+
+
+def _icons(m: Ram) -> Box:
+    """There is an icon even for none; before the first life, one too many is counted."""
+    first = jnp.all((m.digits == 0) | (m.digits > 9))
+    return SHIPS.box(
+        jnp.clip(m.lives, 1, 3), value=jnp.where(first, jnp.minimum(m.lives, 5), m.lives)
+    )
+
+
+FIELD = (8, 49, 160, 188)
+BELOW_TOP = (8, 37, 160, 47)  # where the thrower is
+ENEMY_SHAPES = (Shape(w=(5, 8), h=(5, 11)), Shape(w=3, h=(2, 3)))
+enemies = functools.partial(Blobs, region=FIELD, shapes=ENEMY_SHAPES)
+OTHERS = tuple(c for c in ANY if c != SHIP_COLOR)
+SHIP_RULE = Blobs(SHIP_COLOR, FIELD, Shape(w=8, h=4))
+SHOT = Blobs(tuple(SHOT_COLORS), FIELD, Shape(w=(5, 8), h=1))
+BRIGHT = ANY[16:]  # not the colours of the lines of an explosion
+CUT_BOMB = Blobs(BRIGHT, FIELD, Shape(w=(1, 3), h=1))
+BOMB = Blobs(ANY, FIELD, Shape(w=4, h=(1, 6)), also=(CUT_BOMB,))
+THROWER = Bounds(BLACK, BELOW_TOP, min_size=(7, 10), max_size=(7, 10), inverse=True)
+WEIGHTS = (100_000, 10_000, 1000, 100)  # the last two zeros are no digits
+SCORE_RULE = Bounds(
+    SCORE_COLOR, POINTS.area, value=Digits(FONT, POINTS.lefts[:4], POINTS.top, WEIGHTS)
+)
+ICONS_LEFT = Gauge(16, start=8, base=1, full=40)
+ICON_RULE = Bounds((SHIP_COLOR, END_COLOR), (56, 23, 96, 27), value=ICONS_LEFT)
+
+in_field = functools.partial(Category, needs=("Player",))
+
+GAME = Game(
+    name="StarGunner",
+    rom=ROM,
+    ram=Ram,
+    decode=decode,
+    categories=(
+        Category("Player", SHIP_RULE, attributes=("orientation",), doc="the ship"),
+        in_field("PlayerMissile", SHOT, doc="the ship's shot"),
+        in_field(
+            "FlyingEnemy",
+            enemies(OTHERS, also=(enemies(SHIP_COLOR),)),
+            3,
+            blinks=True,
+            doc="enemies",
+        ),
+        in_field("BombThrower", THROWER, doc="the creature at the top"),
+        in_field("Bomb", BOMB, blinks=True, doc="the thrower's bomb"),
+        display("PlayerScore", SCORE_RULE, doc="points"),
+        display("Lives", ICON_RULE, doc="icons, at most three; value: lives"),
+    ),
+)
