@@ -17,7 +17,8 @@ CHANGED = 24  # one byte in so many
 NEAR = 2  # by which half of these are larger or smaller
 MIXED = 6_000  # mixtures of two played states, of each kind
 SHARES = (8, 2)  # one byte in so many is from the other state
-SWEPT = 64_000  # played states with one or two other bytes
+SWEPT = 64_000  # played states with one or two other bytes; fewer for games with many slots, which take longer
+MANY = 64  # slots
 FRAMES = 2048
 CHANGES = (4, 8, 16, 32)  # of a frame, by turns
 NEXT = ((-1, 0), (1, 0), (0, -1), (0, 1))
@@ -46,7 +47,9 @@ def rams(game: Game, played: np.ndarray) -> np.ndarray:
     """
     mixtures = (_mixed(f"{game.name} mixtures {share}", played, share) for share in SHARES)
     anything = _noise(f"{game.name} anything", ANYTHING, RAM_SIZE).astype(np.uint8)
-    return np.concatenate([anything, _altered(game.name, played), *mixtures, _swept(game.name, played)])
+    return np.concatenate(
+        [anything, _altered(game.name, played), *mixtures, _swept(game.name, played, SWEPT * MANY // max(MANY, game.num_slots))]
+    )
 
 
 def _usual(played: np.ndarray, count: int) -> np.ndarray:
@@ -68,11 +71,11 @@ def _mixed(name: str, played: np.ndarray, share: int) -> np.ndarray:
     return np.where(_noise(name, MIXED, RAM_SIZE) % share == 0, others, _usual(played, MIXED))
 
 
-def _swept(name: str, played: np.ndarray) -> np.ndarray:
+def _swept(name: str, played: np.ndarray, count: int) -> np.ndarray:
     """Played states in which one of the bytes that ever change has any value, and in every other state a second one."""
     used = np.flatnonzero((played != played[0]).any(axis=0))
-    out, state = _usual(played, SWEPT), np.arange(SWEPT)
-    place, value = _noise(f"{name} places", 2, SWEPT) % len(used), _noise(f"{name} values", 2, SWEPT).astype(np.uint8)
+    out, state = _usual(played, count), np.arange(count)
+    place, value = _noise(f"{name} places", 2, count) % len(used), _noise(f"{name} values", 2, count).astype(np.uint8)
     for number, step in enumerate((1, 2)):
         out[state[::step], used[place[number, ::step]]] = value[number, ::step]
     return out

@@ -80,6 +80,7 @@ def test_vmap(sample, method, whole):
     assert same(whole, jax.tree.map(lambda a: a.reshape(SAMPLES, *a.shape[2:]), nested))
 
 
+@pytest.mark.slow
 def test_jit_and_scan(sample, method, whole):
     f, x = getattr(sample, method), jnp.asarray(inputs(sample)[method])
     assert same(whole, jax.jit(f)(x))
@@ -180,6 +181,7 @@ def test_chunks(monkeypatch):
         assert same(part, getattr(fresh, method)(x))
 
 
+@pytest.mark.slow
 def test_overflow_counts_what_has_no_slot():
     frame = np.zeros((1, 210, 160), np.uint8)
     for i in range(9):

@@ -316,7 +316,7 @@ def test_wrong_input():
         ocjax.track(a, a, is_first=np.zeros(2, int))
 
 
-@pytest.mark.parametrize("name", ["Asteroids", "MsPacman", "SpaceInvaders"])
+@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow) for name in ("Asteroids", "MsPacman")] + ["SpaceInvaders"])
 def test_games(name):
     """On recorded frames, results are well-formed, equal those of plain Python, and lose nothing."""
     game, data = ocjax.load(name), excerpt(name)
