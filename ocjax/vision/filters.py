@@ -19,7 +19,7 @@ from ocjax._xla.kernels import materialize
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap
 
-__all__ = ["SLOPES", "Filter", "Lines", "LoneRuns", "NoLines", "NoPairs", "ShortRuns"]
+__all__ = ["SLOPES", "CutOff", "Filter", "Lines", "LoneRuns", "NoLines", "NoPairs", "ShortRuns"]
 
 Filter = Callable[[Bitmap, jax.Array], Bitmap]
 SLOPES = 0, 1, -1  # of lines: columns to the right a row
@@ -67,6 +67,33 @@ class LoneRuns:
         beside = bm.spread(bm.shift_up(mask, 1) | bm.shift_down(mask, 1))
         lone = mask & ~jnp.stack(bm.fill_rows(mask, mask & beside))
         return bm.over(bm.over(lone, self.least, bm.shift_left, jnp.bitwise_and), self.least, bm.shift_right, jnp.bitwise_or)
+
+
+@dataclass(frozen=True)
+class CutOff:
+    """The pixels from which others lead down to a row, at most a pixel aside in each row: objects that a lower edge cuts off.
+
+    Args:
+        row: the last one above the edge.
+        most: rows of an object at most; those further up do not count.
+    """
+
+    row: int
+    most: int
+
+    def __post_init__(self) -> None:
+        if self.row < 0 or self.most < 1:
+            raise ValueError(f"an edge is below a row of at least 0, and objects have at least 1 row, got {self.row} and {self.most}")
+
+    def __call__(self, mask: Bitmap, _: jax.Array) -> Bitmap:
+        """The pixels that count."""
+        top = max(0, self.row + 1 - self.most)
+        own = mask[:, top : self.row + 1]
+        last = jnp.arange(own.shape[1])[None, :, None] == own.shape[1] - 1
+        cut = jnp.where(last, own, 0)
+        for _row in range(self.most - 1):
+            cut = cut | (own & bm.spread(cut | bm.shift_up(cut, 1)))
+        return jnp.pad(cut, ((0, 0), (top, mask.shape[1] - 1 - self.row), (0, 0)))
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from ocjax.extraction.categories import Category, display
 from ocjax.extraction.game import Game, GameError
 from ocjax.extraction.saver import key_of
 from ocjax.transforms.game_objects import views
-from ocjax.vision.filters import Lines, LoneRuns, NoLines, NoPairs, ShortRuns
+from ocjax.vision.filters import CutOff, Lines, LoneRuns, NoLines, NoPairs, ShortRuns
 from ocjax.vision.rules import Blobs, Bounds, ByColor, Cells, Gauge, Run, Runs
 from ocjax.vision.shades import Saver
 from ocjax.vision.shapes import Shape
@@ -335,6 +335,16 @@ def test_a_thin_shot_before_a_figure():
     frame[40:45, 60] = frame[62:70, 80] = 16
     frame[45:49, 60] = 14
     assert game.vem(frame).xywh[:3].tolist() == [[42, 29, 7, 7], [60, 40, 1, 5], [0, 0, 0, 0]]
+
+
+def test_objects_that_an_edge_cuts_off():
+    rule = Blobs(14, (0, 20, 160, 60), Shape(w=(1, 8), h=(1, 4)), gap=(1, 0), filters=(CutOff(59, 4),))
+    game = GAME.replaced(categories=(Category("A", rule, count=3), *CATEGORIES[1:]), decode=three)
+    frame = np.zeros((210, 160), np.uint8)
+    frame[[57, 58, 59], [30, 31, 32]] = frame[58:63, 60:68] = 14  # the second one goes on below the edge
+    frame[55:59, 100:104] = 14  # ends above the last row
+    frame[50:60, 31] = 14  # higher than an object
+    assert game.vem(frame).xywh[:3].tolist() == [[30, 56, 3, 4], [60, 58, 8, 2], [0, 0, 0, 0]]
 
 
 def test_figures_of_unequal_height_that_touch():

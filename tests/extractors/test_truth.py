@@ -136,6 +136,7 @@ NO_MIRRORS = {
     "Gopher": ("Bird",),
     "Riverraid": ("Jet",),
     "TimePilot": ("Enemy_Yellow", "Enemy_Blue"),
+    "Tutankham": ("Creature",),
     "YarsRevenge": ("Player_Bullet",),
 }
 # Largest shares of pictures that stand under the same orientation as their mirror images, where the RAM does not tell who has turned round

@@ -1,0 +1,309 @@
+"""Tutankham: a man explores four maps of a tomb, shoots creatures and looks for treasures.
+
+Screen: the map scrolls up and down. Walls, floors and the gates that lead to the other side of the
+map are scenery, as is what is left of creatures and of the man when they die. After a lost life,
+figures stand in Score's place for a second; Score has their box then.
+
+Slots: of Creature, the game's records; of Treasure, their order in the map. The orientation is the
+side that a picture faces; figures that walk up or down have those of right or left.
+
+RAM: ALE's source (score, lives) and the ROM's code; `maps` has its tables. The game has counted its
+clock since it drew the frame, and at times taken a life or turned a figure; positions are as drawn.
+The display program draws bands of four rows, and what it draws has to begin in different bands:
+where two would begin in the same one, one of them is moved, as `_drawn_y` says.
+
+Covered: the first map in play, the others by writing RAM; all modes, deaths, flashes, the end.
+
+Not exact, because it is not in the RAM: which way a figure looked that has just turned, so that its
+box is a column off; the creatures of a game's last frame; frames of the last map that the game
+begins a row late. A box that the lower edge cuts off can be wider than the rows that are left.
+
+VEM: it misses the shot while it touches the man, whose box then contains it, and treasures in the
+walls' colours.
+"""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.console.boxes import Box, box, choose
+from ocjax.console.compass import EAST, WEST
+from ocjax.console.fonts import Digits
+from ocjax.console.ops import among, lookup, match, when
+from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.extraction.game import Category, Game, display
+from ocjax.extractors.tutankham.maps import (
+    FIGURE_EXTENTS,
+    FIGURE_PICTURES,
+    INKS,
+    LOOKS,
+    ORDER,
+    PLACES,
+    ROM,
+    THING_COLORS,
+    THING_EXTENTS,
+    THING_LEFTS,
+    THING_PICTURES,
+    THING_ROWS,
+    shapes_of,
+)
+from ocjax.vision.colors import Colors
+from ocjax.vision.displays import IconRow, NumberDisplay
+from ocjax.vision.filters import CutOff
+from ocjax.vision.rules import Blobs, Bounds, Gauge
+from ocjax.vision.shapes import Shape
+
+FONT = ROM.font(0x800, rows=7, stride=8, top_first=True)
+POINTS = NumberDisplay(FONT, right=71, top=186, digits=4)
+LIFE_ICONS = IconRow(left=12, top=24, width=2, height=6, pitch=16)
+FLASH_ICONS = IconRow(left=108, top=24, width=2, height=6, pitch=16)
+MEN = IconRow(left=40, top=186, width=5, height=7, pitch=8)  # in the score's place
+
+VIEW = (0, 35, 160, 175)  # of the map
+MAP_ROW = 4  # rows of the screen for one of the map
+STANDS = 4  # the player's look while he does, or more
+WITH_KEY = 16  # added to the player's look
+FAR = 4 * 256  # behind all figures
+NONE = 255  # y of nothing
+RECORDS = np.array((0x86, 0x89, 0x8C, 0x8F))  # addresses of the figures' records
+TAIL = 144  # right edge of the timer
+THING_WORDS = (THING_ROWS | THING_LEFTS << 8 | THING_COLORS << 16 | ORDER << 24).ravel()
+SHOT_COLOR = 4  # number of the colour of a shot above all figures
+
+
+class Scene:  # of Ram.scene
+    PLAY = 0
+    TITLE = 1
+    LOST = 2
+    OVER = 4
+
+
+class Event:  # of Ram.event
+    DIES = 2
+
+
+class Ram(RamMap):
+    y = byte(6, 9, 12, 15)  # of the player and of creatures, y - 35; 255: none
+    x = byte(7, 10, 13, 16)  # x + 1
+    direction = bits(8, 11, 14, 17, count=2)
+    mirrored = bits(8, 11, 14, 17, first=1)
+    kind = bits(8, 11, 14, 17, first=2, count=2)  # 0: the player
+    look = bits(8, 11, 14, 17, first=2, count=3)
+    dying = bits(8, 11, 14, 17, first=4)  # of the player: stands
+    hidden = bits(8, 11, 14, 17, first=5, count=2)  # on even frames, on odd frames
+    shot_y = byte(18)  # y - 35; 255: none
+    shot_x = byte(19)  # x + 2
+    score = bcd((26, 28))
+    lives = bits(30, count=2)
+    flashes = bits(30, first=2, count=2)
+    has_key = bits(32, first=7)
+    things = byte(34)  # a bit for each entry, from the highest one on
+    timer = bits(36, first=3, count=5)
+    event = byte(38)
+    clock = byte(39)  # of frames
+    turns = byte(40)  # of the clock
+    scene = byte(44)
+    comes = byte(51)  # address of the creature that comes next; it is not shown
+    level = byte(59)
+    map = bits(59, count=2)
+    first_row = byte(65)  # of the map, on the screen
+    last_row = byte(66)  # the one after it
+
+
+class Things(NamedTuple):
+    """Treasures, the key and the door of a map, `[8]` each."""
+
+    y: jax.Array  # rows below the first one of the screen
+    listed_y: jax.Array  # when the game listed them, before it scrolled the map
+    left: jax.Array
+    color: jax.Array
+    there: jax.Array  # not taken, and in the part of the map that was listed
+
+
+TREASURES = slice(0, 6)
+KEYS = slice(6, 7)
+DOORS = slice(7, 8)
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    in_play = m.scene != Scene.TITLE
+    things = _things_listed(m)
+    y = _drawn_y(m, things)
+    thing, figure = _thing_boxes(m, things, y).where(in_play), _figure_boxes(m, y).where(in_play)
+    return {
+        "Player": figure[0:1].where((m.scene != Scene.OVER) & (m.event != Event.DIES)),
+        "Creature": figure[1:],
+        "PlayerShot": _shot_box(m).where(in_play),
+        "Treasure": thing[TREASURES],
+        "Key": thing[KEYS],
+        "Door": thing[DOORS],
+        "Score": _score_box(m),
+        "Lives": LIFE_ICONS.box(m.lives + _just_lost(m), value=m.lives),
+        "Flashes": FLASH_ICONS.box(m.flashes, value=m.flashes),
+        "Timer": _timer_box(m),
+    }
+
+
+def _things_listed(m: Ram) -> Things:
+    word = lookup(THING_WORDS, PLACES * m.map + np.arange(PLACES))
+    row, left, color, entry = (word >> shift & 255 for shift in (0, 8, 16, 24))
+    y = MAP_ROW * (row - m.first_row)
+    listed_y = y + MAP_ROW * _rows_scrolled(m)
+    shown = (listed_y > 0) & (listed_y < MAP_ROW * (m.last_row - m.first_row))
+    return Things(y, listed_y, left, color, shown & ((m.things << entry & 128) != 0))
+
+
+def _rows_scrolled(m: Ram) -> jax.Array:
+    """Rows of the map by which it has scrolled down since the game listed what it shows."""
+    walks = (m.clock - 1 & 3 == 0) & (m.look[0] < STANDS) & (m.scene == Scene.PLAY)
+    return when(walks, match((m.direction[0] == 1, -1), (m.direction[0] == 2, 1), otherwise=0))
+
+
+def _drawn_y(m: Ram, things: Things) -> jax.Array:
+    """Rows below the first one of the screen in which the player and the creatures are drawn.
+
+    What is drawn begins in different bands. If what comes next begins in the same one, a figure in
+    its upper half is moved up into the band before; else the next figure is moved down into the
+    band after. A figure that is level with a thing is moved up, or down if it walks down.
+    """
+    drawn = _is_drawn(m)
+    key = jnp.where(drawn, 4 * m.y + np.arange(4), FAR)
+    later = key[None] > key[:, None]
+    next_key = jnp.min(jnp.where(later, key[None], FAR), axis=1)
+    same_band = drawn & (next_key >> 4 == key >> 4)
+    band, upper = m.y & ~3, (m.y & 3) < 2
+    pushed = jnp.any((same_band & ~upper)[:, None] & (next_key[:, None] == key[None]), axis=0)
+    level = (things.listed_y[None] == m.y[:, None]) & things.there[None]
+    blocked = drawn & ~same_band & jnp.any(level, axis=1)
+    return match(
+        (blocked & (m.direction == 2), band + MAP_ROW),
+        (blocked | (same_band & upper), band - 1),
+        (pushed, band + MAP_ROW),
+        otherwise=m.y,
+    )
+
+
+def _is_drawn(m: Ram) -> jax.Array:
+    """Which figures were drawn on the frame."""
+    even = (m.clock - 1 & 1) == 0
+    flickers = jnp.where(even, m.hidden & 1, m.hidden >> 1) == 1
+    return (m.y != NONE) & ~flickers & (m.comes != RECORDS)
+
+
+def _thing_boxes(m: Ram, things: Things, figure_y: jax.Array) -> Box:
+    """One that a figure follows in the same band is drawn a row higher."""
+    figure = jnp.where(_is_drawn(m), figure_y, -MAP_ROW)[None]
+    listed = things.listed_y[:, None]
+    higher = jnp.any((figure >= listed) & (figure < listed + MAP_ROW), axis=1)
+    index = THING_EXTENTS.index(map=m.map, place=np.arange(PLACES))
+    y = things.y - when(higher, 1) + VIEW[1]
+    boxes = THING_EXTENTS.box(index, things.left, y, color=things.color)
+    return boxes.where(things.there).clip(*VIEW)
+
+
+def _figure_boxes(m: Ram, y: jax.Array) -> Box:
+    step = m.clock - 1 >> 3 & 1
+    look = 2 * m.look + step + when((m.has_key == 1) & (np.arange(4) == 0), WITH_KEY)
+    index = FIGURE_EXTENTS.index(map=m.map, look=look)
+    alive = (m.y != NONE) & (m.comes != RECORDS) & ((np.arange(4) == 0) | (m.dying == 0))
+    color = _of_inks(m, m.kind)
+    turned = m.mirrored == 1
+    boxes = FIGURE_EXTENTS.box(
+        index,
+        m.x - 1,
+        y + VIEW[1],
+        mirrored=turned,
+        valid=alive,
+        orientation=jnp.where(turned, WEST, EAST),
+        color=color,
+    )
+    return boxes.clip(*VIEW)
+
+
+def _of_inks(m: Ram, number: jax.Array) -> jax.Array:
+    """One of the map's colours."""
+    return lookup(INKS.ravel(), INKS.shape[1] * m.map + number)
+
+
+def _shot_box(m: Ram) -> Box:
+    distance = jnp.abs(m.shot_x - m.x[0])
+    width = 1 << jnp.minimum(distance >> 5, 3)
+    color = _of_inks(m, when(m.shot_y >> 2 <= m.y[0] >> 2, SHOT_COLOR))
+    y = (m.shot_y & ~3) + 2 + VIEW[1]
+    return box(m.shot_x - 2, y, width, 1, m.shot_y != NONE, color=color).clip(*VIEW)
+
+
+def _just_lost(m: Ram) -> jax.Array:
+    """1 if a life was lost after the frame was drawn, else 0."""
+    return when(among(m.scene, (Scene.LOST, Scene.OVER)) & (m.clock == 0) & (m.turns == 0), 1)
+
+
+def _score_box(m: Ram) -> Box:
+    covered = (m.scene == Scene.LOST) & (_just_lost(m) == 0)
+    return choose(covered, MEN.box(m.lives, value=m.score), POINTS.box(m.score))
+
+
+def _timer_box(m: Ram) -> Box:
+    """It gets shorter each time the clock has gone round, after the frame was drawn."""
+    width = m.timer + when((m.clock == 0) & (m.turns > 0), 1 + (m.level >> 4))
+    return box(TAIL - width, 197, width, 6, value=m.timer)
+
+
+GREEN = (200, 204)
+ORANGE = 38
+VIOLET = (72, 76, 104, 136)
+WHITE = 14
+YELLOW = 44
+PLAYER = Blobs(YELLOW, VIEW, Shape(w=(5, 7), h=8))
+
+
+def _creature_rule(kind: int, colors: Colors) -> Blobs:
+    """Creatures of a kind, which have other pictures in each map."""
+    own = np.isin(np.arange(4 * LOOKS) % LOOKS, (2 * kind, 2 * kind + 1))
+    shapes = shapes_of(FIGURE_EXTENTS, FIGURE_PICTURES, np.flatnonzero(own))
+    return Blobs(colors, VIEW, shapes)
+
+
+BEINGS = (*GREEN, ORANGE, *VIOLET)
+CUT = Shape(w=(3, 8), h=(2, 6))  # by the lower edge of the map
+CUT_ONES = Blobs(BEINGS, VIEW, CUT, gap=(1, 1), filters=(CutOff(VIEW[3] - 1, 6),))
+KINDS = (_creature_rule(2, ORANGE), _creature_rule(3, VIOLET), CUT_ONES)
+CREATURES = replace(_creature_rule(1, GREEN), also=KINDS)
+TAKEN = np.flatnonzero((np.arange(PLACES) < TREASURES.stop) & (THING_ROWS < NONE))
+TREASURE_SHAPES = shapes_of(THING_EXTENTS, THING_PICTURES, TAKEN)
+WALLS = {ground + step for ground in INKS[:, 7].tolist() for step in (0, 2, 4, 6)}
+TREASURE_COLORS = tuple(sorted({*THING_COLORS.flat[TAKEN].tolist()} - WALLS))
+OWN_COLORS = tuple(sorted({*TREASURE_COLORS} - {*BEINGS}))  # no creature has them
+PARTS = Blobs(OWN_COLORS, VIEW, Shape(w=(5, 8), h=(3, 4)), gap=(5, 1))  # cut off by an edge
+TREASURE = Blobs(TREASURE_COLORS, VIEW, TREASURE_SHAPES, also=(PARTS,))
+KEY_RULE = Blobs(YELLOW, VIEW, Shape(w=8, h=8))
+DOOR_RULE = Blobs((WHITE, YELLOW), VIEW, Shape(w=7, h=12))
+SHOT = Blobs((YELLOW, WHITE), VIEW, Shape(w=(1, 8), h=1))
+SCORE_DIGITS = Digits(FONT, POINTS.lefts, POINTS.top)
+SCORE_RULE = Bounds(WHITE, POINTS.area, value=SCORE_DIGITS)
+TIMER = Bounds(WHITE, (112, 197, 144, 203), value=Gauge(1))
+
+GAME = Game(
+    name="Tutankham",
+    rom=ROM,
+    ram=Ram,
+    decode=decode,
+    categories=(
+        Category("Player", PLAYER, attributes=("orientation",), doc="the man"),
+        Category(
+            "Creature", CREATURES, 3, attributes=("orientation",), doc="snakes, bats and others"
+        ),
+        Category("PlayerShot", SHOT, doc="the man's shot"),
+        Category("Treasure", TREASURE, 6, doc="treasures that were not taken"),
+        Category("Key", KEY_RULE, doc="the key to the door"),
+        Category("Door", DOOR_RULE, doc="the way to the next map"),
+        display("Score", SCORE_RULE, doc="points"),
+        display(
+            "Lives", LIFE_ICONS.rule(WHITE, (12, 24, 50, 30)), doc="lives, also the one in play"
+        ),
+        display("Flashes", FLASH_ICONS.rule(WHITE, (108, 24, 146, 30)), doc="flashes left"),
+        display("Timer", TIMER, doc="time left to shoot; value: columns"),
+    ),
+)
