@@ -1,0 +1,321 @@
+"""Wizard of Wor: a worrior hunts six monsters in dungeons of 66 cells; others wait below.
+
+Screen: the monsters share a sprite and are drawn in turn, the worrior on every other frame, and not
+while his explosion is black. Garwors and Thorwors are invisible until they come in line with him,
+but move and touch him all the time, and are valid. Who explodes is valid. A wall is a side of a
+cell, without the posts at its ends; tunnels and the boxes in which worriors wait have walls, too. A
+door is the side between the dungeon and a tunnel, valid while it is closed. Radar is all of the
+radar. Of its dots, which show the cells of the monsters, each frame has two.
+
+Slots: those of monsters are the game's six records, in each of the kinds. Worluk and Wizard always
+have the first one. A slot of Wall is a place that has a wall in one of the two mazes: those that
+run across from the top, then upright ones, then those of tunnels and boxes.
+
+RAM: ALE's source (score, lives), and the ROM's code. The screen shows the positions from before the
+step that follows the drawing (F55E-F730), so that `as_drawn` takes it back. The worrior and his
+shot move only after frames that do not show them.
+
+Covered: all monsters, both mazes, tunnels, deaths, levels with double points, the end of the game.
+ALE has no game for two players; the second worrior is no object.
+
+Not exact: the RAM does not tell about a shot on the frame on which it hits, where a monster's shot
+is on its first frame, by which way a monster came to a turning, where it was before a jump, the
+worrior's pose before he was hit and the last score. After the end of a game, the score has another
+brightness for half of the time.
+
+VEM: it takes the worrior's blue explosion for that of a Burwor, and the Worluk's for that of the
+worrior. It does not see a shot beside whoever shoots.
+"""
+
+import functools
+from dataclasses import dataclass, replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.console.boxes import Box, box
+from ocjax.console.compass import EAST, NORTH, SOUTH, WEST
+from ocjax.console.ops import among, match, mod, only, pick, when
+from ocjax.console.rom import Pictures
+from ocjax.extraction.game import Category, Game, display
+from ocjax.extractors.wizardofwor.ram import ROM, Hunt, Kind, Ram, Stage, State, Way
+from ocjax.extractors.wizardofwor.walls import DUNGEON, PLACES, WALLED
+from ocjax.vision.displays import NumberDisplay
+from ocjax.vision.rules import Blobs, Bounds
+from ocjax.vision.shades import Saver
+from ocjax.vision.shapes import Shape
+
+MONSTERS = np.arange(6)
+KINDS = range(Kind.BURWOR, Kind.WIZARD + 1)
+HIDING = (Kind.GARWOR, Kind.THORWOR)
+TUNNEL_CELL = 32  # at the right
+TUNNEL_ENDS = (19, 139)  # `monster_x`
+END_UPRIGHT = 10  # `step` at the end of a way up or down
+END_ACROSS = 12
+EXPLODING = 8  # from here on, `death` shows the explosion
+JUST_FIRED = 5  # `fire_sound` on the frame on which a shot leaves
+NO_MISSILE = 128  # least `missile_y` while none is drawn
+DOORS_OPEN = 128  # least `frame`
+EXTRA_LIFE = 8000  # the mark in `score`
+LAST_ICON = 136  # column
+
+BLUE = 140
+ORANGE = 44
+YELLOW = 40
+RED = 68
+WHITE = 14
+WALL_BLUE = 136
+WALL_GOLD = 42  # while points count twice
+FLASHING = tuple(range(2, 16, 2))  # walls and displays, once the Wizard is shot
+LIGHT = 14  # bits of these colours
+KIND_COLORS = (0, BLUE, YELLOW, RED, ORANGE, WHITE)
+DEATH_COLORS = (ORANGE, 0, BLUE, 0, ORANGE, 0, BLUE, 0, ORANGE, BLUE, 0)  # by `death`
+
+
+class Figure:  # axis of `PICTURES`
+    WORRIOR = 0
+    OF_KINDS = (1, 1, 1, 2, 3, 4)  # Burwors and Garwors are alike
+    EXPLOSION = 5
+
+
+def _read_pictures() -> Pictures:
+    """All figures, to the right, up and down, in two poses; a byte is two rows of the screen."""
+    offsets = (
+        *(0x02, 0x14, 0x26),  # of the worrior
+        *(0x4A, 0x5C, 0x6E),
+        *(0x80, 0x92, 0xA4),
+        *(0xB6, 0xB6, 0xB6),
+        *(0xC8, 0xDA, 0xEC),
+        *(0x38, 0x38, 0x38),
+    )
+    rows = ROM.rows([0xE00 + offset + pose for offset in offsets for pose in (0, 1)], 8, step=2)
+    return Pictures.of(np.repeat(rows, 2, axis=1), figure=6, way=3, pose=2)
+
+
+PICTURES = _read_pictures()
+SCORE = NumberDisplay(
+    ROM.font(0xF0A, rows=7, stride=1, step=10), right=147, top=3, digits=5, leading_zeros=True
+)
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """What the frame shows where the RAM has something newer."""
+
+    frame: jax.Array
+    level: jax.Array
+    x: jax.Array  # of the monsters' pictures
+    y: jax.Array
+    step: jax.Array
+    missile_x: jax.Array
+    missile_y: jax.Array
+    missile: jax.Array  # whether it is drawn
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    drawn = as_drawn(m)
+    monsters, walls, lights = _monsters(m, drawn), _wall_color(m, drawn), _light(drawn)
+    flashes, sides = m.flash > 0, np.arange(2)
+    maze = jnp.where((drawn.level & 1) == 0, WALLED[0], WALLED[1])
+    left, top, width, height = PLACES.T
+    score = 100 * jnp.where(m.score >= EXTRA_LIFE, m.score - EXTRA_LIFE, m.score)
+    return {
+        "Player": _worrior(m),
+        "Burwor": monsters.where(m.kind == Kind.BURWOR),
+        "Garwor": monsters.where(m.kind == Kind.GARWOR),
+        "Thorwor": monsters.where(m.kind == Kind.THORWOR),
+        "Worluk": monsters[:1].where(m.kind[:1] == Kind.WORLUK),
+        "Wizard": monsters[:1].where(m.kind[:1] == Kind.WIZARD),
+        "PlayerShot": _shot(m),
+        "EnemyShot": _missile_box(m, drawn),
+        "Wall": box(left, top, width, height, maze, color=walls),
+        "Door": box(12 + 132 * sides, 64, 4, 16, drawn.frame < DOORS_OPEN, color=walls),
+        "Radar": box(56, 161, 52, 32, color=walls),
+        "Score": SCORE.box(score, color=jnp.where(flashes, lights, ORANGE)),
+        "Lives": _icons(m, jnp.where(flashes, lights, YELLOW)),
+    }
+
+
+def as_drawn(m: Ram) -> Drawn:
+    """Takes back what the game has done since it drew the frame."""
+    moved = _moved(m)
+    across = among(m.way, (Way.LEFT, Way.RIGHT))
+    last_step = match(
+        (~moved, m.step),
+        (m.step == 2, jnp.where(across, END_ACROSS, END_UPRIGHT)),
+        otherwise=m.step - 2,
+    )
+    dx, dy = _direction(m.way)
+    other_end = jnp.where(m.cell == TUNNEL_CELL, *TUNNEL_ENDS)
+    tunnelled = moved & (m.step == 0)
+    x = jnp.where(tunnelled, other_end, m.monster_x - when(moved, 2 * dx)) - 3
+    y = 142 - m.monster_y - when(moved & ~tunnelled, 4 * dy)
+    dx, dy = _direction(m.missile_way)
+    begins = (m.stage == Stage.MUSIC) & (m.music == 1) & (m.level > 0)
+    return Drawn(
+        frame=m.frame - 1 & 255,
+        level=m.level - when(begins, 1),
+        x=x,
+        y=y,
+        step=last_step,
+        missile_x=m.missile_x - 4 - dx,
+        missile_y=138 - m.missile_y - 2 * dy,
+        missile=_missile_flies(m, moved, x, y),
+    )
+
+
+def _direction(way: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """One pixel that way, to the right and down."""
+    dx = match((way == Way.LEFT, -1), (way == Way.RIGHT, 1), otherwise=0)
+    return dx, match((way == Way.UP, -1), (way == Way.DOWN, 1), otherwise=0)
+
+
+def _moved(m: Ram) -> jax.Array:
+    """Whether each monster has moved since the frame was drawn."""
+    hunts = m.hunt != Hunt.NONE
+    wizard_waits = (m.hunt == Hunt.WIZARD) & ((m.frame & 7) == 0)
+    on_turn = jnp.where(hunts, when(wizard_waits, 2), m.turn - 1)
+    moving = jnp.where(hunts, (m.frame & 3) == 0, among(m.turn, range(1, 4)))
+    moving = moving & (m.stage == Stage.PLAY) & (m.over == 0)
+    walks = among(m.kind, KINDS) & among(m.way, (Way.UP, Way.DOWN, Way.LEFT, Way.RIGHT))
+    return moving & walks & ((on_turn == MONSTERS) | (on_turn + 3 == MONSTERS))
+
+
+def _missile_flies(m: Ram, moved: jax.Array, x: jax.Array, y: jax.Array) -> jax.Array:
+    """Whether a monster's shot is drawn: not yet when it has just left the monster."""
+    there = (m.missile_x == x + 8) & (m.missile_y == 131 - y)
+    leaves = jnp.any((m.shooter == MONSTERS) & moved & there)
+    flies = (m.missile_way > 0) & (m.missile_y < NO_MISSILE)
+    return flies & ~leaves & (m.stage == Stage.PLAY)
+
+
+def _light(drawn: Drawn) -> jax.Array:
+    """The colour of walls and displays while they flash."""
+    return drawn.frame >> 1 & LIGHT
+
+
+def _wall_color(m: Ram, drawn: Drawn) -> jax.Array:
+    return match(
+        (m.flash > 0, _light(drawn)),
+        (among(m.hunt, (Hunt.WORLUK, Hunt.WIZARD)), RED),
+        (m.doubled > 0, WALL_GOLD),
+        otherwise=WALL_BLUE,
+    )
+
+
+def _figure(figure: jax.Array, way: jax.Array, pose: jax.Array, x: jax.Array, y: jax.Array) -> Box:
+    """A figure on its way; explosions are drawn as if to the right."""
+    explodes = figure == Figure.EXPLOSION
+    upright = match((explodes, 0), (way == Way.UP, 1), (way == Way.DOWN, 2), otherwise=0)
+    picture = PICTURES.index(figure=figure, way=upright, pose=pose)
+    faces = match(
+        (way == Way.UP, NORTH), (way == Way.DOWN, SOUTH), (way == Way.LEFT, WEST), otherwise=EAST
+    )
+    mirrored = (way == Way.LEFT) & ~explodes
+    return PICTURES.box(picture, x, y, mirrored=mirrored, orientation=faces)
+
+
+def _worrior(m: Ram) -> Box:
+    dies = m.state == State.DIES
+    explodes = dies & (m.death >= EXPLODING)
+    figure = jnp.where(explodes, Figure.EXPLOSION, Figure.WORRIOR)
+    pose = jnp.where(explodes, when(m.death > EXPLODING, 1), m.stride >> 1 & 1)
+    color = jnp.where(dies, pick(m.death, DEATH_COLORS), ORANGE)
+    drawn = _figure(figure, m.facing, pose, m.x - 3, 142 - m.y)
+    return replace(drawn, color=color).where(m.state != State.WAITS)
+
+
+def _monsters(m: Ram, drawn: Drawn) -> Box:
+    """All six; an explosion goes on whenever it is drawn."""
+    part = m.cell - when(m.chosen == MONSTERS, 1)
+    explodes = (m.way == Way.EXPLODES) & (part > 0)
+    figure = jnp.where(explodes, Figure.EXPLOSION, pick(m.kind, Figure.OF_KINDS))
+    pose = jnp.where(explodes, when(part >= 2, 1), drawn.step >> 1 & 1)
+    return _figure(figure, m.way, pose, drawn.x, drawn.y)
+
+
+def _shot(m: Ram) -> Box:
+    """The worrior's shot, once a frame has shown it."""
+    leaves = (m.fire_sound == JUST_FIRED) & ((m.frame & 1) == 0)
+    return box(m.shot_x - 4, 138 - m.shot_y, 1, 2, (m.shot_way > 0) & ~leaves)
+
+
+def _missile_box(m: Ram, drawn: Drawn) -> Box:
+    """A monster's shot, in the colour of the monster that the frame shows."""
+    visible = among(m.kind, KINDS) & (~among(m.kind, HIDING) | (m.seen > 0))
+    before = mod(m.chosen + 5 - MONSTERS, 6)  # how many turns ago
+    last = visible & (before == jnp.min(jnp.where(visible, before, 6)))
+    color = pick(only(last, m.kind), KIND_COLORS)
+    return box(drawn.missile_x, drawn.missile_y, 1, 2, drawn.missile, color=color)
+
+
+def _icons(m: Ram, color: jax.Array) -> Box:
+    """The worriors below, one of them in the box. Before a level, one too many is counted."""
+    playing = (m.state == State.PLAYS) & (m.stage != Stage.MUSIC)
+    left = LAST_ICON + 16 - 16 * m.lives
+    lives = m.lives + when(playing, 1)
+    return box(left, 145, 144 - left, 16, m.lives > 0, value=lives, color=color)
+
+
+def _saver_key(m: Ram) -> jax.Array:
+    """The key as of the frame, which is there from the second one after a game on."""
+    key = m.saver_key - when(m.frame == 0, 1)
+    return jnp.where((m.over > 0) & (m.pace == 0), key & 255, -1)
+
+
+FIGURE_SHAPE = Shape(w=(6, 11), h=(12, 20))
+figures = functools.partial(Blobs, region=DUNGEON, gap=(1, 0))
+explosions = functools.partial(
+    Blobs, region=DUNGEON, gap=(2, 0), shapes=Shape(w=(7, 8), h=(10, 16), pixels=(36, 88))
+)
+shots = functools.partial(Blobs, region=DUNGEON, gap=(2, 0), shapes=Shape(w=1, h=2))
+
+
+def _shaped(least: int, most: int) -> Shape:
+    """Figures of so many pixels, with the gaps that are closed."""
+    return replace(FIGURE_SHAPE, pixels=(least, most))
+
+
+def _monster_rule(color: int) -> Blobs:
+    return figures(color, shapes=_shaped(60, 116), also=(explosions(color),))
+
+
+WORRIORS = figures((ORANGE, BLUE), shapes=_shaped(74, 95), also=(explosions(ORANGE),))
+WORLUKS = figures(ORANGE, shapes=_shaped(96, 110))
+BURWORS = figures(BLUE, shapes=_shaped(96, 116), also=(explosions(BLUE),))
+WALL_COLORS = (WALL_BLUE, RED, WALL_GOLD, *FLASHING)
+
+
+def _areas(places: np.ndarray) -> tuple[tuple[int, int, int, int], ...]:
+    return tuple((x, y, x + w, y + h) for x, y, w, h in places.tolist())
+
+
+WALL_RULE = Bounds(WALL_COLORS, _areas(PLACES))
+DOOR_RULE = Bounds(WALL_COLORS, ((12, 64, 16, 80), (144, 64, 148, 80)))
+RADAR_RULE = Bounds(WALL_COLORS, (56, 161, 108, 193), min_size=(52, 32))
+ICON_RULE = Bounds((YELLOW, *FLASHING), (104, 145, 144, 161), ignore=((132, 145, 136, 161),))
+
+_moving = functools.partial(Category, attributes=("orientation",), blinks=True)
+
+GAME = Game(
+    name="WizardOfWor",
+    rom=ROM,
+    ram=Ram,
+    decode=decode,
+    saver=Saver(_saver_key, (14, 22), (WALL_BLUE, RED, WALL_GOLD), mask=0xF6, taken=(0,)),
+    categories=(
+        _moving("Player", WORRIORS, doc="the worrior"),
+        _moving("Burwor", BURWORS, count=6, doc="blue"),
+        _moving("Garwor", _monster_rule(YELLOW), count=6, doc="yellow; hides"),
+        _moving("Thorwor", _monster_rule(RED), count=6, doc="red; hides"),
+        Category("Worluk", WORLUKS, blinks=True, doc="flies, at the end of a level"),
+        _moving("Wizard", _monster_rule(WHITE), doc="jumps, after the Worluk"),
+        Category("PlayerShot", shots(ORANGE), doc="the worrior's"),
+        Category("EnemyShot", shots((BLUE, YELLOW, RED, WHITE)), doc="a monster's"),
+        Category("Wall", WALL_RULE, count=len(PLACES), doc="a side of a cell"),
+        Category("Door", DOOR_RULE, count=2, doc="of the tunnels: left, right"),
+        display("Radar", RADAR_RULE, attributes=(), doc="with the cells of two monsters"),
+        display("Score", SCORE.rule((ORANGE, *FLASHING)), doc="points"),
+        display("Lives", ICON_RULE, doc="all icons; value: lives"),
+    ),
+)
