@@ -4,12 +4,13 @@ Screen: the monsters share a sprite and are drawn in turn, the worrior on every 
 while his explosion is black. Garwors and Thorwors are invisible until they come in line with him,
 but move and touch him all the time, and are valid. Who explodes is valid. A wall is a side of a
 cell, without the posts at its ends; tunnels and the boxes in which worriors wait have walls, too. A
-door is the side between the dungeon and a tunnel, valid while it is closed. Radar is all of the
-radar. Of its dots, which show the cells of the monsters, each frame has two.
+door is the side between the dungeon and a tunnel, valid while it is closed. Radar is the whole
+radar; its dots, of which a frame shows two, repeat in which cells the monsters are, and are no
+objects. The posts are scenery.
 
 Slots: those of monsters are the game's six records, in each of the kinds. Worluk and Wizard always
-have the first one. A slot of Wall is a place that has a wall in one of the two mazes: those that
-run across from the top, then upright ones, then those of tunnels and boxes.
+have the first one. Those of walls are places that have a wall in one of the two mazes, row by row,
+and at the end those of tunnels and boxes.
 
 RAM: ALE's source (score, lives), and the ROM's code. The screen shows the positions from before the
 step that follows the drawing (F55E-F730), so that `as_drawn` takes it back. The worrior and his
@@ -20,11 +21,13 @@ ALE has no game for two players; the second worrior is no object.
 
 Not exact: the RAM does not tell about a shot on the frame on which it hits, where a monster's shot
 is on its first frame, by which way a monster came to a turning, where it was before a jump, the
-worrior's pose before he was hit and the last score. After the end of a game, the score has another
-brightness for half of the time.
+worrior's pose before he was hit and the last score. ALE counts an extra life only when the next
+worrior waits. After the end of a game, the score has another brightness half of the time.
 
 VEM: it takes the worrior's blue explosion for that of a Burwor, and the Worluk's for that of the
-worrior. It does not see a shot beside whoever shoots.
+worrior, and does not see a shot beside whoever shoots. Lives has no value, because it depends on
+whether a worrior is in the dungeon, which a single frame does not tell. While the background
+flashes, it may have the walls' colour.
 """
 
 import functools
@@ -39,13 +42,21 @@ from ocjax.console.ops import among, match, mod, only, pick, when
 from ocjax.console.rom import Pictures
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors.wizardofwor.ram import ROM, Hunt, Kind, Ram, Stage, State, Way
-from ocjax.extractors.wizardofwor.walls import DUNGEON, PLACES, WALLED
+from ocjax.extractors.wizardofwor.walls import (
+    CELL_HEIGHT,
+    CELL_WIDTH,
+    DUNGEON,
+    HORIZONTAL,
+    POST,
+    VERTICAL,
+    Walls,
+)
 from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
+from ocjax.vision.rules import Blobs, Bounds, Cells
 from ocjax.vision.shades import Saver
 from ocjax.vision.shapes import Shape
 
-MONSTERS = np.arange(6)
+SLOTS = np.arange(6)
 KINDS = range(Kind.BURWOR, Kind.WIZARD + 1)
 HIDING = (Kind.GARWOR, Kind.THORWOR)
 TUNNEL_CELL = 32  # at the right
@@ -57,6 +68,9 @@ JUST_FIRED = 5  # `fire_sound` on the frame on which a shot leaves
 NO_MISSILE = 128  # least `missile_y` while none is drawn
 DOORS_OPEN = 128  # least `frame`
 EXTRA_LIFE = 8000  # the mark in `score`
+DOOR_X = (12, 144)
+DOOR_Y = (64, 64)
+ICONS = 3  # at most
 LAST_ICON = 136  # column
 
 BLUE = 140
@@ -67,12 +81,12 @@ WHITE = 14
 WALL_BLUE = 136
 WALL_GOLD = 42  # while points count twice
 FLASHING = tuple(range(2, 16, 2))  # walls and displays, once the Wizard is shot
-LIGHT = 14  # bits of these colours
+FLASH_BITS = 14  # bits of these colours
 KIND_COLORS = (0, BLUE, YELLOW, RED, ORANGE, WHITE)
 DEATH_COLORS = (ORANGE, 0, BLUE, 0, ORANGE, 0, BLUE, 0, ORANGE, BLUE, 0)  # by `death`
 
 
-class Figure:  # axis of `PICTURES`
+class Sort:  # axis of `FIGURES`
     WORRIOR = 0
     OF_KINDS = (1, 1, 1, 2, 3, 4)  # Burwors and Garwors are alike
     EXPLOSION = 5
@@ -89,11 +103,11 @@ def _read_pictures() -> Pictures:
         *(0x38, 0x38, 0x38),
     )
     rows = ROM.rows([0xE00 + offset + pose for offset in offsets for pose in (0, 1)], 8, step=2)
-    return Pictures.of(np.repeat(rows, 2, axis=1), figure=6, way=3, pose=2)
+    return Pictures.of(np.repeat(rows, 2, axis=1), sort=6, way=3, pose=2)
 
 
-PICTURES = _read_pictures()
-SCORE = NumberDisplay(
+FIGURES = _read_pictures()
+POINTS = NumberDisplay(
     ROM.font(0xF0A, rows=7, stride=1, step=10), right=147, top=3, digits=5, leading_zeros=True
 )
 
@@ -114,10 +128,8 @@ class Drawn:
 
 def decode(m: Ram) -> dict[str, Box]:
     drawn = as_drawn(m)
-    monsters, walls, lights = _monsters(m, drawn), _wall_color(m, drawn), _light(drawn)
-    flashes, sides = m.flash > 0, np.arange(2)
-    maze = jnp.where((drawn.level & 1) == 0, WALLED[0], WALLED[1])
-    left, top, width, height = PLACES.T
+    monsters, walls, lights = _monster_boxes(m, drawn), _wall_color(m, drawn), _flash_color(drawn)
+    flashes, shut = m.flash > 0, drawn.frame < DOORS_OPEN
     score = 100 * jnp.where(m.score >= EXTRA_LIFE, m.score - EXTRA_LIFE, m.score)
     return {
         "Player": _worrior(m),
@@ -128,17 +140,18 @@ def decode(m: Ram) -> dict[str, Box]:
         "Wizard": monsters[:1].where(m.kind[:1] == Kind.WIZARD),
         "PlayerShot": _shot(m),
         "EnemyShot": _missile_box(m, drawn),
-        "Wall": box(left, top, width, height, maze, color=walls),
-        "Door": box(12 + 132 * sides, 64, 4, 16, drawn.frame < DOORS_OPEN, color=walls),
+        "HorizontalWall": _wall_boxes(HORIZONTAL, CELL_WIDTH, POST, drawn, walls),
+        "VerticalWall": _wall_boxes(VERTICAL, POST, CELL_HEIGHT, drawn, walls),
+        "Door": box(np.array(DOOR_X), DOOR_Y[0], POST, CELL_HEIGHT, shut, color=walls),
         "Radar": box(56, 161, 52, 32, color=walls),
-        "Score": SCORE.box(score, color=jnp.where(flashes, lights, ORANGE)),
-        "Lives": _icons(m, jnp.where(flashes, lights, YELLOW)),
+        "Score": POINTS.box(score, color=jnp.where(flashes, lights, ORANGE)),
+        "Lives": _icon_row(m, jnp.where(flashes, lights, YELLOW)),
     }
 
 
 def as_drawn(m: Ram) -> Drawn:
     """Takes back what the game has done since it drew the frame."""
-    moved = _moved(m)
+    moved = _has_moved(m)
     across = among(m.way, (Way.LEFT, Way.RIGHT))
     last_step = match(
         (~moved, m.step),
@@ -170,68 +183,75 @@ def _direction(way: jax.Array) -> tuple[jax.Array, jax.Array]:
     return dx, match((way == Way.UP, -1), (way == Way.DOWN, 1), otherwise=0)
 
 
-def _moved(m: Ram) -> jax.Array:
+def _has_moved(m: Ram) -> jax.Array:
     """Whether each monster has moved since the frame was drawn."""
     hunts = m.hunt != Hunt.NONE
-    wizard_waits = (m.hunt == Hunt.WIZARD) & ((m.frame & 7) == 0)
-    on_turn = jnp.where(hunts, when(wizard_waits, 2), m.turn - 1)
+    wizard_rests = (m.hunt == Hunt.WIZARD) & ((m.frame & 7) == 0)
+    on_turn = jnp.where(hunts, when(wizard_rests, 2), m.turn - 1)
     moving = jnp.where(hunts, (m.frame & 3) == 0, among(m.turn, range(1, 4)))
     moving = moving & (m.stage == Stage.PLAY) & (m.over == 0)
     walks = among(m.kind, KINDS) & among(m.way, (Way.UP, Way.DOWN, Way.LEFT, Way.RIGHT))
-    return moving & walks & ((on_turn == MONSTERS) | (on_turn + 3 == MONSTERS))
+    return moving & walks & ((on_turn == SLOTS) | (on_turn + 3 == SLOTS))
 
 
 def _missile_flies(m: Ram, moved: jax.Array, x: jax.Array, y: jax.Array) -> jax.Array:
     """Whether a monster's shot is drawn: not yet when it has just left the monster."""
     there = (m.missile_x == x + 8) & (m.missile_y == 131 - y)
-    leaves = jnp.any((m.shooter == MONSTERS) & moved & there)
+    leaves = jnp.any((m.shooter == SLOTS) & moved & there)
     flies = (m.missile_way > 0) & (m.missile_y < NO_MISSILE)
     return flies & ~leaves & (m.stage == Stage.PLAY)
 
 
-def _light(drawn: Drawn) -> jax.Array:
+def _flash_color(drawn: Drawn) -> jax.Array:
     """The colour of walls and displays while they flash."""
-    return drawn.frame >> 1 & LIGHT
+    return drawn.frame >> 1 & FLASH_BITS
 
 
 def _wall_color(m: Ram, drawn: Drawn) -> jax.Array:
     return match(
-        (m.flash > 0, _light(drawn)),
+        (m.flash > 0, _flash_color(drawn)),
         (among(m.hunt, (Hunt.WORLUK, Hunt.WIZARD)), RED),
         (m.doubled > 0, WALL_GOLD),
         otherwise=WALL_BLUE,
     )
 
 
-def _figure(figure: jax.Array, way: jax.Array, pose: jax.Array, x: jax.Array, y: jax.Array) -> Box:
+def _wall_boxes(walls: Walls, width: int, height: int, drawn: Drawn, color: jax.Array) -> Box:
+    there = jnp.where((drawn.level & 1) == 0, walls.mazes[0], walls.mazes[1])
+    return box(np.array(walls.x), np.array(walls.y), width, height, there, color=color)
+
+
+def _figure_box(
+    sort: jax.Array, way: jax.Array, pose: jax.Array, x: jax.Array, y: jax.Array
+) -> Box:
     """A figure on its way; explosions are drawn as if to the right."""
-    explodes = figure == Figure.EXPLOSION
+    explodes = sort == Sort.EXPLOSION
     upright = match((explodes, 0), (way == Way.UP, 1), (way == Way.DOWN, 2), otherwise=0)
-    picture = PICTURES.index(figure=figure, way=upright, pose=pose)
+    picture = FIGURES.index(sort=sort, way=upright, pose=pose)
     faces = match(
         (way == Way.UP, NORTH), (way == Way.DOWN, SOUTH), (way == Way.LEFT, WEST), otherwise=EAST
     )
     mirrored = (way == Way.LEFT) & ~explodes
-    return PICTURES.box(picture, x, y, mirrored=mirrored, orientation=faces)
+    return FIGURES.box(picture, x, y, mirrored=mirrored, orientation=faces)
 
 
 def _worrior(m: Ram) -> Box:
     dies = m.state == State.DIES
     explodes = dies & (m.death >= EXPLODING)
-    figure = jnp.where(explodes, Figure.EXPLOSION, Figure.WORRIOR)
+    sort = jnp.where(explodes, Sort.EXPLOSION, Sort.WORRIOR)
     pose = jnp.where(explodes, when(m.death > EXPLODING, 1), m.stride >> 1 & 1)
     color = jnp.where(dies, pick(m.death, DEATH_COLORS), ORANGE)
-    drawn = _figure(figure, m.facing, pose, m.x - 3, 142 - m.y)
+    drawn = _figure_box(sort, m.facing, pose, m.x - 3, 142 - m.y)
     return replace(drawn, color=color).where(m.state != State.WAITS)
 
 
-def _monsters(m: Ram, drawn: Drawn) -> Box:
+def _monster_boxes(m: Ram, drawn: Drawn) -> Box:
     """All six; an explosion goes on whenever it is drawn."""
-    part = m.cell - when(m.chosen == MONSTERS, 1)
+    part = m.cell - when(m.chosen == SLOTS, 1)
     explodes = (m.way == Way.EXPLODES) & (part > 0)
-    figure = jnp.where(explodes, Figure.EXPLOSION, pick(m.kind, Figure.OF_KINDS))
+    sort = jnp.where(explodes, Sort.EXPLOSION, pick(m.kind, Sort.OF_KINDS))
     pose = jnp.where(explodes, when(part >= 2, 1), drawn.step >> 1 & 1)
-    return _figure(figure, m.way, pose, drawn.x, drawn.y)
+    return _figure_box(sort, m.way, pose, drawn.x, drawn.y)
 
 
 def _shot(m: Ram) -> Box:
@@ -243,16 +263,16 @@ def _shot(m: Ram) -> Box:
 def _missile_box(m: Ram, drawn: Drawn) -> Box:
     """A monster's shot, in the colour of the monster that the frame shows."""
     visible = among(m.kind, KINDS) & (~among(m.kind, HIDING) | (m.seen > 0))
-    before = mod(m.chosen + 5 - MONSTERS, 6)  # how many turns ago
+    before = mod(m.chosen + 5 - SLOTS, 6)  # how many turns ago
     last = visible & (before == jnp.min(jnp.where(visible, before, 6)))
     color = pick(only(last, m.kind), KIND_COLORS)
     return box(drawn.missile_x, drawn.missile_y, 1, 2, drawn.missile, color=color)
 
 
-def _icons(m: Ram, color: jax.Array) -> Box:
+def _icon_row(m: Ram, color: jax.Array) -> Box:
     """The worriors below, one of them in the box. Before a level, one too many is counted."""
     playing = (m.state == State.PLAYS) & (m.stage != Stage.MUSIC)
-    left = LAST_ICON + 16 - 16 * m.lives
+    left = LAST_ICON + 16 - 16 * jnp.minimum(m.lives, ICONS)
     lives = m.lives + when(playing, 1)
     return box(left, 145, 144 - left, 16, m.lives > 0, value=lives, color=color)
 
@@ -263,59 +283,54 @@ def _saver_key(m: Ram) -> jax.Array:
     return jnp.where((m.over > 0) & (m.pace == 0), key & 255, -1)
 
 
-FIGURE_SHAPE = Shape(w=(6, 11), h=(12, 20))
-figures = functools.partial(Blobs, region=DUNGEON, gap=(1, 0))
-explosions = functools.partial(
-    Blobs, region=DUNGEON, gap=(2, 0), shapes=Shape(w=(7, 8), h=(10, 16), pixels=(36, 88))
-)
-shots = functools.partial(Blobs, region=DUNGEON, gap=(2, 0), shapes=Shape(w=1, h=2))
-
-
-def _shaped(least: int, most: int) -> Shape:
-    """Figures of so many pixels, with the gaps that are closed."""
-    return replace(FIGURE_SHAPE, pixels=(least, most))
-
-
-def _monster_rule(color: int) -> Blobs:
-    return figures(color, shapes=_shaped(60, 116), also=(explosions(color),))
-
-
-WORRIORS = figures((ORANGE, BLUE), shapes=_shaped(74, 95), also=(explosions(ORANGE),))
-WORLUKS = figures(ORANGE, shapes=_shaped(96, 110))
-BURWORS = figures(BLUE, shapes=_shaped(96, 116), also=(explosions(BLUE),))
+in_dungeon = functools.partial(Blobs, region=DUNGEON, gap=(2, 0))
+# Numbers of pixels, with the gaps that are closed, tell figures of one colour apart. Figures are
+# larger where a shot touches them.
+MONSTER_SHAPE = Shape(w=(6, 11), h=(10, 20))
+SHOT_SHAPE = Shape(w=1, h=2)
+WORRIOR_SHAPE = Shape(w=(8, 11), h=(16, 20), pixels=(74, 96), split=(8, 16))
+WORLUK_SHAPE = Shape(w=(8, 9), h=(14, 17), pixels=(98, 106))
+EXPLOSION_SHAPE = Shape(w=(7, 8), h=(10, 16), pixels=(36, 88))
+BURWOR_SHAPE = Shape(w=(6, 11), h=(8, 20), pixels=(113, 140))
+BURWOR_PART_SHAPE = Shape(w=(5, 8), h=(8, 16), pixels=(30, 105))  # it explodes or is covered
+WORLUKS = in_dungeon(ORANGE, shapes=WORLUK_SHAPE, gap=(1, 0))
+GARWORS = in_dungeon(YELLOW, shapes=MONSTER_SHAPE)
+THORWORS = in_dungeon(RED, shapes=MONSTER_SHAPE)
+WIZARDS = in_dungeon(WHITE, shapes=MONSTER_SHAPE)
+SHOTS = in_dungeon(ORANGE, shapes=SHOT_SHAPE)
+MISSILES = in_dungeon((BLUE, YELLOW, RED, WHITE), shapes=SHOT_SHAPE)
+WORRIOR_EXPLOSIONS = in_dungeon(ORANGE, shapes=EXPLOSION_SHAPE)
+WORRIORS = in_dungeon((ORANGE, BLUE), shapes=WORRIOR_SHAPE, gap=(1, 0), also=(WORRIOR_EXPLOSIONS,))
+BURWORS = in_dungeon(BLUE, shapes=(BURWOR_SHAPE, BURWOR_PART_SHAPE))
 WALL_COLORS = (WALL_BLUE, RED, WALL_GOLD, *FLASHING)
-
-
-def _areas(places: np.ndarray) -> tuple[tuple[int, int, int, int], ...]:
-    return tuple((x, y, x + w, y + h) for x, y, w, h in places.tolist())
-
-
-WALL_RULE = Bounds(WALL_COLORS, _areas(PLACES))
-DOOR_RULE = Bounds(WALL_COLORS, ((12, 64, 16, 80), (144, 64, 148, 80)))
+HORIZONTAL_RULE = Cells(WALL_COLORS, HORIZONTAL.x, HORIZONTAL.y, CELL_WIDTH, POST)
+VERTICAL_RULE = Cells(WALL_COLORS, VERTICAL.x, VERTICAL.y, POST, CELL_HEIGHT)
+DOOR_RULE = Cells(WALL_COLORS, DOOR_X, DOOR_Y, POST, CELL_HEIGHT)
 RADAR_RULE = Bounds(WALL_COLORS, (56, 161, 108, 193), min_size=(52, 32))
 ICON_RULE = Bounds((YELLOW, *FLASHING), (104, 145, 144, 161), ignore=((132, 145, 136, 161),))
 
-_moving = functools.partial(Category, attributes=("orientation",), blinks=True)
+_mover = functools.partial(Category, attributes=("orientation",), blinks=True)
 
 GAME = Game(
     name="WizardOfWor",
     rom=ROM,
     ram=Ram,
     decode=decode,
-    saver=Saver(_saver_key, (14, 22), (WALL_BLUE, RED, WALL_GOLD), mask=0xF6, taken=(0,)),
+    saver=Saver(_saver_key, (14, 22), (*WALL_COLORS, 0), mask=0xF6, taken=(0,)),
     categories=(
-        _moving("Player", WORRIORS, doc="the worrior"),
-        _moving("Burwor", BURWORS, count=6, doc="blue"),
-        _moving("Garwor", _monster_rule(YELLOW), count=6, doc="yellow; hides"),
-        _moving("Thorwor", _monster_rule(RED), count=6, doc="red; hides"),
-        Category("Worluk", WORLUKS, blinks=True, doc="flies, at the end of a level"),
-        _moving("Wizard", _monster_rule(WHITE), doc="jumps, after the Worluk"),
-        Category("PlayerShot", shots(ORANGE), doc="the worrior's"),
-        Category("EnemyShot", shots((BLUE, YELLOW, RED, WHITE)), doc="a monster's"),
-        Category("Wall", WALL_RULE, count=len(PLACES), doc="a side of a cell"),
-        Category("Door", DOOR_RULE, count=2, doc="of the tunnels: left, right"),
-        display("Radar", RADAR_RULE, attributes=(), doc="with the cells of two monsters"),
-        display("Score", SCORE.rule((ORANGE, *FLASHING)), doc="points"),
+        _mover("Player", WORRIORS, doc="the worrior"),
+        _mover("Burwor", BURWORS, count=6, doc="blue monsters"),
+        _mover("Garwor", GARWORS, count=6, doc="yellow monsters, which hide"),
+        _mover("Thorwor", THORWORS, count=6, doc="red monsters, which hide"),
+        Category("Worluk", WORLUKS, blinks=True, doc="flees, at the end of a level"),
+        _mover("Wizard", WIZARDS, doc="jumps around, after the Worluk"),
+        Category("PlayerShot", SHOTS, doc="the worrior's"),
+        Category("EnemyShot", MISSILES, doc="a monster's"),
+        Category("HorizontalWall", HORIZONTAL_RULE, count=len(HORIZONTAL.x), doc="of a cell"),
+        Category("VerticalWall", VERTICAL_RULE, count=len(VERTICAL.x), doc="of a cell"),
+        Category("Door", DOOR_RULE, count=2, doc="to the tunnels: left, right"),
+        display("Radar", RADAR_RULE, attributes=(), doc="shows the cells of two monsters"),
+        display("Score", POINTS.rule((ORANGE, *FLASHING)), doc="points"),
         display("Lives", ICON_RULE, doc="all icons; value: lives"),
     ),
 )
