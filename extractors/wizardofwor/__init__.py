@@ -22,7 +22,7 @@ ALE has no game for two players; the second worrior is no object.
 Not exact: the RAM does not tell about a shot on the frame on which it hits, where a monster's shot
 is on its first frame, by which way a monster came to a turning, where it was before a jump, the
 worrior's pose before he was hit and the last score. ALE counts an extra life only when the next
-worrior waits. After the end of a game, the score has another brightness half of the time.
+worrior waits.
 
 VEM: it takes the worrior's blue explosion for that of a Burwor, and the Worluk's for that of the
 worrior, and does not see a shot beside whoever shoots. Lives has no value, because it depends on
@@ -80,6 +80,9 @@ RED = 68
 WHITE = 14
 WALL_BLUE = 136
 WALL_GOLD = 42  # while points count twice
+WALL_SAVED = 128  # after a game: the screen saver drops a bit of blue, and then applies its key
+SAVER_MASK = 0xF6  # bits of the key that change the walls
+SCORE_MASK = 8  # a bit of it that changes the score alone
 FLASHING = tuple(range(2, 16, 2))  # walls and displays, once the Wizard is shot
 FLASH_BITS = 14  # bits of these colours
 KIND_COLORS = (0, BLUE, YELLOW, RED, ORANGE, WHITE)
@@ -128,9 +131,12 @@ class Drawn:
 
 def decode(m: Ram) -> dict[str, Box]:
     drawn = as_drawn(m)
-    monsters, walls, lights = _monster_boxes(m, drawn), _wall_color(m, drawn), _flash_color(drawn)
-    flashes, shut = m.flash > 0, drawn.frame < DOORS_OPEN
-    score = 100 * jnp.where(m.score >= EXTRA_LIFE, m.score - EXTRA_LIFE, m.score)
+    monsters, walls, shut = (
+        _monster_boxes(m, drawn),
+        _wall_color(m, drawn),
+        drawn.frame < DOORS_OPEN,
+    )
+    score = 100 * (m.score - when(m.score >= EXTRA_LIFE, EXTRA_LIFE))
     return {
         "Player": _worrior(m),
         "Burwor": monsters.where(m.kind == Kind.BURWOR),
@@ -144,8 +150,8 @@ def decode(m: Ram) -> dict[str, Box]:
         "VerticalWall": _wall_boxes(VERTICAL, POST, CELL_HEIGHT, drawn, walls),
         "Door": box(np.array(DOOR_X), DOOR_Y[0], POST, CELL_HEIGHT, shut, color=walls),
         "Radar": box(56, 161, 52, 32, color=walls),
-        "Score": POINTS.box(score, color=jnp.where(flashes, lights, ORANGE)),
-        "Lives": _icon_row(m, jnp.where(flashes, lights, YELLOW)),
+        "Score": POINTS.box(mod(score, 100_000), value=score, color=_score_color(m, drawn)),
+        "Lives": _icon_row(m, jnp.where(m.flash > 0, _flash_color(drawn), YELLOW)),
     }
 
 
@@ -209,6 +215,7 @@ def _flash_color(drawn: Drawn) -> jax.Array:
 
 def _wall_color(m: Ram, drawn: Drawn) -> jax.Array:
     return match(
+        (_is_over(m), WALL_SAVED),
         (m.flash > 0, _flash_color(drawn)),
         (among(m.hunt, (Hunt.WORLUK, Hunt.WIZARD)), RED),
         (m.doubled > 0, WALL_GOLD),
@@ -277,10 +284,23 @@ def _icon_row(m: Ram, color: jax.Array) -> Box:
     return box(left, 145, 144 - left, 16, m.lives > 0, value=lives, color=color)
 
 
+def _is_over(m: Ram) -> jax.Array:
+    """Whether the frame shows the screen saver: from the second frame after a game on."""
+    return (m.over > 0) & (m.pace == 0)
+
+
+def _score_color(m: Ram, drawn: Drawn) -> jax.Array:
+    """Of the score, before the screen saver's key changes it."""
+    saved = ORANGE ^ (_full_key(m) & SCORE_MASK)
+    return match((_is_over(m), saved), (m.flash > 0, _flash_color(drawn)), otherwise=ORANGE)
+
+
+def _full_key(m: Ram) -> jax.Array:
+    return m.saver_key - when(m.frame == 0, 1)
+
+
 def _saver_key(m: Ram) -> jax.Array:
-    """The key as of the frame, which is there from the second one after a game on."""
-    key = m.saver_key - when(m.frame == 0, 1)
-    return jnp.where((m.over > 0) & (m.pace == 0), key & 255, -1)
+    return jnp.where(_is_over(m), _full_key(m) & SAVER_MASK, -1)
 
 
 in_dungeon = functools.partial(Blobs, region=DUNGEON, gap=(2, 0))
@@ -302,7 +322,8 @@ MISSILES = in_dungeon((BLUE, YELLOW, RED, WHITE), shapes=SHOT_SHAPE)
 WORRIOR_EXPLOSIONS = in_dungeon(ORANGE, shapes=EXPLOSION_SHAPE)
 WORRIORS = in_dungeon((ORANGE, BLUE), shapes=WORRIOR_SHAPE, gap=(1, 0), also=(WORRIOR_EXPLOSIONS,))
 BURWORS = in_dungeon(BLUE, shapes=(BURWOR_SHAPE, BURWOR_PART_SHAPE))
-WALL_COLORS = (WALL_BLUE, RED, WALL_GOLD, *FLASHING)
+WALL_COLORS = (WALL_BLUE, RED, WALL_GOLD, WALL_SAVED, *FLASHING)
+SCORE_COLORS = (ORANGE, ORANGE ^ SCORE_MASK, *FLASHING)
 HORIZONTAL_RULE = Cells(WALL_COLORS, HORIZONTAL.x, HORIZONTAL.y, CELL_WIDTH, POST)
 VERTICAL_RULE = Cells(WALL_COLORS, VERTICAL.x, VERTICAL.y, POST, CELL_HEIGHT)
 DOOR_RULE = Cells(WALL_COLORS, DOOR_X, DOOR_Y, POST, CELL_HEIGHT)
@@ -316,7 +337,7 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
-    saver=Saver(_saver_key, (14, 22), (*WALL_COLORS, 0), mask=0xF6, taken=(0,)),
+    saver=Saver(_saver_key, (14, 22), (WALL_SAVED, *WALL_COLORS, 0)),
     categories=(
         _mover("Player", WORRIORS, doc="the worrior"),
         _mover("Burwor", BURWORS, count=6, doc="blue monsters"),
@@ -330,7 +351,7 @@ GAME = Game(
         Category("VerticalWall", VERTICAL_RULE, count=len(VERTICAL.x), doc="of a cell"),
         Category("Door", DOOR_RULE, count=2, doc="to the tunnels: left, right"),
         display("Radar", RADAR_RULE, attributes=(), doc="shows the cells of two monsters"),
-        display("Score", POINTS.rule((ORANGE, *FLASHING)), doc="points"),
+        display("Score", POINTS.rule(SCORE_COLORS), doc="points"),
         display("Lives", ICON_RULE, doc="all icons; value: lives"),
     ),
 )

@@ -63,8 +63,8 @@ def _placed(
     used = mazes.any(axis=0)
     places = np.array([(x, y) for y in tops for x in lefts])[used].tolist()
     x, y = zip(*places, *outer, strict=True)
-    mazes = np.pad(mazes[:, used], ((0, 0), (0, len(outer))), constant_values=True)
-    return Walls(x, y, mazes)
+    stay = np.ones((len(closed), len(outer)), bool)
+    return Walls(x, y, np.concatenate([mazes[:, used], stay], axis=1))
 
 
 _ROW_TOPS = [TOP + (CELL_HEIGHT + POST) * row for row in range(ROWS)]

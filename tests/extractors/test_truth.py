@@ -78,8 +78,14 @@ EDGES = {
     "Boxing": {"PlayerScore": (100,)},  # shown as KO
     "Pacman": {"Score": (99_999, 100_000, 123_456)},  # of which the display shows five digits
     "RoadRunner": {"Lives": (4, 5, 6, 7, 3), "Bonus": (0, 0, 0, 0, 1000)},  # the ROM gives no more
+    "WizardOfWor": {"Score": (99_900, 100_000, 115_000)},  # of which the display shows five digits
 }
-READ_AT_EDGES = {"Boxing": {"PlayerScore": (UNKNOWN_VALUE,)}, "Pacman": {"Score": (99_999, 0, 23_456)}}  # by VEM, where it differs
+# By VEM, where it differs.
+READ_AT_EDGES = {
+    "Boxing": {"PlayerScore": (UNKNOWN_VALUE,)},
+    "Pacman": {"Score": (99_999, 0, 23_456)},
+    "WizardOfWor": {"Score": (99_900, 0, 15_000)},
+}
 
 # Categories with an object for each life, and how many lives have none.
 ICONS = {
