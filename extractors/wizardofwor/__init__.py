@@ -51,10 +51,12 @@ from ocjax.extractors.wizardofwor.walls import (
     VERTICAL,
     Walls,
 )
+from ocjax.vision.detected import Detected, boxes
 from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.rules import Blobs, Bounds, Cells
 from ocjax.vision.shades import Saver
 from ocjax.vision.shapes import Shape
+from ocjax.vision.steps import Context, Step
 
 SLOTS = np.arange(6)
 KINDS = range(Kind.BURWOR, Kind.WIZARD + 1)
@@ -70,6 +72,9 @@ DOORS_OPEN = 128  # least `frame`
 EXTRA_LIFE = 8000  # the mark in `score`
 DOOR_X = (12, 144)
 DOOR_Y = (64, 64)
+SIZE = 16  # rows of a figure
+HEAD_RIGHT = 1  # column of the worrior's first pixel on his way to the right
+HEAD_UP = 4  # and up, also of a shot above him
 ICONS = 3  # at most
 LAST_ICON = 136  # column
 
@@ -303,12 +308,24 @@ def _saver_key(m: Ram) -> jax.Array:
     return jnp.where(_is_over(m), _full_key(m) & SAVER_MASK, -1)
 
 
+class WithoutShot(Step):
+    """The worrior without a shot at the end of his gun; his first pixel tells where that is."""
+
+    def __call__(self, found: Detected, _: Context) -> Detected:
+        """The objects after the step."""
+        head = (found.x if found.head is None else found.head) - found.x
+        left = jnp.where(head == HEAD_RIGHT, found.x, found.x + jnp.maximum(found.w - 8, 0))
+        top = jnp.where(head == HEAD_UP, found.y + jnp.maximum(found.h - SIZE, 0), found.y)
+        width, height = jnp.minimum(found.w, 8), jnp.minimum(found.h, SIZE)
+        return found._replace(box=boxes(left, top, width, height, found.valid))
+
+
 in_dungeon = functools.partial(Blobs, region=DUNGEON, gap=(2, 0))
 # Numbers of pixels, with the gaps that are closed, tell figures of one colour apart. Figures are
 # larger where a shot touches them.
 MONSTER_SHAPE = Shape(w=(6, 11), h=(10, 20))
 SHOT_SHAPE = Shape(w=1, h=2)
-WORRIOR_SHAPE = Shape(w=(8, 11), h=(16, 20), pixels=(74, 96), split=(8, 16))
+WORRIOR_SHAPE = Shape(w=(8, 11), h=(16, 20), pixels=(74, 96))
 WORLUK_SHAPE = Shape(w=(8, 9), h=(14, 17), pixels=(98, 106))
 EXPLOSION_SHAPE = Shape(w=(7, 8), h=(10, 16), pixels=(36, 88))
 BURWOR_SHAPE = Shape(w=(6, 11), h=(8, 20), pixels=(113, 140))
@@ -320,7 +337,13 @@ WIZARDS = in_dungeon(WHITE, shapes=MONSTER_SHAPE)
 SHOTS = in_dungeon(ORANGE, shapes=SHOT_SHAPE)
 MISSILES = in_dungeon((BLUE, YELLOW, RED, WHITE), shapes=SHOT_SHAPE)
 WORRIOR_EXPLOSIONS = in_dungeon(ORANGE, shapes=EXPLOSION_SHAPE)
-WORRIORS = in_dungeon((ORANGE, BLUE), shapes=WORRIOR_SHAPE, gap=(1, 0), also=(WORRIOR_EXPLOSIONS,))
+WORRIORS = in_dungeon(
+    (ORANGE, BLUE),
+    shapes=WORRIOR_SHAPE,
+    gap=(1, 0),
+    also=(WORRIOR_EXPLOSIONS,),
+    then=(WithoutShot(),),
+)
 BURWORS = in_dungeon(BLUE, shapes=(BURWOR_SHAPE, BURWOR_PART_SHAPE))
 WALL_COLORS = (WALL_BLUE, RED, WALL_GOLD, WALL_SAVED, *FLASHING)
 SCORE_COLORS = (ORANGE, ORANGE ^ SCORE_MASK, *FLASHING)
