@@ -71,7 +71,7 @@ NO_MISSILE = 128  # least `missile_y` while none is drawn
 DOORS_OPEN = 128  # least `frame`
 EXTRA_LIFE = 8000  # the mark in `score`
 DOOR_X = (12, 144)
-DOOR_Y = (64, 64)
+DOOR_TOP = 64
 SIZE = 16  # rows of a figure
 HEAD_RIGHT = 1  # column of the worrior's first pixel on his way to the right
 HEAD_UP = 4  # and up, also of a shot above him
@@ -104,11 +104,11 @@ def _read_pictures() -> Pictures:
     """All figures, to the right, up and down, in two poses; a byte is two rows of the screen."""
     offsets = (
         *(0x02, 0x14, 0x26),  # of the worrior
-        *(0x4A, 0x5C, 0x6E),
-        *(0x80, 0x92, 0xA4),
-        *(0xB6, 0xB6, 0xB6),
-        *(0xC8, 0xDA, 0xEC),
-        *(0x38, 0x38, 0x38),
+        *(0x4A, 0x5C, 0x6E),  # of Burwors and Garwors
+        *(0x80, 0x92, 0xA4),  # of Thorwors
+        *(0xB6, 0xB6, 0xB6),  # of the Worluk, the same all ways
+        *(0xC8, 0xDA, 0xEC),  # of the Wizard
+        *(0x38, 0x38, 0x38),  # of explosions
     )
     rows = ROM.rows([0xE00 + offset + pose for offset in offsets for pose in (0, 1)], 8, step=2)
     return Pictures.of(np.repeat(rows, 2, axis=1), sort=6, way=3, pose=2)
@@ -153,7 +153,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "EnemyShot": _missile_box(m, drawn),
         "HorizontalWall": _wall_boxes(HORIZONTAL, CELL_WIDTH, POST, drawn, walls),
         "VerticalWall": _wall_boxes(VERTICAL, POST, CELL_HEIGHT, drawn, walls),
-        "Door": box(np.array(DOOR_X), DOOR_Y[0], POST, CELL_HEIGHT, shut, color=walls),
+        "Door": box(np.array(DOOR_X), DOOR_TOP, POST, CELL_HEIGHT, shut, color=walls),
         "Radar": box(56, 161, 52, 32, color=walls),
         "Score": POINTS.box(mod(score, 100_000), value=score, color=_score_color(m, drawn)),
         "Lives": _icon_row(m, jnp.where(m.flash > 0, _flash_color(drawn), YELLOW)),
@@ -301,6 +301,7 @@ def _score_color(m: Ram, drawn: Drawn) -> jax.Array:
 
 
 def _full_key(m: Ram) -> jax.Array:
+    """The screen saver's key as of the frame."""
     return m.saver_key - when(m.frame == 0, 1)
 
 
@@ -349,7 +350,7 @@ WALL_COLORS = (WALL_BLUE, RED, WALL_GOLD, WALL_SAVED, *FLASHING)
 SCORE_COLORS = (ORANGE, ORANGE ^ SCORE_MASK, *FLASHING)
 HORIZONTAL_RULE = Cells(WALL_COLORS, HORIZONTAL.x, HORIZONTAL.y, CELL_WIDTH, POST)
 VERTICAL_RULE = Cells(WALL_COLORS, VERTICAL.x, VERTICAL.y, POST, CELL_HEIGHT)
-DOOR_RULE = Cells(WALL_COLORS, DOOR_X, DOOR_Y, POST, CELL_HEIGHT)
+DOOR_RULE = Cells(WALL_COLORS, DOOR_X, (DOOR_TOP,) * 2, POST, CELL_HEIGHT)
 RADAR_RULE = Bounds(WALL_COLORS, (56, 161, 108, 193), min_size=(52, 32))
 ICON_RULE = Bounds((YELLOW, *FLASHING), (104, 145, 144, 161), ignore=((132, 145, 136, 161),))
 
