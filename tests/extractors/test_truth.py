@@ -69,6 +69,7 @@ RARE = {
     "TimePilot": ("Enemy_Black", "Enemy_Yellow", "Enemy_Blue", "Enemy_Orange"),
     "Venture": ("Dragon", "Serpant", "Skeleton", "Spider", "Troll", "TwoHeaded", "Wall"),
     "VideoPinball": ("Logo", "Rollover", "Spinner"),
+    "WizardOfWor": ("Wizard", "Worluk"),
 }
 # Numbers at the limits of their displays, written into the RAM: the values of some categories in each sample, 0 where there is none.
 EDGES = {
@@ -77,8 +78,14 @@ EDGES = {
     "Boxing": {"PlayerScore": (100,)},  # shown as KO
     "Pacman": {"Score": (99_999, 100_000, 123_456)},  # of which the display shows five digits
     "RoadRunner": {"Lives": (4, 5, 6, 7, 3), "Bonus": (0, 0, 0, 0, 1000)},  # the ROM gives no more
+    "WizardOfWor": {"Score": (99_900, 100_000, 115_000)},  # of which the display shows five digits
 }
-READ_AT_EDGES = {"Boxing": {"PlayerScore": (UNKNOWN_VALUE,)}, "Pacman": {"Score": (99_999, 0, 23_456)}}  # by VEM, where it differs
+# By VEM, where it differs.
+READ_AT_EDGES = {
+    "Boxing": {"PlayerScore": (UNKNOWN_VALUE,)},
+    "Pacman": {"Score": (99_999, 0, 23_456)},
+    "WizardOfWor": {"Score": (99_900, 0, 15_000)},
+}
 
 # Categories with an object for each life, and how many lives have none.
 ICONS = {
@@ -122,10 +129,13 @@ SELDOM_KNOWN = {
 }
 CLOCKS = {("Skiing", "Score")}
 FRAME_OF_A_CLOCK = 2  # hundredths of a second
-NEVER_KNOWN = {"SpaceInvaders": ("Player", "Player2")}  # the value of a cannon is on the screen before a life begins, in Lives
+NEVER_KNOWN = {
+    "SpaceInvaders": ("Player", "Player2"),  # the value of a cannon is on the screen before a life begins, in Lives
+    "WizardOfWor": ("Lives",),  # who is in the dungeon counts, too, but is drawn on every other frame
+}
 
 # Share of moved boxes on detections where walls fill much of the screen.
-OFF_OBJECTS = {"Hero": 0.25, "Krull": 0.15, "Surround": 0.15, "Venture": 0.15}
+OFF_OBJECTS = {"Hero": 0.25, "Krull": 0.15, "Surround": 0.15, "Venture": 0.15, "WizardOfWor": 0.15}
 
 UPRIGHT = 0, 8  # orientations that are their own mirror images
 # Categories of which the recordings hold no picture together with its mirror image.
