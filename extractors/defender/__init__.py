@@ -15,15 +15,15 @@ comes next, moves shots, and finds out what was hit.
 
 Covered: ALE's modes and difficulties, first waves, the planet lost, deaths, pauses.
 
-Not exact: the RAM does not tell about the ship's shot in its last frame (7 % of those with a shot).
-In the frame in which the last life is lost, the game has made new records already: only the
-display and the city are known. When a life is lost, it has forgotten a capture. Dots of aliens that
-follow the ship are a column off in 3 % of the frames. The first frame after a pause is taken for
-one without objects, and so are some others before the ship moves.
+Not exact: the RAM does not tell about the ship's shot in its last frame (one in ten of those with a
+shot). In the frame in which the last life is lost, the game has already made the records of the
+next game: only the display and the city are known. When another life is lost, a capture is
+forgotten. Dots of aliens that follow the ship or come down to a human are a column off in 3 % of
+the frames. The first frame of a pause, which still shows some objects, counts as one without, and
+so do some before the ship moves.
 
-VEM: of a dot beside the scanner's left wall it sees half, which it takes for a human's. It misses
-the ship's shot where that touches an alien, and objects in the same colour that touch. It reads one
-digit of Wave a frame.
+VEM: of two objects in one colour that touch it misses one. It reads one digit of Wave a frame. In
+later waves than the first, it may take a human's dot beside the scanner's wall for an alien's.
 """
 
 import functools

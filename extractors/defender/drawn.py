@@ -65,8 +65,9 @@ def as_drawn(m: Ram) -> Drawn:
     moves = runs & lately & (m.countdown == 0)
     glide = when(moves, _moved_by(m, frame))
     turn = moves & ((frame & 7) == 0)
-    capture_x = m.capture_x - glide & 255
-    held = (jnp.arange(5) == m.captive) & (m.capture < Capture.COMES)
+    caught = m.capture < Capture.COMES
+    capture_x = m.capture_x - when(caught, glide) & 255
+    held = caught & (jnp.arange(5) == m.captive)
     human = _turn_before(m.next_human, m.frame)
     return Drawn(
         runs=runs,

@@ -1,5 +1,7 @@
 """Aliens and humans of Defender's world, on the screen and on the scanner."""
 
+from typing import NamedTuple
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -27,10 +29,13 @@ HIGHEST_SHIP = 133  # `y` of the ship from which on it is drawn at the top
 HIGHEST_ALIEN = 128
 SHIP_ROWS = 16  # of the display program that draw the ship, most of them empty
 SHOT_ROWS = 10  # likewise its shot
-# Columns from which a missile shows in its row: in and below the ship's rows, and in the city.
-BESIDE_SHIP = 40
-BELOW_SHIP = 16
-IN_CITY = 60
+FLAME_ROWS = 11  # likewise the flame of its engine
+# Columns from which a missile ends in a row: above, in and below the ship's rows, in the city.
+ABOVE_SHIP = -9
+BESIDE_SHIP = 43
+BELOW_SHIP = 22
+IN_CITY = 58
+ON_LATER = 3  # columns later it begins
 
 LEFT_PLACE = 88  # in the world, of the screen's first column
 ALIENS_END = 165  # first place of an alien right of the screen
@@ -49,25 +54,48 @@ def ship_row(m: Ram) -> jax.Array:
     return jnp.minimum(m.y, HIGHEST_SHIP)
 
 
+class _Rows(NamedTuple):
+    """Where the display program does what: rows that count down."""
+
+    above: jax.Array  # last row above the ship's
+    below: jax.Array  # first one below them
+    city: jax.Array
+
+
+def _program_rows(m: Ram, d: Drawn) -> _Rows:
+    flame, above = (d.frame & 7) == 0, ship_row(m)
+    count = match((own_shot(m, d)[1], SHOT_ROWS), (flame, FLAME_ROWS), otherwise=SHIP_ROWS)
+    return _Rows(above, above - count - 1, jnp.where(m.lost == Planet.GONE, -1, CITY_ROWS - 1))
+
+
 def missile_rows(
     m: Ram, d: Drawn, x: jax.Array, last: jax.Array, count: int
 ) -> tuple[jax.Array, jax.Array]:
     """First row of a missile on the screen, and the row below its last one.
 
-    In the ship's rows, and in half of the city's, the display program is a row late. What it writes
-    into the chip shows only right of some column; left of it, a row shows one row lower.
+    What the display program writes into the chip shows only right of some column; left of it, a row
+    is like the one above it.
     """
-    row = last + np.arange(-1, count + 2)
-    ship = ship_row(m)
-    beside = (row < ship) & (row >= ship - jnp.where(own_shot(m, d)[1], SHOT_ROWS, SHIP_ROWS))
-    city = (row < CITY_ROWS) & (m.lost != Planet.GONE)
-    late = match((city, 1 - (row >> 1 & 1)), (beside, 1), otherwise=0)
-    part = row - last - late
-    shown = (part >= 0) & (part < count) & (row >= 0)
-    begins = match((city, IN_CITY), (beside, BESIDE_SHIP), (row < ship, BELOW_SHIP), otherwise=0)
-    at = LAST_ROW - row + when(x < begins, 1)
-    top, bottom = extremes(shown, at, at)
+    rows, row = _program_rows(m, d), last + np.arange(-1, count + 1)
+    on = _is_on(rows, row, last, count)
+    on_above = _is_on(rows, row + 1, last, count)
+    begins = when(on, ON_LATER) + match(
+        (row <= rows.city, IN_CITY),
+        (row >= rows.above, ABOVE_SHIP),
+        (row > rows.below, BESIDE_SHIP),
+        otherwise=BELOW_SHIP,
+    )
+    left, right = (jnp.where(x + i >= begins, on, on_above) for i in (0, 1))
+    top, bottom = extremes((left | right) & (row >= 0), LAST_ROW - row, LAST_ROW - row)
     return top, bottom + 1
+
+
+def _is_on(rows: _Rows, row: jax.Array, last: jax.Array, count: int) -> jax.Array:
+    """Whether a missile is on; in the ship's rows and half of the city's, it is a row late."""
+    beside = (row < rows.above) & (row > rows.below)
+    late = match((row <= rows.city, 1 - (row >> 1 & 1)), (beside, 1), otherwise=0)
+    part = row - last - late
+    return (part >= 0) & (part < count)
 
 
 def _alien_places(m: Ram, d: Drawn) -> jax.Array:
@@ -142,7 +170,7 @@ def humans(m: Ram, d: Drawn) -> Box:
     x = jnp.where(x >= 160, x - 160, x)
     raised = captive & (m.captive_y < GROUND)
     top, bottom = missile_rows(m, d, only(captive, x), m.captive_y, 4)
-    top = jnp.where(raised, top, LAST_ROW - 2 + when(x < IN_CITY, 1))
+    top = jnp.where(raised, top, LAST_ROW - 2 + when(x + 1 < IN_CITY + ON_LATER, 1))
     turn = (number == d.human) | (number == d.human_before)
     last = number == jnp.where(m.next_human == Turn.SHIP, 0, m.next_human)
     stays = last & (m.pause > 0) & (m.wave_over == 0) & (m.human_x > 0)
