@@ -26,6 +26,7 @@ SHIP_COLOR = 142
 START_X = 30  # of the ship in a new life
 START_Y = 50
 START_SCROLL = 160
+FIRST_FRAMES = 63  # of a wave
 VANISHED = 170  # the ship's y above the screen, before it appears elsewhere
 GLIDE_MASKS = ROM.bytes(0xEB5, 5)  # in which frames the world scrolls, by tens of speed
 SHOT_STEP = 7  # columns of the ship's shot a frame
@@ -45,7 +46,7 @@ class Drawn:
     """The state when the frame was drawn."""
 
     runs: jax.Array  # the game was not paused
-    lately: jax.Array  # and the frame before is known, too
+    lately: jax.Array  # and the frame before is known, too: no life has just ended
     frame: jax.Array  # its number
     forward: jax.Array  # the ship looks right
     dies: jax.Array  # the ship flashes or explodes
@@ -61,7 +62,7 @@ class Drawn:
 def as_drawn(m: Ram) -> Drawn:
     """Take back what the game has done since it drew the frame."""
     frame = m.frame - 1 & 255
-    runs, lately = _has_run(m), m.pause == Pause.RUNS
+    runs, lately = _has_run(m), m.pause != Pause.NEW_LIFE
     moves = runs & lately & (m.countdown == 0)
     glide = when(moves, _moved_by(m, frame))
     turn = moves & ((frame & 7) == 0)
@@ -89,8 +90,11 @@ def _has_run(m: Ram) -> jax.Array:
     """Whether the game was not paused. The frame that begins a life does not show anything yet."""
     at_start = (m.x == START_X) & (m.y == START_Y) & (m.scroll == START_SCROLL)
     still = (m.group_x[2] == 0) & (m.way == 0) & (m.shot_x == 0)
-    begins = at_start & still & ((m.missile_dx == Speed.NONE) | _is_fired(m))
-    reset = (m.scroll == START_SCROLL) & (m.group_y[1] == m.ground)
+    # Since the wave began, unless the world has scrolled; a life may also begin within a wave.
+    age = m.group_y[1] - m.ground & 255
+    within = (age > FIRST_FRAMES) & ((m.missile_dx == Speed.NONE) | _is_fired(m))
+    begins = at_start & still & ((age == 0) | within)
+    reset = (m.scroll == START_SCROLL) & (age == 0)
     ends = (m.wave_over == 0) & (m.y < VANISHED) & ~reset
     return match(
         (m.pause == Pause.RUNS, ~begins),
