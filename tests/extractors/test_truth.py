@@ -23,6 +23,7 @@ STALE = {
     ("Berzerk", "last"): 0.91,
     ("Berzerk", "lost"): 0.87,
     ("Bowling", "last"): 0.9,
+    ("Defender", "last"): 0.68,  # all records are those of the next game
     ("Gravitar", "last"): 0.95,
     ("Gravitar", "lost"): 0.96,
     ("Qbert", "last"): 0.96,
@@ -37,6 +38,7 @@ UNUSUAL = {
     "Berzerk": 0.92,
     "Bowling": 0.89,
     "Breakout": 0.92,  # modes in which the bricks are not drawn
+    "Defender": 0.95,
     "FishingDerby": 0.96,
     "Jamesbond": 0.95,
     "PrivateEye": 0.95,
