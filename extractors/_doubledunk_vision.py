@@ -1,0 +1,343 @@
+"""DoubleDunk's figures: players whose rows have known colours, told apart although they overlap."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from ocjax._xla.kernels import materialize
+from ocjax.console.ops import match
+from ocjax.vision import bitmap as bm
+from ocjax.vision.bitmap import Bitmap, U
+
+WIDE = 8  # columns of a figure
+HALF = 16  # columns; a strip of the court has two halves, and shares each with another strip
+STRIPS = 11
+OFFSETS = 2 * HALF - WIDE + 1  # columns of a strip in which a figure can begin
+NEAR = 2  # columns around the likeliest one in which pictures are tried
+PACKED = 4  # rows of a picture in a word
+WORDS = 7  # of a picture, and of the line below it
+REST = "rest"  # the pixels of no figure
+MOST_PIXELS = 512  # more than a window can have beside a picture's
+LOWER = (0, 0, 0, 1)  # edges that are one row lower
+SIDES = ((bm.shift_left, bm.shift_right), (bm.shift_up, bm.shift_down))
+STRIP_BITS = 2**STRIPS - 1
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A kind of figure.
+
+    Args:
+        name: the category.
+        colors: of its rows, from the top, as indices into the colours of all figures.
+        pictures: the pixels of its rows, from the top, `[pictures, rows]` bytes.
+        least: rows that have to fit, less those that have other colours.
+    """
+
+    name: str
+    colors: tuple[int, ...]
+    pictures: np.ndarray
+    least: int
+
+    @property
+    def packed(self) -> np.ndarray:
+        """The pictures with four rows in a word, `[words, pictures]`."""
+        below = WORDS * PACKED - len(self.colors)
+        rows = np.pad(self.pictures, ((0, 0), (0, below))).astype(np.uint32)
+        words = rows.reshape(len(rows), -1, PACKED) << (8 * np.arange(PACKED, dtype=np.uint32))
+        return words.sum(-1, dtype=np.uint32).T
+
+
+@dataclass
+class Figures:
+    """Finds one figure of each kind.
+
+    A kind is looked for where most rows of a strip of the court hold its colours from top to
+    bottom. Its picture is the one that covers most of its pixels there. They do not count for the
+    kinds that follow.
+
+    Args:
+        kinds: in the order in which they are looked for.
+        colors: of all of them, and first of what else may cover a figure.
+        rows: the first row of the screen that is looked at, and the one after the last.
+    """
+
+    kinds: tuple[Figure, ...]
+    colors: tuple[int, ...]
+    rows: tuple[int, int]
+    _last: tuple[object, dict[str, jax.Array]] | None = field(default=None, repr=False)
+
+    def boxes(self, planes: jax.Array) -> dict[str, jax.Array]:
+        """The edges of each kind's figure, int32 `[4, B]`, from the colours' bits; nothing: 0."""
+        if self._last is None or self._last[0] is not planes:
+            self._last = planes, self._find(planes)
+        return self._last[1]
+
+    def _find(self, planes: jax.Array) -> dict[str, jax.Array]:
+        top, bottom = self.rows
+        masks = materialize(
+            lambda p: jnp.stack([bm.color_mask(p, [c]) for c in self.colors]),
+            planes[:, :, top:bottom],
+        )
+        shown = materialize(lambda p: bm.color_mask(p, self.colors), planes[:, :, top:bottom])
+        out = {}
+        for kind in self.kinds:
+            strips = materialize(_strips, masks)
+            score, row, strip = _place(strips, materialize(_none, strips), kind)
+            column, ink, edges = materialize(
+                lambda *a, k=kind: _fit(*a, kind=k), masks, shown, row, strip
+            )
+            found = score >= kind.least
+            out[kind.name] = jnp.where(found[None], edges + np.array((0, top) * 2)[:, None], 0)
+            masks = materialize(_without, masks, jnp.where(found[None], ink, U(0)), row, column)
+        out[REST] = materialize(lambda m: jnp.stack([m[0], bm.any_of(m)]), masks)
+        return out
+
+
+def _place(strips: jax.Array, none: jax.Array, kind: Figure) -> tuple[jax.Array, ...]:
+    """How many rows fit best, and the row and the strip in which they begin, int32 `[B]` each.
+
+    A row counts 2 where a strip has its colour, and 0 where it has others only.
+    """
+    counts = materialize(lambda s, n: _counts(s, n, kind), strips, none)
+    best = jnp.full_like(counts[0], STRIP_BITS)
+    most = jnp.zeros_like(counts[0][0], jnp.int32)
+    for place, bit in reversed(list(enumerate(counts))):
+        better, some = materialize(_narrowed, best, bit)
+        best = jnp.where(some[None], better, best)
+        most = most + jnp.where(some, 1 << place, 0)
+    row, _ = bm.rows(best)
+    lanes = np.arange(best.shape[1])
+    bits = best.ravel().at[row * len(lanes) + lanes].get(mode="clip")
+    first, last = bm.popcount(~bits & (bits - 1)), 31 - lax.clz(bits).astype(jnp.int32)
+    return most - len(kind.colors), row, (first + last) >> 1
+
+
+def _none(strips: jax.Array) -> jax.Array:
+    """A bit for each strip that has no colour in a row, uint32 `[rows, B]`."""
+    return ~bm.any_of(strips)
+
+
+def _narrowed(best: jax.Array, bit: jax.Array) -> tuple[jax.Array, jax.Array]:
+    better = best & bit
+    return better, bm.or_rows(better[None])[0] != 0
+
+
+def _strips(masks: jax.Array) -> jax.Array:
+    """A bit for each strip that has a colour in a row, uint32 `[colours, rows, B]`."""
+    halves = jnp.zeros_like(masks[:, 0])
+    for word in range(masks.shape[1]):
+        for half, pixels in enumerate((masks[:, word] >> HALF, masks[:, word] << HALF)):
+            halves = halves | jnp.where(pixels != 0, U(1 << (2 * word + half)), U(0))
+    return halves | halves << 1
+
+
+def _counts(strips: jax.Array, none: jax.Array, kind: Figure) -> list[jax.Array]:
+    """The bits of the counts of rows that fit from each row on, the lowest first, `[rows, B]`."""
+    last = len(none) - len(kind.colors)
+    has = [strips[c, j : j + last] for j, c in enumerate(kind.colors)]
+    waiting = [has + [row | none[j : j + last] for j, row in enumerate(has)]]
+    out = []
+    while waiting:
+        ones, twos = waiting.pop(0), waiting.pop(0) if waiting else []
+        while len(ones) > 1:
+            a, b = ones.pop(0), ones.pop(0)
+            c = ones.pop(0) if ones else None
+            odd = a ^ b
+            ones.append(odd if c is None else odd ^ c)
+            twos.append(a & b if c is None else a & b | odd & c)
+        out.append(ones[0])
+        if twos:
+            waiting.insert(0, twos)
+    return out
+
+
+def _windows(bitmaps: jax.Array, index: np.ndarray, row: jax.Array, strip: jax.Array) -> jax.Array:
+    """Three overlapping strips in rows from one on, uint32 `[3, rows, B]`: the middle one is given.
+
+    Args:
+        bitmaps: `[n, words, rows, B]`.
+        index: of the bitmap of each row, `[rows, 1]`.
+        row, strip: int32 `[B]`.
+    """
+    _, words, height, lanes = bitmaps.shape
+    rows = row[None] + np.arange(len(index))[:, None]
+
+    def word(at: jax.Array) -> jax.Array:
+        flat = ((index * words + jnp.clip(at, 0, words - 1)[None]) * height + rows) * lanes
+        got = bitmaps.ravel().at[flat + np.arange(lanes)[None]].get(mode="clip")
+        return jnp.where(((at >= 0) & (at < words))[None], got, U(0))
+
+    first = (strip >> 1) - 1
+    one, two, three = word(first), word(first + 1), word(first + 2)
+    odd = (strip & 1) == 1
+    left = jnp.where(odd[None], one << HALF | two >> HALF, one)
+    right = jnp.where(odd[None], two << HALF | three >> HALF, two)
+    return jnp.stack([left, left << HALF | right >> HALF, right])
+
+
+def _packed(window: jax.Array, column: jax.Array | np.ndarray) -> list[jax.Array]:
+    """Eight columns from one on, four rows in a word."""
+    shift = jnp.asarray(2 * HALF - WIDE - column, U)
+    rows = [(window[j][None] >> shift) & U(255) for j in range(len(window))]
+    words = [jnp.zeros_like(rows[0])] * WORDS
+    for j, row in enumerate(rows):
+        words[j // PACKED] = words[j // PACKED] | row << U(8 * (j % PACKED))
+    return words
+
+
+def _fit(
+    masks: jax.Array, shown: Bitmap, row: jax.Array, strip: jax.Array, kind: Figure
+) -> tuple[jax.Array, ...]:
+    """The picture that fits best: its first column, the pixels of its rows, and its edges."""
+    colors = np.array((*kind.colors, kind.colors[-1]))[:, None]
+    own = materialize(lambda m, r, s: _windows(m, colors, r, s), masks, row, strip)
+    seen = materialize(lambda m, r, s: _windows(m, 0 * colors, r, s), shown[None], row, strip)
+    own, seen, strip = _fullest(own, seen, strip)
+    which, column = _best(kind, own)
+    picture = jnp.take(jnp.asarray(kind.packed), which, axis=1, mode="clip")
+    mine, all_ = ([word[0] for word in _packed(w, column[None])] for w in (own, seen))
+    ink = [m & p for m, p in zip(mine, picture, strict=True)]
+    parts = [a & p for a, p in zip(all_, picture, strict=True)]
+    left, n = HALF * strip - HALF + column, len(kind.colors)
+    edges = _edges(_rows(ink, n), _rows(parts, n), left, row)
+    feet, below = _rows(picture, n)[-1], _rows(mine, n + 1)[-1]
+    twice = (feet != 0) & (feet & below == feet) & (edges[3] == row + n)
+    ink[-1] = ink[-1] | jnp.where(twice, feet << U(8 * (n % PACKED)), U(0))
+    return left, jnp.stack(ink), edges + jnp.where(twice, 1, 0)[None] * np.array(LOWER)[:, None]
+
+
+def _fullest(
+    own: jax.Array, seen: jax.Array, strip: jax.Array
+) -> tuple[jax.Array, jax.Array, jax.Array]:
+    """The windows of the strip that has the most pixels of three, the middle one first."""
+    left, middle, right = (jnp.sum(bm.popcount(own[i]), axis=0) for i in range(3))
+    is_middle, is_left = (middle >= left) & (middle >= right), left >= right
+
+    def chosen(of: jax.Array) -> jax.Array:
+        return jnp.where(is_middle[None], of[1], jnp.where(is_left[None], of[0], of[2]))
+
+    moved = match((is_middle, 0), (is_left, -1), otherwise=1)
+    return materialize(chosen, own), materialize(chosen, seen), strip + moved
+
+
+def _best(kind: Figure, own: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """The picture that fits best, and its first column in the window, int32 `[B]` each.
+
+    The pictures are tried near the eight columns with the most pixels. A pixel of a picture that
+    is there counts 1 and one that is not -1, and so does each other pixel.
+    """
+    offsets = np.arange(OFFSETS)[:, None]
+    counts = sum(bm.popcount(word) for word in _packed(own, offsets))
+    near = OFFSETS - 1 - jnp.max(counts * OFFSETS + OFFSETS - 1 - offsets, axis=0) % OFFSETS
+    tried = jnp.clip(near[None] + np.arange(-NEAR, NEAR + 1)[:, None], 0, OFFSETS - 1)
+    mine = materialize(lambda o, t: jnp.stack(_packed(o, t)), own, tried)
+    pixels = materialize(lambda m: sum(bm.popcount(word) for word in m), mine)
+    pictures = [jnp.asarray(word)[:, None, None] for word in kind.packed]
+    hits = sum(bm.popcount(p & m[None]) for p, m in zip(pictures, mine, strict=True))
+    size = np.bitwise_count(kind.packed).sum(0, dtype=np.int32)[:, None, None]
+    score = 2 * hits - pixels[None] - size + MOST_PIXELS
+    n = len(tried)
+    places = n * np.arange(len(size))[:, None] + np.arange(n)
+    best = jnp.max(jnp.max(score * places.size + places[..., None], axis=0), axis=0) % places.size
+    return best // n, jnp.clip(near + best % n - NEAR, 0, OFFSETS - 1)
+
+
+def _rows(words: Sequence[jax.Array] | jax.Array, count: int) -> list[jax.Array]:
+    return [words[j // PACKED] >> U(8 * (j % PACKED)) & U(255) for j in range(count)]
+
+
+def _edges(
+    ink: Sequence[jax.Array], parts: Sequence[jax.Array], left: jax.Array, top: jax.Array
+) -> jax.Array:
+    """Left, top, right, bottom of what is seen from the first to the last row with own pixels."""
+    n = len(ink)
+    first = n - _most([jnp.where(row != 0, n - j, 0) for j, row in enumerate(ink)])
+    last = _most([jnp.where(row != 0, j, -1) for j, row in enumerate(ink)])
+    columns = jnp.zeros_like(ink[0])
+    for j, row in enumerate(parts):
+        columns = columns | jnp.where((first <= j) & (j <= last), row, U(0))
+    begin = lax.clz(columns).astype(jnp.int32) - 24
+    end = 8 - bm.popcount(~columns & (columns - 1))
+    found = (last >= 0) & (columns != 0)
+    return jnp.where(
+        found[None], jnp.stack([left + begin, top + first, left + end, top + last + 1]), 0
+    )
+
+
+def _most(of: Sequence[jax.Array]) -> jax.Array:
+    out = of[0]
+    for more in of[1:]:
+        out = jnp.maximum(out, more)
+    return out
+
+
+def _without(masks: jax.Array, ink: jax.Array, row: jax.Array, left: jax.Array) -> jax.Array:
+    """The bitmaps without the pixels of a figure."""
+    _, words, height, lanes = masks.shape
+    at = np.arange(height)[:, None] - row[None]
+    n = PACKED * len(ink)
+    inside = (at >= 0) & (at < n)
+    at = jnp.clip(at, 0, n - 1)
+    word = ink.ravel().at[at // PACKED * lanes + np.arange(lanes)[None]].get(mode="clip")
+    pixels = jnp.where(inside, word >> (8 * (at % PACKED)).astype(U) & U(255), U(0))
+    shift = left[None] - 32 * np.arange(words)[:, None]  # of the leftmost pixel in each word
+    to_right = jnp.clip(24 - shift, -31, 31)
+    shifted = jnp.where(
+        to_right[:, None] >= 0,
+        pixels[None] << jnp.maximum(to_right, 0).astype(U)[:, None],
+        pixels[None] >> jnp.maximum(-to_right, 0).astype(U)[:, None],
+    )
+    here = (shift > -8) & (shift < 32)
+    return masks & ~jnp.where(here[:, None], shifted, U(0))[None]
+
+
+@dataclass(frozen=True)
+class Ball:
+    """A filter: the ball, in its own colour or in that of a player whom it touches.
+
+    Args:
+        figures: whose pixels do not count.
+        least: width and height of a part of the ball.
+        near: columns and rows around pixels of its own colour in which others belong to it.
+    """
+
+    figures: Figures
+    least: tuple[int, int]
+    near: tuple[int, int]
+
+    def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
+        """The pixels of the ball."""
+        top, bottom = self.figures.rows
+        pixels = materialize(self._ball, *self.figures.boxes(planes)[REST])
+        return jnp.pad(pixels, ((0, 0), (top, mask.shape[1] - bottom), (0, 0)))
+
+    def _ball(self, own: Bitmap, rest: Bitmap) -> Bitmap:
+        whole = bm.any_within(bm.all_within(rest, *self.least), *self.least)
+        around = own
+        for size, moves in zip(self.near, SIDES, strict=True):
+            for move in moves:
+                around = bm.over(around, size, move, jnp.bitwise_or)
+        seen = bm.any_of(bm.or_rows(own)) != 0
+        return jnp.where(seen[None, None], own | (whole & around), whole)
+
+
+@dataclass(frozen=True)
+class Only:
+    """A filter: the box of one of the figures."""
+
+    name: str
+    figures: Figures
+
+    def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
+        """All pixels of the box."""
+        left, top, right, bottom = self.figures.boxes(planes)[self.name]
+        row = np.arange(mask.shape[1])[:, None]
+        columns = bm.columns_between(left[None], right[None])
+        inside = (row >= top[None]) & (row < bottom[None])
+        return jnp.where(inside[None], columns, U(0))
