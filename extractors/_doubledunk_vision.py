@@ -303,28 +303,41 @@ class Ball:
 
     Args:
         figures: whose pixels do not count.
-        least: width and height of a part of the ball.
-        near: columns and rows around pixels of its own colour in which others belong to it.
+        part: width and height of the smallest part of the ball that is looked for.
+        whole: of a part that is rather the ball than a smaller one elsewhere.
+        near: columns and rows around that, or around pixels in its own colour, that belong to it.
     """
 
     figures: Figures
-    least: tuple[int, int]
+    part: tuple[int, int]
+    whole: tuple[int, int]
     near: tuple[int, int]
 
     def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
         """The pixels of the ball."""
         top, bottom = self.figures.rows
-        pixels = materialize(self._ball, *self.figures.boxes(planes)[REST])
-        return jnp.pad(pixels, ((0, 0), (top, mask.shape[1] - bottom), (0, 0)))
-
-    def _ball(self, own: Bitmap, rest: Bitmap) -> Bitmap:
-        whole = bm.any_within(bm.all_within(rest, *self.least), *self.least)
-        around = own
+        own, rest = self.figures.boxes(planes)[REST]
+        parts = materialize(lambda r: _opened(r, self.part), rest)
+        whole = materialize(lambda r: _opened(r, self.whole), rest)
+        seed = materialize(lambda o, w: jnp.where(_some(o), o, w), own, whole)
+        around = seed
         for size, moves in zip(self.near, SIDES, strict=True):
             for move in moves:
-                around = bm.over(around, size, move, jnp.bitwise_or)
-        seen = bm.any_of(bm.or_rows(own)) != 0
-        return jnp.where(seen[None, None], own | (whole & around), whole)
+                around = materialize(
+                    lambda p, n=size, m=move: bm.over(p, n, m, jnp.bitwise_or), around
+                )
+        pixels = jnp.where(_some(seed), seed | (parts & around), parts)
+        return jnp.pad(pixels, ((0, 0), (top, mask.shape[1] - bottom), (0, 0)))
+
+
+def _opened(pixels: Bitmap, size: tuple[int, int]) -> Bitmap:
+    """The pixels of filled rectangles of a size."""
+    return bm.any_within(bm.all_within(pixels, *size), *size)
+
+
+def _some(pixels: Bitmap) -> jax.Array:
+    """Whether there are any, bool `[1, 1, B]`."""
+    return (bm.any_of(bm.or_rows(pixels)) != 0)[None, None]
 
 
 @dataclass(frozen=True)

@@ -328,7 +328,9 @@ def _player(name: str, color: int) -> Bounds:
     return Bounds(color, COURT, filters=(Only(name, PLAYERS),))
 
 
-BALL = Bounds(ORANGE, COURT, max_size=(6, 8), filters=(Ball(PLAYERS, least=(2, 3), near=(4, 6)),))
+BALL = Bounds(
+    ORANGE, COURT, max_size=(6, 8), filters=(Ball(PLAYERS, part=(1, 3), whole=(2, 3), near=(4, 6)),)
+)
 GAME = Game(
     name="DoubleDunk",
     rom=ROM,
