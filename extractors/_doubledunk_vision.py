@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import jax
@@ -181,14 +180,12 @@ def _windows(bitmaps: jax.Array, index: np.ndarray, row: jax.Array, strip: jax.A
     return jnp.stack([left, left << HALF | right >> HALF, right])
 
 
-def _packed(window: jax.Array, column: jax.Array | np.ndarray) -> list[jax.Array]:
-    """Eight columns from one on, four rows in a word."""
+def _packed(window: jax.Array, column: jax.Array | np.ndarray) -> jax.Array:
+    """Eight columns from each of some on, four rows in a word, uint32 `[words, columns, B]`."""
     shift = jnp.asarray(2 * HALF - WIDE - column, U)
-    rows = [(window[j][None] >> shift) & U(255) for j in range(len(window))]
-    words = [jnp.zeros_like(rows[0])] * WORDS
-    for j, row in enumerate(rows):
-        words[j // PACKED] = words[j // PACKED] | row << U(8 * (j % PACKED))
-    return words
+    window = jnp.pad(window, ((0, WORDS * PACKED - len(window)), (0, 0)))
+    rows = (window[:, None] >> shift[None] & U(255)).reshape(WORDS, PACKED, len(shift), -1)
+    return bm.any_of(rows[:, i] << U(8 * i) for i in range(PACKED))
 
 
 def _fit(
@@ -201,15 +198,17 @@ def _fit(
     own, seen, strip = _fullest(own, seen, strip)
     which, column = _best(kind, own)
     picture = jnp.take(jnp.asarray(kind.packed), which, axis=1, mode="clip")
-    mine, all_ = ([word[0] for word in _packed(w, column[None])] for w in (own, seen))
-    ink = [m & p for m, p in zip(mine, picture, strict=True)]
-    parts = [a & p for a, p in zip(all_, picture, strict=True)]
+    mine, all_ = (
+        materialize(lambda w, c: _packed(w, c[None])[:, 0], w, column) for w in (own, seen)
+    )
     left, n = HALF * strip - HALF + column, len(kind.colors)
-    edges = _edges(_rows(ink, n), _rows(parts, n), left, row)
+    ink = mine & picture
+    edges = _edges(_rows(ink, n), _rows(all_ & picture, n), left, row)
     feet, below = _rows(picture, n)[-1], _rows(mine, n + 1)[-1]
     twice = (feet != 0) & (feet & below == feet) & (edges[3] == row + n)
-    ink[-1] = ink[-1] | jnp.where(twice, feet << U(8 * (n % PACKED)), U(0))
-    return left, jnp.stack(ink), edges + jnp.where(twice, 1, 0)[None] * np.array(LOWER)[:, None]
+    again = jnp.where(twice, feet << U(8 * (n % PACKED)), U(0))
+    ink = jnp.concatenate([ink[:-1], (ink[-1] | again)[None]])
+    return left, ink, edges + jnp.where(twice, 1, 0)[None] * np.array(LOWER)[:, None]
 
 
 def _fullest(
@@ -233,10 +232,10 @@ def _best(kind: Figure, own: jax.Array) -> tuple[jax.Array, jax.Array]:
     is there counts 1 and one that is not -1, and so does each other pixel.
     """
     offsets = np.arange(OFFSETS)[:, None]
-    counts = sum(bm.popcount(word) for word in _packed(own, offsets))
+    counts = sum(bm.popcount(word) for word in materialize(lambda o: _packed(o, offsets), own))
     near = OFFSETS - 1 - jnp.max(counts * OFFSETS + OFFSETS - 1 - offsets, axis=0) % OFFSETS
     tried = jnp.clip(near[None] + np.arange(-NEAR, NEAR + 1)[:, None], 0, OFFSETS - 1)
-    mine = materialize(lambda o, t: jnp.stack(_packed(o, t)), own, tried)
+    mine = materialize(_packed, own, tried)
     pixels = materialize(lambda m: sum(bm.popcount(word) for word in m), mine)
     pictures = [jnp.asarray(word)[:, None, None] for word in kind.packed]
     hits = sum(bm.popcount(p & m[None]) for p, m in zip(pictures, mine, strict=True))
@@ -248,33 +247,24 @@ def _best(kind: Figure, own: jax.Array) -> tuple[jax.Array, jax.Array]:
     return best // n, jnp.clip(near + best % n - NEAR, 0, OFFSETS - 1)
 
 
-def _rows(words: Sequence[jax.Array] | jax.Array, count: int) -> list[jax.Array]:
-    return [words[j // PACKED] >> U(8 * (j % PACKED)) & U(255) for j in range(count)]
+def _rows(words: jax.Array, count: int) -> jax.Array:
+    """The first rows of packed ones, uint32 `[rows, B]`."""
+    shift = 8 * (np.arange(count, dtype=np.uint32) % PACKED)[:, None]
+    rows = jnp.repeat(words, PACKED, axis=0, total_repeat_length=PACKED * WORDS)[:count]
+    return rows >> shift & U(255)
 
 
-def _edges(
-    ink: Sequence[jax.Array], parts: Sequence[jax.Array], left: jax.Array, top: jax.Array
-) -> jax.Array:
+def _edges(ink: jax.Array, parts: jax.Array, left: jax.Array, top: jax.Array) -> jax.Array:
     """Left, top, right, bottom of what is seen from the first to the last row with own pixels."""
-    n = len(ink)
-    first = n - _most([jnp.where(row != 0, n - j, 0) for j, row in enumerate(ink)])
-    last = _most([jnp.where(row != 0, j, -1) for j, row in enumerate(ink)])
-    columns = jnp.zeros_like(ink[0])
-    for j, row in enumerate(parts):
-        columns = columns | jnp.where((first <= j) & (j <= last), row, U(0))
+    first, last = bm.rows(ink)
+    row = np.arange(len(parts))[:, None]
+    inside = (first[None] <= row) & (row <= last[None])
+    columns = bm.or_rows(jnp.where(inside, parts, U(0))[None])[0]
     begin = lax.clz(columns).astype(jnp.int32) - 24
     end = 8 - bm.popcount(~columns & (columns - 1))
     found = (last >= 0) & (columns != 0)
-    return jnp.where(
-        found[None], jnp.stack([left + begin, top + first, left + end, top + last + 1]), 0
-    )
-
-
-def _most(of: Sequence[jax.Array]) -> jax.Array:
-    out = of[0]
-    for more in of[1:]:
-        out = jnp.maximum(out, more)
-    return out
+    edges = jnp.stack([left + begin, top + first, left + end, top + last + 1])
+    return jnp.where(found[None], edges, 0)
 
 
 def _without(masks: jax.Array, ink: jax.Array, row: jax.Array, left: jax.Array) -> jax.Array:
