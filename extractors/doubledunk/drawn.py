@@ -1,0 +1,108 @@
+"""DoubleDunk's players as the game has drawn them."""
+
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.console.ops import lookup, when
+from ocjax.console.registers import position
+from ocjax.extractors.doubledunk.ram import ROM, Ram
+
+LEFT = 4  # `position` of column 0
+BIG_HEAD = 27  # lines from a big player's place to above his head
+SMALL_HEAD = 24
+FIRST_LINES = np.array((127, 151))  # of the sprites 1 and 0; the basket has sprite 1 above that
+SPRITES = np.array((1, 0, 1, 0))  # that draw the four figures
+MIDDLE = (0x36, 0x6B)  # lines of the court's middle
+SWITCH = 4  # lines after which a sprite's second player can begin
+
+# The pictures of a figure: small and big by turns.
+FIGURES = 32
+ADDRESSES = ROM.bytes(0x3E50, FIGURES) + 256 * ROM.bytes(0x3E70, FIGURES)
+HEADS = np.where(np.arange(FIGURES) % 2, BIG_HEAD, SMALL_HEAD)
+LINES = BIG_HEAD + 1  # of a picture at most, with the empty ones
+
+
+def _figures() -> tuple[int, np.ndarray]:
+    """The first address of line 27 below a head, and the figure of each from there on; -1: none."""
+    below = ADDRESSES + HEADS - BIG_HEAD
+    out = np.full(below.max() - below.min() + 1, -1)
+    out[below - below.min()] = np.arange(FIGURES)
+    return int(below.min()), out
+
+
+FIRST_ADDRESS, FIGURE_OF = _figures()
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Drawn:
+    """The players as they are drawn, `[4]` each."""
+
+    figure: jax.Array  # -1: none
+    mirrored: jax.Array
+    x: jax.Array
+    y: jax.Array  # line of the feet
+    low: jax.Array  # lines above the feet from which, and to which he is drawn
+    high: jax.Array
+    more: jax.Array  # 1: his last line is drawn twice
+
+
+def as_drawn(m: Ram) -> Drawn:
+    """The players in the order of drawing, from what the game has made of them for the frame."""
+    below = m.picture + m.top - BIG_HEAD - FIRST_ADDRESS
+    known = (below >= 0) & (below < len(FIGURE_OF))
+    figure = jnp.where(known, lookup(FIGURE_OF, below), -1)
+    y = m.top - jnp.where((figure & 1) == 1, BIG_HEAD, SMALL_HEAD)
+    first, end = lines_drawn(m)
+    low, more = _disturbed(m, y, end)
+    twice = (m.picture[2:] == m.picture[:2]) & (m.top[2:] == m.top[:2])
+    figure = jnp.concatenate([figure[:2], jnp.where(twice, -1, figure[2:])])
+    mirrored = jnp.stack([m.mirrored_right, m.mirrored] * 2)
+    x = position(m.coarse, m.fine) - LEFT
+    return Drawn(figure, mirrored, x, y, low, first - y, more)
+
+
+def lines_drawn(m: Ram) -> tuple[jax.Array, jax.Array]:
+    """The first line of each figure, and the one after its last line."""
+    start = jnp.minimum(m.top - 1, jnp.concatenate([FIRST_LINES, m.bottom[:2] - SWITCH]))
+    end = _end(m, start)
+    start = jnp.minimum(m.top - 1, jnp.concatenate([FIRST_LINES, end[:2] - SWITCH + 1]))
+    return start, _end(m, start)
+
+
+def _end(m: Ram, start: jax.Array) -> jax.Array:
+    """The line after each figure's last one.
+
+    Where both sprites show figures above or below the middle of the court, the drawing loop looks
+    at each sprite's end in every other line only.
+    """
+    line = m.bottom - 1
+    both = jnp.zeros_like(line)
+    for begins, bottom in zip(_crossed(start), _crossed(m.bottom), strict=True):
+        both = jnp.where((begins > line) & (bottom <= line), jnp.minimum(begins, start), both)
+    middle = (line >= MIDDLE[0]) & (line < MIDDLE[1])
+    from_middle = (line < MIDDLE[0]) & (both >= MIDDLE[0])
+    even = jnp.where(from_middle, 1, both & 1) ^ SPRITES ^ when(line >= MIDDLE[0], 1)
+    return line - when((both > 0) & ~middle & (even == 1), 1)
+
+
+def _crossed(of: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """For each figure, the upper and the lower one of the other sprite."""
+    return jnp.stack([of[1], of[0]] * 2), jnp.stack([of[3], of[2]] * 2)
+
+
+def _disturbed(m: Ram, y: jax.Array, end: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Each figure's lowest line above its feet, and whether its last line is drawn twice.
+
+    While one sprite changes from a figure to the next, two lines of the other sprite show what it
+    has in the second one. At the last figure's end, it keeps what it has for one line.
+    """
+    upper, lower = _crossed(end)
+    upper_bottom, lower_bottom = _crossed(m.bottom)
+    changes = upper >= lower_bottom
+    shown = upper_bottom - 2
+    lost = changes & (upper > end) & ((shown < y) | (shown <= m.bottom))
+    low = jnp.maximum(end + 1, when(lost & (shown <= y + 1), upper + 1)) - y
+    return low, when((y == lower + 1) | (~changes & (y == upper + 1)), 1)
