@@ -31,7 +31,7 @@ from ocjax.console.boxes import Box, BoxTable, box
 from ocjax.console.ops import only, pick, when
 from ocjax.console.registers import mirrored
 from ocjax.extraction.game import Category, Game, display
-from ocjax.extractors.doubledunk.ball import ball_step
+from ocjax.extractors.doubledunk.ball import ball_step, looks_at_ball
 from ocjax.extractors.doubledunk.drawn import (
     ADDRESSES,
     BIG_HEAD,
@@ -67,9 +67,6 @@ BIG = np.array((1, 1, 0, 0))  # by player
 BASKET_BOX = (76, 42, 8, 9)
 BOARD_BOX = (68, 28, 24, 16)
 BYTES = (0, 8, 16, 24)  # of the sides of a box in a number
-# Columns of the beam, in the lower part of the court and above it, by how many sprites are drawn.
-BEAM_LOW = (40, 64, 97)
-BEAM_HIGH = (0, 28, 76)
 LIMIT = NumberDisplay(SMALL_FONT, right=43, top=18, digits=2)
 SHOT_CLOCK = NumberDisplay(SMALL_FONT, right=115, top=18, digits=2)
 PLAYER_SCORE = NumberDisplay(FONT, right=52, top=9, digits=2)
@@ -166,18 +163,9 @@ def _ball(m: Ram) -> Box:
     """The ball, 2 x 6 and 4 x 4 pixels by turns."""
     wide = (m.frame & 1) == 0
     x = m.ball_x - ball_step(m) + jnp.where(wide, 12, 13)
-    edges_of = jnp.stack([m.ball_top, m.ball_bottom]) - 1
-    y = BOTTOM - edges_of + when(x[None] < _beam(m, edges_of), 1)
+    line, beam = looks_at_ball(m, jnp.stack([m.ball_top, m.ball_bottom]) - 1)
+    y = BOTTOM - line + when(x[None] < beam, 1)
     return box(x, y[0], jnp.where(wide, 4, 2), y[1] - y[0]).clip(*COURT)
-
-
-def _beam(m: Ram, line: jax.Array) -> jax.Array:
-    """The column at which the beam is when the drawing loop has come to the ball in some lines."""
-    first, end = lines_drawn(m)
-    drawn = (first[None] >= line[:, None]) & (line[:, None] > end[None])
-    players = jnp.sum(when(drawn, 1), axis=1)
-    low = line < MIDDLE[0]
-    return jnp.where(low, pick(players, BEAM_LOW), pick(players, BEAM_HIGH))
 
 
 def _rows(*runs: tuple[int, int]) -> tuple[int, ...]:

@@ -2,7 +2,8 @@
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.ops import match, when
+from ocjax.console.ops import lookup, match, reached, when
+from ocjax.extractors.doubledunk.drawn import lines_drawn
 from ocjax.extractors.doubledunk.ram import Push, Ram
 
 DRIBBLED = 3  # columns right of who has the ball from which on he dribbles
@@ -10,6 +11,13 @@ SIDES = (0x3C, 0x47)  # columns of the shooting ball between which it only rises
 BASKET = 0x42
 LOW_LEFT = 0x4F  # line less column from which on a ball at the left moves on every other frame
 LOW_RIGHT = 0xD3  # line and column, at the right
+NOT_LOOKED = 0x82  # a line in which the drawing loop does not look at the ball
+# Columns of the beam when the drawing loop has come to the ball, by the sprites that are drawn, from
+# the bottom of the court upwards, and the lines in which the next part of the loop begins.
+BEAM = (28, 40, 0, 4, 19, 52, 64, 31, 28, 106, 76, 97, 76, 76, 76)
+PARTS = (14, 54, 107, 130)
+BEAM_AT_END = 85
+CROSSING = 3  # columns later for each pointer that crosses a page
 
 
 def ball_step(m: Ram) -> jax.Array:
@@ -58,3 +66,24 @@ def _shot(m: Ram) -> jax.Array:
         (((phase & 1) == 1) & (m.descends == 1), jnp.sign(BASKET - m.ball_x)),
         otherwise=0,
     )
+
+
+def looks_at_ball(m: Ram, line: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Where the drawing loop notices that the ball begins or ends: the line, the column of the beam.
+
+    It does not look in the two lines in which a sprite changes from one player to the next.
+    """
+    first, end = lines_drawn(m)
+    changes = jnp.concatenate([end[:2] >= m.bottom[2:], jnp.zeros(2, bool)])
+    below = end[None] - line[:, None]
+    near = (below == 0) | (below == 1)
+    ends = near & ~changes[None]
+    line = line - jnp.sum(when(near & changes[None], 2 - below), axis=1)
+    line = line + jnp.sum(when(ends, below), axis=1) - when(line == NOT_LOOKED, 1)
+    drawn = (first[None] >= line[:, None]) & (line[:, None] > end[None])
+    low_bytes = jnp.concatenate([m.picture & 255, m.colors])
+    crossed = jnp.concatenate([drawn, drawn], axis=1) & (low_bytes[None] + line[:, None] > 255)
+    part = len(PARTS) + 1
+    beam = lookup(BEAM, part * jnp.sum(when(drawn, 1), axis=1) + reached(line, PARTS))
+    beam = beam + CROSSING * jnp.sum(when(crossed, 1), axis=1)
+    return line, jnp.where(jnp.any(ends, axis=1), BEAM_AT_END, beam)

@@ -39,6 +39,7 @@ class Ram(RamMap):
     coarse = byte(53, 54, 55, 56)
     top = byte(58, 59, 60, 61)  # line above the head
     bottom = byte(62, 63, 64, 65)  # last line that is drawn
+    colors = byte(66, 68, 70, 72)  # address of line 0, low byte
     picture = byte((75, 74), (77, 76), (79, 78), (81, 80))  # address of line 0
     limit = bcd(115)
     shot_clock = bcd(116)
