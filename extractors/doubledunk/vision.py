@@ -17,6 +17,7 @@ WIDE = 8  # columns of a figure
 HALF = 16  # columns; a strip of the court has two halves, and shares each with another strip
 STRIPS = 11
 OFFSETS = 2 * HALF - WIDE + 1  # columns of a strip in which a figure can begin
+INNER = U(0x3FFFFFFC)  # the columns of a strip but for two at each side
 NEAR = 2  # columns around the likeliest one in which pictures are tried
 PACKED = 4  # rows of a picture in a word
 WORDS = 7  # of a picture, and of the line below it
@@ -214,8 +215,8 @@ def _fit(
 def _fullest(
     own: jax.Array, seen: jax.Array, strip: jax.Array
 ) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """The windows of the strip that has the most pixels of three, the middle one first."""
-    left, middle, right = (jnp.sum(bm.popcount(own[i]), axis=0) for i in range(3))
+    """The windows of the strip that has the most inner pixels of three, the middle one first."""
+    left, middle, right = (jnp.sum(bm.popcount(own[i] & INNER), axis=0) for i in range(3))
     is_middle, is_left = (middle >= left) & (middle >= right), left >= right
 
     def chosen(of: jax.Array) -> jax.Array:
