@@ -42,6 +42,7 @@ from ocjax.extractors.doubledunk.drawn import (
     Drawn,
     as_drawn,
     lines_drawn,
+    top_seen,
 )
 from ocjax.extractors.doubledunk.ram import ROM, Ram
 from ocjax.extractors.doubledunk.vision import Ball, Figure, Figures, Only
@@ -127,8 +128,9 @@ def _players(m: Ram) -> Box:
     low, high = jnp.clip(drawn.low, 0, LINES - 1), jnp.clip(drawn.high, 0, LINES - 1)
     index = ((2 * drawn.figure + drawn.mirrored) * LINES + low) * LINES + high
     extent = EXTENTS.at(index, x=drawn.x, y=BOTTOM - LINES + 1 - drawn.y)
+    lost = BOTTOM - extent.y - top_seen(m, drawn.end, BOTTOM - extent.y)
     seen = _seen(m, drawn)
-    word = only(seen, _packed(extent.trimmed(bottom=-drawn.more))[None], axis=1)
+    word = only(seen, _packed(extent.trimmed(top=lost, bottom=-drawn.more))[None], axis=1)
     index = 2 * LINES**2 * (2 * m.figure + BIG) + LINES - 1
     whole = EXTENTS.at(index, x=m.x + SIDE, y=BOTTOM - LINES + 1 - m.y)
     word = jnp.where(jnp.any(seen, axis=1), word, _packed(whole))

@@ -3,7 +3,7 @@
 import jax
 import jax.numpy as jnp
 from ocjax.console.ops import lookup, match, reached, when
-from ocjax.extractors.doubledunk.drawn import lines_drawn
+from ocjax.extractors.doubledunk.drawn import changes, lines_drawn
 from ocjax.extractors.doubledunk.ram import Push, Ram
 
 DRIBBLED = 3  # columns right of who has the ball from which on he dribbles
@@ -74,11 +74,11 @@ def looks_at_ball(m: Ram, line: jax.Array) -> tuple[jax.Array, jax.Array]:
     It does not look in the two lines in which a sprite changes from one player to the next.
     """
     first, end = lines_drawn(m)
-    changes = jnp.concatenate([end[:2] >= m.bottom[2:], jnp.zeros(2, bool)])
+    change = changes(m, end)
     below = end[None] - line[:, None]
     near = (below == 0) | (below == 1)
-    ends = near & ~changes[None]
-    line = line - jnp.sum(when(near & changes[None], 2 - below), axis=1)
+    ends = near & ~change[None]
+    line = line - jnp.sum(when(near & change[None], 2 - below), axis=1)
     line = line + jnp.sum(when(ends, below), axis=1) - when(line == NOT_LOOKED, 1)
     drawn = (first[None] >= line[:, None]) & (line[:, None] > end[None])
     low_bytes = jnp.concatenate([m.picture & 255, m.colors])

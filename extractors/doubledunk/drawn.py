@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import lookup, when
+from ocjax.console.ops import lookup, match, when
 from ocjax.console.registers import position
 from ocjax.extractors.doubledunk.ram import ROM, Ram
 
@@ -15,6 +15,7 @@ SMALL_HEAD = 24
 FIRST_LINES = np.array((127, 151))  # of the sprites 1 and 0; the basket has sprite 1 above that
 SPRITES = np.array((1, 0, 1, 0))  # that draw the four figures
 MIDDLE = (0x36, 0x6B)  # lines of the court's middle
+UNSEEN_END = 105  # where the loop draws the court's horizon, it does not look at ends
 SWITCH = 4  # lines after which a sprite's second player can begin
 
 # The pictures of a figure: small and big by turns.
@@ -47,6 +48,7 @@ class Drawn:
     low: jax.Array  # lines above the feet from which, and to which he is drawn
     high: jax.Array
     more: jax.Array  # 1: his last line is drawn twice
+    end: jax.Array  # the line after his last one
 
 
 def as_drawn(m: Ram) -> Drawn:
@@ -61,15 +63,39 @@ def as_drawn(m: Ram) -> Drawn:
     figure = jnp.concatenate([figure[:2], jnp.where(twice, -1, figure[2:])])
     mirrored = jnp.stack([m.mirrored_right, m.mirrored] * 2)
     x = position(m.coarse, m.fine) - LEFT
-    return Drawn(figure, mirrored, x, y, low, first - y, more)
+    return Drawn(figure, mirrored, x, y, low, first - y, more, end)
 
 
 def lines_drawn(m: Ram) -> tuple[jax.Array, jax.Array]:
     """The first line of each figure, and the one after its last line."""
     start = jnp.minimum(m.top - 1, jnp.concatenate([FIRST_LINES, m.bottom[:2] - SWITCH]))
-    end = _end(m, start)
+    end = _delayed(m, _end(m, start))
     start = jnp.minimum(m.top - 1, jnp.concatenate([FIRST_LINES, end[:2] - SWITCH + 1]))
-    return start, _end(m, start)
+    return start, _delayed(m, _end(m, start))
+
+
+def changes(m: Ram, end: jax.Array) -> jax.Array:
+    """Whether a sprite changes to its lower figure where this one ends, bool `[4]`."""
+    return jnp.concatenate([end[:2] >= m.bottom[2:], jnp.zeros(2, bool)])
+
+
+def _delayed(m: Ram, end: jax.Array) -> jax.Array:
+    """The line after each figure's last one, where the other sprite's end or change keeps the loop.
+
+    It looks at a sprite's end again in the second line below the end of the other one, or in the
+    third below its change, and a line later if it has taken this sprite for ended.
+    """
+    out = end
+    change = changes(m, end)
+    next_top = jnp.concatenate([m.top[2:], jnp.zeros(2, m.top.dtype)])
+    for other, begins, bottom in zip(
+        _crossed(end), _crossed(change), _crossed(m.bottom), strict=True
+    ):
+        below = other - end
+        late = when(begins, 1 + when((bottom - 3 < m.bottom) & (bottom - 3 >= next_top), 1))
+        waits = (below >= SPRITES) & (below <= 1 + late)
+        out = jnp.where(waits, jnp.minimum(out, other - 2 - late), out)
+    return out
 
 
 def _end(m: Ram, start: jax.Array) -> jax.Array:
@@ -85,7 +111,8 @@ def _end(m: Ram, start: jax.Array) -> jax.Array:
     middle = (line >= MIDDLE[0]) & (line < MIDDLE[1])
     from_middle = (line < MIDDLE[0]) & (both >= MIDDLE[0])
     even = jnp.where(from_middle, 1, both & 1) ^ SPRITES ^ when(line >= MIDDLE[0], 1)
-    return line - when((both > 0) & ~middle & (even == 1), 1)
+    end = line - when((both > 0) & ~middle & (even == 1), 1)
+    return jnp.where((end == UNSEEN_END) & (both > end), end - 1, end)
 
 
 def _crossed(of: jax.Array) -> tuple[jax.Array, jax.Array]:
@@ -106,3 +133,21 @@ def _disturbed(m: Ram, y: jax.Array, end: jax.Array) -> tuple[jax.Array, jax.Arr
     lost = changes & (upper > end) & ((shown < y) | (shown <= m.bottom))
     low = jnp.maximum(end + 1, when(lost & (shown <= y + 1), upper + 1)) - y
     return low, when((y == lower + 1) | (~changes & (y == upper + 1)), 1)
+
+
+def top_seen(m: Ram, end: jax.Array, top: jax.Array) -> jax.Array:
+    """The line of the top of each figure, from that of its picture.
+
+    In the line of the other sprite's end, the line above is drawn again. In the two lines in which
+    it changes, a line is drawn again that the game has looked up before.
+    """
+    out = top
+    for other, begins, bottom in zip(
+        _crossed(end), _crossed(changes(m, end)), _crossed(m.bottom), strict=True
+    ):
+        repeated = begins & (top >= bottom - 2)
+        again = (other - top >= 0) & (other - top <= when(begins, 1))
+        out = jnp.where(
+            again, match((repeated, other), (begins, other - 2), otherwise=other - 1), out
+        )
+    return out
