@@ -28,7 +28,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, BoxTable, box
-from ocjax.console.ops import only, pick, when
+from ocjax.console.ops import only, when
 from ocjax.console.registers import mirrored
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors.doubledunk.ball import ball_step, looks_at_ball
@@ -37,11 +37,9 @@ from ocjax.extractors.doubledunk.drawn import (
     BIG_HEAD,
     HEADS,
     LINES,
-    MIDDLE,
     SMALL_HEAD,
     Drawn,
     as_drawn,
-    lines_drawn,
     top_seen,
 )
 from ocjax.extractors.doubledunk.ram import ROM, Ram
@@ -106,13 +104,14 @@ OPPONENT_SMALL = 3
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    players = _players(m)
+    drawn = as_drawn(m)
+    players = _players(m, drawn)
     return {
         "Player_Big": players[PLAYER_BIG],
         "Opponent_Big": players[OPPONENT_BIG],
         "Player_Small": players[PLAYER_SMALL],
         "Opponent_Small": players[OPPONENT_SMALL],
-        "Ball": _ball(m),
+        "Ball": _ball(m, drawn),
         "Basket": box(*BASKET_BOX),
         "Backboard": box(*BOARD_BOX),
         "Limit": LIMIT.box(m.limit),
@@ -122,13 +121,13 @@ def decode(m: Ram) -> dict[str, Box]:
     }
 
 
-def _players(m: Ram) -> Box:
+def _players(m: Ram, drawn: Drawn) -> Box:
     """Each player as he is drawn; where he is not, whole and where he is now."""
-    drawn = as_drawn(m)
-    low, high = jnp.clip(drawn.low, 0, LINES - 1), jnp.clip(drawn.high, 0, LINES - 1)
+    low = jnp.clip(drawn.low, 0, LINES - 1)
+    high = jnp.clip(drawn.first - drawn.y, 0, LINES - 1)
     index = ((2 * drawn.figure + drawn.mirrored) * LINES + low) * LINES + high
     extent = EXTENTS.at(index, x=drawn.x, y=BOTTOM - LINES + 1 - drawn.y)
-    lost = BOTTOM - extent.y - top_seen(m, drawn.end, BOTTOM - extent.y)
+    lost = BOTTOM - extent.y - top_seen(m, drawn, BOTTOM - extent.y)
     seen = _seen(m, drawn)
     word = only(seen, _packed(extent.trimmed(top=lost, bottom=-drawn.more))[None], axis=1)
     index = 2 * LINES**2 * (2 * m.figure + BIG) + LINES - 1
@@ -161,11 +160,11 @@ def _seen(m: Ram, drawn: Drawn) -> jax.Array:
     return players.reshape(4, 4)
 
 
-def _ball(m: Ram) -> Box:
+def _ball(m: Ram, drawn: Drawn) -> Box:
     """The ball, 2 x 6 and 4 x 4 pixels by turns."""
     wide = (m.frame & 1) == 0
     x = m.ball_x - ball_step(m) + jnp.where(wide, 12, 13)
-    line, beam = looks_at_ball(m, jnp.stack([m.ball_top, m.ball_bottom]) - 1)
+    line, beam = looks_at_ball(m, drawn, jnp.stack([m.ball_top, m.ball_bottom]) - 1)
     y = BOTTOM - line + when(x[None] < beam, 1)
     return box(x, y[0], jnp.where(wide, 4, 2), y[1] - y[0]).clip(*COURT)
 

@@ -3,7 +3,7 @@
 import jax
 import jax.numpy as jnp
 from ocjax.console.ops import lookup, match, reached, when
-from ocjax.extractors.doubledunk.drawn import changes, lines_drawn
+from ocjax.extractors.doubledunk.drawn import Drawn
 from ocjax.extractors.doubledunk.ram import Push, Ram
 
 DRIBBLED = 3  # columns right of who has the ball from which on he dribbles
@@ -68,22 +68,20 @@ def _shot(m: Ram) -> jax.Array:
     )
 
 
-def looks_at_ball(m: Ram, line: jax.Array) -> tuple[jax.Array, jax.Array]:
+def looks_at_ball(m: Ram, drawn: Drawn, line: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Where the drawing loop notices that the ball begins or ends: the line, the column of the beam.
 
     It does not look in the two lines in which a sprite changes from one player to the next.
     """
-    first, end = lines_drawn(m)
-    change = changes(m, end)
-    below = end[None] - line[:, None]
+    below = drawn.end[None] - line[:, None]
     near = (below == 0) | (below == 1)
-    ends = near & ~change[None]
-    line = line - jnp.sum(when(near & change[None], 2 - below), axis=1)
+    ends = near & ~drawn.changes[None]
+    line = line - jnp.sum(when(near & drawn.changes[None], 2 - below), axis=1)
     line = line + jnp.sum(when(ends, below), axis=1) - when(line == NOT_LOOKED, 1)
-    drawn = (first[None] >= line[:, None]) & (line[:, None] > end[None])
+    shown = (drawn.first[None] >= line[:, None]) & (line[:, None] > drawn.end[None])
     low_bytes = jnp.concatenate([m.picture & 255, m.colors])
-    crossed = jnp.concatenate([drawn, drawn], axis=1) & (low_bytes[None] + line[:, None] > 255)
+    crossed = jnp.concatenate([shown, shown], axis=1) & (low_bytes[None] + line[:, None] > 255)
     part = len(PARTS) + 1
-    beam = lookup(BEAM, part * jnp.sum(when(drawn, 1), axis=1) + reached(line, PARTS))
+    beam = lookup(BEAM, part * jnp.sum(when(shown, 1), axis=1) + reached(line, PARTS))
     beam = beam + CROSSING * jnp.sum(when(crossed, 1), axis=1)
     return line, jnp.where(jnp.any(ends, axis=1), BEAM_AT_END, beam)

@@ -14,6 +14,7 @@ BIG_HEAD = 27  # lines from a big player's place to above his head
 SMALL_HEAD = 24
 FIRST_LINES = np.array((127, 151))  # of the sprites 1 and 0; the basket has sprite 1 above that
 SPRITES = np.array((1, 0, 1, 0))  # that draw the four figures
+OTHERS = np.array(((1, 0, 1, 0), (3, 2, 3, 2)))  # upper and lower figure of the other sprite
 MIDDLE = (0x36, 0x6B)  # lines of the court's middle
 UNSEEN_END = 105  # where the loop draws the court's horizon, it does not look at ends
 SWITCH = 4  # lines after which a sprite's second player can begin
@@ -45,10 +46,11 @@ class Drawn:
     mirrored: jax.Array
     x: jax.Array
     y: jax.Array  # line of the feet
-    low: jax.Array  # lines above the feet from which, and to which he is drawn
-    high: jax.Array
+    low: jax.Array  # first drawn line above the feet
     more: jax.Array  # 1: his last line is drawn twice
+    first: jax.Array  # his uppermost line
     end: jax.Array  # the line after his last one
+    changes: jax.Array  # there the sprite changes to the lower figure
 
 
 def as_drawn(m: Ram) -> Drawn:
@@ -57,16 +59,16 @@ def as_drawn(m: Ram) -> Drawn:
     known = (below >= 0) & (below < len(FIGURE_OF))
     figure = jnp.where(known, lookup(FIGURE_OF, below), -1)
     y = m.top - jnp.where((figure & 1) == 1, BIG_HEAD, SMALL_HEAD)
-    first, end = lines_drawn(m)
+    first, end = _lines(m)
     low, more = _disturbed(m, y, end)
     twice = (m.picture[2:] == m.picture[:2]) & (m.top[2:] == m.top[:2])
     figure = jnp.concatenate([figure[:2], jnp.where(twice, -1, figure[2:])])
     mirrored = jnp.stack([m.mirrored_right, m.mirrored] * 2)
     x = position(m.coarse, m.fine) - LEFT
-    return Drawn(figure, mirrored, x, y, low, first - y, more, end)
+    return Drawn(figure, mirrored, x, y, low, more, first, end, _changes(m, end))
 
 
-def lines_drawn(m: Ram) -> tuple[jax.Array, jax.Array]:
+def _lines(m: Ram) -> tuple[jax.Array, jax.Array]:
     """The first line of each figure, and the one after its last line."""
     start = jnp.minimum(m.top - 1, jnp.concatenate([FIRST_LINES, m.bottom[:2] - SWITCH]))
     end = _delayed(m, _end(m, start))
@@ -74,7 +76,24 @@ def lines_drawn(m: Ram) -> tuple[jax.Array, jax.Array]:
     return start, _delayed(m, _end(m, start))
 
 
-def changes(m: Ram, end: jax.Array) -> jax.Array:
+def _end(m: Ram, start: jax.Array) -> jax.Array:
+    """The line after each figure's last one, unless the other sprite's end is near.
+
+    Where both sprites show figures above or below the middle of the court, the drawing loop looks
+    at each sprite's end in every other line only.
+    """
+    line = m.bottom - 1
+    begins = start[OTHERS]
+    beside = (begins > line[None]) & (m.bottom[OTHERS] <= line[None])
+    both = jnp.max(when(beside, jnp.minimum(begins, start[None])), axis=0)
+    middle = (line >= MIDDLE[0]) & (line < MIDDLE[1])
+    from_middle = (line < MIDDLE[0]) & (both >= MIDDLE[0])
+    even = jnp.where(from_middle, 1, both & 1) ^ SPRITES ^ when(line >= MIDDLE[0], 1)
+    unseen = middle & (line == UNSEEN_END)
+    return line - when((both > 0) & (unseen | (~middle & (even == 1))), 1)
+
+
+def _changes(m: Ram, end: jax.Array) -> jax.Array:
     """Whether a sprite changes to its lower figure where this one ends, bool `[4]`."""
     return jnp.concatenate([end[:2] >= m.bottom[2:], jnp.zeros(2, bool)])
 
@@ -85,39 +104,12 @@ def _delayed(m: Ram, end: jax.Array) -> jax.Array:
     It looks at a sprite's end again in the second line below the end of the other one, or in the
     third below its change, and a line later if it has taken this sprite for ended.
     """
-    out = end
-    change = changes(m, end)
+    other, looked_up = end[OTHERS], m.bottom[OTHERS] - 3
     next_top = jnp.concatenate([m.top[2:], jnp.zeros(2, m.top.dtype)])
-    for other, begins, bottom in zip(
-        _crossed(end), _crossed(change), _crossed(m.bottom), strict=True
-    ):
-        below = other - end
-        late = when(begins, 1 + when((bottom - 3 < m.bottom) & (bottom - 3 >= next_top), 1))
-        waits = (below >= SPRITES) & (below <= 1 + late)
-        out = jnp.where(waits, jnp.minimum(out, other - 2 - late), out)
-    return out
-
-
-def _end(m: Ram, start: jax.Array) -> jax.Array:
-    """The line after each figure's last one.
-
-    Where both sprites show figures above or below the middle of the court, the drawing loop looks
-    at each sprite's end in every other line only.
-    """
-    line = m.bottom - 1
-    both = jnp.zeros_like(line)
-    for begins, bottom in zip(_crossed(start), _crossed(m.bottom), strict=True):
-        both = jnp.where((begins > line) & (bottom <= line), jnp.minimum(begins, start), both)
-    middle = (line >= MIDDLE[0]) & (line < MIDDLE[1])
-    from_middle = (line < MIDDLE[0]) & (both >= MIDDLE[0])
-    even = jnp.where(from_middle, 1, both & 1) ^ SPRITES ^ when(line >= MIDDLE[0], 1)
-    end = line - when((both > 0) & ~middle & (even == 1), 1)
-    return jnp.where((end == UNSEEN_END) & (both > end), end - 1, end)
-
-
-def _crossed(of: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """For each figure, the upper and the lower one of the other sprite."""
-    return jnp.stack([of[1], of[0]] * 2), jnp.stack([of[3], of[2]] * 2)
+    ended = (looked_up < m.bottom[None]) & (looked_up >= next_top[None])
+    late = when(_changes(m, end)[OTHERS], 1 + when(ended, 1))
+    waits = (other - end[None] >= SPRITES[None]) & (other - end[None] <= 1 + late)
+    return jnp.min(jnp.where(waits, other - 2 - late, end[None]), axis=0)
 
 
 def _disturbed(m: Ram, y: jax.Array, end: jax.Array) -> tuple[jax.Array, jax.Array]:
@@ -126,28 +118,22 @@ def _disturbed(m: Ram, y: jax.Array, end: jax.Array) -> tuple[jax.Array, jax.Arr
     While one sprite changes from a figure to the next, two lines of the other sprite show what it
     has in the second one. At the last figure's end, it keeps what it has for one line.
     """
-    upper, lower = _crossed(end)
-    upper_bottom, lower_bottom = _crossed(m.bottom)
-    changes = upper >= lower_bottom
-    shown = upper_bottom - 2
+    upper, lower = end[OTHERS[0]], end[OTHERS[1]]
+    shown = m.bottom[OTHERS[0]] - 2
+    changes = upper >= m.bottom[OTHERS[1]]
     lost = changes & (upper > end) & ((shown < y) | (shown <= m.bottom))
     low = jnp.maximum(end + 1, when(lost & (shown <= y + 1), upper + 1)) - y
     return low, when((y == lower + 1) | (~changes & (y == upper + 1)), 1)
 
 
-def top_seen(m: Ram, end: jax.Array, top: jax.Array) -> jax.Array:
+def top_seen(m: Ram, drawn: Drawn, top: jax.Array) -> jax.Array:
     """The line of the top of each figure, from that of its picture.
 
     In the line of the other sprite's end, the line above is drawn again. In the two lines in which
     it changes, a line is drawn again that the game has looked up before.
     """
-    out = top
-    for other, begins, bottom in zip(
-        _crossed(end), _crossed(changes(m, end)), _crossed(m.bottom), strict=True
-    ):
-        repeated = begins & (top >= bottom - 2)
-        again = (other - top >= 0) & (other - top <= when(begins, 1))
-        out = jnp.where(
-            again, match((repeated, other), (begins, other - 2), otherwise=other - 1), out
-        )
-    return out
+    other, changes = drawn.end[OTHERS], drawn.changes[OTHERS]
+    repeated = changes & (top[None] >= m.bottom[OTHERS] - 2)
+    again = (other >= top[None]) & (other - top[None] <= when(changes, 1))
+    seen = match((repeated, other), (changes, other - 2), otherwise=other - 1) - top[None]
+    return top + jnp.sum(when(again, seen), axis=0)
