@@ -62,7 +62,8 @@ CLOCK_COLORS = (4, 12)
 BOTTOM = 181  # screen row of line 0; the game counts lines upwards
 SIDE = 11  # column of a player whose x is 0
 UNEQUAL = 2 * np.arange(4) + 1  # so that no two figures are equally near
-BIG = np.array((1, 1, 0, 0))  # by player
+WIDE = 8
+HEIGHTS = np.array((23, 23, 19, 19))  # of players who are not drawn
 BASKET_BOX = (76, 42, 8, 9)
 BOARD_BOX = (68, 28, 24, 16)
 BYTES = (0, 8, 16, 24)  # of the sides of a box in a number
@@ -130,8 +131,7 @@ def _players(m: Ram, drawn: Drawn) -> Box:
     lost = BOTTOM - extent.y - top_seen(m, drawn, BOTTOM - extent.y)
     seen = _seen(m, drawn)
     word = only(seen, _packed(extent.trimmed(top=lost, bottom=-drawn.more))[None], axis=1)
-    index = 2 * LINES**2 * (2 * m.figure + BIG) + LINES - 1
-    whole = EXTENTS.at(index, x=m.x + SIDE, y=BOTTOM - LINES + 1 - m.y)
+    whole = box(m.x + SIDE, BOTTOM - m.y - HEIGHTS, WIDE, HEIGHTS)
     word = jnp.where(jnp.any(seen, axis=1), word, _packed(whole))
     return box(*(word >> shift & 255 for shift in BYTES))
 

@@ -71,24 +71,25 @@ def as_drawn(m: Ram) -> Drawn:
 def _lines(m: Ram) -> tuple[jax.Array, jax.Array]:
     """The first line of each figure, and the one after its last line."""
     start = jnp.minimum(m.top - 1, jnp.concatenate([FIRST_LINES, m.bottom[:2] - SWITCH]))
-    end = _delayed(m, _end(m, start))
-    start = jnp.minimum(m.top - 1, jnp.concatenate([FIRST_LINES, end[:2] - SWITCH + 1]))
-    return start, _delayed(m, _end(m, start))
+    upper = _delayed(m, _end(m, start, 2))
+    lower = jnp.minimum(m.top[2:] - 1, upper - SWITCH + 1)
+    start = jnp.concatenate([start[:2], lower])
+    return start, _delayed(m, _end(m, start, 4))
 
 
-def _end(m: Ram, start: jax.Array) -> jax.Array:
-    """The line after each figure's last one, unless the other sprite's end is near.
+def _end(m: Ram, start: jax.Array, count: int) -> jax.Array:
+    """The line after the last one of so many figures, unless the other sprite's end is near.
 
     Where both sprites show figures above or below the middle of the court, the drawing loop looks
     at each sprite's end in every other line only.
     """
-    line = m.bottom - 1
-    begins = start[OTHERS]
-    beside = (begins > line[None]) & (m.bottom[OTHERS] <= line[None])
-    both = jnp.max(when(beside, jnp.minimum(begins, start[None])), axis=0)
+    others = OTHERS[:, :count]
+    line, begins = m.bottom[:count] - 1, start[others]
+    beside = (begins > line[None]) & (m.bottom[others] <= line[None])
+    both = jnp.max(when(beside, jnp.minimum(begins, start[None, :count])), axis=0)
     middle = (line >= MIDDLE[0]) & (line < MIDDLE[1])
     from_middle = (line < MIDDLE[0]) & (both >= MIDDLE[0])
-    even = jnp.where(from_middle, 1, both & 1) ^ SPRITES ^ when(line >= MIDDLE[0], 1)
+    even = jnp.where(from_middle, 1, both & 1) ^ SPRITES[:count] ^ when(line >= MIDDLE[0], 1)
     unseen = middle & (line == UNSEEN_END)
     return line - when((both > 0) & (unseen | (~middle & (even == 1))), 1)
 
@@ -104,11 +105,13 @@ def _delayed(m: Ram, end: jax.Array) -> jax.Array:
     It looks at a sprite's end again in the second line below the end of the other one, or in the
     third below its change, and a line later if it has taken this sprite for ended.
     """
-    other, looked_up = end[OTHERS], m.bottom[OTHERS] - 3
-    next_top = jnp.concatenate([m.top[2:], jnp.zeros(2, m.top.dtype)])
-    ended = (looked_up < m.bottom[None]) & (looked_up >= next_top[None])
-    late = when(_changes(m, end)[OTHERS], 1 + when(ended, 1))
-    waits = (other - end[None] >= SPRITES[None]) & (other - end[None] <= 1 + late)
+    others = OTHERS[: len(end) // 2, : len(end)]
+    other, looked_up = end[others], m.bottom[others] - 3
+    next_top = jnp.concatenate([m.top[2:], jnp.zeros(2, m.top.dtype)])[None, : len(end)]
+    bottom = m.bottom[None, : len(end)]
+    ended = (looked_up < bottom) & (looked_up >= next_top)
+    late = when(_changes(m, end)[others], 1 + when(ended, 1))
+    waits = (other - end[None] >= SPRITES[None, : len(end)]) & (other - end[None] <= 1 + late)
     return jnp.min(jnp.where(waits, other - 2 - late, end[None]), axis=0)
 
 
