@@ -137,13 +137,9 @@ def _players(m: Ram, drawn: Drawn) -> Box:
 
 
 def _packed(of: Box) -> jax.Array:
-    """Boxes in the court as one number each."""
-    b = of.clip(*COURT)
-    sides = (b.x, b.y, jnp.maximum(b.w, 0), jnp.maximum(b.h, 0))
-    return sum(
-        (when(b.valid, side << shift) for side, shift in zip(sides, BYTES, strict=True)),
-        jnp.zeros_like(b.x),
-    )
+    """Boxes as one number each."""
+    sides = (of.x, of.y, of.w, jnp.maximum(of.h, 0))
+    return sum(((side & 255) << shift for side, shift in zip(sides, BYTES, strict=True)), 0)
 
 
 def _seen(m: Ram, drawn: Drawn) -> jax.Array:

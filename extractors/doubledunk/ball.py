@@ -2,7 +2,7 @@
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.ops import lookup, match, reached, when
+from ocjax.console.ops import div, lookup, match, reached, when
 from ocjax.extractors.doubledunk.drawn import Drawn
 from ocjax.extractors.doubledunk.ram import Push, Ram
 
@@ -12,12 +12,12 @@ BASKET = 0x42
 LOW_LEFT = 0x4F  # line less column from which on a ball at the left moves on every other frame
 LOW_RIGHT = 0xD3  # line and column, at the right
 NOT_LOOKED = 0x82  # a line in which the drawing loop does not look at the ball
-# Columns of the beam when the drawing loop has come to the ball, by the sprites that are drawn, from
-# the bottom of the court upwards, and the lines in which the next part of the loop begins.
+# Columns of the beam when the drawing loop looks at the ball, by the number of sprites drawn and the
+# part of the loop from the bottom of the court upwards, and the lines where the next part begins.
 BEAM = (28, 40, 0, 4, 19, 52, 64, 31, 28, 106, 76, 97, 76, 76, 76)
 PARTS = (14, 54, 107, 130)
-BEAM_AT_END = 85
-CROSSING = 3  # columns later for each pointer that crosses a page
+CROSSING = 3  # columns later for each address that is on the next page
+PLAYER = 8  # in a sum of players and of such addresses
 
 
 def ball_step(m: Ram) -> jax.Array:
@@ -69,19 +69,17 @@ def _shot(m: Ram) -> jax.Array:
 
 
 def looks_at_ball(m: Ram, drawn: Drawn, line: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """Where the drawing loop notices that the ball begins or ends: the line, the column of the beam.
+    """Where the drawing loop notices that the ball begins or ends: line and column of the beam.
 
-    It does not look in the two lines in which a sprite changes from one player to the next.
+    It looks a line late at a sprite's end, and not at all while it changes to the next player.
     """
+    skipped = when(drawn.changes, 2)[None]
     below = drawn.end[None] - line[:, None]
-    near = (below == 0) | (below == 1)
-    ends = near & ~drawn.changes[None]
-    line = line - jnp.sum(when(near & drawn.changes[None], 2 - below), axis=1)
-    line = line + jnp.sum(when(ends, below), axis=1) - when(line == NOT_LOOKED, 1)
-    shown = (drawn.first[None] >= line[:, None]) & (line[:, None] > drawn.end[None])
-    low_bytes = jnp.concatenate([m.picture & 255, m.colors])
-    crossed = jnp.concatenate([shown, shown], axis=1) & (low_bytes[None] + line[:, None] > 255)
-    part = len(PARTS) + 1
-    beam = lookup(BEAM, part * jnp.sum(when(shown, 1), axis=1) + reached(line, PARTS))
-    beam = beam + CROSSING * jnp.sum(when(crossed, 1), axis=1)
-    return line, jnp.where(jnp.any(ends, axis=1), BEAM_AT_END, beam)
+    line = line - jnp.sum(when((below & ~1) == 0, skipped - below), axis=1)
+    line = line - when(line == NOT_LOOKED, 1)
+    rows = line[:, None]
+    pages = (((m.picture & 255)[None] + rows) >> 8) + ((m.colors[None] + rows) >> 8)
+    shown = (drawn.first[None] >= rows) & (rows > drawn.end[None])
+    count = jnp.sum(when(shown, PLAYER + pages), axis=1)
+    beam = lookup(BEAM, (len(PARTS) + 1) * (div(count, PLAYER)) + reached(line, PARTS))
+    return line, beam + CROSSING * (count & PLAYER - 1)
