@@ -45,6 +45,7 @@ from ocjax.extractors.doubledunk.drawn import (
 from ocjax.extractors.doubledunk.ram import ROM, Ram
 from ocjax.extractors.doubledunk.vision import Ball, Figure, Figures, Only
 from ocjax.vision.displays import NumberDisplay
+from ocjax.vision.filters import Searched
 from ocjax.vision.rules import Bounds
 
 FONT = ROM.font(0x801, rows=7, stride=8)
@@ -196,11 +197,14 @@ PLAYERS = Figures(
 
 
 def _player(name: str, color: int) -> Bounds:
-    return Bounds(color, COURT, filters=(Only(name, PLAYERS),))
+    return Bounds(color, COURT, filters=(Searched(PLAYERS, Only(name)),))
 
 
 BALL = Bounds(
-    ORANGE, COURT, max_size=(6, 8), filters=(Ball(PLAYERS, part=(1, 3), whole=(2, 3), near=(4, 6)),)
+    ORANGE,
+    COURT,
+    max_size=(6, 8),
+    filters=(Searched(PLAYERS, Ball(PLAYERS.rows, part=(1, 3), whole=(2, 3), near=(4, 6))),),
 )
 GAME = Game(
     name="DoubleDunk",

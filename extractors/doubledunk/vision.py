@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
@@ -53,9 +54,9 @@ class Figure:
         return words.sum(-1, dtype=np.uint32).T
 
 
-@dataclass
+@dataclass(frozen=True, eq=False)
 class Figures:
-    """Finds one figure of each kind.
+    """A search for one figure of each kind.
 
     A kind is looked for where most rows of a strip of the court hold its colours from top to
     bottom. Its picture is the one that covers most of its pixels there. They do not count for the
@@ -70,41 +71,44 @@ class Figures:
     kinds: tuple[Figure, ...]
     colors: tuple[int, ...]
     rows: tuple[int, int]
-    _last: tuple[object, dict[str, jax.Array]] | None = field(default=None, repr=False)
 
-    def boxes(self, planes: jax.Array) -> dict[str, jax.Array]:
-        """The edges of each kind's figure, int32 `[4, B]`, from the colours' bits; nothing: 0."""
-        if self._last is None or self._last[0] is not planes:
-            self._last = planes, self._find(planes)
-        return self._last[1]
-
-    def _find(self, planes: jax.Array) -> dict[str, jax.Array]:
+    def __call__(self, planes: jax.Array) -> dict[str, jax.Array]:
+        """The edges of each kind's figure, int32 `[4, B]`; nothing: 0. `REST`: pixels of none."""
         top, bottom = self.rows
+        court = planes[:, :, top:bottom]
         masks = materialize(
-            lambda p: jnp.stack([bm.color_mask(p, [c]) for c in self.colors]),
-            planes[:, :, top:bottom],
+            lambda p: jnp.stack([bm.color_mask(p, [c]) for c in self.colors]), court
         )
-        shown = materialize(lambda p: bm.color_mask(p, self.colors), planes[:, :, top:bottom])
-        out = {}
+        shown = materialize(lambda p: bm.color_mask(p, self.colors), court)
+        taken, out = jnp.zeros_like(shown), {}
         for kind in self.kinds:
-            strips = materialize(_strips, masks)
-            score, row, strip = _place(strips, materialize(_none, strips), kind)
-            column, ink, edges = materialize(
-                lambda *a, k=kind: _fit(*a, kind=k), masks, shown, row, strip
-            )
-            found = score >= kind.least
-            out[kind.name] = jnp.where(found[None], edges + np.array((0, top) * 2)[:, None], 0)
-            masks = materialize(_without, masks, jnp.where(found[None], ink, U(0)), row, column)
-        out[REST] = materialize(lambda m: jnp.stack([m[0], bm.any_of(m)]), masks)
+            taken, edges = _search(masks, shown, taken, kind)
+            seen = edges[2:3] > 0
+            out[kind.name] = jnp.where(seen, edges + np.array((0, top) * 2)[:, None], 0)
+        out[REST] = materialize(lambda m, t: jnp.stack([m[0], bm.any_of(m)]) & ~t, masks, taken)
         return out
 
 
-def _place(strips: jax.Array, none: jax.Array, kind: Figure) -> tuple[jax.Array, ...]:
+def _search(
+    masks: jax.Array, shown: Bitmap, taken: Bitmap, kind: Figure
+) -> tuple[Bitmap, jax.Array]:
+    """The pixels that are taken when this kind has been looked for, too, and its edges."""
+    strips = materialize(_strips, masks, taken)
+    counts = materialize(lambda s, n: _counts(s, n, kind), strips, materialize(_none, strips))
+    score, row, strip = materialize(lambda *c: _place(c, kind), *counts)
+    column, ink, edges = materialize(
+        lambda *a: _fit(*a, kind=kind), masks, shown, taken, row, strip
+    )
+    found = (score >= kind.least)[None]
+    taken = materialize(_with, taken, jnp.where(found, ink, U(0)), row, column)
+    return taken, jnp.where(found, edges, 0)
+
+
+def _place(counts: Sequence[jax.Array], kind: Figure) -> tuple[jax.Array, ...]:
     """How many rows fit best, and the row and the strip in which they begin, int32 `[B]` each.
 
     A row counts 2 where a strip has its colour, and 0 where it has others only.
     """
-    counts = materialize(lambda s, n: _counts(s, n, kind), strips, none)
     best = jnp.full_like(counts[0], STRIP_BITS)
     most = jnp.zeros_like(counts[0][0], jnp.int32)
     for place, bit in reversed(list(enumerate(counts))):
@@ -128,12 +132,13 @@ def _narrowed(best: jax.Array, bit: jax.Array) -> tuple[jax.Array, jax.Array]:
     return better, bm.or_rows(better[None])[0] != 0
 
 
-def _strips(masks: jax.Array) -> jax.Array:
+def _strips(masks: jax.Array, taken: Bitmap) -> jax.Array:
     """A bit for each strip that has a colour in a row, uint32 `[colours, rows, B]`."""
     halves = jnp.zeros_like(masks[:, 0])
     for word in range(masks.shape[1]):
-        for half, pixels in enumerate((masks[:, word] >> HALF, masks[:, word] << HALF)):
-            halves = halves | jnp.where(pixels != 0, U(1 << (2 * word + half)), U(0))
+        pixels = masks[:, word] & ~taken[word]
+        for half, own in enumerate((pixels >> HALF, pixels << HALF)):
+            halves = halves | jnp.where(own != 0, U(1 << (2 * word + half)), U(0))
     return halves | halves << 1
 
 
@@ -190,21 +195,22 @@ def _packed(window: jax.Array, column: jax.Array | np.ndarray) -> jax.Array:
 
 
 def _fit(
-    masks: jax.Array, shown: Bitmap, row: jax.Array, strip: jax.Array, kind: Figure
+    masks: jax.Array, shown: Bitmap, taken: Bitmap, row: jax.Array, strip: jax.Array, kind: Figure
 ) -> tuple[jax.Array, ...]:
     """The picture that fits best: its first column, the pixels of its rows, and its edges."""
     colors = np.array((*kind.colors, kind.colors[-1]))[:, None]
     own = materialize(lambda m, r, s: _windows(m, colors, r, s), masks, row, strip)
     seen = materialize(lambda m, r, s: _windows(m, 0 * colors, r, s), shown[None], row, strip)
-    own, seen, strip = _fullest(own, seen, strip)
+    others = materialize(lambda m, r, s: _windows(m, 0 * colors, r, s), taken[None], row, strip)
+    own, seen, strip = _fullest(own & ~others, seen, strip)
     which, column = _best(kind, own)
     picture = jnp.take(jnp.asarray(kind.packed), which, axis=1, mode="clip")
-    mine, all_ = (
+    mine, every = (
         materialize(lambda w, c: _packed(w, c[None])[:, 0], w, column) for w in (own, seen)
     )
     left, n = HALF * strip - HALF + column, len(kind.colors)
     ink = mine & picture
-    edges = _edges(_rows(ink, n), _rows(all_ & picture, n), left, row)
+    edges = _edges(_rows(ink, n), _rows(every & picture, n), left, row)
     feet, below = _rows(picture, n)[-1], _rows(mine, n + 1)[-1]
     twice = (feet != 0) & (feet & below == feet) & (edges[3] == row + n)
     again = jnp.where(twice, feet << U(8 * (n % PACKED)), U(0))
@@ -268,9 +274,9 @@ def _edges(ink: jax.Array, parts: jax.Array, left: jax.Array, top: jax.Array) ->
     return jnp.where(found[None], edges, 0)
 
 
-def _without(masks: jax.Array, ink: jax.Array, row: jax.Array, left: jax.Array) -> jax.Array:
-    """The bitmaps without the pixels of a figure."""
-    _, words, height, lanes = masks.shape
+def _with(taken: Bitmap, ink: jax.Array, row: jax.Array, left: jax.Array) -> jax.Array:
+    """The pixels that are taken, with those of a figure."""
+    words, height, lanes = taken.shape
     at = np.arange(height)[:, None] - row[None]
     n = PACKED * len(ink)
     inside = (at >= 0) & (at < n)
@@ -285,29 +291,29 @@ def _without(masks: jax.Array, ink: jax.Array, row: jax.Array, left: jax.Array) 
         pixels[None] >> jnp.maximum(-to_right, 0).astype(U)[:, None],
     )
     here = (shift > -8) & (shift < 32)
-    return masks & ~jnp.where(here[:, None], shifted, U(0))[None]
+    return taken | jnp.where(here[:, None], shifted, U(0))
 
 
 @dataclass(frozen=True)
 class Ball:
-    """A filter: the ball, in its own colour or in that of a player whom it touches.
+    """The ball, in its own colour or in that of a player whom it touches.
 
     Args:
-        figures: whose pixels do not count.
+        rows: of the search for figures.
         part: width and height of the smallest part of the ball that is looked for.
         whole: of a part that is rather the ball than a smaller one elsewhere.
         near: columns and rows around that, or around pixels in its own colour, that belong to it.
     """
 
-    figures: Figures
+    rows: tuple[int, int]
     part: tuple[int, int]
     whole: tuple[int, int]
     near: tuple[int, int]
 
-    def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
+    def __call__(self, mask: Bitmap, found: dict[str, jax.Array]) -> Bitmap:
         """The pixels of the ball."""
-        top, bottom = self.figures.rows
-        own, rest = self.figures.boxes(planes)[REST]
+        top, bottom = self.rows
+        own, rest = found[REST]
         parts = materialize(lambda r: _opened(r, self.part), rest)
         whole = materialize(lambda r: _opened(r, self.whole), rest)
         seed = materialize(lambda o, w: jnp.where(_some(o), o, w), own, whole)
@@ -333,14 +339,13 @@ def _some(pixels: Bitmap) -> jax.Array:
 
 @dataclass(frozen=True)
 class Only:
-    """A filter: the box of one of the figures."""
+    """The box of one of the figures."""
 
     name: str
-    figures: Figures
 
-    def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
+    def __call__(self, mask: Bitmap, found: dict[str, jax.Array]) -> Bitmap:
         """All pixels of the box."""
-        left, top, right, bottom = self.figures.boxes(planes)[self.name]
+        left, top, right, bottom = found[self.name]
         row = np.arange(mask.shape[1])[:, None]
         columns = bm.columns_between(left[None], right[None])
         inside = (row >= top[None]) & (row < bottom[None])
