@@ -204,7 +204,7 @@ BALL = Bounds(
     ORANGE,
     COURT,
     max_size=(6, 8),
-    filters=(Searched(PLAYERS, Ball(PLAYERS.rows, part=(1, 3), whole=(2, 3), near=(4, 6))),),
+    filters=(Searched(PLAYERS, Ball(PLAYERS.rows, part=(1, 3), whole=(2, 3), near=(3, 5))),),
 )
 GAME = Game(
     name="DoubleDunk",

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 from ocjax._xla.kernels import materialize
+from ocjax.console.boxes import WIDTH
 from ocjax.console.ops import match
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
@@ -22,10 +23,11 @@ INNER = U(0x3FFFFFFC)  # the columns of a strip but for two at each side
 NEAR = 2  # columns around the likeliest one in which pictures are tried
 PACKED = 4  # rows of a picture in a word
 WORDS = 7  # of a picture, and of the line below it
+EIGHT = 8
+LEVELS = 6  # bits of a count of rows
 REST = "rest"  # the pixels of no figure
 MOST_PIXELS = 512  # more than a window can have beside a picture's
 LOWER = (0, 0, 0, 1)  # edges that are one row lower
-SIDES = ((bm.shift_left, bm.shift_right), (bm.shift_up, bm.shift_down))
 STRIP_BITS = 2**STRIPS - 1
 
 
@@ -44,6 +46,12 @@ class Figure:
     colors: tuple[int, ...]
     pictures: np.ndarray
     least: int
+
+    @property
+    def skin(self) -> int:
+        """The first of eight rows of one colour."""
+        runs = (self.colors[j : j + EIGHT] for j in range(len(self.colors)))
+        return next(j for j, run in enumerate(runs) if len(set(run)) == 1)
 
     @property
     def packed(self) -> np.ndarray:
@@ -94,7 +102,7 @@ def _search(
 ) -> tuple[Bitmap, jax.Array]:
     """The pixels that are taken when this kind has been looked for, too, and its edges."""
     strips = materialize(_strips, masks, taken)
-    counts = materialize(lambda s, n: _counts(s, n, kind), strips, materialize(_none, strips))
+    counts = _counts(strips, kind)
     score, row, strip = materialize(lambda *c: _place(c, kind), *counts)
     column, ink, edges = materialize(
         lambda *a: _fit(*a, kind=kind), masks, shown, taken, row, strip
@@ -142,23 +150,43 @@ def _strips(masks: jax.Array, taken: Bitmap) -> jax.Array:
     return halves | halves << 1
 
 
-def _counts(strips: jax.Array, none: jax.Array, kind: Figure) -> list[jax.Array]:
+def _counts(strips: jax.Array, kind: Figure) -> list[jax.Array]:
     """The bits of the counts of rows that fit from each row on, the lowest first, `[rows, B]`."""
-    last = len(none) - len(kind.colors)
-    has = [strips[c, j : j + last] for j, c in enumerate(kind.colors)]
-    waiting = [has + [row | none[j : j + last] for j, row in enumerate(has)]]
-    out = []
-    while waiting:
-        ones, twos = waiting.pop(0), waiting.pop(0) if waiting else []
+    none, n = materialize(_none, strips), len(kind.colors)
+    empty, skin = (materialize(_eight, rows) for rows in (none, strips[kind.colors[kind.skin]]))
+
+    def summed(strips: jax.Array, none: jax.Array, *eights: jax.Array) -> list[jax.Array]:
+        last = len(none) - n
+        columns = [[] for _ in range(LEVELS)]
+        rows = [j for j in range(n) if not 0 <= j - kind.skin < EIGHT]
+        columns[1] += [strips[kind.colors[j], j : j + last] for j in rows]
+        columns[0] += [none[j : j + last] for j in range(n // EIGHT * EIGHT, n)]
+        for level, (of_empty, of_skin) in enumerate(zip(eights[:4], eights[4:], strict=True)):
+            columns[level] += [of_empty[j : j + last] for j in range(0, n - EIGHT + 1, EIGHT)]
+            columns[level + 1].append(of_skin[kind.skin : kind.skin + last])
+        return _sum(columns)
+
+    return materialize(summed, strips, none, *empty, *skin)
+
+
+def _eight(rows: jax.Array) -> list[jax.Array]:
+    """The bits of the count in eight rows from each one on, the lowest first."""
+    last = len(rows) - EIGHT + 1
+    return _sum([[rows[j : j + last] for j in range(EIGHT)], [], [], []])
+
+
+def _sum(columns: list[list[jax.Array]]) -> list[jax.Array]:
+    """The bits of sums, the lowest first, from bits of the same worth in each column."""
+    out, carries = [], []
+    for column in columns:
+        ones, carries = column + carries, []
         while len(ones) > 1:
             a, b = ones.pop(0), ones.pop(0)
             c = ones.pop(0) if ones else None
             odd = a ^ b
             ones.append(odd if c is None else odd ^ c)
-            twos.append(a & b if c is None else a & b | odd & c)
+            carries.append(a & b if c is None else a & b | odd & c)
         out.append(ones[0])
-        if twos:
-            waiting.insert(0, twos)
     return out
 
 
@@ -317,14 +345,27 @@ class Ball:
         parts = materialize(lambda r: _opened(r, self.part), rest)
         whole = materialize(lambda r: _opened(r, self.whole), rest)
         seed = materialize(lambda o, w: jnp.where(_some(o), o, w), own, whole)
-        around = seed
-        for size, moves in zip(self.near, SIDES, strict=True):
-            for move in moves:
-                around = materialize(
-                    lambda p, n=size, m=move: bm.over(p, n, m, jnp.bitwise_or), around
-                )
-        pixels = jnp.where(_some(seed), seed | (parts & around), parts)
+        around = _box(*materialize(lambda s: _around(s, *self.near), seed), seed.shape[1])
+        pixels = materialize(lambda s, p, a: s | (p & a), seed, parts, around)
         return jnp.pad(pixels, ((0, 0), (top, mask.shape[1] - bottom), (0, 0)))
+
+
+def _around(seed: Bitmap, across: int, down: int) -> tuple[jax.Array, ...]:
+    """The edges of the box of pixels, and of what is near; where there are no pixels, of all."""
+    (left, right), (top, bottom) = bm.columns(bm.or_rows(seed)), bm.rows(bm.any_of(seed))
+    none = right < 0
+    left, top = (jnp.where(none, 0, edge) for edge in (left - across, top - down))
+    right = jnp.where(none, WIDTH, right + across + 1)
+    return left, top, right, jnp.where(none, seed.shape[1], bottom + down + 1)
+
+
+def _box(
+    left: jax.Array, top: jax.Array, right: jax.Array, bottom: jax.Array, height: int
+) -> Bitmap:
+    """All pixels of a box."""
+    row = np.arange(height)[:, None]
+    inside = (row >= top[None]) & (row < bottom[None])
+    return jnp.where(inside[None], bm.columns_between(left[None], right[None]), U(0))
 
 
 def _opened(pixels: Bitmap, size: tuple[int, int]) -> Bitmap:
@@ -345,8 +386,4 @@ class Only:
 
     def __call__(self, mask: Bitmap, found: dict[str, jax.Array]) -> Bitmap:
         """All pixels of the box."""
-        left, top, right, bottom = found[self.name]
-        row = np.arange(mask.shape[1])[:, None]
-        columns = bm.columns_between(left[None], right[None])
-        inside = (row >= top[None]) & (row < bottom[None])
-        return jnp.where(inside[None], columns, U(0))
+        return _box(*found[self.name], mask.shape[1])
