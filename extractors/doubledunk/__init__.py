@@ -204,7 +204,12 @@ BALL = Bounds(
     ORANGE,
     COURT,
     max_size=(6, 8),
-    filters=(Searched(PLAYERS, Ball(PLAYERS.rows, part=(1, 3), whole=(2, 3), near=(3, 5))),),
+    filters=(
+        Searched(
+            PLAYERS,
+            Ball(PLAYERS.rows, part=(1, 3), whole=(2, 3), near=(3, 5), low=4, widths=(4, 2)),
+        ),
+    ),
 )
 GAME = Game(
     name="DoubleDunk",

@@ -26,6 +26,7 @@ WORDS = 7  # of a picture, and of the line below it
 EIGHT = 8
 LEVELS = 6  # bits of a count of rows
 REST = "rest"  # the pixels of no figure
+SHOWN = "shown"  # of all figures, and of what covers them
 MOST_PIXELS = 512  # more than a window can have beside a picture's
 LOWER = (0, 0, 0, 1)  # edges that are one row lower
 STRIP_BITS = 2**STRIPS - 1
@@ -93,6 +94,7 @@ class Figures:
             taken, edges = _search(masks, shown, taken, kind)
             seen = edges[2:3] > 0
             out[kind.name] = jnp.where(seen, edges + np.array((0, top) * 2)[:, None], 0)
+        out[SHOWN] = shown
         out[REST] = materialize(lambda m, t: jnp.stack([m[0], bm.any_of(m)]) & ~t, masks, taken)
         return out
 
@@ -331,12 +333,15 @@ class Ball:
         part: width and height of the smallest part of the ball that is looked for.
         whole: of a part that is rather the ball than a smaller one elsewhere.
         near: columns and rows around that, or around pixels in its own colour, that belong to it.
+        widths: of a ball of at most `low` rows, and of a taller one.
     """
 
     rows: tuple[int, int]
     part: tuple[int, int]
     whole: tuple[int, int]
     near: tuple[int, int]
+    low: int
+    widths: tuple[int, int]
 
     def __call__(self, mask: Bitmap, found: dict[str, jax.Array]) -> Bitmap:
         """The pixels of the ball."""
@@ -347,12 +352,34 @@ class Ball:
         seed = materialize(lambda o, w: jnp.where(_some(o), o, w), own, whole)
         around = _box(*materialize(lambda s: _around(s, *self.near), seed), seed.shape[1])
         pixels = materialize(lambda s, p, a: s | (p & a), seed, parts, around)
-        return jnp.pad(pixels, ((0, 0), (top, mask.shape[1] - bottom), (0, 0)))
+        edges = _whole(pixels, found[SHOWN], self.low, self.widths)
+        return _box(*edges, mask.shape[1], first=top)
+
+
+def _used(pixels: Bitmap) -> tuple[jax.Array, ...]:
+    """The columns of pixels, and the first and last column and row."""
+    columns = bm.or_rows(pixels)
+    return columns, *bm.columns(columns), *bm.rows(bm.any_of(pixels))
+
+
+def _whole(
+    pixels: Bitmap, shown: Bitmap, low: int, widths: tuple[int, int]
+) -> tuple[jax.Array, ...]:
+    """The edges of the box of pixels, with columns beside it that figures fill, up to its width."""
+    used, left, right, top, bottom = materialize(_used, pixels)
+    width = jnp.where(bottom - top < low, *widths)
+    row = np.arange(pixels.shape[1])[:, None]
+    inside = (row >= top[None]) & (row <= bottom[None])
+    filled = materialize(lambda s, i: ~bm.or_rows(jnp.where(i[None], ~s, U(0))), shown, inside)
+    near = bm.columns_between(right[None] + 1 - width[None], left[None] + width[None])[:, 0]
+    first, last = bm.columns((filled & near) | used)
+    fits = last - first < width
+    return jnp.where(fits, first, left), top, jnp.where(fits, last, right) + 1, bottom + 1
 
 
 def _around(seed: Bitmap, across: int, down: int) -> tuple[jax.Array, ...]:
     """The edges of the box of pixels, and of what is near; where there are no pixels, of all."""
-    (left, right), (top, bottom) = bm.columns(bm.or_rows(seed)), bm.rows(bm.any_of(seed))
+    _, left, right, top, bottom = _used(seed)
     none = right < 0
     left, top = (jnp.where(none, 0, edge) for edge in (left - across, top - down))
     right = jnp.where(none, WIDTH, right + across + 1)
@@ -360,10 +387,15 @@ def _around(seed: Bitmap, across: int, down: int) -> tuple[jax.Array, ...]:
 
 
 def _box(
-    left: jax.Array, top: jax.Array, right: jax.Array, bottom: jax.Array, height: int
+    left: jax.Array,
+    top: jax.Array,
+    right: jax.Array,
+    bottom: jax.Array,
+    height: int,
+    first: int = 0,
 ) -> Bitmap:
-    """All pixels of a box."""
-    row = np.arange(height)[:, None]
+    """All pixels of a box, whose rows are counted from a first one on."""
+    row = np.arange(-first, height - first)[:, None]
     inside = (row >= top[None]) & (row < bottom[None])
     return jnp.where(inside[None], bm.columns_between(left[None], right[None]), U(0))
 
