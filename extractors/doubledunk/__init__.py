@@ -186,10 +186,10 @@ GREEN_BIG = _rows((8, 232), (7, 180), (1, 14), (3, 180), (5, 232), (1, 14), (2, 
 GREEN_SMALL = _rows((1, ORANGE), (8, 232), (5, 180), (1, 14), (2, 180), (4, 232), (1, 14), (2, 180))
 PLAYERS = Figures(
     kinds=(
-        Figure("Opponent_Big", WHITE_BIG, _pictures(1, BIG_HEAD), -9),
+        Figure("Opponent_Big", WHITE_BIG, _pictures(1, BIG_HEAD), 1),
         Figure("Player_Big", GREEN_BIG, _pictures(1, BIG_HEAD), 13),
-        Figure("Opponent_Small", WHITE_SMALL, _pictures(0, SMALL_HEAD), 5),
-        Figure("Player_Small", GREEN_SMALL, _pictures(0, SMALL_HEAD), -2),
+        Figure("Opponent_Small", WHITE_SMALL, _pictures(0, SMALL_HEAD), 6),
+        Figure("Player_Small", GREEN_SMALL, _pictures(0, SMALL_HEAD), 5),
     ),
     colors=COLORS,
     rows=(28, 182),
