@@ -42,8 +42,9 @@ from ocjax.extractors.doubledunk.drawn import (
     as_drawn,
     top_seen,
 )
+from ocjax.extractors.doubledunk.figures import Figure, Figures
 from ocjax.extractors.doubledunk.ram import ROM, Ram
-from ocjax.extractors.doubledunk.vision import Ball, Figure, Figures, Only
+from ocjax.extractors.doubledunk.vision import BallPixels, InBox
 from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.filters import Searched
 from ocjax.vision.rules import Bounds
@@ -60,10 +61,10 @@ NET = 22
 YELLOW = 30
 CLOCK_COLORS = (4, 12)
 
-BOTTOM = 181  # screen row of line 0; the game counts lines upwards
-SIDE = 11  # column of a player whose x is 0
+LINE_0 = 181  # screen row of line 0; the game counts lines upwards
+FIRST_COLUMN = 11  # column of a player whose x is 0
 UNEQUAL = 2 * np.arange(4) + 1  # so that no two figures are equally near
-WIDE = 8
+FULL_WIDTH = 8
 HEIGHTS = np.array((23, 23, 19, 19))  # of players who are not drawn
 BASKET_BOX = (76, 42, 8, 9)
 BOARD_BOX = (68, 28, 24, 16)
@@ -74,7 +75,7 @@ PLAYER_SCORE = NumberDisplay(FONT, right=52, top=9, digits=2)
 OPPONENT_SCORE = NumberDisplay(FONT, right=116, top=9, digits=2)
 
 
-def _extents() -> np.ndarray:
+def _all_extents() -> np.ndarray:
     """Left, top, width, height of what is drawn of each figure, by mirroring, first and last line.
 
     The top is counted in lines from the one above the head. A figure of which nothing is drawn
@@ -95,7 +96,7 @@ def _extents() -> np.ndarray:
     return np.stack([left, top, right - left, bottom - top], -1).reshape(-1, 4)
 
 
-EXTENTS = BoxTable(_extents())
+EXTENTS = BoxTable(_all_extents())
 
 
 # Players, in the order of their bytes.
@@ -107,13 +108,13 @@ OPPONENT_SMALL = 3
 
 def decode(m: Ram) -> dict[str, Box]:
     drawn = as_drawn(m)
-    players = _players(m, drawn)
+    players = _player_boxes(m, drawn)
     return {
         "Player_Big": players[PLAYER_BIG],
         "Opponent_Big": players[OPPONENT_BIG],
         "Player_Small": players[PLAYER_SMALL],
         "Opponent_Small": players[OPPONENT_SMALL],
-        "Ball": _ball(m, drawn),
+        "Ball": _ball_box(m, drawn),
         "Basket": box(*BASKET_BOX),
         "Backboard": box(*BOARD_BOX),
         "Limit": LIMIT.box(m.limit),
@@ -123,16 +124,16 @@ def decode(m: Ram) -> dict[str, Box]:
     }
 
 
-def _players(m: Ram, drawn: Drawn) -> Box:
+def _player_boxes(m: Ram, drawn: Drawn) -> Box:
     """Each player as he is drawn; where he is not, whole and where he is now."""
     low = jnp.clip(drawn.low, 0, LINES - 1)
     high = jnp.clip(drawn.first - drawn.y, 0, LINES - 1)
     index = ((2 * drawn.figure + drawn.mirrored) * LINES + low) * LINES + high
-    extent = EXTENTS.at(index, x=drawn.x, y=BOTTOM - LINES + 1 - drawn.y)
-    lost = BOTTOM - extent.y - top_seen(m, drawn, BOTTOM - extent.y)
-    seen = _seen(m, drawn)
+    extent = EXTENTS.at(index, x=drawn.x, y=LINE_0 - LINES + 1 - drawn.y)
+    lost = LINE_0 - extent.y - top_seen(m, drawn, LINE_0 - extent.y)
+    seen = _whose(m, drawn)
     word = only(seen, _packed(extent.trimmed(top=lost, bottom=-drawn.more))[None], axis=1)
-    whole = box(m.x + SIDE, BOTTOM - m.y - HEIGHTS, WIDE, HEIGHTS)
+    whole = box(m.x + FIRST_COLUMN, LINE_0 - m.y - HEIGHTS, FULL_WIDTH, HEIGHTS)
     word = jnp.where(jnp.any(seen, axis=1), word, _packed(whole))
     return box(*(word >> shift & 255 for shift in BYTES))
 
@@ -143,13 +144,15 @@ def _packed(of: Box) -> jax.Array:
     return sum(((side & 255) << shift for side, shift in zip(sides, BYTES, strict=True)), 0)
 
 
-def _seen(m: Ram, drawn: Drawn) -> jax.Array:
+def _whose(m: Ram, drawn: Drawn) -> jax.Array:
     """Whether a drawn figure is a player, bool `[player, slot]`.
 
     Of two figures of a size, each belongs to the team to whose player it is nearer, compared with
     the other figure.
     """
-    distance = jnp.abs(drawn.x[None] - m.x[:, None] - SIDE) + jnp.abs(drawn.y[None] - m.y[:, None])
+    distance = jnp.abs(drawn.x[None] - m.x[:, None] - FIRST_COLUMN) + jnp.abs(
+        drawn.y[None] - m.y[:, None]
+    )
     nearer = 8 * (distance[::2] - distance[1::2]) + UNEQUAL[None]
     fits = (drawn.figure[None] >= 0) & ((drawn.figure[None] & 1) == np.array(((1,), (0,))))
     rest = jnp.sum(when(fits, nearer), axis=1)[:, None] - nearer
@@ -157,16 +160,16 @@ def _seen(m: Ram, drawn: Drawn) -> jax.Array:
     return players.reshape(4, 4)
 
 
-def _ball(m: Ram, drawn: Drawn) -> Box:
+def _ball_box(m: Ram, drawn: Drawn) -> Box:
     """The ball, 2 x 6 and 4 x 4 pixels by turns."""
     wide = (m.frame & 1) == 0
     x = m.ball_x - ball_step(m) + jnp.where(wide, 12, 13)
     line, beam = looks_at_ball(m, drawn, jnp.stack([m.ball_top, m.ball_bottom]) - 1)
-    y = BOTTOM - line + when(x[None] < beam, 1)
+    y = LINE_0 - line + when(x[None] < beam, 1)
     return box(x, y[0], jnp.where(wide, 4, 2), y[1] - y[0]).clip(*COURT)
 
 
-def _rows(*runs: tuple[int, int]) -> tuple[int, ...]:
+def _row_colors(*runs: tuple[int, int]) -> tuple[int, ...]:
     """The colours of a figure's rows from the top, from how many rows have each."""
     return tuple(COLORS.index(color) for count, color in runs for _ in range(count))
 
@@ -180,11 +183,15 @@ def _pictures(first: int, height: int) -> np.ndarray:
 
 COLORS = (ORANGE, 14, 82, 180, 252, 52, 226, 232)
 STRIPES = ((1, 52), (1, 252), (1, 180), (1, 82))
-WHITE_BIG = _rows((8, 226), (2, 14), *STRIPES, (5, 14), (5, 226), (1, 82), (2, 14))
-WHITE_SMALL = _rows((1, ORANGE), (8, 232), (1, 14), *STRIPES, (3, 14), (4, 232), (1, 82), (2, 14))
-GREEN_BIG = _rows((8, 232), (7, 180), (1, 14), (3, 180), (5, 232), (1, 14), (2, 180))
-GREEN_SMALL = _rows((1, ORANGE), (8, 232), (5, 180), (1, 14), (2, 180), (4, 232), (1, 14), (2, 180))
-PLAYERS = Figures(
+WHITE_BIG = _row_colors((8, 226), (2, 14), *STRIPES, (5, 14), (5, 226), (1, 82), (2, 14))
+WHITE_SMALL = _row_colors(
+    (1, ORANGE), (8, 232), (1, 14), *STRIPES, (3, 14), (4, 232), (1, 82), (2, 14)
+)
+GREEN_BIG = _row_colors((8, 232), (7, 180), (1, 14), (3, 180), (5, 232), (1, 14), (2, 180))
+GREEN_SMALL = _row_colors(
+    (1, ORANGE), (8, 232), (5, 180), (1, 14), (2, 180), (4, 232), (1, 14), (2, 180)
+)
+FIGURE_SEARCH = Figures(
     kinds=(
         Figure("Opponent_Big", WHITE_BIG, _pictures(1, BIG_HEAD), 1),
         Figure("Player_Big", GREEN_BIG, _pictures(1, BIG_HEAD), 13),
@@ -197,17 +204,19 @@ PLAYERS = Figures(
 
 
 def _player(name: str, color: int) -> Bounds:
-    return Bounds(color, COURT, filters=(Searched(PLAYERS, Only(name)),))
+    return Bounds(color, COURT, filters=(Searched(FIGURE_SEARCH, InBox(name)),))
 
 
-BALL = Bounds(
+BALL_RULE = Bounds(
     ORANGE,
     COURT,
     max_size=(6, 8),
     filters=(
         Searched(
-            PLAYERS,
-            Ball(PLAYERS.rows, part=(1, 3), whole=(2, 3), near=(3, 5), low=4, widths=(4, 2)),
+            FIGURE_SEARCH,
+            BallPixels(
+                FIGURE_SEARCH.rows, part=(1, 3), whole=(2, 3), near=(3, 5), low=4, widths=(4, 2)
+            ),
         ),
     ),
 )
@@ -221,7 +230,7 @@ GAME = Game(
         Category("Opponent_Big", _player("Opponent_Big", WHITE), doc="white, tall"),
         Category("Player_Small", _player("Player_Small", GREEN), doc="green, short"),
         Category("Opponent_Small", _player("Opponent_Small", WHITE), doc="white, short"),
-        Category("Ball", BALL, doc="the ball"),
+        Category("Ball", BALL_RULE, doc="the ball"),
         Category("Basket", Bounds(NET, (68, 40, 92, 56)), doc="the net"),
         Category("Backboard", Bounds(BOARD, (60, 24, 100, 45)), doc="the board"),
         display("Limit", LIMIT.rule(YELLOW), doc="points that win the game"),

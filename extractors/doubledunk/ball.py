@@ -6,15 +6,15 @@ from ocjax.console.ops import div, lookup, match, reached, when
 from ocjax.extractors.doubledunk.drawn import Drawn
 from ocjax.extractors.doubledunk.ram import Push, Ram
 
-DRIBBLED = 3  # columns right of who has the ball from which on he dribbles
+DRIBBLE_SIDE = 3  # columns right of who has the ball from which on he dribbles
 SIDES = (0x3C, 0x47)  # columns of the shooting ball between which it only rises
 BASKET = 0x42
 LOW_LEFT = 0x4F  # line less column from which on a ball at the left moves on every other frame
 LOW_RIGHT = 0xD3  # line and column, at the right
 NOT_LOOKED = 0x82  # a line in which the drawing loop does not look at the ball
-# Columns of the beam when the drawing loop looks at the ball, by the number of sprites drawn and the
-# part of the loop from the bottom of the court upwards, and the lines where the next part begins.
-BEAM = (28, 40, 0, 4, 19, 52, 64, 31, 28, 106, 76, 97, 76, 76, 76)
+# Columns of the beam when the drawing loop looks at the ball, by the number of sprites drawn and by
+# the part of the loop from the bottom of the court upwards; lines where the next part begins.
+BEAM_COLUMNS = (28, 40, 0, 4, 19, 52, 64, 31, 28, 106, 76, 97, 76, 76, 76)
 PARTS = (14, 54, 107, 130)
 CROSSING = 3  # columns later for each address that is on the next page
 PLAYER = 8  # in a sum of players and of such addresses
@@ -36,7 +36,7 @@ def ball_step(m: Ram) -> jax.Array:
 
 def _carried(m: Ram) -> jax.Array:
     """A dribbled ball, with the player; it takes him to go on as he did on the frame before."""
-    dribbled = m.ball_x - _of_player(m, m.short_holds) >= DRIBBLED
+    dribbled = m.ball_x - _of_player(m, m.short_holds) >= DRIBBLE_SIDE
     moves = dribbled & (((m.frame & 3) != 1) | (m.pushes_y == 0))
     side = match((m.pushes == Push.LEFT, -1), (m.pushes == Push.RIGHT, 1), otherwise=0)
     return when(moves, side)
@@ -81,5 +81,5 @@ def looks_at_ball(m: Ram, drawn: Drawn, line: jax.Array) -> tuple[jax.Array, jax
     pages = (((m.picture & 255)[None] + rows) >> 8) + ((m.colors[None] + rows) >> 8)
     shown = (drawn.first[None] >= rows) & (rows > drawn.end[None])
     count = jnp.sum(when(shown, PLAYER + pages), axis=1)
-    beam = lookup(BEAM, (len(PARTS) + 1) * (div(count, PLAYER)) + reached(line, PARTS))
+    beam = lookup(BEAM_COLUMNS, (len(PARTS) + 1) * (div(count, PLAYER)) + reached(line, PARTS))
     return line, beam + CROSSING * (count & PLAYER - 1)

@@ -35,7 +35,6 @@ UNUSUAL = {
     "Berzerk": 0.92,
     "Bowling": 0.89,
     "Breakout": 0.92,  # modes in which the bricks are not drawn
-    "DoubleDunk": 0.96,  # many players of whom one to four lines are drawn
     "FishingDerby": 0.96,
     "Jamesbond": 0.95,
     "PrivateEye": 0.95,
