@@ -10,14 +10,16 @@ sprites draws two figures, one below the other. Bytes 41, 48-51, 53-56 and 58-81
 are drawn, from the top, and do not change before the next frame is made. Where the figures of a
 sprite overlap, it leaves out a part of one of them, the upper and the lower one by turns. So a box
 has the lines that are drawn. The players themselves (bytes 29-40) have moved since; they tell which
-of two figures of one size is whose. A player who is not drawn has his box where he is now.
+of two figures of one size is whose. A player who is not drawn has his box where he is now. The game
+places the ball's sprite, then moves the ball, then draws it: its column is one step older than its
+lines.
 
 Covered: all modes, possession, fouls, free throws, the end of the game.
 
-Not exact: the ball's column, in 18 % of frames by one column. The game places the sprite of the
-ball before it moves the ball, and the RAM keeps only the new column: the last step is known of a
-ball that flies, but not of one that a player carries. The uppermost line of a figure that begins
-where the other sprite changes figures.
+Not exact: the ball's column, in one of twenty frames. The RAM holds the direction in which the
+player with the ball is pushed now, and not the one before; nor the frame on which he begins to
+dribble, jump or pass. A line of a player or of the ball, where the ends of both sprites are close
+together and where the upper part of the court begins.
 
 VEM: knows a figure by the colours of its rows, and by the picture that covers most of its pixels.
 It does not see a figure of which few lines are drawn, or takes a few lines of another one for it.
