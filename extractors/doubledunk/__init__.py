@@ -37,6 +37,7 @@ from ocjax.extractors.doubledunk.ball import ball_step, looks_at_ball
 from ocjax.extractors.doubledunk.drawn import (
     ADDRESSES,
     BIG_HEAD,
+    FIRST_COLUMN,
     HEADS,
     LINES,
     SMALL_HEAD,
@@ -64,7 +65,6 @@ YELLOW = 30
 CLOCK_COLORS = (4, 12)
 
 LINE_0 = 181  # screen row of line 0; the game counts lines upwards
-FIRST_COLUMN = 11  # column of a player whose x is 0
 UNEQUAL = 2 * np.arange(4) + 1  # so that no two figures are equally near
 FULL_WIDTH = 8
 HEIGHTS = np.array((23, 23, 19, 19))  # of players who are not drawn
@@ -143,7 +143,8 @@ def _player_boxes(m: Ram, drawn: Drawn) -> Box:
 def _packed(of: Box) -> jax.Array:
     """Boxes as one number each."""
     sides = (of.x, of.y, of.w, jnp.maximum(of.h, 0))
-    return sum(((side & 255) << shift for side, shift in zip(sides, BYTES, strict=True)), 0)
+    words = [(side & 255) << shift for side, shift in zip(sides, BYTES, strict=True)]
+    return words[0] | words[1] | words[2] | words[3]
 
 
 def _whose(m: Ram, drawn: Drawn) -> jax.Array:

@@ -10,6 +10,8 @@ from ocjax.console.registers import position
 from ocjax.extractors.doubledunk.ram import ROM, Ram
 
 LEFT = 4  # `position` of column 0
+FIRST_COLUMN = 11  # of a player whose x is 0
+MOST_MOVED = 8  # columns of a player since he was drawn
 BIG_HEAD = 27  # lines from a big player's place to above his head
 SMALL_HEAD = 24
 FIRST_LINES = np.array((127, 151))  # of the sprites 1 and 0; the basket has sprite 1 above that
@@ -65,7 +67,20 @@ def as_drawn(m: Ram) -> Drawn:
     figure = jnp.concatenate([figure[:2], jnp.where(twice, -1, figure[2:])])
     mirrored = jnp.stack([m.mirrored_right, m.mirrored] * 2)
     x = position(m.coarse, m.fine) - LEFT
+    x = jnp.concatenate([x[:3], _last_column(m, x[3], y[3], figure[3])[None]])
     return Drawn(figure, mirrored, x, y, low, more, first, end, _sprite_changes(m, end))
+
+
+def _last_column(m: Ram, x: jax.Array, y: jax.Array, figure: jax.Array) -> jax.Array:
+    """The column of the last figure; at the beginning of a shot, the game has another use for it.
+
+    Then it is that of the player of its size who is nearer in his line.
+    """
+    big = (figure & 1) == 1
+    columns = jnp.where(big, m.x[:2], m.x[2:]) + FIRST_COLUMN
+    off = jnp.abs(jnp.where(big, m.y[:2], m.y[2:]) - y)
+    known = jnp.any(jnp.abs(columns - x) <= MOST_MOVED)
+    return match((known, x), (off[0] <= off[1], columns[0]), otherwise=columns[1])
 
 
 def _drawn_lines(m: Ram) -> tuple[jax.Array, jax.Array]:

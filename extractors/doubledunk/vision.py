@@ -1,5 +1,6 @@
 """DoubleDunk: the pixels that count for the ball and for a player, from the figures found."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import jax
@@ -37,10 +38,11 @@ class BallPixels:
         parts = materialize(lambda r: _opened(r, self.part), rest)
         whole = materialize(lambda r: _opened(r, self.whole), rest)
         seed = materialize(lambda o, w: jnp.where(_has_any(o), o, w), own, whole)
-        around = _box(*materialize(lambda s: _near_edges(s, *self.near), seed), seed.shape[1])
+        near = materialize(lambda s: _near_edges(s, *self.near), seed)
+        around = _box(near, seed.shape[1])
         pixels = materialize(lambda s, p, a: s | (p & a), seed, parts, around)
         edges = _whole_ball(pixels, found[ANY_COLOR], self.low, self.widths)
-        return _box(*edges, mask.shape[1], first=self.rows[0])
+        return _box(edges, mask.shape[1], first=self.rows[0])
 
 
 def _used_edges(pixels: Bitmap) -> tuple[jax.Array, ...]:
@@ -75,15 +77,9 @@ def _near_edges(seed: Bitmap, across: int, down: int) -> tuple[jax.Array, ...]:
     return left, top, right, jnp.where(none, seed.shape[1], bottom + down + 1)
 
 
-def _box(
-    left: jax.Array,
-    top: jax.Array,
-    right: jax.Array,
-    bottom: jax.Array,
-    height: int,
-    first: int = 0,
-) -> Bitmap:
+def _box(edges: Sequence[jax.Array] | jax.Array, height: int, first: int = 0) -> Bitmap:
     """All pixels of a box, whose rows are counted from a first one on."""
+    left, top, right, bottom = edges
     row = np.arange(-first, height - first)[:, None]
     inside = (row >= top[None]) & (row < bottom[None])
     return jnp.where(inside[None], bm.columns_between(left[None], right[None]), U(0))
@@ -107,4 +103,4 @@ class InBox:
 
     def __call__(self, mask: Bitmap, found: dict[str, jax.Array]) -> Bitmap:
         """All pixels of the box."""
-        return _box(*found[self.name], mask.shape[1])
+        return _box(found[self.name], mask.shape[1])
