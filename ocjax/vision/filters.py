@@ -10,6 +10,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -19,10 +20,28 @@ from ocjax._xla.kernels import materialize
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap
 
-__all__ = ["SLOPES", "CutOff", "Filter", "Lines", "LoneRuns", "NoLines", "NoPairs", "ShortRuns"]
+__all__ = ["SLOPES", "CutOff", "Filter", "Lines", "LoneRuns", "NoLines", "NoPairs", "Searched", "ShortRuns"]
 
 Filter = Callable[[Bitmap, jax.Array], Bitmap]
+Search = Callable[[jax.Array], Any]
 SLOPES = 0, 1, -1  # of lines: columns to the right a row
+
+
+@dataclass(frozen=True)
+class Searched:
+    """A filter that goes by what a search finds in the frames. The rules of a game that have the same search share what it finds.
+
+    Args:
+        search: a function of the bits of all colours.
+        pixels: a function of a bitmap and of the search's result, that returns the pixels of the bitmap that count.
+    """
+
+    search: Search
+    pixels: Callable[[Bitmap, Any], Bitmap]
+
+    def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
+        """The pixels that count."""
+        return self.pixels(mask, self.search(planes))
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ Masks are bitmaps (`ocjax.vision.bitmap`): uint32 `[5, H, B]`, the batch last.
 import functools
 from collections import Counter
 from collections.abc import Mapping
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -19,6 +20,7 @@ from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.cells import cell_pixels
 from ocjax.vision.colors import EVEN, color_set
 from ocjax.vision.detected import Detected
+from ocjax.vision.filters import Search, Searched
 from ocjax.vision.rules import Blobs, Bounds, Cells, Rule
 from ocjax.vision.shades import Shades
 from ocjax.vision.steps import Context, Step
@@ -49,6 +51,7 @@ class Scene:
         )
         self._planes = bm.planes(frames)
         self._masks: dict[tuple[int, ...], Bitmap] = {}
+        self._searches: dict[Search, Any] = {}
         self._counted: dict[tuple[int, tuple[int, ...]], Bitmap] = {}
 
     def mask(self, colors: tuple[int, ...], *, materialize: bool = True) -> Bitmap:
@@ -123,8 +126,14 @@ class Scene:
             inside = cell_pixels(other, self.mask(other.palette)) if isinstance(other, Cells) else self._inside(name)
             mask = mask & ~inside
         for only in rule.filters:
-            mask = only(mask, self._planes)
+            mask = only.pixels(mask, self._search(only.search)) if isinstance(only, Searched) else only(mask, self._planes)
         return mask
+
+    def _search(self, search: Search) -> Any:
+        """What a search of filters finds, each search done once."""
+        if search not in self._searches:
+            self._searches[search] = search(self._planes)
+        return self._searches[search]
 
     def _read_once(self, rule: Bounds | Blobs, colors: tuple[int, ...]) -> bool:
         """Whether a mask is better computed where it is read than stored."""

@@ -1,0 +1,244 @@
+"""DoubleDunk: two teams of two players, a ball, a basket, the scores, and the limits of the game.
+
+Screen: the court, the poles and the texts at the bottom (offence and defence, fouls, calls) are
+scenery. The menu of options is a screen that does not appear in the emulator's modes.
+
+Slots: Player is the green team, Opponent the white one; Big and Small are its two players.
+
+RAM: ALE's source (scores), OCAtari 2.2 (positions, pictures), and the ROM's code. Each of the two
+sprites draws two figures, one below the other. Bytes 41, 48-51, 53-56 and 58-81 hold them as they
+are drawn, from the top, and do not change before the next frame is made. Where the figures of a
+sprite overlap, it leaves out a part of one of them, the upper and the lower one by turns. So a box
+has the lines that are drawn. The players themselves (bytes 29-40) have moved since; they tell which
+of two figures of one size is whose. A player who is not drawn has his box where he is now. The game
+places the ball's sprite, then moves the ball, then draws it: its column is one step older than its
+lines.
+
+Covered: all modes, possession, fouls, free throws, the end of the game.
+
+Not exact: the ball's column, in one of twenty frames. The RAM holds the direction in which the
+player with the ball is pushed now, and not the one before; nor the frame on which he begins to
+dribble, jump or pass. A line of a player or of the ball, where the ends of both sprites are close
+together and where the upper part of the court begins.
+
+VEM: knows a figure by the colours of its rows, and by the picture that covers most of its pixels.
+It does not see a figure of which few lines are drawn, or takes a few lines of another one for it.
+It does not see the ball among pixels of the players in whose colours it is drawn.
+"""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.console.boxes import Box, BoxTable, box
+from ocjax.console.ops import only, when
+from ocjax.console.registers import mirrored
+from ocjax.extraction.game import Category, Game, display
+from ocjax.extractors.doubledunk.ball import ball_step, looks_at_ball
+from ocjax.extractors.doubledunk.drawn import (
+    ADDRESSES,
+    BIG_HEAD,
+    FIRST_COLUMN,
+    HEADS,
+    LINES,
+    SMALL_HEAD,
+    Drawn,
+    as_drawn,
+    top_seen,
+)
+from ocjax.extractors.doubledunk.figures import Figure, Figures
+from ocjax.extractors.doubledunk.ram import ROM, Ram
+from ocjax.extractors.doubledunk.vision import BallPixels, InBox
+from ocjax.vision.displays import NumberDisplay
+from ocjax.vision.filters import Searched
+from ocjax.vision.rules import Bounds
+
+FONT = ROM.font(0x801, rows=7, stride=8)
+SMALL_FONT = ROM.font(0x859, rows=7, stride=8, dots=3, shift=5, pitch=4)
+
+COURT = (8, 28, 152, 180)
+WHITE = 14
+GREEN = 180
+ORANGE = 34
+BOARD = 12
+NET = 22
+YELLOW = 30
+CLOCK_COLORS = (4, 12)
+
+LINE_0 = 181  # screen row of line 0; the game counts lines upwards
+UNEQUAL = 2 * np.arange(4) + 1  # so that no two figures are equally near
+FULL_WIDTH = 8
+HEIGHTS = np.array((23, 23, 19, 19))  # of players who are not drawn
+BASKET_BOX = (76, 42, 8, 9)
+BOARD_BOX = (68, 28, 24, 16)
+BYTES = (0, 8, 16, 24)  # of the sides of a box in a number
+LIMIT = NumberDisplay(SMALL_FONT, right=43, top=18, digits=2)
+SHOT_CLOCK = NumberDisplay(SMALL_FONT, right=115, top=18, digits=2)
+PLAYER_SCORE = NumberDisplay(FONT, right=52, top=9, digits=2)
+OPPONENT_SCORE = NumberDisplay(FONT, right=116, top=9, digits=2)
+
+
+def _all_extents() -> np.ndarray:
+    """Left, top, width, height of what is drawn of each figure, by mirroring, first and last line.
+
+    The top is counted in lines from the one above the head. A figure of which nothing is drawn
+    has its whole extent.
+    """
+    offsets = ((ADDRESSES & 0xFFF) + 0x2000).tolist()
+    rows = np.unpackbits(ROM.rows(offsets, LINES).astype(np.uint8)[..., None], axis=-1)
+    line = np.arange(LINES)[::-1]
+    inside = line < HEADS[:, None]
+    rows = np.stack([rows, rows[..., ::-1]], axis=1).astype(bool) & inside[:, None, :, None]
+    low, high = np.arange(LINES)[:, None, None], np.arange(LINES)[:, None]
+    drawn = rows[:, :, None, None] & ((line >= low) & (line <= high))[..., None]
+    whole = np.broadcast_to(rows[:, :, None, None], drawn.shape)
+    drawn = np.where(drawn.any((-1, -2), keepdims=True), drawn, whole)
+    ys, xs = np.any(drawn, -1), np.any(drawn, -2)
+    top, left = ys.argmax(-1), xs.argmax(-1)
+    bottom, right = LINES - ys[..., ::-1].argmax(-1), 8 - xs[..., ::-1].argmax(-1)
+    return np.stack([left, top, right - left, bottom - top], -1).reshape(-1, 4)
+
+
+EXTENTS = BoxTable(_all_extents())
+
+
+# Players, in the order of their bytes.
+PLAYER_BIG = 0
+OPPONENT_BIG = 1
+PLAYER_SMALL = 2
+OPPONENT_SMALL = 3
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    drawn = as_drawn(m)
+    players = _player_boxes(m, drawn)
+    return {
+        "Player_Big": players[PLAYER_BIG],
+        "Opponent_Big": players[OPPONENT_BIG],
+        "Player_Small": players[PLAYER_SMALL],
+        "Opponent_Small": players[OPPONENT_SMALL],
+        "Ball": _ball_box(m, drawn),
+        "Basket": box(*BASKET_BOX),
+        "Backboard": box(*BOARD_BOX),
+        "Limit": LIMIT.box(m.limit),
+        "Shot_Clock": SHOT_CLOCK.box(m.shot_clock, color=jnp.where(m.clock_runs == 1, 12, 4)),
+        "Player_Score": PLAYER_SCORE.box(m.score[0]),
+        "Opponent_Score": OPPONENT_SCORE.box(m.score[1]),
+    }
+
+
+def _player_boxes(m: Ram, drawn: Drawn) -> Box:
+    """Each player as he is drawn; where he is not, whole and where he is now."""
+    low = jnp.clip(drawn.low, 0, LINES - 1)
+    high = jnp.clip(drawn.first - drawn.y, 0, LINES - 1)
+    index = ((2 * drawn.figure + drawn.mirrored) * LINES + low) * LINES + high
+    extent = EXTENTS.at(index, x=drawn.x, y=LINE_0 - LINES + 1 - drawn.y)
+    lost = LINE_0 - extent.y - top_seen(m, drawn, LINE_0 - extent.y)
+    seen = _whose(m, drawn)
+    word = only(seen, _packed(extent.trimmed(top=lost, bottom=-drawn.more))[None], axis=1)
+    whole = box(m.x + FIRST_COLUMN, LINE_0 - m.y - HEIGHTS, FULL_WIDTH, HEIGHTS)
+    word = jnp.where(jnp.any(seen, axis=1), word, _packed(whole))
+    return box(*(word >> shift & 255 for shift in BYTES))
+
+
+def _packed(of: Box) -> jax.Array:
+    """Boxes as one number each."""
+    sides = (of.x, of.y, of.w, jnp.maximum(of.h, 0))
+    words = [(side & 255) << shift for side, shift in zip(sides, BYTES, strict=True)]
+    return words[0] | words[1] | words[2] | words[3]
+
+
+def _whose(m: Ram, drawn: Drawn) -> jax.Array:
+    """Whether a drawn figure is a player, bool `[player, slot]`.
+
+    Of two figures of a size, each belongs to the team to whose player it is nearer, compared with
+    the other figure.
+    """
+    distance = jnp.abs(drawn.x[None] - m.x[:, None] - FIRST_COLUMN) + jnp.abs(
+        drawn.y[None] - m.y[:, None]
+    )
+    nearer = 8 * (distance[::2] - distance[1::2]) + UNEQUAL[None]
+    fits = (drawn.figure[None] >= 0) & ((drawn.figure[None] & 1) == np.array(((1,), (0,))))
+    rest = jnp.sum(when(fits, nearer), axis=1)[:, None] - nearer
+    players = jnp.stack([fits & (nearer < rest), fits & (nearer > rest)], axis=1)
+    return players.reshape(4, 4)
+
+
+def _ball_box(m: Ram, drawn: Drawn) -> Box:
+    """The ball, 2 x 6 and 4 x 4 pixels by turns."""
+    wide = (m.frame & 1) == 0
+    x = m.ball_x - ball_step(m) + jnp.where(wide, 12, 13)
+    line, beam = looks_at_ball(m, drawn, jnp.stack([m.ball_top, m.ball_bottom]) - 1)
+    y = LINE_0 - line + when(x[None] < beam, 1)
+    return box(x, y[0], jnp.where(wide, 4, 2), y[1] - y[0]).clip(*COURT)
+
+
+def _row_colors(*runs: tuple[int, int]) -> tuple[int, ...]:
+    """The colours of a figure's rows from the top, from how many rows have each."""
+    return tuple(COLORS.index(color) for count, color in runs for _ in range(count))
+
+
+def _pictures(first: int, height: int) -> np.ndarray:
+    """All different pictures of the big or small figures, and their mirror images."""
+    offsets = ((ADDRESSES[first::2] & 0xFFF) + 0x2000).tolist()
+    rows = ROM.rows(offsets, height)
+    return np.unique(np.concatenate([rows, mirrored(rows)]), axis=0)
+
+
+COLORS = (ORANGE, 14, 82, 180, 252, 52, 226, 232)
+STRIPES = ((1, 52), (1, 252), (1, 180), (1, 82))
+WHITE_BIG = _row_colors((8, 226), (2, 14), *STRIPES, (5, 14), (5, 226), (1, 82), (2, 14))
+WHITE_SMALL = _row_colors(
+    (1, ORANGE), (8, 232), (1, 14), *STRIPES, (3, 14), (4, 232), (1, 82), (2, 14)
+)
+GREEN_BIG = _row_colors((8, 232), (7, 180), (1, 14), (3, 180), (5, 232), (1, 14), (2, 180))
+GREEN_SMALL = _row_colors(
+    (1, ORANGE), (8, 232), (5, 180), (1, 14), (2, 180), (4, 232), (1, 14), (2, 180)
+)
+FIGURE_SEARCH = Figures(
+    kinds=(
+        Figure("Opponent_Big", WHITE_BIG, _pictures(1, BIG_HEAD), 1),
+        Figure("Player_Big", GREEN_BIG, _pictures(1, BIG_HEAD), 13),
+        Figure("Opponent_Small", WHITE_SMALL, _pictures(0, SMALL_HEAD), 6),
+        Figure("Player_Small", GREEN_SMALL, _pictures(0, SMALL_HEAD), 5),
+    ),
+    colors=COLORS,
+    rows=(28, 182),
+)
+
+
+def _player(name: str, color: int) -> Bounds:
+    return Bounds(color, COURT, filters=(Searched(FIGURE_SEARCH, InBox(name)),))
+
+
+BALL_RULE = Bounds(
+    ORANGE,
+    COURT,
+    max_size=(6, 8),
+    filters=(
+        Searched(
+            FIGURE_SEARCH,
+            BallPixels(
+                FIGURE_SEARCH.rows, part=(1, 3), whole=(2, 3), near=(3, 5), low=4, widths=(4, 2)
+            ),
+        ),
+    ),
+)
+GAME = Game(
+    name="DoubleDunk",
+    rom=ROM,
+    ram=Ram,
+    decode=decode,
+    categories=(
+        Category("Player_Big", _player("Player_Big", GREEN), doc="green, tall"),
+        Category("Opponent_Big", _player("Opponent_Big", WHITE), doc="white, tall"),
+        Category("Player_Small", _player("Player_Small", GREEN), doc="green, short"),
+        Category("Opponent_Small", _player("Opponent_Small", WHITE), doc="white, short"),
+        Category("Ball", BALL_RULE, doc="the ball"),
+        Category("Basket", Bounds(NET, (68, 40, 92, 56)), doc="the net"),
+        Category("Backboard", Bounds(BOARD, (60, 24, 100, 45)), doc="the board"),
+        display("Limit", LIMIT.rule(YELLOW), doc="points that win the game"),
+        display("Shot_Clock", SHOT_CLOCK.rule(CLOCK_COLORS), doc="seconds left for a shot"),
+        display("Player_Score", PLAYER_SCORE.rule(GREEN), doc="points of green"),
+        display("Opponent_Score", OPPONENT_SCORE.rule(WHITE), doc="points of white"),
+    ),
+)

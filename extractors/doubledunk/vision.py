@@ -1,0 +1,106 @@
+"""DoubleDunk: the pixels that count for the ball and for a player, from the figures found."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax._xla.kernels import materialize
+from ocjax.console.boxes import WIDTH
+from ocjax.extractors.doubledunk.figures import ANY_COLOR, NO_FIGURE
+from ocjax.vision import bitmap as bm
+from ocjax.vision.bitmap import Bitmap, U
+
+
+@dataclass(frozen=True)
+class BallPixels:
+    """The ball, in its own colour or in that of a player whom it touches.
+
+    Args:
+        rows: of the screen, as in the search for figures.
+        part: whole_width and height of the smallest part of the ball that is looked for.
+        whole: of a part that is rather the ball than a smaller one elsewhere.
+        near: columns and rows around that, or around pixels in its own colour, that belong to it.
+        widths: of a ball of at most `low` rows, and of a taller one.
+    """
+
+    rows: tuple[int, int]
+    part: tuple[int, int]
+    whole: tuple[int, int]
+    near: tuple[int, int]
+    low: int
+    widths: tuple[int, int]
+
+    def __call__(self, mask: Bitmap, found: dict[str, jax.Array]) -> Bitmap:
+        """The pixels of the ball."""
+        own, rest = found[NO_FIGURE]
+        parts = materialize(lambda r: _opened(r, self.part), rest)
+        whole = materialize(lambda r: _opened(r, self.whole), rest)
+        seed = materialize(lambda o, w: jnp.where(_has_any(o), o, w), own, whole)
+        near = materialize(lambda s: _near_edges(s, *self.near), seed)
+        around = _box(near, seed.shape[1])
+        pixels = materialize(lambda s, p, a: s | (p & a), seed, parts, around)
+        edges = _whole_ball(pixels, found[ANY_COLOR], self.low, self.widths)
+        return _box(edges, mask.shape[1], first=self.rows[0])
+
+
+def _used_edges(pixels: Bitmap) -> tuple[jax.Array, ...]:
+    """The columns of pixels, and the first and last column and row."""
+    columns = bm.or_rows(pixels)
+    return columns, *bm.columns(columns), *bm.rows(bm.any_of(pixels))
+
+
+def _whole_ball(
+    pixels: Bitmap, shown: Bitmap, low: int, widths: tuple[int, int]
+) -> tuple[jax.Array, ...]:
+    """The edges of the box of pixels, with columns beside it that figures fill, up to its width."""
+    used, left, right, top, bottom = materialize(_used_edges, pixels)
+    whole_width = jnp.where(bottom - top < low, *widths)
+    row = np.arange(pixels.shape[1])[:, None]
+    inside = (row >= top[None]) & (row <= bottom[None])
+    filled = materialize(lambda s, i: ~bm.or_rows(jnp.where(i[None], ~s, U(0))), shown, inside)
+    near = bm.columns_between(right[None] + 1 - whole_width[None], left[None] + whole_width[None])[
+        :, 0
+    ]
+    first, last = bm.columns((filled & near) | used)
+    fits = last - first < whole_width
+    return jnp.where(fits, first, left), top, jnp.where(fits, last, right) + 1, bottom + 1
+
+
+def _near_edges(seed: Bitmap, across: int, down: int) -> tuple[jax.Array, ...]:
+    """The edges of the box of pixels, and of what is near; where there are no pixels, of all."""
+    _, left, right, top, bottom = _used_edges(seed)
+    none = right < 0
+    left, top = (jnp.where(none, 0, edge) for edge in (left - across, top - down))
+    right = jnp.where(none, WIDTH, right + across + 1)
+    return left, top, right, jnp.where(none, seed.shape[1], bottom + down + 1)
+
+
+def _box(edges: Sequence[jax.Array] | jax.Array, height: int, first: int = 0) -> Bitmap:
+    """All pixels of a box, whose rows are counted from a first one on."""
+    left, top, right, bottom = edges
+    row = np.arange(-first, height - first)[:, None]
+    inside = (row >= top[None]) & (row < bottom[None])
+    return jnp.where(inside[None], bm.columns_between(left[None], right[None]), U(0))
+
+
+def _opened(pixels: Bitmap, size: tuple[int, int]) -> Bitmap:
+    """The pixels of filled rectangles of a size."""
+    return bm.any_within(bm.all_within(pixels, *size), *size)
+
+
+def _has_any(pixels: Bitmap) -> jax.Array:
+    """Whether there are any, bool `[1, 1, B]`."""
+    return (bm.any_of(bm.or_rows(pixels)) != 0)[None, None]
+
+
+@dataclass(frozen=True)
+class InBox:
+    """The box of one of the figures."""
+
+    name: str
+
+    def __call__(self, mask: Bitmap, found: dict[str, jax.Array]) -> Bitmap:
+        """All pixels of the box."""
+        return _box(found[self.name], mask.shape[1])
