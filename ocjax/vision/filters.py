@@ -23,7 +23,7 @@ from ocjax.vision.bitmap import Bitmap
 __all__ = ["SLOPES", "CutOff", "Filter", "Lines", "LoneRuns", "NoLines", "NoPairs", "Searched", "ShortRuns"]
 
 Filter = Callable[[Bitmap, jax.Array], Bitmap]
-Search = Callable[[jax.Array], Any]
+_Search = Callable[[jax.Array], Any]
 SLOPES = 0, 1, -1  # of lines: columns to the right a row
 
 
@@ -36,7 +36,7 @@ class Searched:
         pixels: a function of a bitmap and of the search's result, that returns the pixels of the bitmap that count.
     """
 
-    search: Search
+    search: _Search
     pixels: Callable[[Bitmap, Any], Bitmap]
 
     def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:

@@ -5,7 +5,7 @@ Masks are bitmaps (`ocjax.vision.bitmap`): uint32 `[5, H, B]`, the batch last.
 
 import functools
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import jax
@@ -20,7 +20,7 @@ from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.cells import cell_pixels
 from ocjax.vision.colors import EVEN, color_set
 from ocjax.vision.detected import Detected
-from ocjax.vision.filters import Search, Searched
+from ocjax.vision.filters import Searched
 from ocjax.vision.rules import Blobs, Bounds, Cells, Rule
 from ocjax.vision.shades import Shades
 from ocjax.vision.steps import Context, Step
@@ -51,7 +51,7 @@ class Scene:
         )
         self._planes = bm.planes(frames)
         self._masks: dict[tuple[int, ...], Bitmap] = {}
-        self._searches: dict[Search, Any] = {}
+        self._searches: dict[Callable[[jax.Array], Any], Any] = {}
         self._counted: dict[tuple[int, tuple[int, ...]], Bitmap] = {}
 
     def mask(self, colors: tuple[int, ...], *, materialize: bool = True) -> Bitmap:
@@ -129,7 +129,7 @@ class Scene:
             mask = only.pixels(mask, self._search(only.search)) if isinstance(only, Searched) else only(mask, self._planes)
         return mask
 
-    def _search(self, search: Search) -> Any:
+    def _search(self, search: Callable[[jax.Array], Any]) -> Any:
         """What a search of filters finds, each search done once."""
         if search not in self._searches:
             self._searches[search] = search(self._planes)
