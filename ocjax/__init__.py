@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from ocjax.console.boxes import Box
     from ocjax.envs import make_vec
     from ocjax.extraction.categories import Category
+    from ocjax.extraction.edits import edit
     from ocjax.extraction.game import Game, GameError
     from ocjax.extraction.names import games
     from ocjax.extraction.objects import Objects, velocity
@@ -36,6 +37,7 @@ __all__ = [
     "Objects",
     "Relations",
     "UnknownGameError",
+    "edit",
     "games",
     "load",
     "make_vec",
@@ -59,6 +61,7 @@ _MODULE_OF = {
     "Objects": "extraction.objects",
     "Relations": "transforms.relations",
     "UnknownGameError": "extraction.registry",
+    "edit": "extraction.edits",
     "games": "extraction.names",
     "load": "extraction.registry",
     "make_vec": "envs",

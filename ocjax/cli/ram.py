@@ -1,5 +1,6 @@
 """The commands `ocjax ram ...`."""
 
+import json
 from pathlib import Path
 from typing import Annotated
 
@@ -27,6 +28,7 @@ SAMPLES = typer.Option(min=100, help="Samples to play.")
 POLICY = typer.Option(help="random, repeat (random actions held for 1 to 8 steps), trained, or an .npz file of a saved policy.")
 SEED = typer.Option(min=0, help="Seed of actions and emulators.")
 MODE = typer.Option("--mode", help="Game mode as ale-py numbers it. Default: the game's.")
+VALUES_CONFIRMED = 32  # values of a byte that `map --confirm` writes
 MARKDOWN = typer.Option(help="Write the tables as Markdown.")
 
 
@@ -139,11 +141,26 @@ def twins(
 
 
 @ram.command("map")
-def show_map(name: Annotated[str, GAME], markdown: Annotated[Path | None, MARKDOWN] = None) -> None:
+def show_map(
+    name: Annotated[str, GAME],
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    confirm: Annotated[
+        bool,
+        typer.Option(help="With --json: write each byte in a state of random play, and tell which categories change on the screen."),
+    ] = False,
+    seed: Annotated[int, SEED] = 0,
+    markdown: Annotated[Path | None, MARKDOWN] = None,
+) -> None:
     """Print the RAM map of a finished game: bytes, how they are read, range, name and meaning."""
     with errors_in_one_line():
         game = registry.load(name)
+        if confirm and not as_json:
+            raise ValueError("--confirm needs --json")
         writing.check(markdown)
+    if as_json:
+        found = causal.causes(game, seed=seed, values=VALUES_CONFIRMED) if confirm else None
+        typer.echo(json.dumps(ram_map.to_json(game, found), indent=2))
+        return
     _give([ram_map.ram_map(game)], markdown)
 
 

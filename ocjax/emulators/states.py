@@ -12,7 +12,9 @@ import numpy as np
 
 from ocjax.emulators.worker import snapshot
 from ocjax.emulators.worker.interface import STATE_BYTES, CommandArrays, EmulatorArrays
+from ocjax.extraction.edits import edit
 from ocjax.extraction.game import Game
+from ocjax.extraction.registry import as_game
 
 # The arrays of a pool that a saved state holds, as far as the pool records them.
 _SHOWN = tuple(f.name for f in dataclasses.fields(EmulatorArrays) if f.name != "final")
@@ -42,6 +44,27 @@ class States:
         if isinstance(index, int | np.integer):
             index = [index]
         return type(self)(self.md5, {name: array[index] for name, array in self.rows.items()})
+
+    def set(self, game: Game | str, category: str, slot: int | None = None, **wanted: int) -> Self:
+        """The states with an object elsewhere, or with another value.
+
+            envs.restore_state(envs.clone_state().set("Pong", "Ball", x=80))
+
+        REM's objects change when the states are restored, frames and observations with the next step.
+
+        Args:
+            game: the game, or its name.
+            category: name of the object's category.
+            slot: the slot of the object within its category; by default the first one that is present, in each state.
+            **wanted: the new numbers, see `ocjax.edit`.
+
+        Raises:
+            TypeError, ValueError: see `ocjax.edit`; or the states are of another game.
+        """
+        game = as_game(game)
+        if game.md5 != self.md5:
+            raise ValueError(f"the states are of the ROM with md5 {self.md5}, but that of {game.name} has {game.md5}")
+        return dataclasses.replace(self, rows={**self.rows, "ram": edit(game, self.rows["ram"], category, slot, **wanted)})
 
     def to_bytes(self) -> bytes:
         """The states as bytes for a file. They contain a checksum and, unlike a pickle, no code."""

@@ -409,7 +409,8 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
             for shard, new, old in zip(self._shards, restored, carries, strict=True)
         ]
         result = self._observation(shards), self._info()
-        self._replace(shards, np.where(chosen, ended, self._ended))
+        # The RAM of edited states is not the one that their objects were extracted from.
+        self._replace([self._with_new_ram(shard) for shard in shards], np.where(chosen, ended, self._ended))
         return result
 
     def _carries(self) -> list[tuple[Any, ...]]:

@@ -2,10 +2,12 @@
 
 import inspect
 import re
+from typing import Any, NamedTuple
 
 from ocjax.console.ram import Field
 from ocjax.evaluation.tables import Cell, Table
 from ocjax.extraction.game import Game
+from ocjax.ramtools.causes import Causes
 
 
 def comments(game: Game) -> dict[str, str]:
@@ -28,14 +30,44 @@ def _range(field: Field) -> str:
     return f"-{1 << 8 * width - 1} to {(1 << 8 * width - 1) - 1}" if field.meaning == "signed" else f"0-{256**width - 1}"
 
 
-def ram_map(game: Game) -> Table:
-    """A table of everything that a game's decoder reads, by address: bytes, how they are read, range, name and meaning."""
-    notes = comments(game)
-    rows: list[tuple[int, list[Cell]]] = []
+class Row(NamedTuple):
+    """A number that a game's decoder reads from the RAM."""
+
+    bytes: tuple[int, ...]  # addresses 0 to 127
+    read_as: str
+    range: str
+    name: str  # of the field in the game's file
+    meaning: str
+
+
+def read(game: Game) -> list[Row]:
+    """Everything that a game's decoder reads, by address."""
+    notes, rows = comments(game), []
     for name, field in game.ram.fields().items():
         for i, place in enumerate(field.places):
             where = place if isinstance(place, tuple) else (place,)
             label = f"{name}[{i}]" if len(field.places) > 1 else name
-            rows.append((where[0], [", ".join(map(str, where)), field.meaning, _range(field), label, notes.get(name, "")]))
-    rows.sort(key=lambda r: r[0])
-    return Table(f"{game.name}: RAM", ["Byte", "Read as", "Range", "Name", "Meaning"], [r for _, r in rows])
+            rows.append(Row(where, field.meaning, _range(field), label, notes.get(name, "")))
+    return sorted(rows, key=lambda row: row.bytes[0])
+
+
+def ram_map(game: Game) -> Table:
+    """A table of everything that a game's decoder reads: bytes, how they are read, range, name and meaning."""
+    rows: list[list[Cell]] = [[", ".join(map(str, row.bytes)), *row[1:]] for row in read(game)]
+    return Table(f"{game.name}: RAM", ["Byte", "Read as", "Range", "Name", "Meaning"], rows)
+
+
+def to_json(game: Game, found: Causes | None = None) -> list[dict[str, Any]]:
+    """The RAM map as records, one for each number that the decoder reads.
+
+    Args:
+        game: the game.
+        found: the causal map of one of its states. With it, each record has `confirmed`: the categories that changed on the screen when
+            one of the bytes was written and the game continued.
+    """
+    records = [row._asdict() for row in read(game)]
+    if found is not None:
+        for record in records:
+            effects = [effect.category for address in record["bytes"] for effect in found.effects[address]]
+            record["confirmed"] = list(dict.fromkeys(effects))
+    return records

@@ -1,5 +1,6 @@
 """The reverse-engineering tools must find the known bytes of games whose decoders are written."""
 
+import json
 import re
 
 import numpy as np
@@ -180,6 +181,22 @@ def test_map():
     assert rows["car_kind[0]"][2] == "0-7"
     for name in ocjax.games():
         assert len(ram_map.ram_map(ocjax.load(name)).rows) >= 4
+
+
+def test_map_as_json():
+    rows = json.loads(run("ram", "map", "Pong", "--json").stdout)
+    (ball,) = [row for row in rows if row["name"] == "ball_x"]
+    assert ball == {"bytes": [49], "read_as": "unsigned", "range": "0-255", "name": "ball_x", "meaning": ball["meaning"]}
+    assert "--confirm needs --json" in run("ram", "map", "Pong", "--confirm").output
+
+
+@pytest.mark.slow
+def test_map_tells_what_an_intervention_confirmed():
+    rows = {row["name"]: row["confirmed"] for row in json.loads(run("ram", "map", "Pong", "--json", "--confirm").stdout)}
+    assert "Ball" in rows["ball_x"]
+    assert "Player" not in rows["ball_x"]
+    assert "EnemyScore" in rows["enemy_score"]
+    assert "PlayerScore" not in rows["enemy_score"]
 
 
 def test_session():

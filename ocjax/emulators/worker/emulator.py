@@ -268,7 +268,7 @@ class Emulator:
         self.commands.state_bytes[self.i] = len(state)
 
     def restore(self) -> None:
-        """Continue from the state in the shared memory; its observed arrays are the pool's to restore."""
+        """Continue from the state in the shared memory, with the RAM there; the other observed arrays are the pool's to restore."""
         saved = snapshot.unpack(self.commands.state[self.i, : self.commands.state_bytes[self.i]].tobytes())
         # ALE's state lacks the action that a sticky frame repeats, so the last action is repeated until it has been taken over.
         p = self.config.repeat_action_probability
@@ -277,13 +277,11 @@ class Emulator:
         self.ale.restoreState(ale_py.ALEState(saved.ale))
         self.rng.bit_generator.state = saved.generator
         self.phase, self.last_action, self.shown_state = Phase(saved.phase), saved.action, b""
+        self.write_ram(self.ram)
 
-    def write_ram(self) -> None:
-        """Write the desired RAM; where the game is over, only what is shown changes, as the game has no further step."""
-        new, ram = self.commands.new_ram[self.i], self.ram
-        if self.phase in (Phase.GAME_OVER, Phase.NEXT_READY):
-            ram[:] = new
-            return
-        for address in np.flatnonzero(new != ram).tolist():
-            self.ale.setRAM(address, int(new[address]))
-        self.ale.getRAM(ram)
+    def write_ram(self, new: np.ndarray) -> None:
+        """Write RAM, uint8 `[128]`; where the game is over, only what is shown changes, as the game has no further step."""
+        if self.phase not in (Phase.GAME_OVER, Phase.NEXT_READY):
+            for address in np.flatnonzero(new != self.ale.getRAM()).tolist():
+                self.ale.setRAM(address, int(new[address]))
+        self.ram[:] = new

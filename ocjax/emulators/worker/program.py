@@ -119,7 +119,7 @@ class EmulatorBlock:
     def write_ram(self) -> None:
         """Write the RAM of the chosen environments."""
         for e in self.chosen():
-            e.write_ram()
+            e.write_ram(self.commands.new_ram[e.i])
 
 
 def _load_hooks(hooks: Iterable[tuple[str, str]]) -> list[tuple[str, Hook]]:
