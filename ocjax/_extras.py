@@ -9,6 +9,7 @@ INSTALL = {  # what installs each package
     "cv2": "opencv-python-headless",
     "envpool": "'ocjax[envpool]'",
     "h5py": "'ocjax[data]'",
+    "jaxtari": "jaxtari",
     "matplotlib": "matplotlib",
     "minari": "'ocjax[data]'",
     "optax": "'ocjax[rl]'",

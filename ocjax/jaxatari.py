@@ -10,7 +10,6 @@ and 0.05 ms for each emulated frame, in one thread: use `ocjax.make_vec` for spe
 """
 
 import contextlib
-import dataclasses
 import functools
 import importlib
 import threading
@@ -23,6 +22,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ocjax._jaxtari import FIELDS, ObservedField
 from ocjax.console.ram import RAM_SIZE
 from ocjax.emulators.start import start_emulator
 from ocjax.extraction.declaration import Declaration
@@ -52,43 +52,6 @@ class ObjectObservation(NamedTuple):
     orientation: jax.Array  # float32: degrees clockwise from north; 0 where unknown, or what JAXAtari has there in every state
 
 
-@dataclasses.dataclass(frozen=True)
-class ObservedField:
-    """A field of JAXAtari's observation of a game.
-
-    Args:
-        category: whose objects it shows.
-        count: how many; None for one object without a dimension of its own.
-        constants: contents of `visual_id` and `orientation` that JAXAtari has in every state.
-        size: width and height that JAXAtari has in every state, also when the edge of the field covers a part of the object.
-        absent: left and top while there is no such object: JAXAtari keeps it there, and active.
-        value: whether it is the value of the object instead of an `ObjectObservation`.
-    """
-
-    category: str
-    count: int | None = None
-    constants: Mapping[str, tuple[float, ...]] = dataclasses.field(default_factory=dict)
-    size: tuple[int, int] | None = None
-    absent: tuple[int, int] | None = None
-    value: bool = False
-
-
-# The observations of JAXAtari's `jax_<game>.py`, in the order of their fields. Directions are those of its lanes, the top one first.
-FIELDS: Mapping[str, Mapping[str, ObservedField]] = {
-    "Pong": {
-        "player": ObservedField("Player", size=(4, 16)),
-        "enemy": ObservedField("Enemy", size=(4, 16), absent=(16, 115)),
-        "ball": ObservedField("Ball", size=(2, 4), absent=(78, 115)),
-        "score_player": ObservedField("PlayerScore", value=True),
-        "score_enemy": ObservedField("EnemyScore", value=True),
-    },
-    "Freeway": {
-        "chicken": ObservedField("Chicken"),
-        "car": ObservedField("Car", 10, {"visual_id": tuple(range(10)), "orientation": (270.0,) * 5 + (90.0,) * 5}, (8, 10)),
-    },
-}
-
-
 class State(NamedTuple):
     """An emulated game."""
 
@@ -105,16 +68,17 @@ def _observation_type(name: str, fields: tuple[str, ...]) -> Any:
 
 def fields(game: Declaration) -> Mapping[str, ObservedField]:
     """The fields of a game's observation: those of `FIELDS`, or else a field for each category, by its name in lower case."""
-    named = {constant(c.name): ObservedField(c.name, None if c.count == 1 else c.count) for c in game.categories}
+    named = {constant(c.name): ObservedField((c.name,), None if c.count == 1 else c.count) for c in game.categories}
     return FIELDS.get(game.name, named)
 
 
 def observation(objects: Objects) -> Any:
     """The observation of JAXAtari's environment of the game, a named tuple of `ObjectObservation` and values.
 
-    Its fields are those of JAXAtari in Pong and Freeway, so that it flattens to the same vector. There, boxes are those of whole objects
-    where the edge of the field covers a part, and Pong's ball and enemy are where JAXAtari keeps them while they are not in play. In
-    other games, there is a field for each category, such as `player_missile`. If JAXAtari has fewer slots, the valid objects come first.
+    Its fields are those of JAXtari in the games of `FIELDS`, so that it flattens to a vector of the same layout. Fields that ocjax has no
+    objects for are empty. In Pong and Freeway, boxes are those of whole objects where the edge of the field covers a part, and Pong's ball
+    and enemy are where JAXtari keeps them while they are not in play. In other games, there is a field for each category, such as
+    `player_missile`. Where JAXtari's slots differ from ocjax's, the valid objects come first.
 
     Args:
         objects: what `game.rem` or `game.vem` returned, of any batch shape.
@@ -124,16 +88,42 @@ def observation(objects: Objects) -> Any:
     """
     game = whose(objects)
     named = fields(game)
-    return _observation_type(game.name, tuple(named))(*(_field(objects.of(game, f.category), f, game) for f in named.values()))
+    return _observation_type(game.name, tuple(named))(*(_field(objects, f, game) for f in named.values()))
 
 
-def _field(part: Objects, field: ObservedField, game: Declaration) -> Any:
+def _shape(field: ObservedField) -> tuple[int, ...]:
+    """The shape of the numbers that a field shows."""
+    return field.count if isinstance(field.count, tuple) else () if field.count is None else (field.count,)
+
+
+def _number(objects: Objects, field: ObservedField, game: Declaration) -> jax.Array:
+    """The number that a field shows, int32 of shape `[...]` and `_shape`."""
+    count = _shape(field)
+    if not field.categories:
+        return jnp.zeros((*objects.batch_shape, *count), jnp.int32)
+    part = objects.of(game, field.categories[0])
+    number = part.value[..., 0] if part.valid.shape[-1] == 1 else jnp.sum(part.valid, axis=-1, dtype=jnp.int32)
+    return number.reshape(*objects.batch_shape, *count)
+
+
+def _slots(field: ObservedField, game: Declaration) -> np.ndarray:
+    """The slots of the field's categories, int32 `[n]`."""
+    slots = [np.arange(game.slices[name].start, game.slices[name].stop) for name in field.categories]
+    return np.concatenate([np.zeros(0, np.int64), *slots]).astype(np.int32)[field.slot :]
+
+
+def _shown(objects: Objects, field: ObservedField, game: Declaration) -> Objects:
+    """The objects that a field shows, in as many slots as it has: in ocjax's order, or the valid ones first if ocjax has more slots."""
+    slots, count = _slots(field, game), field.count if isinstance(field.count, int) else 1
+    part = objects.take(jnp.broadcast_to(slots, (*objects.batch_shape, len(slots))))
+    order = jnp.argsort(~part.valid, axis=-1, stable=True)[..., :count] if len(slots) > count else jnp.arange(count)
+    return part.take(jnp.broadcast_to(order, (*objects.batch_shape, count)).astype(jnp.int32))
+
+
+def _field(objects: Objects, field: ObservedField, game: Declaration) -> Any:
     if field.value:
-        return part.value[..., 0]
-    count = field.count or 1
-    order = jnp.argsort(~part.valid, axis=-1, stable=True) if part.valid.shape[-1] > count else jnp.arange(count)
-    order = jnp.broadcast_to(order[..., :count], (*part.valid.shape[:-1], count))
-    part = part.take(order.astype(jnp.int32))
+        return _number(objects, field, game)
+    part = _shown(objects, field, game)
     numbers = [a.astype(jnp.int32) for a in (part.x, part.y, part.w, part.h, part.valid, part.orientation)]
     x, y, w, h, active, compass = (a[..., 0] for a in numbers) if field.count is None else numbers
     if field.size is not None:
@@ -279,9 +269,13 @@ class Environment:
         """
         spaces = _spaces()
         numbers = np.iinfo(np.int32)
-        score = spaces.Box(low=numbers.min, high=numbers.max, shape=(), dtype=jnp.int32)
-        named = fields(self.game)
-        return spaces.Dict({n: score if f.value else spaces.get_object_space(f.count, self.game.screen) for n, f in named.items()})
+
+        def space(field: ObservedField) -> Any:
+            if not field.value:
+                return spaces.get_object_space(field.count, self.game.screen)
+            return spaces.Box(low=numbers.min, high=numbers.max, shape=_shape(field), dtype=jnp.int32)
+
+        return spaces.Dict({name: space(field) for name, field in fields(self.game).items()})
 
     def action_space(self) -> Any:
         """The space of actions, a `Discrete` of JAXAtari's module `spaces`.

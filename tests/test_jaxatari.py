@@ -13,6 +13,8 @@ import pytest
 import ocjax
 from ocjax import jaxatari
 from ocjax.console.rom import rom_path
+from ocjax.evaluation import parity
+from ocjax.evaluation.jaxtari import Jaxtari
 
 KEY = jax.random.key(0)
 
@@ -189,3 +191,26 @@ def test_with_jaxatari(theirs):
             stack, state, _, terminated, _, _ = wrapped.step(state, jnp.int32(action))
         assert stack[-1, 0] == 140
         assert not terminated
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("default")
+@pytest.mark.parametrize("name", jaxatari.FIELDS)
+def test_fields_of_jaxtari(name):
+    """Observations have the fields and shapes of JAXtari's own environments, and both play the same actions."""
+    pytest.importorskip("jaxtari")
+    game = ocjax.load(name)
+    simulator = Jaxtari(game)
+    with jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):
+        want, _ = simulator.environment.reset(KEY)
+    got = jaxatari.observation(game.rem(np.zeros(128, np.uint8)))
+    assert got._fields == tuple(type(want).__dataclass_fields__)
+    assert [a.shape for a in jax.tree.leaves(got)] == [np.shape(a) for a in jax.tree.leaves(want)]
+    p = parity.compare(game, simulator, frames=5)
+    assert len(p.real) == len(p.simulated) == 6
+    assert (p.simulated.label >= 0).any()
+
+
+def test_games_without_known_fields():
+    with pytest.raises(ValueError, match="the fields of JAXtari's Alien are not known"):
+        Jaxtari(ocjax.load("Alien"))

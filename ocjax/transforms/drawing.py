@@ -11,7 +11,7 @@ from ocjax.console.compass import POINTS
 from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects
 
-__all__ = ["HIDDEN", "category_colors", "drawn", "overlay", "sheet"]
+__all__ = ["HIDDEN", "boxes_over", "category_colors", "drawn", "overlay", "sheet"]
 
 HIDDEN = "dashed: not on this frame"  # the legend of boxes
 
@@ -23,8 +23,12 @@ _TITLE_SIZE, _TITLE_HEIGHT = 22, 34  # pixels
 
 def category_colors(game: Declaration) -> dict[str, tuple[int, int, int]]:
     """A bright RGB colour for each category, with hues evenly spaced."""
-    n = len(game.categories)
-    hues = {c.name: colorsys.hsv_to_rgb(i / n, 0.75, 1.0) for i, c in enumerate(game.categories)}
+    return _bright_colors([c.name for c in game.categories])
+
+
+def _bright_colors(names: Sequence[str]) -> dict[str, tuple[int, int, int]]:
+    """A bright RGB colour for each name, with hues evenly spaced."""
+    hues = {name: colorsys.hsv_to_rgb(i / len(names), 0.75, 1.0) for i, name in enumerate(names)}
     return {name: (round(255 * r), round(255 * g), round(255 * b)) for name, (r, g, b) in hues.items()}
 
 
@@ -71,6 +75,29 @@ def overlay(game: Declaration, frame: np.ndarray, objects: Objects, *, scale: in
             named.add(r["category"])
             place = r["x"] * sx, r["y"] * sy, (r["y"] + r["h"]) * sy
             _label(draw, font, r["category"] + attributes, place, image.size, colors[r["category"]])
+    return image
+
+
+def boxes_over(rgb: np.ndarray, xywh: np.ndarray, label: np.ndarray, categories: Sequence[str], *, scale: int = 2) -> Image.Image:
+    """Draw labelled boxes of any detector over a frame.
+
+    Args:
+        rgb: uint8 `[H, 160, 3]`.
+        xywh: `[N, 4]`, left, top, width and height in screen pixels.
+        label: int `[N]`, index into `categories`, or -1 where there is no box.
+        categories: names of the labels, each written above its first box.
+        scale: picture pixels per screen pixel vertically; there are twice as many horizontally, because the console's pixels are wide.
+    """
+    sx, sy = 2 * scale, scale
+    image = Image.fromarray(rgb).resize((rgb.shape[1] * sx, rgb.shape[0] * sy), Image.Resampling.NEAREST)
+    draw = ImageDraw.Draw(image)
+    font = ImageFont.load_default(size=4 * scale + 2)
+    colors = _bright_colors(categories)
+    boxes = [(categories[int(k)], box) for k, box in zip(label, np.rint(xywh).astype(int).tolist(), strict=True) if k >= 0]
+    for name, (x, y, w, h) in boxes:
+        _frame(draw, (x * sx - 1, y * sy - 1, (x + max(w, 0)) * sx, (y + max(h, 0)) * sy), colors[name], max(1, scale // 2), dashed=False)
+    for name, (x, y, _, h) in dict(reversed(boxes)).items():
+        _label(draw, font, name, (x * sx, y * sy, (y + h) * sy), image.size, colors[name])
     return image
 
 

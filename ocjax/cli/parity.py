@@ -1,0 +1,67 @@
+"""The command `ocjax parity`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.progress import track
+
+from ocjax._jaxtari import FIELDS
+from ocjax.cli.messages import console, errors_in_one_line
+from ocjax.cli.render import save
+from ocjax.evaluation import parity as referee
+from ocjax.evaluation import tables
+from ocjax.evaluation.jaxtari import Jaxtari
+from ocjax.extraction import registry
+from ocjax.files import writing
+
+AGAINST = ("jaxtari",)
+FRAME_TIME = 50  # milliseconds per frame of an animation
+
+
+def parity(
+    name: Annotated[str, typer.Argument(metavar="GAME", help="Name of the game, or all: a line for each game that both have.")],
+    against: Annotated[str, typer.Option(help="The other implementation: jaxtari.")] = "jaxtari",
+    seeds: Annotated[int, typer.Option(min=1, help="Number of runs; their seeds are 0, 1, 2, ...")] = 3,
+    frames: Annotated[int, typer.Option(min=1, help="Emulated frames of each run.")] = 300,
+    align: Annotated[bool, typer.Option(help="Begin with the simulator's positions where the real game can be edited so.")] = True,
+    out: Annotated[
+        Path | None, typer.Option(help="A .png of the first frame that differs (the last one if none does), or a .gif of the first run.")
+    ] = None,
+    markdown: Annotated[Path | None, typer.Option(help="Write the table as Markdown.")] = None,
+) -> None:
+    """Compare another implementation of a game with the real ROM, frame by frame, with the same actions."""
+    with errors_in_one_line():
+        if against not in AGAINST:
+            raise ValueError(f"--against must be one of {', '.join(AGAINST)}, got {against!r}")
+        writing.check(markdown)
+        if out is not None:
+            writing.check_suffix(out, (".png", ".gif"))
+            writing.check(out)
+        games = list(FIELDS) if name == "all" else [name]
+        found = [_runs(game, seeds, frames, align=align) for game in games]
+    table = referee.to_summary(found) if name == "all" else referee.to_table(found[0])
+    tables.show(table, console)
+    if markdown is not None:
+        with errors_in_one_line():
+            writing.write_text(markdown, tables.to_markdown([table]))
+        writing.announce(console, "Written", markdown)
+    if out is not None:
+        first = found[0][0]
+        save(referee.pictures(first, _frames(first, out)), out, frame_time=FRAME_TIME)
+        writing.announce(console, "Written", out)
+
+
+def _runs(name: str, seeds: int, frames: int, *, align: bool) -> list[referee.Parity]:
+    game = registry.load(name)
+    simulator = Jaxtari(game)
+    numbers = track(range(seeds), description=f"{game.name}, {simulator.name}", console=console, transient=True)
+    return [referee.compare(game, simulator, seed=seed, frames=frames, align=align) for seed in numbers]
+
+
+def _frames(p: referee.Parity, out: Path) -> list[int]:
+    """The frames to draw: all for an animation, else the first one that differs."""
+    if out.suffix == ".gif":
+        return list(range(len(p.real)))
+    first = referee.errors(p).first
+    return [int(first[first >= 0].min()) if (first >= 0).any() else len(p.real) - 1]
