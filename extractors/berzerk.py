@@ -62,10 +62,11 @@ class Glyph:  # of `Ram.glyph`: low bytes of addresses
 
 GLYPH_PAGE = 0xC00
 DIGIT_FONT = ROM.font(GLYPH_PAGE + Glyph.ZERO, rows=7)
-CELLS = tuple(range(55, 103, 8))
-LINE = (55, 183, 104, 190)
 LINE_TOP = 183
 SCORE = NumberDisplay(DIGIT_FONT, right=103, top=LINE_TOP, digits=6)
+BONUS = NumberDisplay(DIGIT_FONT, right=71, top=LINE_TOP, digits=2)
+LINE = SCORE.area
+COPYRIGHT_SIZE = (40, 7)
 
 APPEARED = 255  # `appearing` once the room is there
 NO_ROBOT = 127  # `robot_y`, of this and all later slots
@@ -159,9 +160,9 @@ def decode(m: Ram) -> dict[str, Box]:
         "PlayerMissile": _shot(m).where(present),
         "EnemyMissile": _missile_box(m, color, left).where(present | left),
         "EvilOtto": _otto(m).where(present),
-        "Copyright": box(63, LINE_TOP, 40, 7, m.glyph[1] == Glyph.COPYRIGHT),
+        "Copyright": box(63, LINE_TOP, *COPYRIGHT_SIZE, m.glyph[1] == Glyph.COPYRIGHT),
         "PlayerScore": SCORE.box(m.score, valid=m.score > 0),
-        "BonusPoints": _bonus(m),
+        "BonusPoints": _bonus_box(m),
         "Lives": _lives(m),
     }
 
@@ -268,7 +269,7 @@ def _otto(m: Ram) -> Box:
     return box(m.otto_x + 3, y, 8, jnp.where(squashed, 10, 16), m.otto >= OTTO_COMES)
 
 
-def _bonus(m: Ram) -> Box:
+def _bonus_box(m: Ram) -> Box:
     """The bonus, of two digits; a 1 in front is a column narrower."""
     there = (m.glyph[1] == Glyph.ZERO) & (m.glyph[5] == Glyph.BLANK)
     narrow = when(m.glyph[0] == Glyph.ONE, 1)
@@ -283,10 +284,10 @@ def _lives(m: Ram) -> Box:
 
 def _count_men() -> Digits:
     """How VEM counts the men of the line: each of their pictures counts 1, and one is not shown."""
-    man = tuple(ROM.rows(GLYPH_PAGE + Glyph.MAN, 7).tolist())
-    no_picture = (0,) * 6 + (1,)
-    glyphs = Font((no_picture, man, *(no_picture,) * 8))
-    return Digits(glyphs, CELLS, LINE_TOP, weights=(1,) * 6, base=1, required=True)
+    pictures = ROM.rows([GLYPH_PAGE + Glyph.MAN, GLYPH_PAGE + Glyph.COPYRIGHT], DIGIT_FONT.height)
+    man, other = map(tuple, pictures.tolist())  # the other one is never beside a man
+    glyphs = Font((other, man, *(other,) * 8))
+    return Digits(glyphs, SCORE.lefts, LINE_TOP, weights=(1,) * 6, base=1, required=True)
 
 
 def _across(colors: Colors, shape: Shape, connectivity: int = 8) -> Blobs:
@@ -316,13 +317,8 @@ ENEMY_MISSILE = Blobs(
     also=(Blobs(ROOM_COLORS, FIELD, UPRIGHT), _across(ROOM_COLORS, Shape(w=(3, 6), h=(2, 3)))),
 )
 EVIL_OTTO = Blobs(HUMAN_COLOR, FIELD, Shape(w=8, h=(10, 16), pixels=(60, 90)))
-NOTICE = Bounds(TEXT, LINE, min_size=(40, 7), max_size=(40, 7))
-BONUS_POINTS = Bounds(
-    TEXT,
-    (55, 183, 71, 190),
-    min_size=(13, 7),
-    value=Digits(DIGIT_FONT, CELLS[:2], LINE_TOP, free=CELLS[2:], required=True),
-)
+NOTICE = Bounds(TEXT, LINE, min_size=COPYRIGHT_SIZE, max_size=COPYRIGHT_SIZE)
+BONUS_POINTS = BONUS.rule(TEXT, free=tuple(SCORE.lefts[BONUS.digits :]), required=True)
 
 GAME = Game(
     name="Berzerk",
@@ -338,7 +334,7 @@ GAME = Game(
         display("Copyright", NOTICE, attributes=(), doc="before the first points"),
         display(
             "PlayerScore",
-            SCORE.rule(TEXT, LINE, required=True),
+            SCORE.rule(TEXT, required=True),
             blinks=True,
             doc="hidden between rooms",
         ),

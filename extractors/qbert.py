@@ -26,6 +26,7 @@ colour of the score; while that is not on display, the value is unknown.
 """
 
 import functools
+import itertools
 
 import jax
 import jax.numpy as jnp
@@ -85,7 +86,7 @@ START = 25  # `player_y` there
 SCORE_Y = 55  # least `player_y` at which the score is on display
 SUMMIT = (76, 10)  # where Coily is on the highest cube
 # The generator of random numbers takes these values of `dice` in turn, two a step of the game.
-DICE = np.array((0, 1, 6, 15, 12, 13, 2, 11, 8, 9, 14, 7, 4, 5, 10, 3))
+DICE = tuple(itertools.accumulate(range(15), lambda last, _: 5 * last + 1 & 15, initial=0))
 DICE_STEPS = np.argsort(DICE) // 2  # of the game, modulo 8, by `dice`
 
 SCORE = NumberDisplay(FONT, right=73, top=6, digits=5, leading_zeros=True)

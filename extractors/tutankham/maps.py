@@ -28,7 +28,8 @@ def table_of(offset: int, count: int, step: int = 1) -> np.ndarray:
 def placing_at(x: int) -> tuple[int, int]:
     """Where the program that places a figure at x begins, and the chip's fine movement."""
     columns = x + (x >> 4) + 1 >> 4
-    return int(table_of(ROUTINES, 16)[0, columns]), (~(columns + x) << 4) + 0x80 & 0xF0
+    begin = ROM.data[1024 * SLICES[0] + ROUTINES + columns]  # alike in all maps
+    return int(begin), (~(columns + x) << 4) + 0x80 & 0xFF
 
 
 def _columns_of_things() -> np.ndarray:
@@ -42,7 +43,7 @@ def _columns_of_things() -> np.ndarray:
 
 def _until_empty(picture: np.ndarray) -> np.ndarray:
     """A picture without what is below its first empty row."""
-    return np.where(np.cumsum(picture == 0) > 0, 0, picture)
+    return np.where(np.logical_or.accumulate(picture == 0), 0, picture)
 
 
 def _pictures_of(page: int, lows: np.ndarray) -> np.ndarray:
@@ -53,8 +54,8 @@ def _pictures_of(page: int, lows: np.ndarray) -> np.ndarray:
 
 
 THING_LOOKS = table_of(THINGS + 2, PLACES, ENTRY_BYTES)
-KINDS = np.select([THING_LOOKS == KEY_LOOK, THING_LOOKS == DOOR_LOOK], [1, 2], 0)
-ORDER = np.argsort(KINDS, axis=1, kind="stable")  # treasures, the key, the door
+# Treasures, the key, the door.
+ORDER = np.lexsort((THING_LOOKS == KEY_LOOK, THING_LOOKS == DOOR_LOOK))
 
 
 def _in_order(table: np.ndarray) -> np.ndarray:

@@ -1,7 +1,7 @@
 """Frames on which the limits of vision rules decide: objects that are just allowed, and some that are just not.
 
-Play seldom gets there: a picture has fewer pixels than the limit of its shape, or nothing crosses the edge of a region. The frames are kept
-as text, so that they stay the same when a rule changes. A line is a frame:
+Play seldom gets there: a picture has fewer pixels than the limit of its shape, nothing crosses the edge of a region, or a number does not
+fill its cells. The frames are kept as text, so that they stay the same when a rule changes. A line is a frame:
 
     7 | 0 142,144 | 142,50,60,16,7,88 142,80,60,16,7,87
 
@@ -10,7 +10,8 @@ drawn: colour, left, top, width, height, and number of pixels.
 """
 
 import itertools
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,6 +19,7 @@ import numpy as np
 
 from ocjax import recordings
 from ocjax.console.boxes import WIDTH, Area
+from ocjax.console.fonts import Digits, Font
 from ocjax.extraction.game import Game
 from ocjax.play.deciding import in_batches
 from ocjax.vision.rules import Blobs, Bounds, Rule, Run, Runs
@@ -139,6 +141,8 @@ def _drawn(game: Game, rule: Rule, count: int) -> Frames:
     elif isinstance(rule, Bounds):
         for part in rule.parts:
             yield from _of_bounds(game, part)
+            if isinstance(part.value, Digits):
+                yield from _of_number(game, part, part.value)
     elif isinstance(rule, Runs):
         yield from _of_runs(rule)
 
@@ -156,6 +160,9 @@ def _of_blobs(game: Game, rule: Blobs, count: int) -> Frames:
         together = [*together, Component(color, *(place or region[:2]), *size)]
     if together:
         yield rule.palette, together
+    if rule.filters:  # some keep what is at an edge only
+        for together in _at_bottom(color, region, sizes, min(count, TOGETHER)):
+            yield rule.palette, together
     least = rule.all_shapes[0].min_size
     for component in _across(color, region, least, least, game.screen[0]):
         yield rule.palette, [component]
@@ -177,6 +184,17 @@ def _next_place(before: Sequence[Component], size: tuple[int, int, int], region:
         if left + size[0] <= region[2] and top + size[1] <= region[3]:
             return left, top
     return None
+
+
+def _at_bottom(color: int, area: Area, sizes: Iterable[tuple[int, int, int]], most: int) -> Iterator[list[Component]]:
+    """Components of some sizes along the lower edge of an area, so many on a frame."""
+    every = list(sizes)
+    for i in range(0, len(every), most):
+        left, together = area[0], []
+        for w, h, pixels in every[i : i + most]:
+            together.append(Component(color, left, area[3] - h, w, h, pixels))
+            left += w + BEYOND
+        yield together
 
 
 def _sizes(shape: Shape) -> Iterator[tuple[int, int, int]]:
@@ -237,6 +255,36 @@ def _of_bounds(game: Game, rule: Bounds) -> Frames:
         for dw, dh in ((0, 0), (1, 0), (0, 1)):
             w, h = rule.max_size[0] + dw, rule.max_size[1] + dh
             yield cleared, [Component(c, r[0], r[1], w, h, w * h) for r, c in slots]
+
+
+def _of_number(game: Game, rule: Bounds, number: Digits) -> Frames:
+    """A number that fills its cells, and one with something in a cell that has to be free, or beyond the edges of the region."""
+    area, colors = rule.slots[0]
+    color = _color(colors, rule.inverse)
+    picture = _plainest(number.font)
+    shown = [Component(color, left + x, number.top + y, w, h, w * h) for left in number.lefts for x, y, w, h in picture]
+    yield (color,), shown
+    for left in number.free:
+        yield (color,), [*shown, Component(color, left, number.top, 1, 1, 1)]
+    if number.required:
+        yield (color,), [*shown, *_across(color, area, (BEYOND, BEYOND), (0, 0), game.screen[0])]
+
+
+def _plainest(font: Font) -> list[Area]:
+    """The rectangles, left, top, width and height, of the picture of a digit above 0 that has fewest of them."""
+    digits = [glyph for glyph in font.glyphs[1:] if any(glyph) and font.glyphs.count(glyph) == 1]
+    return min((_rectangles(font, glyph) for glyph in digits), key=len, default=[])
+
+
+def _rectangles(font: Font, glyph: tuple[int, ...]) -> list[Area]:
+    """The dots of a picture in rectangles of equal rows, in pixels."""
+    (width, height), out, top = font.dot, [], 0
+    for row, same in itertools.groupby(glyph):
+        rows = len(list(same))
+        for run in re.finditer("1+", f"{row:0{font.dots}b}"):
+            out.append((run.start() * width, top * height, (run.end() - run.start()) * width, rows * height))
+        top += rows
+    return out
 
 
 def _color(colors: Sequence[int], inverse: bool) -> int:
