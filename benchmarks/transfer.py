@@ -1,17 +1,15 @@
-"""Train a policy on JAXAtari's own game, and test it there and on the real ROM through `ocjax.jaxatari`.
+"""Train a policy on JAXtari's own game, and test it there and on the real ROM through `ocjax.jaxatari`.
 
-    python benchmarks/transfer.py CHECKOUT [GAME] [--frames 10000000] [--games 10] [--seed 0]
+    python benchmarks/transfer.py [GAME] [--frames 10000000] [--games 10] [--seed 0]
 
-CHECKOUT is a checkout of JAXAtari. The script needs JAXAtari's packages (flax, chex, gymnax and Pillow) and the extra `rl`. GAME is Freeway
-(the default) or Pong. The policy sees the latest object observation and its change since the previous step, through JAXAtari's wrappers
+The script needs `pip install jaxtari` and the extra `rl`. GAME is Freeway (the default) or another game whose observations `ocjax.jaxatari`
+has in JAXtari's layout. The policy sees the latest object observation and its change since the previous step, through JAXtari's wrappers
 with their default settings, except that rewards are not clipped. Training uses PPO with the default hyperparameters of `ocjax train`.
 """
 
 import argparse
 import importlib
-import sys
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import jax
@@ -25,23 +23,20 @@ from rich.table import Table
 import ocjax
 from ocjax.agents import networks, ppo
 from ocjax.agents.moments import standardized
+from ocjax.evaluation.jaxtari import Jaxtari
 
-FRAME_SKIP = 4  # of JAXAtari's AtariWrapper
+FRAME_SKIP = 4  # of JAXtari's AtariWrapper
 H = ppo.Hyperparameters()
-GAMES = ("Freeway", "Pong")  # whose observations ocjax.jaxatari has in JAXAtari's layout
 
 
 def imitation(game: str) -> Any:
-    """JAXAtari's own environment, without its renderer, which needs pictures that are not in its repository."""
-    module = importlib.import_module(f"jaxatari.games.jax_{game.lower()}")
-    env = object.__new__(getattr(module, f"Jax{game}"))
-    env.consts = getattr(module, f"{game}Constants")()
-    return env
+    """JAXtari's own environment."""
+    return Jaxtari(ocjax.load(game)).environment
 
 
 def wrapped(env: Any) -> Any:
     """The environment with frame skip, sticky actions, no-op starts and stacked flat observations."""
-    wrappers = importlib.import_module("jaxatari.wrappers")
+    wrappers = importlib.import_module("jaxtari.wrappers")
     return wrappers.ObjectCentricWrapper(wrappers.AtariWrapper(env), clip_reward=False)
 
 
@@ -72,7 +67,7 @@ def make_collect(env: Any, network: networks.Network) -> Callable[..., Any]:
 
 
 def train(game: str, frames: int, seed: int) -> tuple[networks.Network, ppo.Learner]:
-    """PPO on JAXAtari's game."""
+    """PPO on JAXtari's game."""
     env = wrapped(imitation(game))
     obs, state = jax.jit(jax.vmap(env.reset))(jax.random.split(jax.random.key(seed), H.num_envs))
     num_inputs = features(obs).shape[-1]
@@ -80,7 +75,7 @@ def train(game: str, frames: int, seed: int) -> tuple[networks.Network, ppo.Lear
     learner, update = ppo.init(network, H, num_inputs, seed), ppo.make_update(network, H, standardize=True)
     collect = make_collect(env, network)
     key, total = jax.random.key(seed + 1), -(-frames // (H.num_envs * H.horizon * FRAME_SKIP))
-    for i in track(range(total), f"Training on JAXAtari's {game}"):
+    for i in track(range(total), f"Training on JAXtari's {game}"):
         obs, state, rollout = collect(learner, obs, state, jax.random.fold_in(key, i))
         learner, _ = update(learner, learner.inputs, rollout, jnp.float32(1 - i / total))
     return network, learner
@@ -108,16 +103,14 @@ def returns(env: Any, network: networks.Network, learner: ppo.Learner, games: in
 def main() -> None:
     """Train, test, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("checkout", type=Path)
-    parser.add_argument("game", nargs="?", choices=GAMES, default=GAMES[0])
+    parser.add_argument("game", nargs="?", choices=ocjax.jaxatari.FIELDS, default="Freeway")
     parser.add_argument("--frames", type=int, default=10_000_000)
     parser.add_argument("--games", type=int, default=10)
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
-    sys.path.insert(0, str(args.checkout / "src"))
     network, learner = train(args.game, args.frames, args.seed)
     table = Table("game", "mean return", "standard deviation", title=f"{args.game}, {args.games} games each")
-    for name, env in (("JAXAtari", imitation(args.game)), ("real ROM", ocjax.jaxatari.Environment(args.game, noop_max=0))):
+    for name, env in (("JAXtari", imitation(args.game)), ("real ROM", ocjax.jaxatari.Environment(args.game, noop_max=0))):
         got = returns(wrapped(env), network, learner, args.games, args.seed)
         table.add_row(name, f"{np.mean(got):.1f}", f"{np.std(got):.1f}")
     Console().print(table)

@@ -101,9 +101,8 @@ def empty(name, *batch):
 
 @pytest.mark.slow
 def test_observations_of_other_games():
-    seen = jaxatari.observation(empty("Seaquest", 3))
-    assert seen._fields[:3] == ("player", "player_missile", "shark")
-    assert seen.shark.x.shape == (3, 12)
+    seen = jaxatari.observation(empty("Krull", 3))
+    assert seen._fields[:3] == ("player", "lyssa", "slayers")
     assert seen.player.orientation.shape == (3,)
 
 
@@ -208,7 +207,7 @@ def test_fields_of_jaxtari(name):
     assert [a.shape for a in jax.tree.leaves(got)] == [np.shape(a) for a in jax.tree.leaves(want)]
     p = parity.compare(game, simulator, frames=5)
     assert len(p.real) == len(p.simulated) == 6
-    assert (p.simulated.label >= 0).any()
+    assert p.simulated.categories == p.real.categories
 
 
 def test_games_without_known_fields():
