@@ -130,6 +130,7 @@ SELDOM_KNOWN = {
     ("Tennis", "PlayerScore"): 0.3,  # points, without the games won
     ("Tennis", "EnemyScore"): 0.3,
     ("TimePilot", "Score"): 0.8,  # a text
+    ("Zaxxon", "Life"): 0.85,  # on one of five lines, two of which are read
 }
 CLOCKS = {("Skiing", "Score")}
 FRAME_OF_A_CLOCK = 2  # hundredths of a second

@@ -1,0 +1,51 @@
+"""The ground of Zaxxon, in rows of playfield that come nearer: floor, walls and barriers."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.console.boxes import Box, edges
+from ocjax.console.ops import extremes, lookup, pick
+from ocjax.extractors.zaxxon.drawn import Drawn, ground_edges
+from ocjax.extractors.zaxxon.ram import ROM, Color, Ram
+
+GROUND_LEFT = 16
+EMPTY = 80  # the first column of a row without dots
+
+
+def _first_columns() -> np.ndarray:
+    """The first column of each shape of a row, int32 `[256]`; `EMPTY`: it has none."""
+    outer, inner = ROM.bytes(0xB00, 256), ROM.bytes(0xC00, 256)
+    dots = np.concatenate(
+        [outer[:, None] >> np.arange(7, -1, -1), inner[:, None] >> np.arange(8)], 1
+    )
+    shown = (dots & 1) == 1
+    return np.where(shown.any(1), GROUND_LEFT + 4 * shown.argmax(1), EMPTY)
+
+
+SHAPE_LEFTS = _first_columns()
+BARRIER_SHAPES = ROM.bytes(0xBD1, 4, 4).tolist()  # of the four that take turns
+
+
+def lefts_of(shapes: jax.Array) -> jax.Array:
+    """The first columns of rows of the ground."""
+    return lookup(SHAPE_LEFTS, shapes & 255)
+
+
+def wall_box(m: Ram, d: Drawn) -> Box:
+    tops, bottoms = ground_edges(m, d)
+    lefts = lefts_of(d.shapes)
+    wall = (d.colors == Color.WALL) & (lefts < EMPTY) & (tops < bottoms) & ~d.space
+    left, _ = extremes(wall, lefts, 0)
+    top, bottom = extremes(wall, tops, bottoms)
+    return edges(left, top, 160 - left, bottom, jnp.any(wall))
+
+
+def barrier_box(m: Ram, d: Drawn) -> Box:
+    """Posts that change their places, and are drawn in one of four frames."""
+    tops, bottoms = ground_edges(m, d)
+    shape = d.shapes + m.barrier_shape + 1 + pick((m.clock >> 2) & 3, BARRIER_SHAPES)
+    lefts = lefts_of(shape)
+    posts = (d.colors == Color.BARRIER) & (lefts < EMPTY) & (tops < bottoms) & ~d.space
+    left, _ = extremes(posts, lefts, 0)
+    top, bottom = extremes(posts, tops, bottoms)
+    return edges(left, top, 160 - left, bottom, jnp.any(posts) & (m.level > 0))
