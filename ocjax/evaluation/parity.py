@@ -191,7 +191,7 @@ def to_table(runs: Sequence[Parity]) -> Table:
     for k, name in enumerate(runs[0].real.categories):
         shares, off = [e.f1[k] for e in found], np.array([e.off[k] for e in found])
         firsts = ", ".join("-" if e.first[k] < 0 else str(e.first[k]) for e in found)
-        rows.append([name, *_counts(runs, k), 100 * _mean(shares), *(f"{_mean(side):.1f}" for side in off.T), firsts])
+        rows.append([name, *_counts(runs, k), 100 * _mean(shares), *map(_pixels, off.T), firsts])
     title = f"{runs[0].game.name}: the real ROM and {runs[0].simulator}; {_by_seed(runs, lambda p: f'{len(p.real)} frames')}; return "
     title += _by_seed(runs, lambda p: " and ".join(f"{total:g}" for total in p.rewards.sum(axis=1)))
     header = ["Field", "Real", runs[0].simulator, "F1", "x off", "y off", "w off", "h off", "Differs from frame"]
@@ -209,7 +209,7 @@ def to_summary(games: Sequence[Sequence[Parity]]) -> Table:
         returns = np.mean([p.rewards.sum(axis=1) for p in runs], axis=0)
         f1 = 100 * _mean(np.array([e.f1 for e in found]).ravel())
         differs = str(min(known)) if known else "-"
-        rows.append([runs[0].game.name, f1, *(f"{_mean(side):.1f}" for side in off.T), differs, *(f"{total:g}" for total in returns)])
+        rows.append([runs[0].game.name, f1, *map(_pixels, off.T), differs, *(f"{total:.4g}" for total in returns)])
     simulator = games[0][0].simulator
     header = ["Game", "F1", "x off", "y off", "Differs from frame", "Return", f"Return in {simulator}"]
     return Table(f"The real ROMs and {simulator}", header, rows)
@@ -225,6 +225,12 @@ def _mean(values: Sequence[float] | np.ndarray) -> float:
     """The mean of the values that are numbers; nan if there is none."""
     known = np.asarray(values)[~np.isnan(values)]
     return float(known.mean()) if len(known) else math.nan
+
+
+def _pixels(values: np.ndarray) -> Cell:
+    """The mean of the values that are numbers, with one decimal."""
+    mean = _mean(values)
+    return None if math.isnan(mean) else f"{mean:.1f}"
 
 
 def _counts(runs: Sequence[Parity], field: int) -> list[Cell]:
