@@ -48,7 +48,9 @@ def drawn(game: Declaration, frame: np.ndarray, objects: Objects) -> np.ndarray:
     return out
 
 
-def overlay(game: Declaration, frame: np.ndarray, objects: Objects, *, scale: int = 3, labels: bool = True) -> Image.Image:
+def overlay(
+    game: Declaration, frame: np.ndarray, objects: Objects, *, scale: int = 3, labels: bool = True, numbers: bool = False
+) -> Image.Image:
     """Draw the boxes of the valid objects of one state over its frame. Boxes of objects that the frame does not show are dashed.
 
     Args:
@@ -57,6 +59,7 @@ def overlay(game: Declaration, frame: np.ndarray, objects: Objects, *, scale: in
         objects: of one state.
         scale: picture pixels per screen pixel vertically; there are twice as many horizontally, because the console's pixels are wide.
         labels: whether to label the first object of each category, and every object that has a value or a known orientation.
+        numbers: label every object with its number in `objects.to_list()` instead, beginning with 1.
     """
     rgb = game.palette[frame] if frame.ndim == 2 else frame
     sx, sy = 2 * scale, scale
@@ -69,7 +72,10 @@ def overlay(game: Declaration, frame: np.ndarray, objects: Objects, *, scale: in
     for r, is_shown in zip(records, shown, strict=True):
         corners = (r["x"] * sx - 1, r["y"] * sy - 1, (r["x"] + r["w"]) * sx, (r["y"] + r["h"]) * sy)
         _frame(draw, corners, colors[r["category"]], max(1, scale // 2), dashed=not is_shown)
-    for r in records if labels else ():
+    if numbers:
+        for k, r in enumerate(records, 1):
+            _label(draw, font, str(k), (r["x"] * sx, r["y"] * sy, (r["y"] + r["h"]) * sy), image.size, colors[r["category"]])
+    for r in records if labels and not numbers else ():
         attributes = _attributes(r)
         if r["category"] not in named or attributes:
             named.add(r["category"])
