@@ -29,7 +29,10 @@ from ocjax.transforms.drawing import category_colors, overlay
 ROOT = Path(__file__).parent.parent
 PAGES = {"README.md": "index.md", "benchmarks/README.md": "benchmarks.md", ".github/CONTRIBUTING.md": "contributing.md"}
 LINK = re.compile(r"\]\((?!https?:)([^)#]+)(#[^)]*)?\)")
-PUBLIC = ("ocjax", "ocjax.envs", "ocjax.recordings", "ocjax.files", "ocjax.datasets", "ocjax.evaluation", "ocjax.ocatari")
+PUBLIC = (
+    *("ocjax", "ocjax.envs", "ocjax.recordings", "ocjax.files", "ocjax.files.atari_head", "ocjax.datasets"),
+    *("ocjax.evaluation", "ocjax.evaluation.parity", "ocjax.ocatari", "ocjax.jaxatari"),
+)
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:

@@ -208,6 +208,7 @@ def test_fields_of_jaxtari(name):
     p = parity.compare(game, simulator, frames=5)
     assert len(p.real) == len(p.simulated) == 6
     assert p.simulated.categories == p.real.categories
+    jax.clear_caches()  # the compiled games take gigabytes
 
 
 def test_games_without_known_fields():
