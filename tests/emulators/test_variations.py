@@ -2,6 +2,7 @@
 
 import functools
 import pickle
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -124,6 +125,13 @@ def test_declarations():
         assert v.doc.endswith(".")
         assert v.writes or v.copies or v.replaces or v.parts
     assert not variations.of("Pitfall")
+
+
+def test_the_documentation_lists_them():
+    page = (Path(__file__).parents[2] / "docs" / "neighbours.md").read_text()
+    for game in dict.fromkeys(v.game for v in variations.ALL.values()):
+        assert f"| {game} | {', '.join(f'`{name}`' for name in sorted(variations.of(game)))} |" in page
+    assert f"{len(variations.ALL)} variations of" in page
 
 
 @pytest.mark.parametrize("v", variations.ALL.values(), ids=variations.ALL)
