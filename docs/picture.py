@@ -10,7 +10,6 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 import ocjax
-from ocjax.emulators.variations import Variation
 from ocjax.envs import make, variations
 from ocjax.play.policies import SHIPPED
 from ocjax.play.rollouts import rollout
@@ -24,6 +23,28 @@ FRAME_TIME = 90  # milliseconds
 COLUMNS = 3
 
 
+SHOWN = (  # variations
+    "Alien:no_alien",
+    "Asterix:odd_lines_free",
+    "BankHeist:only_police",
+    "Boxing:color_player_black",
+    "Breakout:color_all_blocks_red",
+    "ChopperCommand:color_blue",
+    "FishingDerby:fish_in_middle",
+    "Freeway:stop_all_cars",
+    "Freeway:stopped_cars",
+    "Frostbite:reposition_floes_easy",
+    "Kangaroo:change_level_1",
+    "MsPacman:caged_ghosts",
+    "MsPacman:set_level_1",
+    "Pong:lazy_enemy",
+    "Pong:parallel_enemy",
+    "Riverraid:red_river",
+    "Skiing:invert_flags",
+    "SpaceInvaders:no_shields",
+    "SpaceInvaders:relocate_shields_right",
+    "Tennis:always_lower_player",
+)
 STEPS, PAIRS, GAP, LINE = 145, 5, 6, 18  # random steps before a picture, pairs in a row, pixels between them and for a name
 
 
@@ -50,25 +71,25 @@ def draw_play(name: str, after: int) -> list[Image.Image]:
 
 
 def draw_variations() -> Image.Image:
-    """Every variation beside the original game, after the same random actions."""
+    """Variations beside the original game, after the same random actions."""
     width, height = 2 * 160 + GAP, 210 + LINE
-    image = Image.new("RGB", (PAIRS * (width + GAP) - GAP, -(-len(variations.ALL) // PAIRS) * height), "white")
+    image = Image.new("RGB", (PAIRS * (width + GAP) - GAP, -(-len(SHOWN) // PAIRS) * height), "white")
     draw, font = ImageDraw.Draw(image), ImageFont.load_default(size=LINE - 5)
-    for i, (name, variation) in enumerate(variations.ALL.items()):
+    for i, name in enumerate(SHOWN):
         x, y = i % PAIRS * (width + GAP), i // PAIRS * height
-        draw.text((x, y), f"{variation.game}: {name}", "black", font)
-        for k, hook in enumerate((None, variation)):
-            image.paste(Image.fromarray(play(variation.game, hook)), (x + 160 * k, y + LINE))
+        draw.text((x, y), name.replace(":", ": "), "black", font)
+        for k, hook in enumerate((None, name)):
+            image.paste(Image.fromarray(play(variations.ALL[name].game, hook)), (x + 160 * k, y + LINE))
     return image
 
 
-def play(game: str, hook: Variation | None) -> np.ndarray:
+def play(game: str, hook: str | None) -> np.ndarray:
     """The last frame of a game that is played with random actions, uint8 `[H, 160, 3]`, at most 210 rows."""
     env = make(game, mode="raw", obs="pixels", preset="deterministic-v4", full_action_space=True, hook=hook)
     frame, _ = env.reset(seed=0)
     rng = np.random.default_rng(1)
     for _ in range(STEPS):
-        frame = env.step(int(rng.integers(18)))[0]
+        frame = env.step(int(rng.integers(int(env.action_space.n))))[0]
     env.close()
     return frame[:210]
 

@@ -1,7 +1,10 @@
 """The commands `ocjax train` and `ocjax play`."""
 
 import csv as csv_format
+import dataclasses
 import io
+import json as json_format
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -16,6 +19,7 @@ from ocjax.extraction import registry
 from ocjax.extraction.game import Game
 from ocjax.files import writing
 from ocjax.play import human as human_play
+from ocjax.play import varied
 from ocjax.play.games import PICTURE_STEPS, Played
 from ocjax.play.games import play as play_games
 from ocjax.play.policies import TRAINED
@@ -78,10 +82,17 @@ def play(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the emulators and the actions.")] = 0,
     csv: Annotated[Path | None, typer.Option(help="Write the return and the emulated frames of each game as CSV.")] = None,
     gif: Annotated[Path | None, typer.Option(help="Write an animation of the first game, with its objects.")] = None,
+    variations: Annotated[
+        str | None, typer.Option(help="Compare the original with variations: all, or names with commas between them.")
+    ] = None,
+    markdown: Annotated[Path | None, typer.Option(help="Write the comparison of variations as Markdown.")] = None,
+    json: Annotated[Path | None, typer.Option(help="Write the comparison of variations as JSON.")] = None,
     human: Annotated[bool, typer.Option("--human", help="Play yourself, in a window that shows the objects.")] = False,
     out: Annotated[Path | None, typer.Option(help="Recording of what you play. Default with --human: ocjax-<Game>.npz.")] = None,
 ) -> None:
     """Let a policy play complete games, under the settings that it was trained with.
+
+    With --variations, it plays the original game and each of the variations, with the same seeds, and a table compares the returns.
 
     With --human, a window opens in which you play: arrows or wasd move, space fires, b hides the boxes, p pauses, and Escape ends. What you
     have played is written as a recording, which `ocjax evaluate`, `ocjax render` and `ocjax extract` read, and as an animation.
@@ -91,12 +102,20 @@ def play(
         if gif is not None:
             writing.check_suffix(gif, (".gif",))
         if human:
-            if csv is not None or policy != TRAINED or episodes != EVALUATION_EPISODES:
-                raise ValueError("--policy, --episodes and --csv say how a policy plays: they do not apply with --human")
+            if csv is not None or variations is not None or policy != TRAINED or episodes != EVALUATION_EPISODES:
+                raise ValueError("--policy, --episodes, --variations and --csv say how a policy plays: they do not apply with --human")
             _play_by_hand(spec, seed, out or Path(f"ocjax-{spec.name}.npz"), gif or Path(f"ocjax-{spec.name}.gif"))
             return
         if out is not None:
             raise ValueError("--out is of the recording that --human makes; `ocjax dataset` records the play of policies")
+        if variations is not None:
+            if csv is not None or gif is not None:
+                raise ValueError("--csv and --gif are of the original game: with --variations, there are --markdown and --json")
+            writing.check(markdown, json)
+            _compare(spec, policy, varied.chosen(spec, variations), episodes, seed, markdown, json)
+            return
+        if markdown is not None or json is not None:
+            raise ValueError("--markdown and --json are of the comparison that --variations makes")
         writing.check(csv, gif)
         played = play_games(spec, policy, episodes, seed=seed, pictures=gif is not None)
         tables.show(_table(spec, played), console)
@@ -106,6 +125,20 @@ def play(
         if gif is not None:
             save(played.pictures, gif, frame_time=FRAME_TIME)
             writing.announce(console, "The first game", gif)
+
+
+def _compare(game: Game, policy: str, names: Sequence[str], episodes: int, seed: int, markdown: Path | None, json: Path | None) -> None:
+    """Play the original and variations, show the comparison, and write it."""
+    rows = varied.compare(game, policy, names, episodes, seed=seed)
+    table = varied.table(game, policy, rows)
+    tables.show(table, console)
+    if markdown is not None:
+        writing.write_text(markdown, tables.to_markdown([table]))
+        writing.announce(console, "Written", markdown)
+    if json is not None:
+        about = {"game": game.name, "policy": policy, "variations": [dataclasses.asdict(row) for row in rows]}
+        writing.write_text(json, json_format.dumps(about, indent=2) + "\n")
+        writing.announce(console, "Written", json)
 
 
 def _play_by_hand(game: Game, seed: int, out: Path, gif: Path) -> None:

@@ -21,7 +21,7 @@ from gymnasium.error import AlreadyPendingCallError, NoAsyncCallError
 
 from ocjax.emulators import states as saved
 from ocjax.emulators.checks import NOT_RESET, action_array, integer, is_integer, mask_array, seed_list
-from ocjax.emulators.hooks import Hook, pickled_hooks
+from ocjax.emulators.hooks import Hook, Hooks, pickled_hooks
 from ocjax.emulators.memory import check_memory, shared_memory
 from ocjax.emulators.pool import EmulatorPool, StartReport
 from ocjax.emulators.process import WorkerError, Workers
@@ -68,7 +68,7 @@ class AlePool(EmulatorPool):
     Raises:
         RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was written for.
         ValueError: an argument is out of range.
-        TypeError: a hook is not a function, or cannot be sent to a worker; or a mode or difficulty is not an integer.
+        TypeError: a hook is neither a function nor a name, or cannot be sent to a worker; or a mode or difficulty is not an integer.
         MemoryError: there is not enough memory for so many emulators.
         WorkerError: a worker could not be started.
     """
@@ -84,7 +84,7 @@ class AlePool(EmulatorPool):
         autoreset: str = NEXT_STEP,
         game_mode: int | Sequence[int | None] | None = None,
         game_difficulty: int | Sequence[int | None] | None = None,
-        hook: Hook | Sequence[Hook] | None = None,
+        hook: Hooks = None,
         starts: Sequence[Hook | None] = (),
         worker_timeout: float | None = WORKER_TIMEOUT,
     ) -> None:

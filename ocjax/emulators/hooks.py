@@ -10,35 +10,37 @@ from typing import Any
 import cloudpickle
 import numpy as np
 
-from ocjax.emulators.variations import Variation
+from ocjax.emulators.variations import Variation, find
 from ocjax.emulators.worker.emulator import apply_hooks
 from ocjax.extraction.registry import load
 
 Hook = Callable[[np.ndarray], None]
+Hooks = Hook | str | Sequence[Hook | str] | None  # a string is the name of a variation
 
 
-def named_hooks(hook: Hook | Sequence[Hook] | None, game: str) -> tuple[tuple[str, Hook], ...]:
+def named_hooks(hook: Hooks, game: str) -> tuple[tuple[str, Hook], ...]:
     """Hooks with their names.
 
     Raises:
-        TypeError: a hook is not a function.
-        ValueError: a hook is a variation of another game.
+        TypeError: a hook is neither a function nor a name.
+        ValueError: a hook is a variation of another game, or the game has no variation of that name.
     """
-    hooks: tuple[Any, ...] = () if hook is None else tuple(hook) if isinstance(hook, Sequence) and not isinstance(hook, str) else (hook,)
+    given: tuple[Any, ...] = () if hook is None else tuple(hook) if isinstance(hook, Sequence) and not isinstance(hook, str) else (hook,)
+    hooks = tuple(find(h, game) if isinstance(h, str) else h for h in given)
     for h in hooks:
         if not callable(h):
-            raise TypeError(f"hook must be a function of the RAM or a sequence of such functions, got {h!r}")
+            raise TypeError(f"hook must be a function of the RAM, the name of a variation, or a sequence of these, got {h!r}")
         if isinstance(h, Variation) and load(h.game).name != game:
             raise ValueError(f"the hook is a variation of {h.game} ({h.doc}), but the game is {game}")
     return tuple((_name(h), h) for h in hooks)
 
 
-def pickled_hooks(hook: Hook | Sequence[Hook] | None, game: str) -> tuple[tuple[str, str], ...]:
+def pickled_hooks(hook: Hooks, game: str) -> tuple[tuple[str, str], ...]:
     """The name of each hook, and the hook pickled in hexadecimal.
 
     Raises:
-        TypeError: a hook is not a function, or cannot be pickled.
-        ValueError: a hook is a variation of another game.
+        TypeError: a hook is neither a function nor a name, or cannot be pickled.
+        ValueError: a hook is a variation of another game, or the game has no variation of that name.
     """
     return tuple((name, _pickle_by_value(h).hex()) for name, h in named_hooks(hook, game))
 

@@ -10,7 +10,7 @@ from gymnasium.vector import AutoresetMode
 
 from ocjax._extras import extras
 from ocjax.emulators.ale import WORKER_TIMEOUT, AlePool
-from ocjax.emulators.hooks import Hook
+from ocjax.emulators.hooks import Hooks
 from ocjax.emulators.settings import Settings, settings
 from ocjax.emulators.worker.interface import DISABLED, NEXT_STEP, SAME_STEP, SCREENS
 from ocjax.envs.protocols import preset_of
@@ -55,7 +55,7 @@ def make_vec(
     autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
     num_workers: int | None = None,
     batch_size: int | None = None,
-    hook: Hook | Sequence[Hook] | None = None,
+    hook: Hooks = None,
     worker_timeout: float | None = WORKER_TIMEOUT,
     render_mode: str | None = None,
     ram_info: bool = False,
@@ -94,8 +94,8 @@ def make_vec(
         autoreset_mode: Gymnasium's NEXT_STEP, SAME_STEP or DISABLED.
         num_workers: number of processes (envpool: threads); by default one per core. With 0, instances are stepped in this process.
         batch_size: envpool only: the number of environments whose results `recv` returns.
-        hook: a function, or a sequence of functions, that edits the RAM of each instance before every emulated frame; see `AlePool` and
-            `ocjax.emulators.variations`.
+        hook: a function, or a sequence of functions, that edits the RAM of each instance before every emulated frame; see `AlePool`. A
+            variation may be given by its name in `ocjax.emulators.variations`, "stop_all_cars" or "Freeway:stop_all_cars".
         worker_timeout: how many seconds a worker process of backend "ale" may take to reply before an error is raised; None for no limit.
         render_mode: "rgb_array", or "objects" for frames with the objects drawn over them.
         ram_info: whether `info` contains the RAM.
@@ -111,8 +111,8 @@ def make_vec(
     Raises:
         ValueError: the game or an option is unknown, an option contradicts the id, the ROM is the wrong one, a hook is a variation of
             another game, or the backend does not support an option.
-        TypeError: there is no such option, one is given by two names, a hook is not a function, or cannot be sent to worker processes,
-            `reward_fn` is not a function, or a game mode or difficulty is not an integer.
+        TypeError: there is no such option, one is given by two names, a hook is neither a function nor a name, or cannot be sent to
+            worker processes, `reward_fn` is not a function, or a game mode or difficulty is not an integer.
         MemoryError: there is not enough memory for so many instances.
         MissingExtraError: a ModuleNotFoundError; the extra `envpool` is not installed.
         WorkerError: a worker process could not be started.

@@ -14,7 +14,7 @@ import numpy as np
 from gymnasium.envs.registration import EnvSpec
 
 from ocjax.emulators.checks import Uncopied
-from ocjax.emulators.hooks import Hook, HookedEmulator, named_hooks
+from ocjax.emulators.hooks import HookedEmulator, Hooks, named_hooks
 from ocjax.emulators.start import check_rom, log_errors_only
 from ocjax.extraction.names import games
 from ocjax.extraction.objects import Objects
@@ -83,13 +83,14 @@ class OCAtari(Uncopied, gym.Env):
         render_oc_overlay: whether `render` draws the objects over the enlarged frame. In render mode "human" this needs pygame.
         buffer_window_size: number of steps in the state buffers.
         create_buffer_stacks: which state buffers are kept, besides that of the observation: "ori", "dqn" or "obj".
-        hook: a function, or a sequence of functions, that edits the RAM before every emulated frame; see `ocjax.make_vec`.
+        hook: a function, or a sequence of functions, that edits the RAM before every emulated frame, or names of variations; see
+            `ocjax.make_vec`.
         kwargs: options of ale-py's environments for `gymnasium.make`: `frameskip`, `difficulty`, `repeat_action_probability`,
             `full_action_space`, `max_num_frames_per_episode` and others.
 
     Raises:
         ValueError: the game, the mode, the observation or a buffer is unknown, the window is empty, or the ROM is the wrong one.
-        TypeError: there is no such option, or a hook is not a function.
+        TypeError: there is no such option, or a hook is neither a function nor a name.
         ModuleNotFoundError: pygame is needed and not installed.
     """
 
@@ -107,7 +108,7 @@ class OCAtari(Uncopied, gym.Env):
         buffer_window_size: int = 4,
         create_buffer_stacks: Sequence[str] = ("ori",),
         *,
-        hook: Hook | Sequence[Hook] | None = None,
+        hook: Hooks = None,
         **kwargs: Any,
     ) -> None:
         _check(mode, obs_mode, buffer_window_size)

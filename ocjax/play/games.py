@@ -8,6 +8,7 @@ import numpy as np
 from PIL import Image
 from rich.progress import Progress
 
+from ocjax.emulators.hooks import Hooks
 from ocjax.emulators.settings import settings
 from ocjax.envs import AlePool, Settings
 from ocjax.extraction.game import Game
@@ -37,7 +38,7 @@ class Played:
     pictures: list[Image.Image]
 
 
-def play(game: Game, policy: str, episodes: int, *, seed: int = 0, pictures: bool = False) -> Played:
+def play(game: Game, policy: str, episodes: int, *, seed: int = 0, pictures: bool = False, hook: Hooks = None) -> Played:
     """Play complete games.
 
     A policy plays under the settings that it was trained with, and a game counts from its start to its end, even where training takes each
@@ -49,6 +50,7 @@ def play(game: Game, policy: str, episodes: int, *, seed: int = 0, pictures: boo
         episodes: number of games.
         seed: of the emulators and the policy.
         pictures: whether to draw the first game.
+        hook: as of `ocjax.make_vec`, such as the name of a variation.
 
     Raises:
         PolicyError: a ValueError; there is no such policy, or it does not fit the game.
@@ -57,7 +59,7 @@ def play(game: Game, policy: str, episodes: int, *, seed: int = 0, pictures: boo
     n = min(episodes, MOST_ENVS)
     quota = episodes // n + (np.arange(n) < episodes % n)
     chosen = _settings_of(policy, game)
-    with contextlib.closing(AlePool(game, n, chosen, screens=("screen",) if pictures else ())) as pool:
+    with contextlib.closing(AlePool(game, n, chosen, screens=("screen",) if pictures else (), hook=hook)) as pool:
         act = policies.make_policy(policy, game, len(pool.actions), n, seed)
         pool.reset([seed + i for i in range(n)])
         drawn: list[Image.Image] = []

@@ -2,6 +2,7 @@
 
 import functools
 import pickle
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import pytest
 import ocjax
 from ocjax.emulators import variations
 from ocjax.envs import make
+from ocjax.ocatari import OCAtari
 
 STEPS = 150
 BLUE, WHITE, RED, DARK_RED = (45, 50, 184), (214, 214, 214), (167, 26, 26), (144, 28, 0)
@@ -18,8 +20,7 @@ ORANGE, GREEN = (213, 130, 74), (92, 186, 92)  # Pong's enemy and player
 @functools.cache
 def play(game, name=None):
     """The frames of a game, uint8 [STEPS, H, 160, 3], with a variation or without, by the same random actions."""
-    hook = None if name is None else getattr(variations, name)
-    env = make(game, mode="raw", obs="pixels", preset="deterministic-v4", full_action_space=True, hook=hook)
+    env = make(game, mode="raw", obs="pixels", preset="deterministic-v4", full_action_space=True, hook=name)
     env.reset(seed=0)
     rng, frames = np.random.default_rng(1), []
     for _ in range(STEPS):
@@ -111,18 +112,53 @@ def test_players():
 
 
 def test_declarations():
-    assert set(variations.ALL) == set(variations.__all__) - {"ALL", "Variation"}
-    assert len(variations.ALL) >= 10
-    for v in variations.ALL.values():
+    own = {name: getattr(variations, name) for name in variations.__all__}
+    own = {name: value for name, value in own.items() if isinstance(value, variations.Variation)}
+    assert len(own) == 15
+    assert len(variations.ALL) >= 100
+    assert {f"{v.game}:{name}" for name, v in own.items()} <= set(variations.ALL)
+    assert all(variations.ALL[f"{v.game}:{name}"] is v for name, v in own.items())
+    for key, v in variations.ALL.items():
         assert v.game in ocjax.games()
+        assert key.startswith(f"{v.game}:")
+        assert variations.of(v.game)[key.split(":")[1]] is v
         assert v.doc.endswith(".")
-        assert v.writes or v.copies
-        ram = np.arange(128, dtype=np.uint8)
+        assert v.writes or v.copies or v.replaces or v.parts
+    assert not variations.of("Pitfall")
+
+
+def test_the_documentation_lists_them():
+    page = (Path(__file__).parents[2] / "docs" / "neighbours.md").read_text()
+    for game in dict.fromkeys(v.game for v in variations.ALL.values()):
+        assert f"| {game} | {', '.join(f'`{name}`' for name in sorted(variations.of(game)))} |" in page
+    assert f"{len(variations.ALL)} variations of" in page
+
+
+@pytest.mark.parametrize("v", variations.ALL.values(), ids=variations.ALL)
+def test_bytes(v):
+    """What is declared is written, and nothing else, also by a copy in another process."""
+    for seed in range(8):
+        before = np.random.default_rng(seed).integers(256, size=128).astype(np.uint8)
+        ram = before.copy()
         pickle.loads(pickle.dumps(v))(ram)
-        changed = set(np.flatnonzero(ram != np.arange(128)).tolist())
-        assert changed <= v.writes.keys() | v.copies.keys()
-        assert all(ram[a] == value for a, value in v.writes.items())
-        assert all(ram[a] == source for a, source in v.copies.items())
+        changed = set(np.flatnonzero(ram != before).tolist())
+        parts = [part for part in (v, *v.parts) if all(before[a] in values for a, values in part.when.items())]
+        assert changed <= {a for part in parts for a in (*part.writes, *part.copies, *part.replaces)}
+        for part in parts:
+            assert all(ram[a] == value for a, value in part.writes.items())
+            assert all(ram[a] == before[source] for a, source in part.copies.items())
+            assert all(ram[a] == new.get(int(before[a]), before[a]) for a, new in part.replaces.items())
+
+
+def test_conditions_and_bits():
+    v = variations.Variation("Pong", "An example.", {3: 255}, masks={3: 15}, replaces={4: {7: 8}}, when={5: range(0, 256, 8)})
+    ram = np.zeros(128, np.uint8)
+    ram[4:6] = 7, 1
+    v(ram)
+    assert ram[3:6].tolist() == [0, 7, 1]
+    ram[5] = 16
+    v(ram)
+    assert ram[3:6].tolist() == [15, 8, 16]
 
 
 def test_several_hooks_in_workers():
@@ -189,12 +225,54 @@ def test_a_variation_of_another_game_is_refused():
     for refused in (variations.red_river, [variations.lazy_enemy, variations.red_river]):
         with pytest.raises(ValueError, match=r"the hook is a variation of Riverraid .*, but the game is Pong"):
             make("Pong", hook=refused)
-    with pytest.raises(TypeError, match="got 'lazy_enemy'"):
-        make("Pong", hook="lazy_enemy")
+    with pytest.raises(ValueError, match=r"the hook is a variation of Riverraid .*, but the game is Pong"):
+        make("Pong", hook="Riverraid:red_river")
+    with pytest.raises(TypeError, match="got 3"):
+        make("Pong", hook=["lazy_enemy", 3])
+
+
+def test_names():
+    assert variations.find("pong:lazy_enemy") is variations.find("lazy_enemy", "Pong") is variations.lazy_enemy
+    for wrong in ("lazy_enemi", "Pong:lazy_enemi"):
+        with pytest.raises(ValueError, match=r"Pong has no variation 'lazy_enemi'; it has .*up_drift.* Did you mean 'lazy_enemy'"):
+            make("Pong", hook=wrong)
+    with pytest.raises(ValueError, match=r"Pitfall has no variation 'gravity'; it has none"):
+        ocjax.make_vec("Pitfall", 1, num_workers=0, hook="gravity")
+    with pytest.raises(ValueError, match="no game 'Pongg'"):
+        variations.find("Pongg:lazy_enemy")
+    with pytest.raises(ValueError, match="must have a game"):
+        variations.find("lazy_enemy")
+
+
+def test_names_beside_functions():
+    """Each hook sees what those before it wrote, in workers and in OCAtari's class."""
+
+    def follow(ram):
+        ram[60] = ram[21]
+
+    envs = ocjax.make_vec("Pong", 2, num_workers=1, ram_info=True, hook=["Pong:lazy_enemy", follow])
+    envs.reset(seed=0)
+    assert (envs.step(np.zeros(2, int))[-1]["ram"][:, 60] == 127).all()
+    envs.close()
+    env = OCAtari("Pong", hook=["lazy_enemy", follow])
+    env.reset(seed=0)
+    assert env.get_ram()[60] != 127
+    env.step(0)
+    assert env.get_ram()[60] == 127
+    env.close()
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"writes": {200: 1}}, {"writes": {20: 300}}, {"writes": {"a": 1}}, {"copies": {-1: 3}}, {"copies": {3: 128}}]
+    "wrong",
+    [
+        {"writes": {200: 1}},
+        {"writes": {20: 300}},
+        {"writes": {"a": 1}},
+        {"copies": {-1: 3}},
+        {"copies": {3: 128}},
+        {"replaces": {3: {5: 256}}},
+        {"when": {128: (1,)}},
+    ],
 )
 def test_variations_of_wrong_bytes_are_refused(wrong):
     with pytest.raises(ValueError, match=r"must have (addresses|values) from 0 to"):

@@ -1,0 +1,96 @@
+"""Variations of games as writes to RAM, after those of HackAtari (Delfosse et al., 2024).
+
+    ocjax.make_vec("Pong", 64, hook="lazy_enemy")
+    ocjax.make_vec("Pong", 64, hook=["Pong:lazy_enemy", my_function])
+
+A variation is a hook: it writes its bytes before every emulated frame. Several are combined by `hook=[...]`. The addresses and values are
+those of HackAtari 0.0.6 and of the games' decoders in `extractors/`, and the tests check the effect of each on the screen. The names are
+HackAtari's where the effect is the same. What HackAtari does every fifth, sixth or tenth frame happens here every fourth or eighth frame of
+the game's own counter, so that a restored state continues identically.
+"""
+
+import difflib
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from ocjax.emulators.variations import mazes, shooters, sports
+from ocjax.emulators.variations.mechanism import Variation
+from ocjax.extraction.registry import load
+
+__all__ = [
+    "ALL",
+    "Variation",
+    "always_lower_player",
+    "color_all_blocks_red",
+    "color_player_black",
+    "disable_monkeys",
+    "find",
+    "invisible_player",
+    "lazy_enemy",
+    "no_alien",
+    "no_barrel",
+    "no_shields",
+    "obelix",
+    "of",
+    "parallel_enemy",
+    "red_river",
+    "relocate_shields_right",
+    "reposition_floes_easy",
+    "stopped_cars",
+]
+
+_GAMES = dict(sorted({**sports.GAMES, **shooters.GAMES, **mazes.GAMES}.items()))
+
+ALL: Mapping[str, Variation] = MappingProxyType({f"{game}:{name}": v for game, some in _GAMES.items() for name, v in some.items()})
+"""Every variation by its game and name, such as "Freeway:stop_all_cars"."""
+
+
+def of(game: str) -> Mapping[str, Variation]:
+    """The variations of a game by name; empty if it has none.
+
+    Args:
+        game: the game's name in any of the usual spellings.
+
+    Raises:
+        UnknownGameError: a ValueError; there is no such game.
+    """
+    return MappingProxyType(_GAMES.get(load(game).name, {}))
+
+
+def find(name: str, game: str | None = None) -> Variation:
+    """A variation by name.
+
+    Args:
+        name: the game and the name, "Freeway:stop_all_cars", or the name alone.
+        game: the game, if the name does not say it.
+
+    Raises:
+        ValueError: there is no such variation; the message has those of the game.
+    """
+    before, colon, own = name.rpartition(":")
+    if not colon and game is None:
+        raise ValueError(f"the name of a variation must have a game, such as 'Freeway:stop_all_cars', got {name!r}")
+    title = load(before if colon else str(game)).name
+    known = of(title)
+    if own in known:
+        return known[own]
+    close = difflib.get_close_matches(own, known, cutoff=0.5)
+    hint = f" Did you mean {' or '.join(repr(c) for c in close)}?" if close else ""
+    raise ValueError(f"{title} has no variation {own!r}; it has {', '.join(sorted(known)) or 'none'}.{hint}")
+
+
+no_alien = ALL["Alien:no_alien"]
+obelix = ALL["Asterix:obelix"]
+color_player_black = ALL["Boxing:color_player_black"]
+color_all_blocks_red = ALL["Breakout:color_all_blocks_red"]
+invisible_player = ALL["ChopperCommand:invisible_player"]
+no_barrel = ALL["DonkeyKong:no_barrel"]
+stopped_cars = ALL["Freeway:stopped_cars"]
+reposition_floes_easy = ALL["Frostbite:reposition_floes_easy"]
+disable_monkeys = ALL["Kangaroo:disable_monkeys"]
+lazy_enemy = ALL["Pong:lazy_enemy"]
+parallel_enemy = ALL["Pong:parallel_enemy"]
+red_river = ALL["Riverraid:red_river"]
+no_shields = ALL["SpaceInvaders:no_shields"]
+relocate_shields_right = ALL["SpaceInvaders:relocate_shields_right"]
+always_lower_player = ALL["Tennis:always_lower_player"]

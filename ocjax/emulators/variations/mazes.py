@@ -1,0 +1,128 @@
+"""Variations of games in mazes, on roads and on platforms."""
+
+from collections.abc import Mapping
+from functools import partial
+
+from ocjax.emulators.variations.mechanism import Variation
+
+
+def _all(addresses: range, value: int) -> dict[int, int]:
+    return dict.fromkeys(addresses, value)
+
+
+ALIEN = {"no_alien": Variation("Alien", "There are no aliens in the maze.", _all(range(42, 45), 0) | _all(range(49, 52), 0))}
+
+_amidar = partial(Variation, "Amidar")
+_MOVERS = range(73, 80)  # bit 32 is set for an enemy, and bit 16 for the second picture
+AMIDAR = {
+    "change_enemy": _amidar("Enemies have their other picture.", replaces={a: {v: v | 16 for v in range(256) if v & 32} for a in _MOVERS}),
+    "change_player": _amidar(
+        "The player has the other picture.", replaces={a: {v: v | 16 for v in range(256) if not v & 32} for a in _MOVERS}
+    ),
+}
+
+_asterix = partial(Variation, "Asterix")
+
+
+def _free(lanes: range) -> dict[int, int]:
+    """What empties lanes of Asterix."""
+    return {73 + i: i + 1 for i in lanes} | {18 - i: 11 for i in lanes}
+
+
+ASTERIX = {
+    "obelix": _asterix("The player is Obelix, as in a later round.", {54: 5}),
+    "set_consumable_1": _asterix("What is collected is that of the second round.", {54: 1}),
+    "set_consumable_2": _asterix("What is collected is that of the third round.", {54: 2}),
+    "unlimited_lives": _asterix("The lives do not run out.", {83: 3}),
+    "even_lines_free": _asterix("Every second lane, from the second, is empty.", _free(range(1, 9, 2))),
+    "odd_lines_free": _asterix("Every second lane, from the first, is empty.", _free(range(0, 8, 2))),
+}
+
+_heist = partial(Variation, "BankHeist")
+_BANK, _POLICE = 253, 254  # what is in a place of the maze
+BANK_HEIST = {
+    "unlimited_gas": _heist("The fuel does not run out.", {86: 0}),
+    "no_police": _heist("There are no police cars.", replaces={a: {_POLICE: 0} for a in range(24, 27)}),
+    "only_police": _heist("Police cars are where banks would be.", replaces={a: {_BANK: _POLICE} for a in range(24, 27)}),
+}
+
+_kong = partial(Variation, "DonkeyKong")
+DONKEY_KONG = {
+    "no_barrel": _kong("There are no barrels.", {25: 255}),
+    "unlimited_time": _kong("The bonus does not run out.", {36: 70}),
+}
+
+_freeway = partial(Variation, "Freeway")
+FREEWAY = {
+    "stopped_cars": _freeway(
+        "The cars stand still on a diagonal, each further to the right than the car in the lane above.",
+        dict(zip(range(108, 118), range(150, 10, -14), strict=True)) | _all(range(33, 43), 2),  # positions from the bottom, frames to wait
+    ),
+    "stop_all_cars": _freeway(
+        "The cars stand still at the edges of the screen.",
+        _all(range(33, 43), 100) | _all(range(108, 113), 15) | _all(range(113, 118), 150),
+    ),
+    **{
+        f"all_{name}_cars": _freeway(f"All cars are {name}.", _all(range(77, 87), color))
+        for name, color in {"black": 0, "white": 15, "red": 66, "green": 210, "blue": 145}.items()
+    },
+}
+
+_frostbite = partial(Variation, "Frostbite")
+_STANDING = {22: 0}
+FROSTBITE = {
+    "reposition_floes_easy": _frostbite("The floes stand still, below each other.", _STANDING | _all(range(31, 35), 80)),
+    "reposition_floes_medium": _frostbite(
+        "The floes stand still, each row 30 pixels further to the right.", _STANDING | {31 + i: 110 + 30 * i for i in range(4)}
+    ),
+    "reposition_floes_hard": _frostbite(
+        "The floes stand still, each row 20 pixels further to the right.", _STANDING | {31 + i: 100 + 20 * i for i in range(4)}
+    ),
+    "no_birds": _frostbite("There are no animals between the floes.", _all(range(92, 96), 0)),
+    "few_enemies": _frostbite("There are few animals in each row.", _all(range(92, 96), 5)),
+    "many_enemies": _frostbite("There are many animals in each row.", _all(range(92, 96), 15)),
+}
+
+_kangaroo = partial(Variation, "Kangaroo")
+KANGAROO = {
+    "disable_monkeys": _kangaroo("There are no monkeys.", _all(range(8, 12), 127)),
+    "disable_coconut": _kangaroo("No coconut falls.", {33: 255, 35: 255}),
+    "disable_thrown_coconut": _kangaroo("No coconut is thrown.", {25: 255, 28: 255, 31: 0}),
+    "unlimited_time": _kangaroo("The time does not run out.", {59: 32}),
+    **{f"change_level_{i}": _kangaroo(f"The game is in level {i}, counted from 0.", {36: i}) for i in (1, 2)},
+}
+
+_kungfu = partial(Variation, "KungFuMaster")
+KUNG_FU_MASTER = {
+    "no_damage": _kungfu("The player's energy stays full.", {75: 39}),
+    "infinite_time": _kungfu("The time does not run out.", {27: 32, 28: 1}),
+    "infinite_lives": _kungfu("The lives do not run out.", {29: 3}),
+}
+
+_mspacman = partial(Variation, "MsPacman")
+_CAGE = {"orange": {6: 93, 12: 80}, "cyan": {7: 83, 13: 80}, "pink": {8: 93, 14: 67}, "red": {9: 83, 15: 67}}  # positions of the ghosts
+MS_PACMAN = {
+    "caged_ghosts": _mspacman("All ghosts stay in the middle of the maze.", {a: v for place in _CAGE.values() for a, v in place.items()}),
+    **{f"disable_{name}": _mspacman(f"The {name} ghost stays in the middle of the maze.", place) for name, place in _CAGE.items()},
+    **{f"set_level_{i}": _mspacman(f"The game is in level {i}, counted from 0.", {0: i}) for i in (1, 2)},
+}
+
+_name = partial(Variation, "NameThisGame")
+NAME_THIS_GAME = {
+    "endless_oxygen": _name("The oxygen does not run out.", {113: 255}),
+    "quick_start": _name("The game starts at once.", {65: 10}),
+}
+
+GAMES: Mapping[str, Mapping[str, Variation]] = {
+    "Alien": ALIEN,
+    "Amidar": AMIDAR,
+    "Asterix": ASTERIX,
+    "BankHeist": BANK_HEIST,
+    "DonkeyKong": DONKEY_KONG,
+    "Freeway": FREEWAY,
+    "Frostbite": FROSTBITE,
+    "Kangaroo": KANGAROO,
+    "KungFuMaster": KUNG_FU_MASTER,
+    "MsPacman": MS_PACMAN,
+    "NameThisGame": NAME_THIS_GAME,
+}

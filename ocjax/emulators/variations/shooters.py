@@ -1,0 +1,95 @@
+"""Variations of games with shots."""
+
+from collections.abc import Mapping
+from functools import partial
+
+from ocjax.emulators.variations.mechanism import Variation
+
+_SLOT = range(4)  # Atlantis: ships, with a kind from byte 79 and a speed to the right from byte 75
+_BOMBER = 80  # the kind of the fast ship
+
+
+def _all(addresses: range, value: int) -> dict[int, int]:
+    return dict.fromkeys(addresses, value)
+
+
+def _at_speed(others: int, bombers: int) -> tuple[Variation, ...]:
+    """Ships of Atlantis with a speed, those of bombers apart."""
+    kinds = ((others, [*range(_BOMBER), *range(_BOMBER + 1, 256)]), (bombers, [_BOMBER]))
+    return tuple(
+        Variation(
+            "Atlantis", "One ship.", replaces={75 + i: _all(range(1, 128), speed) | _all(range(128, 256), 256 - speed)}, when={79 + i: kind}
+        )
+        for i in _SLOT
+        for speed, kind in kinds
+    )
+
+
+_atlantis = partial(Variation, "Atlantis")
+ATLANTIS = {
+    "no_last_line": _atlantis("No ships fly in the lowest lane.", {36: 0}),
+    "speed_mode_slow": _atlantis("All ships are slow.", parts=_at_speed(2, 3)),
+    "speed_mode_medium": _atlantis("All ships have a medium speed.", parts=_at_speed(4, 5)),
+    "speed_mode_fast": _atlantis("All ships are fast.", parts=_at_speed(6, 7)),
+    "speed_mode_ultrafast": _atlantis("All ships are very fast.", parts=_at_speed(8, 9)),
+}
+
+_carnival = partial(Variation, "Carnival")
+CARNIVAL = {
+    "no_flying_ducks": _carnival("Ducks do not leave the lowest row to fly.", {1: 79}),
+    "unlimited_ammo": _carnival("The bullets do not run out.", {3: 40}),
+    **{
+        f"missile_speed_{name}_increase": _carnival(
+            f"The player's bullets are faster by {rows} rows a frame.", replaces={55: {v: v - rows for v in range(5, 256)}}
+        )
+        for name, rows in {"small": 1, "medium": 2, "large": 3}.items()
+    },
+}
+
+_chopper = partial(Variation, "ChopperCommand")
+CHOPPER_COMMAND = {
+    "no_enemies": _chopper("There are no enemies.", _all(range(6, 13), 0)),
+    "no_radar": _chopper("The radar is empty, and the player and the score are darker.", {118: 37}),
+    "invisible_player": _chopper("The player's helicopter is not drawn, and the score is darker.", {118: 38}),
+    # The byte is a place in a table of colours.
+    "color_black": _chopper("The land is black.", {117: 38}),
+    "color_white": _chopper("The land is white.", {117: 40}),
+    "color_red": _chopper("The land is red.", {117: 23}),
+    "color_blue": _chopper("The land is blue.", {117: 86}),
+    "color_green": _chopper("The land is olive.", {117: 48}),
+}
+
+_riverraid = partial(Variation, "Riverraid")
+RIVERRAID = {
+    "red_river": _riverraid("The river is red.", {13: 255}),
+    "no_fuel": _riverraid("There are no fuel depots, and the tank stays full.", {55: 255}, replaces={a: {10: 0} for a in range(32, 38)}),
+}
+
+_seaquest = partial(Variation, "Seaquest")
+SEAQUEST = {
+    "disable_enemies": _seaquest("There are no enemies.", _all(range(36, 40), 0) | {60: 0}),  # under water, and at the surface
+    # At the surface the game fills the oxygen, and takes a life if it is not full and no diver is on board.
+    "unlimited_oxygen": _seaquest("The oxygen stays full under water.", {102: 63}, when={97: range(20, 256)}),
+    "gravity": _seaquest("The player sinks.", replaces={97: {v: v + 1 for v in range(105)}}, when={1: range(0, 256, 4)}),
+}
+
+_invaders = partial(Variation, "SpaceInvaders")
+SPACE_INVADERS = {
+    "no_shields": _invaders("The cannon has no shields.", _all(range(43, 70), 0)),
+    "disable_shield_left": _invaders("There is no left shield.", _all(range(43, 52), 0)),
+    "disable_shield_middle": _invaders("There is no middle shield.", _all(range(52, 61), 0)),
+    "disable_shield_right": _invaders("There is no right shield.", _all(range(61, 70), 0)),
+    "relocate_shields_slight_left": _invaders("The shields are slightly further to the left.", {27: 35}),
+    "relocate_shields_off_by_one": _invaders("The shields are one column further to the right.", {27: 44}),
+    "relocate_shields_right": _invaders("The shields are further to the right.", {27: 53}),
+    "controlable_missile": _invaders("The cannon's missile follows the cannon.", copies={87: 28}),
+}
+
+GAMES: Mapping[str, Mapping[str, Variation]] = {
+    "Atlantis": ATLANTIS,
+    "Carnival": CARNIVAL,
+    "ChopperCommand": CHOPPER_COMMAND,
+    "Riverraid": RIVERRAID,
+    "Seaquest": SEAQUEST,
+    "SpaceInvaders": SPACE_INVADERS,
+}

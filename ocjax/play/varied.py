@@ -1,0 +1,91 @@
+"""How a policy plays variations of its game."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+
+from ocjax.emulators import variations
+from ocjax.evaluation.tables import Table
+from ocjax.extraction.game import Game
+from ocjax.play.games import MOST_ENVS, Played, play
+
+ORIGINAL = "original"  # the game without a variation
+
+
+@dataclasses.dataclass(frozen=True)
+class Row:
+    """How a policy plays one variation, or the original game.
+
+    Args:
+        name: of the variation, or "original".
+        games: number of complete games.
+        mean, deviation: of their returns; the deviation is that of a sample, 0 for one game.
+        drop: by how many percent of the original's absolute mean return the mean is lower; negative if it is higher, None for the original
+            itself and where the original's mean is 0.
+        seed: of the first instance; the others have the following ones.
+    """
+
+    name: str
+    games: int
+    mean: float
+    deviation: float
+    drop: float | None
+    seed: int
+
+
+def compare(game: Game, policy: str, names: Sequence[str], episodes: int, *, seed: int = 0) -> list[Row]:
+    """Play complete games of the original and of variations, each with the same seeds.
+
+    Args:
+        game: the game.
+        policy: see `ocjax.play.games.play`.
+        names: of the variations.
+        episodes: number of games of each.
+        seed: of the emulators and the policy.
+
+    Raises:
+        ValueError: a variation does not exist, or is one of another game; there is no such policy, or the ROM is the wrong one.
+    """
+    found = {name: variations.find(name, game.name) for name in names}
+    played = {ORIGINAL: play(game, policy, episodes, seed=seed)}
+    for name, variation in found.items():
+        played[name.rpartition(":")[2]] = play(game, policy, episodes, seed=seed, hook=variation)
+    return _rows(played, seed)
+
+
+def chosen(game: Game, text: str) -> list[str]:
+    """The names of variations in a text such as "all" or "lazy_enemy,up_drift".
+
+    Raises:
+        ValueError: the game has no variations, or none of a name.
+    """
+    known = [*variations.of(game.name)]
+    if not known:
+        raise ValueError(f"{game.name} has no variations; there are those of {', '.join({v.game: 0 for v in variations.ALL.values()})}")
+    names = known if text == "all" else [name.strip() for name in text.split(",")]
+    for name in names:
+        variations.find(name, game.name)
+    return names
+
+
+def table(game: Game, policy: str, rows: Sequence[Row]) -> Table:
+    """The rows as a table."""
+    header = ("Variation", "Mean return", "Standard deviation", "Drop in %", "Games", "Seeds")
+    cells = [
+        [r.name, f"{r.mean:,.1f}", f"{r.deviation:,.1f}", None if r.drop is None else f"{r.drop:.1f}", r.games, _seeds(r)] for r in rows
+    ]
+    return Table(f"{game.name}: returns of complete games, policy {policy}", header, cells)
+
+
+def _seeds(row: Row) -> str:
+    last = row.seed + min(row.games, MOST_ENVS) - 1
+    return f"{row.seed}" if last == row.seed else f"{row.seed} to {last}"
+
+
+def _rows(played: Mapping[str, Played], seed: int) -> list[Row]:
+    base = float(played[ORIGINAL].returns.mean())
+    rows = []
+    for name, p in played.items():
+        mean = float(p.returns.mean())
+        drop = None if name == ORIGINAL or base == 0 else 100 * (base - mean) / abs(base)
+        rows.append(Row(name, len(p.returns), mean, float(p.returns.std(ddof=1)) if len(p.returns) > 1 else 0.0, drop, seed))
+    return rows

@@ -1,0 +1,154 @@
+"""Every variation changes the screen, and changes it as it says."""
+
+import functools
+
+import numpy as np
+import pytest
+
+from ocjax.console.palette import to_rgb
+from ocjax.emulators import variations
+from ocjax.envs import make
+
+STEPS, LONG, HOLD = 150, 1200, 8
+LATE = {  # what happens seldom in random play
+    "Atlantis:no_last_line",
+    "Frostbite:few_enemies",
+    "Frostbite:many_enemies",
+    "Frostbite:no_birds",
+    "Kangaroo:disable_thrown_coconut",
+    "KungFuMaster:infinite_lives",
+    "NameThisGame:endless_oxygen",
+    "Tennis:always_upper_pitches",
+    "Tennis:always_upper_player",
+}
+COLORED = [key for key in variations.ALL if "color_" in key or (key.endswith("_cars") and ":all_" in key)]
+CENTERS = {"orange": (93, 80), "cyan": (83, 80), "pink": (93, 67), "red": (83, 67)}
+
+
+def play(game, hook, steps, mode="raw", obs="pixels", hold=1, seed=1):
+    """The environment and its observation after each step with random actions; games that end are followed by others."""
+    env = make(game, mode=mode, obs=obs, preset="deterministic-v4", full_action_space=True, hook=hook)
+    env.reset(seed=0)
+    actions = np.random.default_rng(seed).integers(int(env.action_space.n), size=steps).repeat(hold)[:steps]
+    for action in actions.tolist():
+        observation, _, terminated, truncated, _ = env.step(action)
+        yield env, observation
+        if terminated or truncated:
+            env.reset()
+    env.close()
+
+
+@functools.cache
+def frames(game, hook=None):
+    return np.stack([frame for _, frame in play(game, hook, STEPS)])
+
+
+def objects(game, hook, *categories, steps=400):
+    """The objects of some categories that VEM finds in each frame."""
+    return [[o for o in env.objects if o.category in categories] for env, _ in play(game, hook, steps, "vem", "objects", HOLD)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key", [key for key in variations.ALL if key not in LATE | {"BankHeist:no_police"}])
+def test_frames_differ(key):
+    game = variations.ALL[key].game
+    assert (frames(game, key) != frames(game)).any()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key", sorted(LATE))
+def test_frames_differ_after_long_play(key):
+    pairs = zip(*(play(variations.ALL[key].game, hook, LONG, hold=HOLD, seed=0) for hook in (None, key)), strict=True)
+    assert any((a[1] != b[1]).any() for a, b in pairs)
+
+
+def test_some_differ_quickly():
+    for key in ("Freeway:stop_all_cars", "Skiing:invert_flags", "Pong:up_drift"):
+        assert (frames(variations.ALL[key].game, key) != frames(variations.ALL[key].game)).any()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key", COLORED)
+def test_colors(key):
+    """The colour that is written is on more of the screen than without the variation."""
+    v = variations.ALL[key]
+    value = next(iter(v.writes.values()))
+    if v.game == "ChopperCommand":  # the byte is a place in a table of colours, and a frame has many pixels of the land
+        value = {"black": 0, "white": 0x0E, "red": 0x30, "blue": 0x70, "green": 0x16}[key.rsplit("_", 1)[1]]
+    color = np.asarray(to_rgb(np.uint8(value)))
+    counts = [(frames(v.game, hook)[20:] == color).all(-1).sum() for hook in (None, key)]
+    assert counts[1] > counts[0] + 100 * (STEPS - 20)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("key", "categories"),
+    [
+        ("ChopperCommand:no_enemies", ("EnemyHelicopter", "EnemyPlane")),
+        ("Frostbite:no_birds", ("Bird", "GreenFish", "Crab", "Clam")),
+        ("Kangaroo:disable_coconut", ("FallingCoconut",)),
+        ("Kangaroo:disable_thrown_coconut", ("ThrownCoconut",)),
+        ("Riverraid:no_fuel", ("FuelDepot",)),
+        ("Seaquest:disable_enemies", ("Shark", "Submarine", "SurfaceSubmarine")),
+    ],
+)
+def test_categories_are_absent(key, categories):
+    game = variations.ALL[key].game
+    assert any(objects(game, None, *categories, steps=1000)[20:])
+    assert not any(objects(game, key, *categories, steps=1000)[20:])
+
+
+@pytest.mark.slow
+def test_police_cars():
+    assert any(objects("BankHeist", "only_police", "Police")[20:])
+    assert not any(objects("BankHeist", "only_police", "Bank")[20:])
+    assert not any(objects("BankHeist", ["only_police", "no_police"], "Police", "Bank")[20:])
+
+
+@pytest.mark.slow
+def test_ghosts():
+    for found in objects("MsPacman", "caged_ghosts", "Ghost", steps=150)[20:]:
+        assert all(70 <= o.x <= 90 and 60 <= o.y <= 90 for o in found)
+    assert any(o.y < 50 for found in objects("MsPacman", None, "Ghost", steps=150)[20:] for o in found)
+
+
+@pytest.mark.slow
+def test_fish():
+    assert any(o.x > 100 for found in objects("FishingDerby", None, "Fish")[40:] for o in found)
+    assert all(o.x <= 92 for found in objects("FishingDerby", "fish_on_player_side", "Fish")[40:] for o in found)
+    assert all(60 <= o.x <= 92 for found in objects("FishingDerby", "fish_in_middle", "Fish")[40:] for o in found)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "x"), [("left", 42), ("middle", 74), ("right", 106)])
+def test_shields(name, x):
+    shields = [
+        {o.x for found in objects("SpaceInvaders", hook, "Shield", steps=30) for o in found} for hook in (None, f"disable_shield_{name}")
+    ]
+    assert any(abs(left - x) < 5 for left in shields[0])
+    assert not any(abs(left - x) < 5 for left in shields[1])
+    assert shields[1]
+
+
+@pytest.mark.slow
+def test_cars_stand_still():
+    parts = np.s_[60:, 26:182, [*range(40), *range(56, 100), *range(120, 150)]]  # without the chickens
+    assert not np.ptp(frames("Freeway", "stop_all_cars")[parts], axis=0).any()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["medium", "hard"])
+def test_floes_stand_still(name):
+    hooks = None, f"reposition_floes_{name}"
+    columns = [{o.x for found in objects("Frostbite", hook, "FloatingBlock", steps=60)[20:] for o in found} for hook in hooks]
+    assert len(columns[0]) > 40
+    assert len(columns[1]) < 20
+
+
+@pytest.mark.slow
+def test_oxygen_stays():
+    assert min(o.w for found in objects("Seaquest", None, "OxygenBar", steps=400)[100:] for o in found) < 40
+    long = objects("Seaquest", "unlimited_oxygen", "OxygenBar", "Player", steps=400)
+    under = [o.w for found in long for o in found if o.category == "OxygenBar" if any(p.category == "Player" and p.y > 60 for p in found)]
+    assert under
+    assert min(under) > 55
