@@ -416,8 +416,8 @@ def test_hooks_that_fail_are_named(workers):
         pool.send(np.zeros(2, int))
         pool.wait()
     for wrong, message in (
-        (3, "hook must be a function of the RAM or a sequence of such functions, got 3"),
-        ([fine, "fine"], "got 'fine'"),
+        (3, "hook must be a function of the RAM, the name of a variation, or a sequence of these, got 3"),
+        ([fine, 7], "got 7"),
         (functools.partial(fine, threading.Lock()), r"the hook \S*fine cannot be sent to worker processes: "),
     ):
         with pytest.raises(TypeError, match=message):
