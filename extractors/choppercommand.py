@@ -85,6 +85,7 @@ SPLIT = 128  # least `bomb_time` of a whole bomb when the frame is drawn; it the
 JUST_EXPLODES = 15  # `timer`
 JUST_HIT = 31  # `pause`
 BLINKING = 8  # from here on, `wreck` is that of a truck that blinks
+LANE_ROWS = (183, 181, 179)  # of the radar's lanes, the low one first
 SAVER_MASK = 247  # `saver_mask` of the screen saver, which drops a bit of colours
 
 
@@ -347,7 +348,7 @@ def _mini_enemies(m: Ram) -> Box:
     lanes = [_blocks(m, lane) for lane in (m.low_lane, m.middle_lane, m.top_lane)]
     x = jnp.stack([_mini_lefts(m) + lane - 1 for lane in lanes], 1).reshape(12)
     there = jnp.stack([lane > 0 for lane in lanes], 1).reshape(12)
-    return box(x, np.tile([183, 181, 179], 4), 2, 2, there).clip(*WINDOW)
+    return box(x, np.tile(LANE_ROWS, 4), 2, 2, there).clip(*WINDOW)
 
 
 def _mini_trucks(m: Ram) -> Box:

@@ -87,6 +87,7 @@ GROUND = 53  # row that the ground hides
 BELOW_GROUND = 75  # the first row below the ground
 BELOW_HOLE = 60  # the same where there is a ladder
 ROPE_TOP = 65
+THINGS_TOP = 118  # of what is on the ground
 ROPE_BOTTOM = 118
 ROPE_X = 78  # where it hangs
 TRUNKS = (48, 56, 64, 68)  # left columns of the left one of two in the middle, by `trees`
@@ -248,7 +249,7 @@ def _thing_boxes(m: Ram) -> dict[str, Box]:
     copy = np.arange(3)
     x = registers.wrap(_at(m, 1) + copy * registers.spacing(m.copies))
     there = copy < registers.copies(m.copies)
-    shapes = OBJECTS.box(m.picture, x, 118, valid=there).clip(*VIEW)
+    shapes = OBJECTS.box(m.picture, x, THINGS_TOP, valid=there).clip(*VIEW)
     metal = m.kind & 3
     of_metal = {"SilverBar": metal == Metal.SILVER, "GoldenBar": metal == Metal.GOLD}
     boxes = {}

@@ -47,7 +47,7 @@ class Ram(RamMap):
     facing = byte(48)  # 0: to the right
     hits = byte(49)  # of the laser on the wall
     bombs = byte(50)
-    lives = byte(51)
+    lives = byte(51)  # with this one
     over = byte(54)
     score = bcd((55, 56, 57))
     score_start = byte(55)

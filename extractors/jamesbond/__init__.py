@@ -64,6 +64,7 @@ BOMBED = (8, 57, 160, 168)  # down to the bed of the first sea
 NIGHTS = 4  # the first mission at night
 FIRST_SLOW = 35  # `enemy_shot_y` of a slow shot before it is drawn
 FIRST_FAST = (22, 23)  # of a fast one
+SHOT_WIDTH = 1
 LATE_X = 22  # up to here, enemies' shots begin a row later
 LIT = 119  # `rig_colors` while the rig shows
 ORANGE = 58  # of the vehicle
@@ -177,7 +178,7 @@ def _shot_box(m: Ram, x: jax.Array, y: jax.Array, surface: int) -> Box:
         otherwise=end + when(among(sky - top, (1, 3)), 1),
     )
     top = jnp.where(dives & (top >= 120), surface, top)
-    return box(x - 11, top, 1, bottom - top, y < NONE).clip(*FIELD)
+    return box(x - 11, top, SHOT_WIDTH, bottom - top, y < NONE).clip(*FIELD)
 
 
 def _shot_lag(begins: jax.Array, sky: jax.Array, surface: int) -> jax.Array:
@@ -196,7 +197,7 @@ def _enemy_shot(m: Ram) -> Box:
     y, flies = m.enemy_shot_y, ~_dies(m)
     dx, dy = _enemy_step(m.shot_way)
     shot = _shot_box(m, m.enemy_shot_x - when(flies, dx), y - when(flies, dy), ENEMY_SURFACE)
-    shot = box(shot.x, shot.y + when(shot.x < LATE_X, 1), 1, shot.h, shot.valid)
+    shot = box(shot.x, shot.y + when(shot.x < LATE_X, 1), SHOT_WIDTH, shot.h, shot.valid)
     slow = (m.shot_way & Way.SLOW_Y) != 0
     first = jnp.where(slow, y == FIRST_SLOW, among(y, FIRST_FAST))
     fresh = first & (m.shot_way > 0) & flies

@@ -64,6 +64,12 @@ SHOT_PAGE = 188  # `shot_page` while the player in the web has a picture of the 
 LEAST_TOP = 18  # least `shot_top` that is drawn
 OFF_SCREEN = 80  # from here on, `y` and `shot_top` are off the screen
 SLANTED_FROM = 45  # the row in which a slanted shot would be at `shot_x`
+# Of the web's lines.
+LINE_X = (-33, 7)  # at the first place, of those of each byte
+LINE_PITCH = 24  # columns from place to place
+LINE_TOP = 16
+LINE_WIDTH = 41
+LINE_ROWS = 156
 
 PEOPLE = Pictures.of(FIGURE_ROWS)
 MARE_PICTURES = ROM.pictures(range(0x900, 0x9F8), 9)
@@ -236,8 +242,8 @@ def _shot_box(m: Ram, figures: jax.Array) -> Box:
 def _line_boxes(m: Ram) -> Box:
     """The lines: those of this frame and of the one before."""
     place = np.tile(np.arange(3), 2)
-    x = jnp.repeat(m.line_x + np.array([-33, 7]), 3) + 24 * place
-    return box(x, 16, 41, 156, place != m.next_place).clip(*ABOVE_GROUND)
+    x = jnp.repeat(m.line_x + np.array(LINE_X), 3) + LINE_PITCH * place
+    return box(x, LINE_TOP, LINE_WIDTH, LINE_ROWS, place != m.next_place).clip(*ABOVE_GROUND)
 
 
 def _weapon_boxes(m: Ram) -> Box:

@@ -65,7 +65,7 @@ class Ram(RamMap):
     y = byte(43)
     thing_x = byte(44)  # x + 1
     thing_y = byte(45)
-    skull_x = byte(47)  # x + 1
+    skull_x = byte(47)  # x - 32; in room 18, x + 1
     skull_y = byte(46)
     west = bits(52, first=6)
     mirrored = bits(52, first=3)

@@ -49,7 +49,7 @@ class Stick:  # of `Ram.stick`
 class Ram(RamMap):
     pointers = byte((8, 7), (2, 1))  # to the pictures of the bird and the coyote
     hues = byte(3)  # low byte of the address of the bird's colours
-    direction = signed(9)
+    direction = signed(9)  # of the bird: more than 0 to the left
     y = byte(10)  # downwards
     coyote_y = byte(11)
     bonus = byte(12)  # 1 and hundreds of points

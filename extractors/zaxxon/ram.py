@@ -19,7 +19,7 @@ class Kind:  # of `Ram.kind`
     SPACE_FIGHTERS = (0x11, 0x21)  # in space, where the kinds are others
 
 
-class Picture:  # of `Ram.picture` and `Ram.space_picture`
+class Picture:  # of `Ram.picture` and `Ram.picture_in_space`
     LEVEL = 0xB0
     LAST = 0xD0  # of the plane
 

@@ -29,22 +29,32 @@ def gaze(
     game: Annotated[str, typer.Option(help="Name of the game.")],
     out: Annotated[Path, typer.Option(help="A .csv file: a line for each frame, with the object that is looked at.")],
     frames: Annotated[Path | None, typer.Option(help="Folder of the trial's pictures. Default: the file's name without .txt.")] = None,
-    picture: Annotated[Path | None, typer.Option(help="A .png of the first frame with an object that is looked at.")] = None,
+    picture: Annotated[
+        Path | None, typer.Option(help="A .png of the first frame with an object that is looked at, or of the first frame.")
+    ] = None,
 ) -> None:
     """Find the objects that people look at in Atari-HEAD: frames, actions and gaze of people who play."""
     folder = trial.with_suffix("") if frames is None else frames
     with errors_in_one_line():
         known = registry.load(game)
         writing.check_suffix(out, (".csv",))
+        if picture is not None:
+            writing.check_suffix(picture, (".png",))
         writing.check(out, picture)
         with progress_bar("extracting", "frames", console) as report:
             found = list(looks(known, trial, folder, report))
         writing.write_text(out, _to_csv(found))
-        shown = next((look for look in found if look.slot is not None), None)
-        if picture is not None and shown is not None:
-            writing.write_picture(picture, _drawn(known, folder, shown))
+        if picture is not None:
+            writing.write_picture(picture, _drawn(known, folder, _first_look(found)))
     tables.show(_to_table(known, found), console)
-    writing.announce(console, "Written", out)
+    for path in (out, picture):
+        if path is not None:
+            writing.announce(console, "Written", path)
+
+
+def _first_look(found: list[Look]) -> Look:
+    """The first frame with an object that is looked at, or else the first frame."""
+    return next((look for look in found if look.slot is not None), found[0])
 
 
 def _to_csv(found: list[Look]) -> str:

@@ -31,8 +31,9 @@ def edit(game: Game, ram: np.ndarray, category: str, slot: int | None = None, **
         ram = ocjax.edit(game, envs.get_ram(), "Ball", x=80, y=100)
 
     The bytes are found by trial: every value of every byte is tried, then pairs of bytes and so on, up to four, until REM reads what is
-    wanted. So an edit works for the numbers that depend on bytes of their own, and raises an error for the others. The box of a display
-    may change with its value. The game itself may compute what it draws from other bytes, so look at the objects after a step.
+    wanted. This takes from a hundredth of a second to two seconds a state. So an edit works for the numbers that depend on bytes of their
+    own, and raises an error for the others. The box of a display may change with its value. The game itself may compute what it draws
+    from other bytes, so look at the objects after a step.
 
     Args:
         game: the game.

@@ -9,6 +9,7 @@ import pytest
 
 import ocjax
 from ocjax.extractors import pong
+from tests.support.states import excerpt
 
 NOOP = np.zeros(2, np.int64)
 
@@ -73,3 +74,26 @@ def test_objects_that_are_absent_are_not_edited(envs):
     ram = np.zeros(128, np.uint8)
     with pytest.raises(ValueError, match="there is no Ball to edit in this state"):
         ocjax.edit(pong.GAME, ram, "Ball", x=80)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ocjax.games())
+def test_every_game(name):
+    """The first object of a recorded state moves by a pixel and nothing else changes, or the error says why it cannot."""
+    game, ram = ocjax.load(name), excerpt(name)["rams"][-1]
+    before = jax.tree.map(np.asarray, game.rem(ram))
+    slot = int(before.valid.argmax())
+    category = game.categories[game.slot_category[slot]].name
+    number = slot - game.slices[category].start
+    refusal = ""
+    try:
+        edited = ocjax.edit(game, ram, category, number, x=int(before.x[slot]) + 1)
+    except ValueError as error:
+        edited, refusal = ram, str(error)
+    after = jax.tree.map(np.asarray, game.rem(edited))
+    moved = 0 if refusal else 1
+    assert (f"give {category} x=" in refusal) == (not moved)
+    assert after.x[slot] == before.x[slot] + moved
+    assert np.array_equal(np.delete(after.xywh, slot, axis=0), np.delete(before.xywh, slot, axis=0))
+    assert np.array_equal(after.valid, before.valid)
+    assert np.array_equal(after.value, before.value)

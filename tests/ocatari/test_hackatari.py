@@ -40,7 +40,7 @@ def hackatari(tmp_path_factory):
     sys.path.remove(str(folder))
 
 
-@pytest.mark.parametrize("name", NAMES or [pytest.param("", marks=pytest.mark.skip)])
+@pytest.mark.parametrize("name", NAMES or [pytest.param("", marks=pytest.mark.skip(reason="needs the package hackatari"))])
 def test_modifications_run(hackatari, name):
     module = importlib.import_module(f"hackatari.games.{name}")
     known = [m for m in vars(getattr(module, "GameModifications", object)) if not m.startswith("_")]
