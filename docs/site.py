@@ -91,7 +91,19 @@ def _page(game: Game) -> Iterator[str]:
     yield from (f"| {text} | {about['accuracy'][key]:.2f} |" for key, text in FIGURES.items() if about["accuracy"].get(key) is not None)
     yield "\n[How the figures are measured](../benchmarks.md#accuracy-and-speed-by-game).\n"
     yield "## Notes\n\n" + "\n\n".join(about["notes"]) + "\n"
+    yield from _play(about)
     yield from _machine(about)
+
+
+def _play(about: dict[str, Any]) -> Iterator[str]:
+    """The agent that ships with ocjax, and the variations."""
+    if about["agent"]:
+        yield f"## Agent\n\n`ocjax play {about['name']}` lets the [agent](../agents.md) play that ships with ocjax.\n"
+    if about["variations"]:
+        yield f"## Variations\n\nFor `hook=` of the environments, and for `ocjax play {about['name']} --variations`:\n"
+        yield "| name | what is different |\n|---|---|"
+        yield from (f"| `{name}` | {doc} |" for name, doc in about["variations"].items())
+        yield ""
 
 
 def _machine(about: dict[str, Any]) -> Iterator[str]:

@@ -7,19 +7,22 @@ import re
 from typing import Any
 
 from ocjax.console.ram import Field, Place
+from ocjax.emulators import variations
 from ocjax.extraction.categories import Category
 from ocjax.extraction.game import Game
+from ocjax.play import policies
+from ocjax.ramtools.ram_map import comments
 
-COMMENT = re.compile(r"^    (\w+) = .*?#\s*(.*)$", re.MULTILINE)  # of a field in a class of RAM fields
 PARAGRAPH = re.compile(r"\n\s*\n")
 
 
 def describe(game: Game) -> dict[str, Any]:
-    """A game as JSON values: its ROM, categories, address map, accuracy, modes and notes.
+    """A game as JSON values: its ROM, categories, address map, accuracy, modes, variations, whether an agent ships with ocjax, and notes.
 
     Args:
         game: the game; its ROM need not be installed.
     """
+    notes_of = comments(game)
     title, *notes = PARAGRAPH.split(inspect.getdoc(inspect.getmodule(game.decode)) or game.name)
     return {
         "name": game.name,
@@ -29,9 +32,11 @@ def describe(game: Game) -> dict[str, Any]:
         "screen": list(game.screen),
         "slots": game.num_slots,
         "categories": [_category(game, c) for c in game.categories],
-        "ram": [_field(field, comment) for field, comment in _fields(game)],
+        "ram": [_field(field, notes_of.get(name, "")) for name, field in game.ram.fields().items()],
         "accuracy": accuracy().get(game.name, {}),
         "variants": variants(game),
+        "variations": {name: variation.doc for name, variation in variations.of(game.name).items()},
+        "agent": (policies.SHIPPED / f"{game.name}.npz").exists(),
         "notes": [" ".join(note.split()) for note in notes],
     }
 
@@ -71,13 +76,6 @@ def _category(game: Game, c: Category) -> dict[str, Any]:
         "rgb": game.slot_rgb[slots.start].tolist(),
         "aliases": list(c.aliases),
     }
-
-
-def _fields(game: Game) -> list[tuple[Field, str]]:
-    """The fields of the address map, each with the comment on its line."""
-    classes = [base for base in game.ram.__mro__ if base.__module__.startswith("ocjax.extractors")]
-    comments = dict(pair for base in classes for pair in COMMENT.findall(inspect.getsource(base)))
-    return [(field, comments.get(name, "")) for name, field in game.ram.fields().items()]
 
 
 def _field(field: Field, comment: str) -> dict[str, Any]:

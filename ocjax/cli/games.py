@@ -96,7 +96,10 @@ def _print_page(about: dict[str, Any]) -> None:
     console.print(about["title"], style="bold", markup=False)
     for text in paragraphs:
         console.print(f"\n{text}", markup=False, highlight=False, soft_wrap=not console.is_terminal)
-    for table in (_categories(about["categories"]), _ram(about["ram"])):
+    if about["agent"]:
+        console.print(f"\nAn agent ships with ocjax: `ocjax play {about['name']}`", markup=False, highlight=False)
+    varied = [_variations(about["variations"])] if about["variations"] else []
+    for table in (_categories(about["categories"]), *varied, _ram(about["ram"])):
         console.print()
         tables.print_whole(table, console)
 
@@ -114,6 +117,13 @@ def _categories(categories: Iterable[dict[str, Any]]) -> Table:
             attributes[attributes.index("value")] = "value (REM)"
         also = f" (also {', '.join(c['aliases'])})" if c["aliases"] else ""
         table.add_row(c["name"] + also, str(first) if end - first == 1 else f"{first}-{end - 1}", ", ".join(attributes), c["doc"])
+    return table
+
+
+def _variations(docs: dict[str, str]) -> Table:
+    table = Table("Variation", "What is different", title="Variations", title_justify="left")
+    for name, doc in docs.items():
+        table.add_row(name, doc)
     return table
 
 

@@ -4,21 +4,19 @@ import inspect
 import re
 from typing import Any, NamedTuple
 
-from ocjax.console.ram import Field
+from ocjax.console.ram import Field, RamMap
 from ocjax.evaluation.tables import Cell, Table
+from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.game import Game
 from ocjax.ramtools.causes import Causes
 
+_COMMENT = re.compile(r"^    (\w+) = .*?#\s*(.*)$", re.MULTILINE)  # of a field in a class of RAM fields
 
-def comments(game: Game) -> dict[str, str]:
-    """The comment behind each field of a game's `Ram`, by name. Fields on one line share its comment."""
-    out = {}
-    for line in inspect.getsource(game.ram).splitlines():
-        code, mark, comment = line.partition("#")
-        names = re.match(r"\s*([\w, ]+?)\s*=", code)
-        if mark and names:
-            out |= dict.fromkeys((n.strip() for n in names[1].split(",")), comment.strip())
-    return out
+
+def comments(game: Declaration) -> dict[str, str]:
+    """The comment behind each field of a game's address map and of the classes that it derives from, by name."""
+    classes = [base for base in game.ram.__mro__ if issubclass(base, RamMap) and base is not RamMap]
+    return dict(pair for base in reversed(classes) for pair in _COMMENT.findall(inspect.getsource(base)))
 
 
 def _range(field: Field) -> str:

@@ -49,7 +49,12 @@ def test_a_page_of_a_game(tmp_path):
         assert text in result.output
     with Image.open(out) as picture:
         assert picture.size[0] > 2 * 640
-    assert json.loads(run("games", "Pong", "--json").output)["slots"] == 5
+    about = json.loads(run("games", "Pong", "--json").output)
+    assert about["slots"] == 5
+    assert about["agent"]
+    assert about["variations"]["lazy_enemy"] == "The enemy stays in the middle of the court."
+    assert not json.loads(run("games", "Krull", "--json").output)["agent"]
+    assert "lazy_enemy" in run("games", "Pong").output
     for wrong, message in ((("games", "Pongg"), "Pong"), (("games", "--picture", out), "needs the name of a game")):
         result = run(*wrong)
         assert result.exit_code == 2
