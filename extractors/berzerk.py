@@ -38,7 +38,7 @@ from ocjax.console.ops import among, match, pick, when
 from ocjax.console.ram import RamMap, bcd, byte
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
+from ocjax.vision.displays import IconRow, NumberDisplay
 from ocjax.vision.filters import ShortRuns
 from ocjax.vision.rules import Blobs, Bounds, Colors
 from ocjax.vision.shapes import Shape
@@ -65,6 +65,7 @@ DIGIT_FONT = ROM.font(GLYPH_PAGE + Glyph.ZERO, rows=7)
 LINE_TOP = 183
 SCORE = NumberDisplay(DIGIT_FONT, right=103, top=LINE_TOP, digits=6)
 BONUS = NumberDisplay(DIGIT_FONT, right=71, top=LINE_TOP, digits=2)
+RESERVE = IconRow(left=96, top=LINE_TOP, width=6, height=7, pitch=-8)  # in reserve
 LINE = SCORE.area
 COPYRIGHT_SIZE = (40, 7)
 
@@ -279,7 +280,7 @@ def _bonus_box(m: Ram) -> Box:
 def _lives(m: Ram) -> Box:
     """The men in the line; one more is in play."""
     men = jnp.sum(when(m.glyph == Glyph.MAN, 1))
-    return box(104 - 8 * men, LINE_TOP, 8 * men - 2, 7, men > 0, value=m.lives + 1)
+    return RESERVE.box(men, value=m.lives + 1)
 
 
 def _count_men() -> Digits:

@@ -104,7 +104,12 @@ class Scene:  # of `Ram.scene`
     WATER = (3, 4, 7)
 
 
-class Metal:  # of the lower two bits of `Ram.kind`
+class Kind:  # of `Ram.kind`, parts that count in some scenes
+    METAL = 3  # bits: of a bar
+    ROPE = 2  # a bit: over crocodiles
+
+
+class Metal:  # of `Kind.METAL`
     SILVER = 1
     GOLD = 2
 
@@ -250,7 +255,7 @@ def _thing_boxes(m: Ram) -> dict[str, Box]:
     x = registers.wrap(_at(m, 1) + copy * registers.spacing(m.copies))
     there = copy < registers.copies(m.copies)
     shapes = OBJECTS.box(m.picture, x, THINGS_TOP, valid=there).clip(*VIEW)
-    metal = m.kind & 3
+    metal = m.kind & Kind.METAL
     of_metal = {"SilverBar": metal == Metal.SILVER, "GoldenBar": metal == Metal.GOLD}
     boxes = {}
     for name, pictures in THINGS.items():
@@ -276,7 +281,8 @@ def _rope_box(m: Ram) -> Box:
     seen = free & (line <= 116 - m.rope)
     top, bottom = extremes(seen, line, line + 1)
     left, right = extremes(seen, x, x + 1)
-    there = (pick(m.scene, ROPES) > 0) & ((m.scene != Scene.CROCODILES) | ((m.kind & 2) != 0))
+    may_hang = (m.scene != Scene.CROCODILES) | ((m.kind & Kind.ROPE) != 0)
+    there = (pick(m.scene, ROPES) > 0) & may_hang
     return edges(left, top, right, bottom, there & (bottom > top))
 
 

@@ -44,7 +44,8 @@ from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors.alien.eggs import DISPLAY_FIGURE, STAGGER, colors_of_eggs
 from ocjax.extractors.alien.ram import Figure, Ram, Scene, Way
-from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge
+from ocjax.vision.displays import IconRow
+from ocjax.vision.rules import Blobs, Bounds, Cells
 from ocjax.vision.shapes import Shape
 
 ROM = Rom("alien", "f1a0a23e6464d954e3a9579c4ccd01c8")
@@ -58,6 +59,7 @@ BLUE = 142
 WEAK = 138
 WHITE = 14
 MAZE = (8, 8, 160, 172)
+FIGURES = IconRow(left=21, top=187, width=5, height=5, pitch=8)  # in reserve
 EGG_COLUMNS = ((26, 34, 42, 56, 64, 72), (89, 97, 105, 118, 126, 134))  # of the two halves
 EGG_TOPS = 19 + 12 * np.arange(13)  # in the first column
 EGG_PLACES = [
@@ -240,7 +242,7 @@ def _score(m: Ram) -> Box:
 
 
 def _lives_box(m: Ram, lives: jax.Array) -> Box:
-    return box(21, 187, 8 * lives - 11, 5, lives > 1, value=m.lives, color=m.colors[DISPLAY_FIGURE])
+    return FIGURES.box(lives - 1, value=m.lives, color=m.colors[DISPLAY_FIGURE])
 
 
 PLAYER_RULE = Blobs((BLUE, ORANGE), MAZE, Shape(w=(2, 10), h=(7, 15)), exclude=("Egg",), gap=(2, 2))
@@ -257,7 +259,7 @@ ROCKET_RULE = Blobs((YELLOW, CYAN), MAZE, Shape(w=8, h=(4, 5)), exclude=("Egg",)
 EGG_COLORS = (CYAN, YELLOW, PINK, ORANGE, BLUE, WEAK, WHITE)
 EGGS_RULE = Cells(EGG_COLORS, EGG_X, EGG_Y, 1, 2, margin=(0, 1))
 POINTS = Bounds((BLUE, WEAK), (22, 176, 70, 183), value=Digits(FONT, range(22, 63, 8), 176))
-ICONS = Bounds((BLUE, WEAK), (20, 187, 76, 192), value=Gauge(8, 5, 2))
+ICONS = FIGURES.rule((BLUE, WEAK), (20, 187, 76, 192), single=2)
 
 GAME = Game(
     name="Alien",

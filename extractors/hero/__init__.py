@@ -51,7 +51,7 @@ from ocjax.extractors.hero.rocks import (
     rock_boxes,
     rock_colors,
 )
-from ocjax.vision.displays import NumberDisplay
+from ocjax.vision.displays import IconRow, NumberDisplay
 from ocjax.vision.filters import NoPairs
 from ocjax.vision.rules import Blobs, Bounds, Gauge, Run, Runs
 from ocjax.vision.shapes import Shape
@@ -59,6 +59,8 @@ from ocjax.vision.shapes import Shape
 FONT = ROM.font(0xF00, rows=8)
 SCORE = NumberDisplay(FONT, right=104, top=179, digits=6)
 LEVEL = NumberDisplay(FONT, right=104, top=179, digits=2)
+MEN = IconRow(left=97, top=152, width=5, height=13, pitch=-8)  # in reserve
+STICKS = IconRow(left=99, top=166, width=3, height=11, pitch=-8)  # of dynamite
 TEXT_LEFT = 59  # of the word before the level
 
 VISIBLE = (8, 20, 160, 137)  # where figures are seen
@@ -162,8 +164,8 @@ def decode(m: Ram) -> dict[str, Box]:
         "Wall": _walls(m, room),
         "LavaWall": room.where(has_lava)[MOST : 2 * MOST],
         "PowerBar": _power_box(m),
-        "Life": box(113 - 8 * m.lives, 152, 8 * m.lives - 11, 13, m.lives > 1, value=m.lives),
-        "BombStock": box(107 - 8 * m.bombs, 166, 8 * m.bombs - 5, 11, m.bombs > 0, value=m.bombs),
+        "Life": MEN.box(m.lives - 1, value=m.lives),
+        "BombStock": STICKS.box(m.bombs, value=m.bombs),
         "Score": _score_box(m),
         "Level": _level_box(m),
     }
@@ -329,8 +331,8 @@ STICK = figures((68, YELLOW), VISIBLE, shapes=Shape(w=3, h=(10, 12)))
 BLAST = Blobs(30, VISIBLE, Shape(w=(5, 8), h=(10, 13)), gap=(3, 3))
 MINER = figures((8, 200, 74, 30), (8, 85, 160, 98), shapes=Shape(w=(6, 7), h=(10, 13)))
 BEAM = Blobs(70, VISIBLE, Shape(w=(2, 12), h=1), filters=(NoPairs(1),))  # but dots of the face
-LIVES = Bounds(GREY, (40, 152, 104, 166), value=Gauge(8, 5, 2), inverse=True)
-STOCK = Bounds(GREY, (40, 166, 104, 178), value=Gauge(8, 3, 1), inverse=True)
+LIVES = MEN.rule(GREY, (40, 152, 104, 166), single=2, inverse=True)
+STOCK = STICKS.rule(GREY, (40, 166, 104, 178), inverse=True)
 POWER = Bounds(YELLOW, (49, 145, 128, 150))  # what is left, before the red rest
 POWER_BAR = Bounds((YELLOW, RED), (49, 145, 128, 150), value=Gauge(1, full=78, of=POWER))
 GAME = Game(

@@ -60,13 +60,14 @@ from ocjax.extractors.phoenix.ship import (
     line_of,
     place,
 )
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge
+from ocjax.vision.displays import IconRow, NumberDisplay
+from ocjax.vision.rules import Blobs, Bounds, Cells
 from ocjax.vision.shapes import Shape
 from ocjax.vision.steps import Raised
 
 FONT = ROM.font(0xE00, rows=7, stride=8)
 SCORE = NumberDisplay(FONT, right=103, top=5, digits=6)
+CANNONS = IconRow(left=99, top=13, width=3, height=5, pitch=-4)  # in reserve
 
 ORANGE = 56
 PURPLE = 100
@@ -299,7 +300,7 @@ def _lives(m: Ram) -> Box:
     """The icons, which the game draws to the right; on the frame a life is lost it still shows."""
     lost = (m.begins == 1) & (m.look == Look.GONE)
     icon_count = m.lives - 1 + when(lost, 1)
-    return box(103 - 4 * icon_count, 13, 4 * icon_count - 1, 5, icon_count > 0, value=m.lives)
+    return CANNONS.box(icon_count, value=m.lives)
 
 
 PLAYER = Bounds(ORANGE, (0, 172, 160, GROUND), min_size=(5, 10))
@@ -320,7 +321,7 @@ DOMES = Bounds(
     min_size=(20, 15),
     exclude=("Player_Projectile",),
 )
-ICONS = Bounds(ORANGE, (78, 13, 103, 18), value=Gauge(4, 3, 2))
+ICONS = CANNONS.rule(ORANGE, (78, 13, 103, 18), single=2)
 
 
 def _block_cells(color: int, blocks: np.ndarray, height: int) -> Cells:

@@ -82,11 +82,16 @@ def moves(m: Ram) -> tuple[jax.Array, jax.Array]:
     moved = (moved | shot) & (m.flags < PAUSED)
     turns_round = (m.timer == LAST_TICK) & (mover != DOT) & ~((mover == 0) & in_room)
     step = when(moved, jnp.where(turns_round, -1, 1))
+    dx, dy = _way(m)
+    return step * dx, step * dy
+
+
+def _way(m: Ram) -> tuple[jax.Array, jax.Array]:
+    """The way that the sprites and the dot go: 1 is right or down, -1 left or up."""
     right, left, down, up = (
-        (m.status & way) == 0 for way in (Status.RIGHT, Status.LEFT, Status.DOWN, Status.UP)
+        (m.status & bit) == 0 for bit in (Status.RIGHT, Status.LEFT, Status.DOWN, Status.UP)
     )
-    dx = match((right, 1), (left, -1), otherwise=0)
-    return step * dx, step * match((down, 1), (up, -1), otherwise=0)
+    return match((right, 1), (left, -1), otherwise=0), match((down, 1), (up, -1), otherwise=0)
 
 
 def _has_turn(m: Ram) -> jax.Array:

@@ -70,11 +70,11 @@ class IconRow:
     """A row of equal icons that counts something.
 
     Args:
-        left: first column of the first icon.
+        left: first column of the first icon, which is there as long as any is.
         top: first row.
         width: of an icon, in pixels.
         height: of an icon.
-        pitch: columns from an icon to the next.
+        pitch: columns from an icon to the next; negative if the row grows to the left.
     """
 
     left: int
@@ -91,7 +91,9 @@ class IconRow:
             valid: a further condition.
             fields: `value` and `color` of the box.
         """
-        return box(self.left, self.top, self.pitch * (icons - 1) + self.width, self.height, (icons > 0) & valid, **fields)
+        left = self.left + min(self.pitch, 0) * (icons - 1)
+        width = self.width + abs(self.pitch) * (icons - 1)
+        return box(left, self.top, width, self.height, (icons > 0) & valid, **fields)
 
     def rule(self, colors: Colors, region: Area, *, single: int = 1, **options: Any) -> Bounds:
         """How VEM finds and counts the icons.
@@ -102,4 +104,4 @@ class IconRow:
             single: what a single icon stands for; each further one is worth 1 more.
             options: of `Bounds`.
         """
-        return Bounds(colors, region, value=Gauge(self.pitch, self.width, single), **options)
+        return Bounds(colors, region, value=Gauge(abs(self.pitch), self.width, single), **options)

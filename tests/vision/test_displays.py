@@ -33,11 +33,12 @@ def test_a_number_is_read_where_its_box_is(number, leading_zeros):
 
 
 @pytest.mark.parametrize("icons", [1, 2, 5])
-def test_icons_are_counted_where_their_box_is(icons):
-    row = IconRow(left=40, top=180, width=5, height=7, pitch=8)
+@pytest.mark.parametrize(("left", "pitch"), [(40, 8), (80, -8)], ids=["to the right", "to the left"])
+def test_icons_are_counted_where_their_box_is(icons, left, pitch):
+    row = IconRow(left=left, top=180, width=5, height=7, pitch=pitch)
     frame = np.zeros((210, 160), np.uint8)
     for i in range(icons):
-        frame[180:187, 40 + 8 * i : 45 + 8 * i] = COLOR
+        frame[180:187, left + pitch * i : left + pitch * i + 5] = COLOR
     b = row.box(jnp.int32(icons), value=jnp.int32(icons + 1))
     assert [int(v) for v in (b.x, b.y, b.w, b.h, b.value)] == seen(row.rule(COLOR, (30, 170, 120, 190), single=2), frame)
     assert not row.box(jnp.int32(0)).valid
