@@ -60,7 +60,7 @@ class Ram(RamMap):
     shown = bits(36, 37, 38, 39, first=1)
     kind = high(36, 37, 38, 39)
     truck_x = byte(42)  # x + 1; or the column of a turret's ball
-    truck = byte(43)  # 0: there is none
+    truck = byte(43)  # 0: there is none; 1: it is in the lower lane; 2: in the upper one
     two_cracks = byte(46)  # 0: there is one
     fallen = byte(48)  # rows that rocks have fallen; not 0: there is a turret
     fired = byte(49)  # 0: there is no ball of a turret
