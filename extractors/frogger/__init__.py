@@ -34,13 +34,13 @@ import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, Number, box
 from ocjax.console.compass import EAST, NORTH, SOUTH, WEST
-from ocjax.console.ops import among, lookup, match, mod, pick
-from ocjax.console.registers import EDGE_CUTS, NUSIZ_COPIES, NUSIZ_SPACING
+from ocjax.console.ops import among, lookup, match, pick, when
+from ocjax.console.registers import EDGE_CUTS, NUSIZ_COPIES, NUSIZ_SPACING, wrap
 from ocjax.console.rom import Pictures
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors.frogger.drawn import Drawn, as_drawn, column
 from ocjax.extractors.frogger.ram import ROM, FrogColor, Guest, Lane, Picture, Ram, River, Verge
-from ocjax.vision.bitmap import Bitmap, areas
+from ocjax.vision.bitmap import Bitmap, areas, over, shift_down, shift_up
 from ocjax.vision.displays import IconRow, NumberDisplay
 from ocjax.vision.rules import Blobs, Bounds, Gauge
 from ocjax.vision.shapes import Shape
@@ -71,32 +71,31 @@ CAR_COLORS = np.array((40, 104, 212, 88, WHITE))  # lowest lane first
 LOWER_STAGES = (RED, DIVING, WATER, DIVING)  # colours of turtles that dive
 UPPER_STAGES = (DIVING, WATER, DIVING, RED)
 
-# By low byte of a table's address: NUSIZ of the lanes whose copies differ, three bits each.
-VARIED = np.array((0, 1, 2, 3, 7))
-COPIES = (
-    (ROM.data[0xE00 + np.arange(256)[:, None] + VARIED] & 7) << 3 * np.arange(len(VARIED))
-).sum(1)
+# Of the lanes whose copies differ, by low byte of a table's address: copies less 1, and columns
+# from one to the next in 16 columns, five bits a lane.
+NUSIZ = ROM.data[0xE00 + np.arange(256)[:, None] + (0, 1, 2, 3, Lane.SHORT_LOGS)] & 7
+PACKED = np.array(NUSIZ_COPIES)[NUSIZ] - 1 | np.array(NUSIZ_SPACING)[NUSIZ] // 16 << 2
+LAYOUTS = (PACKED << 5 * np.arange(5)).sum(1)
 
-# Looks of sprites, each of which may be cut by an edge of the screen.
-CAR = 0  # of the lowest lane; those of the next three and of the trucks follow
-TURTLE = 5
-GATOR = 6  # its mouth open, then closed
-SNAKE = 8
-FROG = 12
-THINGS = (0xC6, 0xD4, 0xCD, 0xBF, 0xDB, 0xB1, 0xA3, 0xAA)  # low bytes of addresses of pictures
-SNAKES = Picture.SNAKES
-FROGS = Picture.FROGS
+# Looks of figures, each of which may be cut by an edge of the screen.
+SNAKE = 0
+FROG = 4
+GATOR = 9  # its mouth open, then closed
 SNAKE_HEADINGS = (EAST, WEST, EAST, WEST)
 FROG_HEADINGS = (NORTH, SOUTH, EAST, WEST, NORTH)  # the last one is dead
-LOOKS = Pictures.of(
-    [ROM.rows(0xF01 + low, ROWS) & cut for low in (*THINGS, *SNAKES, *FROGS) for cut in EDGE_CUTS],
-    look=len(THINGS) + len(SNAKES) + len(FROGS),
+LOOKS = (*Picture.SNAKES, *Picture.FROGS, 0xA3, 0xAA)  # low bytes of addresses of pictures
+FIGURES = Pictures.of(
+    [ROM.rows(0xF01 + low, ROWS) & cut for low in LOOKS for cut in EDGE_CUTS],
+    look=len(LOOKS),
     cut=len(EDGE_CUTS),
 )
 
 CAR_LANE = np.repeat(np.arange(5), (6, 6, 6, 6, 2))
 CAR_COPY = np.tile(np.arange(3), 8)
-CAR_ZOOM = np.where(CAR_LANE == Lane.TRUCKS, 2, 1)
+CAR_DOT = np.where(CAR_LANE == Lane.TRUCKS, 2, 1)  # columns of a dot
+CAR_ROWS = ROM.rows((0xFC7, 0xFD5, 0xFCE, 0xFC0, 0xFDC), ROWS)[CAR_LANE]
+CAR_FRONT = (CAR_ROWS >> 7).argmax(1)  # first row of the leftmost column of dots
+CAR_REAR = (CAR_ROWS & 1).argmax(1)
 TURTLE_COPY = np.array((0, 1, 2, 0, 1, 2, 0, 1, 0, 1))
 TURTLE_LANE = np.repeat((Lane.LOWER_TURTLES, Lane.UPPER_TURTLES), (6, 4))
 TURTLE_DIVES = np.array((0, 0, 0, 1, 1, 1, 0, 0, 1, 1)) == 1
@@ -125,9 +124,9 @@ def decode(m: Ram) -> dict[str, Box]:
     }
 
 
-def _copy_columns(x: jax.Array, distance: Number) -> jax.Array:
-    """Columns of sprites' copies at some distance, -8 to 151."""
-    return mod(x + 8 + distance, 160) - 8
+def _copies(x: jax.Array, kind: jax.Array, copy: np.ndarray) -> tuple[jax.Array, jax.Array]:
+    """Columns of sprites' copies, -8 to 151, and which there are."""
+    return wrap(x + 8 + 16 * (kind >> 2 & 7) * copy) - 8, (kind & 3) >= copy
 
 
 def _lane_top(lane: Number) -> Number:
@@ -135,26 +134,23 @@ def _lane_top(lane: Number) -> Number:
     return 161 - 13 * lane
 
 
-def _sprite_boxes(
-    look: Number, x: jax.Array, y: Number, zoom: int | np.ndarray = 1, **fields: Number
-) -> Box:
-    """What the screen's edges leave of sprites; wide ones begin a column further right."""
-    x = x + np.minimum(zoom - 1, 1)
+def _figure_boxes(look: Number, x: jax.Array, y: Number, zoom: int = 1, **fields: Number) -> Box:
+    """What the screen's edges leave of figures; wide ones begin a column further right."""
+    x = x + min(zoom - 1, 1)
     right = jnp.clip(x + 8 * zoom - VIEW[2], 0, 8 * zoom) >> zoom // 2
     left = jnp.clip(VIEW[0] - x, 0, 8 * zoom) >> zoom // 2
-    index = LOOKS.index(look=look, cut=8 + right - left)
-    dots, blank, width, height = LOOKS.extent(index)
-    return box(x + zoom * dots, y + blank, zoom * width, height, **fields).clip(*VIEW)
+    index = FIGURES.index(look=look, cut=8 + right - left)
+    return FIGURES.box(index, x, y, zoom=zoom, **fields).clip(*VIEW)
 
 
 def _frog_box(m: Ram, d: Drawn) -> Box:
-    heading = _place(d.frog_picture, FROGS)
+    heading = _place(d.frog_picture, Picture.FROGS)
     y = match(
         (d.lane == Lane.START, START_TOP),
         (d.lane == Lane.VERGE, VERGE_TOP),
         otherwise=_lane_top(d.lane),
     )
-    return _sprite_boxes(
+    return _figure_boxes(
         FROG + heading,
         column(m.frog_at),
         y,
@@ -166,7 +162,7 @@ def _frog_box(m: Ram, d: Drawn) -> Box:
 
 def _lady_box(m: Ram) -> Box:
     y = _lane_top(Lane.SHORT_LOGS)
-    return _sprite_boxes(FROG, column(m.lady_at), y, valid=m.lady_lane == Lane.SHORT_LOGS)
+    return _figure_boxes(FROG, column(m.lady_at), y, valid=m.lady_lane == Lane.SHORT_LOGS)
 
 
 def _place(picture: jax.Array, pictures: tuple[int, ...]) -> jax.Array:
@@ -176,39 +172,43 @@ def _place(picture: jax.Array, pictures: tuple[int, ...]) -> jax.Array:
 
 def _car_boxes(m: Ram, d: Drawn) -> Box:
     """Up to three copies of both sprites of each lane, then the trucks."""
-    kind = lookup(COPIES, m.layout) >> 3 * CAR_LANE[:24] & 7
-    cars = _copy_columns(jnp.repeat(d.car_x, 3), pick(kind, NUSIZ_SPACING) * CAR_COPY)
-    there = jnp.concatenate([pick(kind, NUSIZ_COPIES) > CAR_COPY, jnp.array([True, True])])
-    x = jnp.concatenate([cars, d.truck_x])
-    color = CAR_COLORS[CAR_LANE]
-    return _sprite_boxes(CAR + CAR_LANE, x, _lane_top(CAR_LANE), CAR_ZOOM, valid=there, color=color)
+    kind = lookup(LAYOUTS, m.layout) >> 5 * CAR_LANE[:24]
+    cars, there = _copies(jnp.repeat(d.car_x, 3), kind, CAR_COPY)
+    x = jnp.concatenate([cars, d.truck_x + 1])
+    valid = jnp.concatenate([there, jnp.array([True, True])])
+    y, color = _lane_top(CAR_LANE), CAR_COLORS[CAR_LANE]
+    cut = box(x, y, 8 * CAR_DOT, ROWS, valid, color=color).clip(*VIEW)
+    inset = when(cut.w <= CAR_DOT, jnp.where(cut.x == VIEW[0], CAR_REAR, CAR_FRONT))
+    return cut.trimmed(top=inset, bottom=inset)
 
 
 def _log_boxes(m: Ram, d: Drawn, alligators: jax.Array) -> Box:
     """Short ones, wide ones, and the wide ones' pieces at the left edge."""
-    kind = lookup(COPIES, m.layout) >> 3 * 4 & 7
-    short = _copy_columns(d.log_x[0], pick(kind, NUSIZ_SPACING) * np.arange(3))
+    kind = lookup(LAYOUTS, m.layout) >> 5 * 4
+    short, there = _copies(d.log_x[0], kind, np.arange(3))
     wide = d.log_x[1:] + 1
     x = jnp.concatenate([short, wide, wide - 160])
-    there = jnp.stack([jnp.array(True), ~alligators, jnp.array(True)])
-    valid = jnp.concatenate([pick(kind, NUSIZ_COPIES) > np.arange(3), there, there])
+    floats = jnp.stack([jnp.array(True), ~alligators, jnp.array(True)])
+    valid = jnp.concatenate([there, floats, floats])
     return box(x, _lane_top(LOG_LANE), LOG_WIDTH, ROWS, valid).clip(*VIEW)
 
 
 def _turtle_boxes(d: Drawn) -> Box:
     """Two groups of each lane, the second one of which dives."""
-    x = jnp.concatenate([jnp.repeat(d.turtle_x[:2], 3), jnp.repeat(d.turtle_x[2:], 2)])
+    first = jnp.concatenate([jnp.repeat(d.turtle_x[:2], 3), jnp.repeat(d.turtle_x[2:], 2)])
+    x = wrap(first + 8 + 16 * TURTLE_COPY) - 8
     is_lower = TURTLE_LANE == Lane.LOWER_TURTLES
     stage = jnp.where(is_lower, pick(d.dive, LOWER_STAGES), pick(d.dive, UPPER_STAGES))
     color = jnp.where(TURTLE_DIVES, stage, RED)
-    x = _copy_columns(x, 16 * TURTLE_COPY)
-    return _sprite_boxes(TURTLE, x, _lane_top(TURTLE_LANE), valid=color != WATER, color=color)
+    cut = box(x, _lane_top(TURTLE_LANE), 8, ROWS, color != WATER, color=color).clip(*VIEW)
+    inset = jnp.maximum(3 - cut.w, 0)  # of the two columns at each side
+    return cut.trimmed(top=inset, bottom=inset)
 
 
 def _alligator_boxes(m: Ram, d: Drawn) -> Box:
     """The alligator, and its piece at the left edge."""
     look = jnp.where(m.river == River.MOUTH_OPEN, GATOR, GATOR + 1)
-    return _sprite_boxes(look, d.log_x[2] - np.array((0, 160)), _lane_top(Lane.LAST), zoom=4)
+    return _figure_boxes(look, d.log_x[2] - np.array((0, 160)), _lane_top(Lane.LAST), zoom=4)
 
 
 def _guest_box(m: Ram, width: Number, height: int) -> Box:
@@ -219,11 +219,11 @@ def _guest_box(m: Ram, width: Number, height: int) -> Box:
 def _snake_boxes(m: Ram, d: Drawn) -> Box:
     """The one on the verge, and the one on the log."""
     on_verge = jnp.where(m.verge == Verge.SNAKE, 0, 2)
-    look = jnp.stack([on_verge, _place(m.log_snake_picture, SNAKES)])
+    look = jnp.stack([on_verge, _place(m.log_snake_picture, Picture.SNAKES)])
     x = jnp.stack([d.verge_snake_x, column(m.log_snake_at)])
     there = among(m.verge, (Verge.SNAKE, Verge.SNAKE_RISES)), m.log_snake_lane == Lane.LONG_LOG
     y, heading = np.array((VERGE_TOP, _lane_top(Lane.LONG_LOG))), pick(look, SNAKE_HEADINGS)
-    return _sprite_boxes(SNAKE + look, x, y, zoom=2, valid=jnp.stack(there), orientation=heading)
+    return _figure_boxes(SNAKE + look, x, y, zoom=2, valid=jnp.stack(there), orientation=heading)
 
 
 def _time_box(m: Ram) -> Box:
@@ -245,14 +245,16 @@ def _without_alligator(mask: Bitmap, _: jax.Array) -> Bitmap:
 
 
 def _without_logs(mask: Bitmap, _: jax.Array) -> Bitmap:
-    """The pixels of the alligator, of those of its lane."""
-    return mask & ~_log_columns(mask)
+    """The pixels of the alligator, of those of its lane, and what is between its jaws."""
+    own = mask & ~_log_columns(mask)
+    above, below = (over(own, 5, shift, jnp.bitwise_or) for shift in (shift_down, shift_up))
+    return above & below
 
 
 LAST_LANE = (8, 31, 152, 38)
 LOG_LANES = (8, 31, 152, 77)
-FIGURE = Shape(w=(1, 8), h=(1, 7))
-WIDE_FIGURE = Shape(w=(1, 16), h=(1, 7))
+TURTLE_SHAPE = Shape(w=(1, 8), h=(1, 7))
+CAR_SHAPE = Shape(w=(1, 16), h=(1, 7))
 GATOR_SHAPE = Shape(w=(1, 32), h=(1, 7))
 LOG_SHAPE = Shape(w=(1, 64), h=(1, 7))
 BAYS = (8, 13, 152, 25)
@@ -270,7 +272,7 @@ GAME = Game(
         facing("Frog", Bounds((LIGHT_GREEN, PINK), VIEW), doc="pink while the lady frog is on it"),
         Category(
             "Car",
-            Blobs(tuple(CAR_COLORS.tolist()), (8, 109, 152, 168), WIDE_FIGURE, gap=(0, 1)),
+            Blobs(tuple(CAR_COLORS.tolist()), (8, 109, 152, 168), CAR_SHAPE, gap=(0, 1)),
             count=26,
             doc="lane * 6 + sprite * 3 + copy, then two trucks",
         ),
@@ -282,13 +284,13 @@ GAME = Game(
         ),
         Category(
             "Turtle",
-            Blobs((RED, DIVING), (8, 44, 152, 90), FIGURE),
+            Blobs((RED, DIVING), (8, 44, 152, 90), TURTLE_SHAPE),
             count=10,
             doc="six and four; those that have dived are gone",
         ),
         Category(
             "Alligator",
-            Blobs(WOOD, LAST_LANE, GATOR_SHAPE, gap=(0, 4), filters=(_without_logs,)),
+            Blobs(WOOD, LAST_LANE, GATOR_SHAPE, filters=(_without_logs,)),
             count=2,
             doc="in place of a log, its piece at the left edge",
         ),
@@ -298,7 +300,7 @@ GAME = Game(
         Category("LadyFrog", Bounds(WHITE, (8, 70, 152, 77)), doc="on a short log"),
         facing(
             "Snake",
-            Blobs(GREEN, (8, 57, 152, 102), WIDE_FIGURE, gap=(6, 6)),
+            Bounds(GREEN, ((8, 95, 152, 102), (8, 57, 152, 64))),
             count=2,
             doc="on the verge, on the long log",
         ),

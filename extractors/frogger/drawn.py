@@ -10,8 +10,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Number
-from ocjax.console.ops import lookup, match, mod, when
-from ocjax.console.registers import packed_position
+from ocjax.console.ops import lookup, match, when
+from ocjax.console.registers import packed_position, wrap
 from ocjax.extractors.frogger.ram import ROM, Lane, Picture, Ram, Stick, Tune
 
 LANES = Lane.LAST + 1
@@ -68,4 +68,4 @@ def _before(m: Ram, code: jax.Array, lane: Number) -> jax.Array:
 
 def column(code: jax.Array, step: Number = 0) -> jax.Array:
     """Column of a sprite before a step, -8 to 151."""
-    return mod(packed_position(code) + 122 - step, 160) - 8
+    return wrap(packed_position(code) - 38 - step) - 8
