@@ -53,6 +53,7 @@ RARE = {
     "Berzerk": ("PlayerMissile", "EnemyMissile"),
     "Centipede": ("Flea", "Scorpion"),
     "Enduro": ("Car", "Level", "NumberOfCars"),
+    "Frogger": ("Alligator", "AlligatorHead", "Fly", "HappyFrog", "LadyFrog", "Snake"),
     "Jamesbond": ("Depth_Charge", "Explosion", "Rocket", "Submarine", "Torpedo"),
     "Kangaroo": ("FallingCoconut", "Fruit", "Ladder", "Platform", "ThrownCoconut"),
     "Krull": ("Beast", "Line", "Lyssa", "Slayer_Shot", "Star", "Wall", "Weapon"),
