@@ -1,11 +1,15 @@
 """The palettes of the console: from RGB to the emulator's palette index and back.
 
 The emulator draws in palette indices (`ale.getScreen()`): hue in the high nibble, luminance in the upper three bits of the low one; the
-lowest bit is not used. Extraction works on indices, a quarter of RGB's memory traffic. The RGB values of NTSC consoles are those that
-ale-py 0.12.1 shows, read off its screens; those of PAL consoles are the emulator's (Stella), checked against ale-py's screens of Pac-Man.
+lowest bit is not used. On PAL consoles, the emulator sets it in frames that follow one with an odd number of lines: as a television does,
+it then shows each colour as a grey of the same brightness.
+
+Extraction works on indices, a quarter of RGB's memory traffic. The RGB values of NTSC consoles are those that ale-py 0.12.1 shows, read
+off its screens; those of PAL consoles are the emulator's (Stella), checked against ale-py's screens of Pac-Man and Air Raid.
 """
 
 import functools
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -59,10 +63,11 @@ def _table(even: str) -> np.ndarray:
 NTSC = _table(_NTSC_EVEN)
 """uint8 `[256, 3]`: RGB of each palette index; an odd index shows as the even one below it."""
 PAL = _table(_PAL_EVEN)
-"""The same for ROMs made for PAL consoles. Greys have several indices, of which RGB gives the lowest."""
+"""The same for ROMs made for PAL consoles. The greys that the emulator shows for odd indices count as the colours of the even ones."""
 
-# A multiplicative hash of 24-bit colours without collisions among the colours of a palette; `_hash_table` proves it.
-_MULTIPLIER, _SHIFT = 0x2858FD51, 22
+# A multiplicative hash of 24-bit colours without collisions among the colours of a palette; `_hashed` proves it.
+_MULTIPLIER, _SHIFT = 0xC8C42CD1, 20
+_BRIGHTNESS = 0.2989, 0.5870, 0.1140  # of red, green and blue in the emulator's greys
 
 
 class PaletteError(ValueError):
@@ -73,25 +78,42 @@ def _hash(red, green, blue):  # noqa: ANN001, ANN202  # uint32 scalars or arrays
     return (((red << 16) | (green << 8) | blue) * np.uint32(_MULTIPLIER)) >> _SHIFT
 
 
-def _hash_table(palette: np.ndarray) -> np.ndarray:
-    """The palette index at each hash; 0 for hashes that no colour has."""
-    return _hash_table_of(palette.tobytes())
+class _Hashed(NamedTuple):
+    """A palette's colours by their hashes."""
+
+    even: np.ndarray  # uint8: a colour's even palette index; 0 for hashes that no colour has
+    rgb: np.ndarray  # uint8 `[..., 3]`: the colour
+
+
+def _hashed(palette: np.ndarray, own: tuple[int, ...] = ()) -> _Hashed:
+    return _hashed_of(palette.tobytes(), own)
 
 
 @functools.cache
-def _hash_table_of(palette: bytes) -> np.ndarray:
-    colors, first = np.unique(np.frombuffer(palette, np.uint8).reshape(-1, 3), axis=0, return_index=True)
+def _hashed_of(palette: bytes, own: tuple[int, ...]) -> _Hashed:
+    shown = np.frombuffer(palette, np.uint8).reshape(-1, 3).copy()
+    if palette == PAL.tobytes():
+        shown[1::2] = np.rint(shown[1::2] @ _BRIGHTNESS)[:, None]
+    order = np.array([*own, *range(0, 256, 2), *(c + 1 for c in own), *range(1, 256, 2)])
+    colors, first = np.unique(shown[order], axis=0, return_index=True)
     slots = _hash(*colors.astype(np.uint32).T)
     assert len(np.unique(slots)) == len(slots), "the hash of the palette has collisions"
-    table = np.zeros(1 << (32 - _SHIFT), np.uint8)
-    table[slots] = first
-    return table
+    even, rgb = np.zeros(1 << (32 - _SHIFT), np.uint8), np.zeros((1 << (32 - _SHIFT), 3), np.uint8)
+    even[slots], rgb[slots] = order[first] & 0xFE, colors
+    return _Hashed(even, rgb)
 
 
-def to_index(rgb: jax.Array, palette: np.ndarray = NTSC) -> jax.Array:
-    """Palette indices uint8 `[...]` of colours uint8 `[..., 3]`, all of which must be in the palette (`check_rgb` tells)."""
+def to_index(rgb: jax.Array, palette: np.ndarray = NTSC, own: tuple[int, ...] = ()) -> jax.Array:
+    """Palette indices uint8 `[...]` of colours uint8 `[..., 3]`, all of which must be in the palette (`check_rgb` tells).
+
+    Args:
+        rgb: the colours.
+        palette: of the game.
+        own: the palette indices of the game's rules, in ascending order. PAL consoles show several indices as the same grey, of which RGB
+            gives the lowest of these, or else the lowest of all.
+    """
     r, g, b = (rgb[..., i].astype(jnp.uint32) for i in range(3))
-    return jnp.asarray(_hash_table(palette))[_hash(r, g, b)]
+    return jnp.asarray(_hashed(palette, own).even)[_hash(r, g, b)]
 
 
 def to_rgb(index: jax.Array, palette: np.ndarray = NTSC) -> jax.Array:
@@ -105,10 +127,11 @@ def packed(rgb: np.ndarray) -> np.ndarray:
     return r | (g << 8) | (b << 16)
 
 
-def is_color(rgb: np.ndarray, palette: np.ndarray = NTSC) -> np.ndarray:
-    """Whether the console can draw each of the colours uint8 `[..., 3]`, bool `[...]`."""
+def is_color(rgb: np.ndarray | jax.Array, palette: np.ndarray = NTSC) -> np.ndarray | jax.Array:
+    """Whether the console can draw each of the colours uint8 `[..., 3]`, bool `[...]`; a jax array if `rgb` is one."""
+    array = jnp if isinstance(rgb, jax.Array) else np
     r, g, b = (rgb[..., i].astype(np.uint32) for i in range(3))
-    return (palette[_hash_table(palette)[_hash(r, g, b)]] == rgb).all(-1)
+    return (array.asarray(_hashed(palette).rgb)[_hash(r, g, b)] == rgb).all(-1)
 
 
 def check_rgb(rgb: np.ndarray | jax.Array, palette: np.ndarray = NTSC) -> None:

@@ -127,6 +127,12 @@ class Declaration:
         return palette.PAL if self.pal else palette.NTSC
 
     @functools.cached_property
+    def colors(self) -> tuple[int, ...]:
+        """The palette indices that the rules name, in ascending order."""
+        rules = [rule for c in self.categories for rule in (c.rule, c.otherwise) if rule is not None]
+        return tuple(sorted({color for rule in rules for color in rule.palette}))
+
+    @functools.cached_property
     def slot_rgb(self) -> np.ndarray:
         """The default colour of each slot, uint8 `[N, 3]`."""
         return np.concatenate([c.slot_rgb(self.palette) for c in self.categories])

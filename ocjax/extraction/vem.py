@@ -126,7 +126,7 @@ def extractor(game: Declaration) -> Callable[[jax.Array | np.ndarray], Objects]:
         return _objects(game, batches.in_chunks(lambda chunk: _extract(game, chunk)[0], frames, CHUNK), frames)
 
     by_index = batches.any_batch(by_frame, 2, CHUNK)
-    to_index = batches.any_batch(lambda rgb: palette.to_index(rgb, game.palette), 3, CHUNK)
+    to_index = batches.any_batch(lambda rgb: palette.to_index(rgb, game.palette, game.colors), 3, CHUNK)
 
     def extract(frames: jax.Array | np.ndarray) -> Objects:
         return by_index(to_index(frames) if frames.shape[-3:] == (*game.screen, 3) else frames)

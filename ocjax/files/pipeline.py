@@ -243,7 +243,7 @@ def check_colors(frames: np.ndarray, game: Game, name: str, first: int) -> None:
 def _wrong_colors(game: Game) -> Callable[[np.ndarray], jax.Array]:
     """The compiled function that tells which RGB frames have a colour that the console does not have, bool `[n]`."""
     own = np.asarray(game.palette)
-    return jax.jit(lambda frames: (palette.to_rgb(palette.to_index(frames, own), own) != frames).any(axis=(1, 2, 3)))
+    return jax.jit(lambda frames: ~palette.is_color(frames, own).all(axis=(1, 2)))
 
 
 def _plan(rows: Input, source: str | Path, array: str | None, game: Game, method: str, *, hud: bool) -> ExtractionPlan:

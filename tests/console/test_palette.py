@@ -35,6 +35,22 @@ def test_the_emulator_shows_these_colours(name):
         assert np.array_equal(a, b)
 
 
+def test_grey_frames_of_a_pal_console():
+    """The emulator shows the same in grey after a frame with an odd number of lines."""
+    ale_py.ALEInterface.setLoggerMode(ale_py.LoggerMode.Error)
+    game, ale = ocjax.load("AirRaid"), ale_py.ALEInterface()
+    ale.loadROM(rom_path(game.rom))
+    while not (ale.getScreen() & 1).any():
+        ale.act(ale.getMinimalActionSet()[-1])
+    screen, rgb = ale.getScreen(), ale.getScreenRGB()
+    odd = screen % 2 == 1
+    assert np.array_equal(game.palette[screen][~odd], rgb[~odd])
+    assert np.array_equal(rgb[odd], np.rint(game.palette[screen][odd] @ (0.2989, 0.587, 0.114)).astype(np.uint8)[:, None].repeat(3, axis=1))
+    palette.check_rgb(rgb, game.palette)
+    for a, b in zip(jax.tree.leaves(game.vem(screen)), jax.tree.leaves(game.vem(rgb)), strict=True):
+        assert np.array_equal(a, b)
+
+
 def test_foreign_colours_are_reported():
     frame = palette.NTSC[np.zeros((5, 6), np.uint8)]
     palette.check_rgb(frame)
