@@ -39,6 +39,7 @@ UNUSUAL = {
     "Bowling": 0.89,
     "Breakout": 0.92,  # modes in which the bricks are not drawn
     "Defender": 0.95,
+    "DoubleDunk": 0.96,  # figures that cover each other
     "FishingDerby": 0.96,
     "Jamesbond": 0.95,
     "PrivateEye": 0.95,
