@@ -21,13 +21,15 @@ from ocjax.extractors.solaris.panel import (
 )
 from ocjax.extractors.solaris.pictures import BOTTOM, CUTS, ROWS, TABLE, TOP
 from ocjax.extractors.solaris.ram import RECORDS, ROM, Kind, Picture, Ram
+from ocjax.extractors.solaris.vision import IN_SPACE, ON_PLANET, DarkEdges
 from ocjax.vision.displays import IconRow, NumberDisplay
 from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge
 from ocjax.vision.shapes import Shape
+from ocjax.vision.steps import Raised
 from ocjax.console.fonts import Digits
 
 SCORE = NumberDisplay(FONT, right=105, top=5, digits=6)
-JUMP = NumberDisplay(FONT, right=112, top=152, digits=2, leading_zeros=True)
+JUMP = NumberDisplay(FONT, right=114, top=152, digits=2, leading_zeros=True)
 LINE = 170  # line + height above the panel, of a picture's first row
 VIEW = (8, TOP, 160, BOTTOM)
 HIGHEST = 0x99  # from here on, a record is above the view
@@ -42,8 +44,8 @@ def decode(m: Ram) -> dict[str, Box]:
     things = _things(m)
     kind = m.picture >> 3
     space, planet = m.on_planet == 0, m.on_planet == 1
-    body, others = things[:1], things
-    panel = (m.jumps == 0) & (m.is_over == 0)
+    planets = things.where(among(kind, Kind.PLANETS) & (np.arange(RECORDS) > 0))
+    panel = m.is_over == 0
     return {
         "Player": _ship_box(m),
         "PlayerMissile": _shot_boxes(m),
@@ -61,7 +63,8 @@ def decode(m: Ram) -> dict[str, Box]:
         "EnemyMissile": things.where(kind == Kind.ENEMY_MISSILE),
         "Explosion": things.where(kind == Kind.EXPLOSION),
         "RingedPlanet": _ringed(m, things).where(space & (kind == Kind.RINGED_PLANET)),
-        "Planet": things.where(among(kind, Kind.PLANETS) & (np.arange(RECORDS) > 0)),
+        "BluePlanet": planets.where(m.picture < Picture.RED_PLANET),
+        "RedPlanet": planets.where(m.picture >= Picture.RED_PLANET),
         "Crater": things.where(planet & (kind == Kind.RINGED_PLANET)),
         "ChartSymbol": _symbol_boxes(m),
         "JumpTimer": JUMP.box(m.jump_timer, valid=_shows_chart(m)),
@@ -197,34 +200,43 @@ def _shows_chart(m: Ram) -> jax.Array:
 
 LIVES = IconRow(left=24, top=192, width=3, height=5, pitch=-4)
 
-BLUES = (0x84, 0x86, 0x88, 0x8A, 0x8C, 0x8E)
+BLUES = (0x86, 0x88, 0x8A, 0x8C, 0x8E)
 REDS = (0x40, 0x42, 0x44, 0x46, 0x48)
 SHIP_COLORS = (0x92, 0x76, 0x78, 0x6A, 0x6C)
-GROUND_SHIP_COLORS = (0x34, 0x26, 0x28, 0x1A, 0x1C)
-ROUND = (
-    Shape((16, 16), (3, 24), pixels=(36, 304)),
+GROUND_SHIP_COLORS = (0x42, 0x34, 0x26, 0x28, 0x1A, 0x1C)
+SHIP_ROWS = (8, 144, 160, 151)
+SHIP = Bounds(SHIP_COLORS, SHIP_ROWS, (9, 7), (11, 7), then=(Raised(2),))
+GROUND_SHIP = Bounds(GROUND_SHIP_COLORS, SHIP_ROWS, (9, 7), (11, 7), then=(Raised(2),))
+space = functools.partial(Blobs, region=VIEW, filters=(IN_SPACE,))
+ground = functools.partial(Blobs, region=VIEW, filters=(ON_PLANET,))
+RED_SHAPES = (
+    Shape((1, 2), (1, 2)),
+    Shape(3, (2, 4), pixels=(6, 12)),
+    Shape(4, (2, 5)),
+    Shape(5, (2, 6), pixels=(8, 12)),
+    Shape(5, (2, 6), pixels=(14, 30)),
+    Shape((6, 16), (1, 24)),
 )
-SHIP = Bounds(SHIP_COLORS, (8, 144, 160, 151), min_size=(9, 7))
-BLUE_PLANETS = Blobs(BLUES, VIEW, (Shape((2, 16), (2, 24), pixels=(4, 304)),))
-RED_PLANETS = Blobs(
-    REDS,
-    VIEW,
-    (
-        Shape((1, 1), (1, 1)),
-        Shape((2, 2), (2, 2)),
-        Shape((3, 3), (4, 4)),
-        Shape((4, 16), (5, 24)),
-    ),
+RED_PLANETS = space(REDS, shapes=RED_SHAPES)
+DOTS = space(0x8A, shapes=Shape(1, 1))
+BLUE_PLANETS = space(BLUES, shapes=Shape((2, 16), (2, 24), pixels=(4, 304)), also=(DOTS,), then=(DarkEdges(),))
+DARTERS = space(REDS, shapes=(Shape(5, 5, pixels=13), Shape(3, 3, pixels=5)))
+KILLER_COLORS = (0xA4, 0xA6, 0xA8, 0xAA, 0xAC, 0xAE)
+KILLER_SHAPES = (Shape(2, 1), Shape((4, 16), (2, 12)))
+FIVE_ROWS = space(KILLER_COLORS, shapes=Shape(6, 5, pixels=18), first=0xAA)
+KILLERS = space(
+    KILLER_COLORS,
+    shapes=KILLER_SHAPES,
+    first=(0xA4, 0xA6, 0xA8, 0xAC, 0xAE),
+    also=(FIVE_ROWS,),
 )
-DARTERS = Blobs(REDS, VIEW, (Shape(5, 5, pixels=13), Shape(3, 3, pixels=5)))
-KILLERS = Blobs((0xA4, 0xA6, 0xA8, 0xAA, 0xAC, 0xAE), VIEW, (Shape((2, 16), (3, 12)),))
-PIRATES = Blobs((0x14, 0x16, 0x18, 0x1A, 0x1E), VIEW, Shape((1, 8), (1, 9)), gap=(1, 2))
-RINGS = Blobs((0x66, 0x68, 0xA2), VIEW, Shape((2, 16), (2, 14)), gap=(1, 1))
+PIRATES = space((0x14, 0x16, 0x18, 0x1A, 0x1E), shapes=Shape((1, 8), (1, 9)), gap=(1, 2))
+RINGS = space((0x66, 0x68, 0xA2), shapes=Shape((2, 16), (2, 14)), gap=(1, 1))
 SHOTS_RULE = Blobs((0x08, 0x0E), VIEW, Shape((1, 8), (1, 8)), gap=(3, 3))
 ENEMY_SHOTS = Blobs((0x9E, 0x7E, 0x6E), VIEW, Shape((1, 5), (1, 7)), gap=(1, 1))
-EXPLOSIONS = Blobs(0xAA, VIEW, Shape((6, 28), (6, 28)), gap=(6, 6))
-FIGHTERS = Blobs((0x56, 0x58, 0x5A, 0x5C, 0x5E), VIEW, Shape((1, 8), (1, 12)))
-CRATERS = Blobs((0x60, 0x00), (8, 75, 160, BOTTOM), Shape((6, 28), (1, 9)))
+EXPLOSIONS = space(0xAA, shapes=Shape((6, 28), (6, 28)), gap=(6, 6))
+FIGHTERS = space((0x56, 0x58, 0x5A, 0x5C, 0x5E), shapes=Shape((1, 8), (1, 12)))
+CRATERS = ground((0x60, 0x00), shapes=Shape((6, 28), (1, 9)))
 PANEL_COLORS = tuple(sorted(set(COLORS)))
 
 five = functools.partial(Category, count=RECORDS)
@@ -234,7 +246,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", SHIP, rgb=(0,0,0), doc="the ship"),
+        Category("Player", SHIP, otherwise=GROUND_SHIP, rgb=(0,0,0), doc="the ship"),
         Category("PlayerMissile", SHOTS_RULE, count=2, doc="nearer, farther"),
         five("Fighter", FIGHTERS, doc="enemy"),
         five("Pirate", PIRATES, doc="enemy"),
@@ -245,12 +257,13 @@ GAME = Game(
         five("Blockader", Blobs(0xCE, VIEW), doc="enemy"),
         five("Raider", Blobs(0x10, VIEW), doc="enemy"),
         five("Man", Blobs(0x10, VIEW), doc="enemy"),
-        five("LandingZone", Blobs(0x4E, VIEW), doc="enemy"),
+        five("LandingZone", Blobs(0x10, VIEW), doc="enemy"),
         five("Tower", Blobs(0x10, VIEW), doc="enemy"),
         five("EnemyMissile", ENEMY_SHOTS, doc="enemy"),
         five("Explosion", EXPLOSIONS, doc="enemy"),
         five("RingedPlanet", RINGS, doc="enemy"),
-        five("Planet", replace(BLUE_PLANETS, also=(RED_PLANETS,)), doc="moon"),
+        five("BluePlanet", BLUE_PLANETS, doc="b"),
+        five("RedPlanet", RED_PLANETS, doc="b"),
         five("Crater", CRATERS, doc="enemy"),
         Category("ChartSymbol", Cells(tuple(sorted(set(CHART_COLORS.tolist()))), tuple(CELL_X.tolist()), tuple(CELL_Y.tolist()), 8, 8, whole=False), count=48, attributes=("value",), doc="s", needs=("JumpTimer",)),
         Category("JumpTimer", JUMP.rule(tuple(sorted({int(c - 14 + 200) & 254 for c in CHART_COLORS}))), attributes=("value",), doc="s"),
