@@ -29,7 +29,7 @@ from ocjax.vision.steps import Raised
 from ocjax.console.fonts import Digits
 
 SCORE = NumberDisplay(FONT, right=105, top=5, digits=6)
-JUMP = NumberDisplay(FONT, right=114, top=152, digits=2, leading_zeros=True)
+JUMP = NumberDisplay(FONT, right=113, top=152, digits=2, leading_zeros=True)
 LINE = 170  # line + height above the panel, of a picture's first row
 VIEW = (8, TOP, 160, BOTTOM)
 HIGHEST = 0x99  # from here on, a record is above the view
@@ -210,7 +210,8 @@ GROUND_SHIP = Bounds(GROUND_SHIP_COLORS, SHIP_ROWS, (9, 7), (11, 7), then=(Raise
 space = functools.partial(Blobs, region=VIEW, filters=(IN_SPACE,))
 ground = functools.partial(Blobs, region=VIEW, filters=(ON_PLANET,))
 RED_SHAPES = (
-    Shape((1, 2), (1, 2)),
+    Shape(1, 1),
+    Shape(2, 2),
     Shape(3, (2, 4), pixels=(6, 12)),
     Shape(4, (2, 5)),
     Shape(5, (2, 6), pixels=(8, 12)),
@@ -219,8 +220,13 @@ RED_SHAPES = (
 )
 RED_PLANETS = space(REDS, shapes=RED_SHAPES)
 DOTS = space(0x8A, shapes=Shape(1, 1))
-BLUE_PLANETS = space(BLUES, shapes=Shape((2, 16), (2, 24), pixels=(4, 304)), also=(DOTS,), then=(DarkEdges(),))
-DARTERS = space(REDS, shapes=(Shape(5, 5, pixels=13), Shape(3, 3, pixels=5)))
+BLUE_SHAPES = (
+    Shape(2, 2, pixels=4),
+    Shape((3, 4), (2, 5), pixels=(6, 20)),
+    Shape((5, 16), (2, 24), pixels=(10, 304)),
+)
+BLUE_PLANETS = space(BLUES, shapes=BLUE_SHAPES, also=(DOTS,), then=(DarkEdges(),))
+DARTERS = space(REDS, shapes=(Shape(2, 1), Shape(5, 5, pixels=13), Shape(3, 3, pixels=5)))
 KILLER_COLORS = (0xA4, 0xA6, 0xA8, 0xAA, 0xAC, 0xAE)
 KILLER_SHAPES = (Shape(2, 1), Shape((4, 16), (2, 12)))
 FIVE_ROWS = space(KILLER_COLORS, shapes=Shape(6, 5, pixels=18), first=0xAA)
@@ -230,11 +236,11 @@ KILLERS = space(
     first=(0xA4, 0xA6, 0xA8, 0xAC, 0xAE),
     also=(FIVE_ROWS,),
 )
-PIRATES = space((0x14, 0x16, 0x18, 0x1A, 0x1E), shapes=Shape((1, 8), (1, 9)), gap=(1, 2))
+PIRATES = space((0x14, 0x16, 0x18, 0x1A, 0x1E), shapes=Shape((1, 8), (1, 9)), gap=(2, 2))
 RINGS = space((0x66, 0x68, 0xA2), shapes=Shape((2, 16), (2, 14)), gap=(1, 1))
 SHOTS_RULE = Blobs((0x08, 0x0E), VIEW, Shape((1, 8), (1, 8)), gap=(3, 3))
 ENEMY_SHOTS = Blobs((0x9E, 0x7E, 0x6E), VIEW, Shape((1, 5), (1, 7)), gap=(1, 1))
-EXPLOSIONS = space(0xAA, shapes=Shape((6, 28), (6, 28)), gap=(6, 6))
+EXPLOSIONS = space(0xAA, shapes=Shape((6, 28), (6, 28)), gap=(4, 4))
 FIGHTERS = space((0x56, 0x58, 0x5A, 0x5C, 0x5E), shapes=Shape((1, 8), (1, 12)))
 CRATERS = ground((0x60, 0x00), shapes=Shape((6, 28), (1, 9)))
 PANEL_COLORS = tuple(sorted(set(COLORS)))

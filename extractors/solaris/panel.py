@@ -42,6 +42,7 @@ def _window_columns() -> np.ndarray:
         bars = _at(0xF548 + y) >> np.clip((half - 48) // 4, 0, 7) & 1
         mark = (columns >= MIDDLE) & (columns < MIDDLE + (4 if _at(0xF565 + y) & 0x20 else 1))
         shown[line] = (half >= 48) & (bars == 0) & ~mark
+    shown[LINES - 1 - 8, 103] = True  # the kernel lowers the middle line's bar there
     return shown
 
 
@@ -98,7 +99,7 @@ def _of_target(m: Ram, records: jax.Array, way_out: jax.Array | int) -> jax.Arra
 def scanned(m: Ram) -> dict[str, Box]:
     """The objects of the scanner."""
     kind = _of_target(m, m.picture, m.way_out_picture) >> 3 & 15
-    side = (_of_target(m, m.x, m.way_out_x) - m.ship_x + REACH) & 255
+    side = (_of_target(m, m.x, m.way_out_x) - _ship_column(m) + REACH) & 255
     place = match((side < 80, side), (side < 168, 80), otherwise=0) >> 1
     level = (_of_target(m, m.y, BLANK_HEIGHT) + 72 & 255) >> 4
     left = match((place == ON_COURSE, 2), (place > ON_COURSE, 1), otherwise=0)
@@ -122,3 +123,17 @@ def _distance_box(m: Ram) -> Box:
     left = LEFT_CELL + lookup(FONT.left, tens)
     right = RIGHT_CELL + lookup(FONT.right, ones)
     return box(left, 181, right - left, 7, value=10 * tens + ones)
+
+
+def _ship_column(m: Ram) -> jax.Array:
+    """The ship's place when the frame was drawn: it moves after that ($FBEC)."""
+    step = m.ship_speed << 3 & 255
+    moved = jnp.where(m.ship_part < step, 1, 0) - (m.ship_speed >> 7)
+    limited = jnp.where(m.ship_speed < 128, m.ship_x >= 0x73, m.ship_x <= 0x2D)
+    moved = jnp.where(limited, 0, moved)
+    fine = (m.ship_at >> 4 ^ 8) - 8
+    drawn = 54 + 27 * (m.ship_at >> 1 & 7) + 3 * (m.ship_at & 1) - 2 * fine
+    picture = m.ship_picture + m.ship_y & 255
+    shown = drawn + match((picture == 0xD7, 3), (picture == 0xEB, 1), otherwise=2)
+    still = (m.jumps | m.on_chart | m.sleeps | m.waits | m.departs) == 1
+    return match((still, m.ship_x), (m.heads_out == 1, m.ship_x - moved), otherwise=shown)

@@ -37,6 +37,7 @@ class Target:  # of `Ram.target`: a record, or
 class Ram(RamMap):
     cursor = byte(8)
     sleeps = bits(13, first=0)
+    waits = bits(13, first=1)
     jumps = bits(13, first=4)
     on_chart = bits(13, first=5)
     on_planet = bits(13, first=6)
@@ -58,10 +59,13 @@ class Ram(RamMap):
     shot_depth = byte(60, 61)
     depth = byte(62, 63, 64, 65, 66)
     way_out_depth = byte(67)
-    ship_x = byte(79)
+    ship_x = byte(79)  # moved on since the frame was drawn
+    heads_out = bits(83, first=5)  # the ship jumps
     departs = bits(83, first=7)  # the ship leaves, lands or crashes
     lives = low(89)
     target = byte(90)
     fuel = byte(91)
     score = bcd((94, 93, 92))  # tens of points
+    ship_speed = byte(118)  # to the right, eighths of a column
+    ship_part = byte(119)  # 256 a column
     sectors = byte(*range(100, 124))  # the chart's symbols from the lower right one on, a nibble each
