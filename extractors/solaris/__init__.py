@@ -21,15 +21,16 @@ from ocjax.extractors.solaris.panel import (
 )
 from ocjax.extractors.solaris.pictures import BOTTOM, CUTS, ROWS, TABLE, TOP
 from ocjax.extractors.solaris.ram import RECORDS, ROM, Kind, Picture, Ram
-from ocjax.extractors.solaris.vision import IN_SPACE, ON_PLANET, DarkEdges
+from ocjax.extractors.solaris.vision import IN_SPACE, ON_CHART, ON_PLANET, DarkEdges
 from ocjax.vision.displays import IconRow, NumberDisplay
+from ocjax.vision.filters import ShortRuns
 from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge
 from ocjax.vision.shapes import Shape
 from ocjax.vision.steps import Raised
 from ocjax.console.fonts import Digits
 
 SCORE = NumberDisplay(FONT, right=105, top=5, digits=6)
-JUMP = NumberDisplay(FONT, right=113, top=152, digits=2, leading_zeros=True)
+JUMP = NumberDisplay(FONT, right=105, top=152, digits=2, leading_zeros=True)
 LINE = 170  # line + height above the panel, of a picture's first row
 VIEW = (8, TOP, 160, BOTTOM)
 HIGHEST = 0x99  # from here on, a record is above the view
@@ -98,16 +99,17 @@ def _things(m: Ram) -> Box:
 
 def _is_new(m: Ram) -> jax.Array:
     """Whether a record has been filled since the frame was drawn, and has no size yet."""
-    sizes = lookup(SIZES, jnp.minimum(m.depth >> 1, len(SIZES) - 1))
+    step = m.depth >> 1 + m.on_planet
+    sizes = lookup(SIZES, jnp.minimum(step, len(SIZES) - 1))
     size, kind = m.picture & 7, m.picture >> 3
     planet_size = m.picture - jnp.where(m.picture < Picture.RED_PLANET, Picture.PLANET, Picture.RED_PLANET)
     sized = among(kind, (Kind.KILLER, Kind.RINGED_PLANET)) | ((kind == Kind.PIRATE) & (m.on_planet == 0))
     return match(
         (among(kind, Kind.PLANETS), planet_size != sizes >> 4),
         (sized, size != (sizes & 7)),
-        (kind == Kind.WARP, (size == 4) & (m.depth >= 32) & (m.on_planet == 0)),
+        (kind == Kind.WARP, (size == 4) & (step >= 16) & (m.on_planet == 0)),
         (kind == Kind.ENEMY_MISSILE, size < 2),
-        otherwise=(size == 0) & (kind != Kind.EXPLOSION) & (m.depth >= 18),
+        otherwise=(size == 0) & (kind != Kind.EXPLOSION) & (step >= 9),
     )
 
 
@@ -240,9 +242,10 @@ PIRATES = space((0x14, 0x16, 0x18, 0x1A, 0x1E), shapes=Shape((1, 8), (1, 9)), ga
 RINGS = space((0x66, 0x68, 0xA2), shapes=Shape((2, 16), (2, 14)), gap=(1, 1))
 SHOTS_RULE = Blobs((0x08, 0x0E), VIEW, Shape((1, 8), (1, 8)), gap=(3, 3))
 ENEMY_SHOTS = Blobs((0x9E, 0x7E, 0x6E), VIEW, Shape((1, 5), (1, 7)), gap=(1, 1))
-EXPLOSIONS = space(0xAA, shapes=Shape((6, 28), (6, 28)), gap=(4, 4))
+FLASHES = space(0x1E, shapes=tuple(Shape(w, h, p) for w, h, p in ((8, 10, 61), (5, 6, 24), (3, 4, 8))))
+EXPLOSIONS = space((0x8E, 0xAA), shapes=Shape((6, 28), (9, 28)), gap=(7, 4), also=(FLASHES,))
 FIGHTERS = space((0x56, 0x58, 0x5A, 0x5C, 0x5E), shapes=Shape((1, 8), (1, 12)))
-CRATERS = ground((0x60, 0x00), shapes=Shape((6, 28), (1, 9)))
+CRATERS = Blobs((0x60, 0x00), (8, 75, 160, BOTTOM), Shape((6, 28), (1, 9)), filters=(ON_PLANET, ShortRuns(30, across=True)))
 PANEL_COLORS = tuple(sorted(set(COLORS)))
 
 five = functools.partial(Category, count=RECORDS)
@@ -272,7 +275,7 @@ GAME = Game(
         five("RedPlanet", RED_PLANETS, doc="b"),
         five("Crater", CRATERS, doc="enemy"),
         Category("ChartSymbol", Cells(tuple(sorted(set(CHART_COLORS.tolist()))), tuple(CELL_X.tolist()), tuple(CELL_Y.tolist()), 8, 8, whole=False), count=48, attributes=("value",), doc="s", needs=("JumpTimer",)),
-        Category("JumpTimer", JUMP.rule(tuple(sorted({int(c - 14 + 200) & 254 for c in CHART_COLORS}))), attributes=("value",), doc="s"),
+        Category("JumpTimer", replace(JUMP.rule(tuple(sorted({int(c - 14 + 200) & 254 for c in CHART_COLORS}))), filters=(ON_CHART,)), attributes=("value",), doc="s"),
         display("Score", SCORE.rule(0x1E), doc="points"),
         display("Lives", LIVES.rule(0x8E, (12, 192, 28, 197), single=2), doc="ships"),
         display("Fuel", Bounds(0x1A, (120, 192, 156, 197), value=Gauge(1, 5, 0)), doc="fuel"),

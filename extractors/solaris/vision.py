@@ -14,6 +14,7 @@ from ocjax.vision.steps import Context, Step
 SPACE = 0
 PLANET = 1
 CHART = 2
+WARP = 3
 BAR_LEFT = (30, 50)  # column and row in the bar at the chart's left side
 BAR_RIGHT = (130, 50)
 BESIDE_BAR = (20, 50)
@@ -42,7 +43,8 @@ def _screen(planes: jax.Array) -> jax.Array:
     is_planet = functools.reduce(jnp.logical_or, grounds)
     stars = [jnp.any(_pixel(planes, (x, y)) != _pixel(planes, (x - 9, y)), axis=0) for x, y in WARP_STARS]
     is_warp = functools.reduce(jnp.logical_and, stars)
-    return jnp.where(is_chart | is_warp, CHART, jnp.where(is_planet, PLANET, SPACE))
+    flies = jnp.where(is_planet, PLANET, SPACE)
+    return jnp.where(is_chart, CHART, jnp.where(is_warp, WARP, flies))
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,7 @@ class _On:
 
 IN_SPACE = Searched(_screen, _On(SPACE))
 ON_PLANET = Searched(_screen, _On(PLANET))
+ON_CHART = Searched(_screen, _On(CHART))
 
 # Rows above and below the bright part of a blue planet, by its width: colours that space has, too.
 DARK_EDGES = {16: (3, 6), 14: (2, 5), 12: (0, 3), 10: (0, 1)}
