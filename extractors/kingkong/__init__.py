@@ -38,7 +38,7 @@ from ocjax.vision.shapes import Shape
 ROM = Rom("king_kong", "0dd4c69b5f9a7ae96a7a08329496779a")
 FONT = ROM.font(0xBDB, rows=7, stride=8, dots=3, shift=5, dot=(4, 2), pitch=16, top_first=True)
 SCORE = NumberDisplay(FONT, right=76, top=21, digits=4, leading_zeros=True)
-BONUS = NumberDisplay(FONT, right=156, top=21, digits=3, leading_zeros=True)
+BONUS_POINTS = NumberDisplay(FONT, right=156, top=21, digits=3, leading_zeros=True)
 
 LIME = 0x38  # of the digits
 BROWN = 0x22  # Kong
@@ -57,9 +57,9 @@ GREEN = 0x52  # that of a bomb with a bonus
 BOMB_COLORS = (VIOLET, GREEN, FUSE, PALE, 0x26, 0x36, 0x44, 0x74, 0x78, 0x94, 0xC4, 0xD8)
 WIDEST_ROW = 8  # line of a bomb
 
-TOP = 40  # line of the field's first row; a row has two lines
+FIRST_LINE = 40  # line of the field's first row; a row has two lines
 ROWS = 96
-FIELD = (0, TOP, 160, TOP + 2 * ROWS)
+FIELD = (0, FIRST_LINE, 160, FIRST_LINE + 2 * ROWS)
 CAPTIVE_TOP = 20
 RESCUED_X = 93  # of the captive, on the screen
 RESCUER_X = 84
@@ -75,10 +75,10 @@ BOMB_ROWS = 7
 BOMBS = Pictures.of(ROM.rows(GRAPHICS + 1 + pointer, BOMB_ROWS) for pointer in (0x3C, 0x44))
 KONG_ROWS = 18
 KONG_PICTURE = ROM.rows(GRAPHICS + 1 + 0x5E, KONG_ROWS)
-HIDDEN = tuple(range(-KONG_ROWS, KONG_ROWS + 1))  # rows below the field; less than 0: above it
+CUT_ROWS = tuple(range(-KONG_ROWS, KONG_ROWS + 1))  # rows below the field; less than 0: above it
 KONG = Pictures.of(
     np.where(np.isin(np.arange(KONG_ROWS) + hidden, range(KONG_ROWS)), KONG_PICTURE, 0)
-    for hidden in HIDDEN
+    for hidden in CUT_ROWS
 )
 CAPTIVES = Pictures.of(ROM.rows(GRAPHICS + last, 8) for last in (0x4D, 0x56))
 
@@ -105,7 +105,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Ladder": edges(*np.array(LADDERS).T),
         "Life": _waiting_boxes(m),
         "Score": SCORE.box(m.score, valid=displayed),
-        "BonusPoints": BONUS.box(10 * drawn.bonus, valid=displayed),
+        "BonusPoints": BONUS_POINTS.box(10 * drawn.bonus, valid=displayed),
     }
 
 
@@ -113,11 +113,11 @@ def _climber_box(m: Ram, drawn: Drawn) -> Box:
     """The climber, in the end beside the captive."""
     looks_left = of_climber(m, m.faces_left) == 1
     left, top, width, height = CLIMBERS.extent(drawn.pose, mirrored=looks_left)
-    y = TOP + 2 * (drawn.y - pick(drawn.pose, POSE_ROWS) + top)
-    field = box(drawn.x + left, y, width, 2 * height).clip(*FIELD)
+    y = FIRST_LINE + 2 * (drawn.y - pick(drawn.pose, POSE_ROWS) + top)
+    climbing = box(drawn.x + left, y, width, 2 * height).clip(*FIELD)
     left, _, width, height = CLIMBERS.extent(jnp.int32(Pose.STANDS))
     beside = box(RESCUER_X + left, CAPTIVE_TOP + 1, width, 2 * height)
-    return choose(m.state == State.RESCUED, beside, field).where(there(m))
+    return choose(m.state == State.RESCUED, beside, climbing).where(there(m))
 
 
 def _waiting_boxes(m: Ram) -> Box:
@@ -126,7 +126,7 @@ def _waiting_boxes(m: Ram) -> Box:
     waits = there(m) & (m.state == State.WAITS) & (place < copies(m.icons))
     left, top, width, height = CLIMBERS.extent(jnp.int32(Pose.STEP))
     x = column(of_climber(m, m.x)) + left + spacing(m.icons) * place
-    y = TOP + 2 * (of_climber(m, m.y) - POSE_ROWS[Pose.STEP] + top)
+    y = FIRST_LINE + 2 * (of_climber(m, m.y) - POSE_ROWS[Pose.STEP] + top)
     return box(x, y, width, 2 * height, waits)
 
 
@@ -141,16 +141,16 @@ def _kong_box(m: Ram, drawn: Drawn) -> Box:
     """Kong, unless the climber has reached the top: the program then waits for another figure."""
     first = drawn.kong_y - KONG_ROWS
     hidden = jnp.maximum(drawn.kong_y - ROWS, 0) + jnp.minimum(first, 0)
-    left, top, width, height = KONG.extent(hidden - HIDDEN[0])
-    x, y = drawn.kong_x + 1 + 2 * left, TOP + 2 * (first + top)
+    left, top, width, height = KONG.extent(hidden - CUT_ROWS[0])
+    x, y = drawn.kong_x + 1 + 2 * left, FIRST_LINE + 2 * (first + top)
     return box(x, y, 2 * width, 2 * height, (height > 0) & (m.state < State.RESCUED))
 
 
 def _bomb_boxes(m: Ram) -> Box:
-    bonus = m.bomb_picture == BombPicture.BONUS
-    left, top, width, height = BOMBS.extent(when(bonus, 1))
-    x, y = column(m.bomb_x) + left, TOP + 2 * (m.bomb_y - BOMB_ROWS + top)
-    color = jnp.where(bonus, GREEN, VIOLET)
+    with_bonus = m.bomb_picture == BombPicture.BONUS
+    left, top, width, height = BOMBS.extent(when(with_bonus, 1))
+    x, y = column(m.bomb_x) + left, FIRST_LINE + 2 * (m.bomb_y - BOMB_ROWS + top)
+    color = jnp.where(with_bonus, GREEN, VIOLET)
     return box(x, y, width, 2 * height, m.bomb_y < GONE, color=color).clip(*FIELD)
 
 
@@ -185,6 +185,6 @@ GAME = Game(
             doc="climbers in reserve",
         ),
         display("Score", SCORE.rule(LIME), doc="points"),
-        display("BonusPoints", BONUS.rule(LIME), doc="points for a rescue, counted down"),
+        display("BonusPoints", BONUS_POINTS.rule(LIME), doc="points for a rescue, counted down"),
     ),
 )
