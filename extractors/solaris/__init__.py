@@ -71,7 +71,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "JumpTimer": JUMP.box(m.jump_timer, valid=_shows_chart(m)),
         "Score": SCORE.box(10 * m.score),
         "Lives": LIVES.box(m.lives - 1, panel, value=m.lives),
-        "Fuel": box(120, 192, 5 + (m.fuel >> 3), 5, panel & (m.fuel > 0), value=m.fuel),
+        "Fuel": box(120, 192, 5 + (m.fuel >> 3), 5, panel & (m.fuel > 0), value=m.fuel >> 3),
         **{name: b.where(panel) for name, b in scanned(m).items()},
     }
 
@@ -245,7 +245,7 @@ ENEMY_SHOTS = Blobs((0x9E, 0x7E, 0x6E), VIEW, Shape((1, 5), (1, 7)), gap=(1, 1))
 FLASHES = space(0x1E, shapes=tuple(Shape(w, h, p) for w, h, p in ((8, 10, 61), (5, 6, 24), (3, 4, 8))))
 EXPLOSIONS = space((0x8E, 0xAA), shapes=Shape((6, 28), (9, 28)), gap=(7, 4), also=(FLASHES,))
 FIGHTERS = space((0x56, 0x58, 0x5A, 0x5C, 0x5E), shapes=Shape((1, 8), (1, 12)))
-CRATERS = Blobs((0x60, 0x00), (8, 75, 160, BOTTOM), Shape((6, 28), (1, 9)), filters=(ON_PLANET, ShortRuns(30, across=True)))
+CRATERS = Blobs((0x60, 0x00), (8, 82, 160, BOTTOM), Shape((6, 28), (1, 9)), filters=(ON_PLANET, ShortRuns(30, across=True)))
 PANEL_COLORS = tuple(sorted(set(COLORS)))
 
 five = functools.partial(Category, count=RECORDS)
