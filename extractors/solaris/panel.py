@@ -67,7 +67,9 @@ def _target_boxes() -> list[tuple[int, int, int, int]]:
                 x = 48 + 15 * (code & 15) - ((code >> 4 ^ 8) - 8)
                 seen = dots & shown[:, x : x + 8]
                 y, c = np.flatnonzero(seen.any(1)), np.flatnonzero(seen.any(0))
-                inside = (x + c[0], TOP + y[0], np.ptp(c) + 1, np.ptp(y) + 1) if len(y) else (0,) * 4
+                inside = (
+                    (x + c[0], TOP + y[0], np.ptp(c) + 1, np.ptp(y) + 1) if len(y) else (0,) * 4
+                )
                 out.append(tuple(int(v) for v in inside))
     return out
 

@@ -1,5 +1,7 @@
 """Solaris' RAM."""
 
+import jax
+import jax.numpy as jnp
 from ocjax.console.ram import RamMap, bcd, bits, byte, low
 from ocjax.console.rom import Rom
 
@@ -34,6 +36,15 @@ class Target:  # of `Ram.target`: a record, or
     WAY_OUT = 5  # the point for which the ship heads while it jumps
 
 
+# What the first frame after power-on shows. The ROM derives it only after the state that a reset
+# returns ($F6DE): from depths, which are there.
+FIRST_SHIP_PICTURE = 0xBA
+FIRST_SHIP_AT = 0x22
+FIRST_PICTURES = (0xE0, 0x40, 0x41, 0x42, 0x46)
+FIRST_TARGET = 1
+FIRST_Y = (2, 17, 43, 61, 76)
+
+
 class Ram(RamMap):
     cursor = byte(8)
     sleeps = bits(13, first=0)
@@ -45,17 +56,17 @@ class Ram(RamMap):
     jump_timer = bcd((16,))
     quadrant = low(17)
     frame = byte(30)  # counted on since the frame was drawn
-    ship_picture = byte(33)  # less `ship_y`
+    made_ship_picture = byte(33)  # less `ship_y`; 0: nothing has been derived yet
     shot_picture = byte(34, 35)  # less `shot_y`
-    picture = byte(36, 37, 38, 39, 40)
+    made_picture = byte(36, 37, 38, 39, 40)
     way_out_picture = byte(41)
-    ship_at = byte(42)  # code of its position
+    made_ship_at = byte(42)  # code of its position
     shot_at = byte(43, 44)  # likewise
     x = byte(45, 46, 47, 48, 49)
     way_out_x = byte(50)
     ship_y = byte(51)  # lines above the panel, as of all others; 0: there is no ship
     shot_y = byte(52, 53)
-    y = byte(54, 55, 56, 57, 58)
+    made_y = byte(54, 55, 56, 57, 58)
     shot_depth = byte(60, 61)
     depth = byte(62, 63, 64, 65, 66)
     way_out_depth = byte(67)
@@ -63,9 +74,39 @@ class Ram(RamMap):
     heads_out = bits(83, first=5)  # the ship jumps
     departs = bits(83, first=7)  # the ship leaves, lands or crashes
     lives = low(89)
-    target = byte(90)
+    made_target = byte(90)
     fuel = byte(91)
     score = bcd((94, 93, 92))  # tens of points
     ship_speed = byte(118)  # to the right, eighths of a column
     ship_part = byte(119)  # 256 a column
-    sectors = byte(*range(100, 124))  # the chart's symbols from the lower right one on, a nibble each
+    sectors = byte(*range(100, 124))  # the chart's symbols from the lower right one on, two a byte
+
+    @property
+    def starts(self) -> jax.Array:
+        """Whether the ROM has not derived anything from its records yet."""
+        return self.made_ship_picture == 0
+
+    @property
+    def ship_picture(self) -> jax.Array:
+        """Low byte of the address of the ship's picture, less `ship_y`."""
+        return jnp.where(self.starts, FIRST_SHIP_PICTURE, self.made_ship_picture)
+
+    @property
+    def ship_at(self) -> jax.Array:
+        """Code of the ship's position."""
+        return jnp.where(self.starts, FIRST_SHIP_AT, self.made_ship_at)
+
+    @property
+    def picture(self) -> jax.Array:
+        """Pictures of the records."""
+        return jnp.where(self.starts, jnp.array(FIRST_PICTURES), self.made_picture)
+
+    @property
+    def y(self) -> jax.Array:
+        """Lines above the panel of the records' first rows."""
+        return jnp.where(self.starts, jnp.array(FIRST_Y), self.made_y)
+
+    @property
+    def target(self) -> jax.Array:
+        """The record that the scanner shows."""
+        return jnp.where(self.starts, FIRST_TARGET, self.made_target)

@@ -41,7 +41,9 @@ def _screen(planes: jax.Array) -> jax.Array:
     is_chart = jnp.all(left == right, axis=0) & jnp.all(left == below, axis=0) & differs
     grounds = [_is(_pixel(planes, at), GROUND) for at in ON_GROUND]
     is_planet = functools.reduce(jnp.logical_or, grounds)
-    stars = [jnp.any(_pixel(planes, (x, y)) != _pixel(planes, (x - 9, y)), axis=0) for x, y in WARP_STARS]
+    stars = [
+        jnp.any(_pixel(planes, (x, y)) != _pixel(planes, (x - 9, y)), axis=0) for x, y in WARP_STARS
+    ]
     is_warp = functools.reduce(jnp.logical_and, stars)
     flies = jnp.where(is_planet, PLANET, SPACE)
     return jnp.where(is_chart, CHART, jnp.where(is_warp, WARP, flies))
