@@ -3,9 +3,9 @@
 A kernel of bank 2 ($F000-$F2C9) draws space, one of bank 3 ($F000-$F283) planets, and another part
 of bank 3 ($F484) the chart of a quadrant's 48 sectors. Five records hold what flies about: a
 picture, x, y and depth each. One sprite shows the four of them that do not overlap in height, from
-the top down; the other sprite shows the fifth record, the two shots and the ship. The low three bits
-of a picture are its size, from the depth ($FDA2 of bank 0). `pictures` follows both kernels row by
-row. Below the view is the panel, with the scanner (`panel`).
+the top down; the other sprite shows the fifth record, the two shots and the ship. The low three
+bits of a picture are its size, from the depth ($FDA2 of bank 0). `pictures` follows both kernels
+row by row. Below the view is the panel, with the scanner (`panel`).
 
 The two shots are drawn with random dots: $F066 of bank 2 masks each row with bytes from a place
 that depends on how long the last frame took ($F73D of bank 1 reads the timer). That is not in RAM
