@@ -17,7 +17,8 @@ grid and words are no objects. Neither are the streaks that the ship flies throu
 
 Not exact: what is behind another picture; pictures that overlap, which VEM sees as one; blockaders
 of one dot, which VEM does not tell from stars. The state that a reset returns comes before the ROM
-has derived anything from its records; `Ram` then has what the first frame shows.
+has derived anything from its records; `Ram` then has what the first frame shows. At the end of a
+game, all records are those of the next one already, beside a frame of the last one.
 """
 
 import functools
@@ -32,7 +33,7 @@ from ocjax.console.ops import among, lookup, match, pick, when
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors.solaris import sight
 from ocjax.extractors.solaris.panel import BANK_1, FONT, LEFT_CELL, RIGHT_CELL, scanned
-from ocjax.extractors.solaris.pictures import CUTS, ROWS, TABLE, TOP
+from ocjax.extractors.solaris.pictures import CUTS, MOST_ROWS, TABLE, TOP
 from ocjax.extractors.solaris.ram import RECORDS, ROM, Kind, Picture, Ram
 from ocjax.extractors.solaris.vision import ON_CHART
 from ocjax.vision.displays import IconRow, NumberDisplay
@@ -47,11 +48,11 @@ PICTURE_TILTED = 0xD7  # low byte of the address of a picture of the ship
 PICTURE_WIDE = 0xEB  # likewise
 
 # Sizes of pictures by half the depth: of all but planets in the low nibble, of planets in the high.
-SIZES = ROM.bytes(0xDA2, 20)
+SIZES_BY_DEPTH = ROM.bytes(0xDA2, 20)
 BAR_LEFT = 120
 EMPTY_BAR = 5  # columns
 
-SHOTS = (0x8E, 0x96, 0x9D, 0xA3, 0xA8, 0x99, 0xA6)  # low bytes of pictures
+SHOT_PICTURES = (0x8E, 0x96, 0x9D, 0xA3, 0xA8, 0x99, 0xA6)  # low bytes of pictures
 SHOT_PAGE = 0x2500  # in the ROM
 SYMBOL_PICTURES = BANK_1 + 0x100
 
@@ -62,7 +63,7 @@ CHART_OPENS = 64  # frame count while the chart is not drawn yet
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    things = _things(m)
+    things = _records_shown(m)
     return {
         "Player": _ship_box(m),
         "PlayerMissile": _shot_boxes(m),
@@ -70,7 +71,7 @@ def decode(m: Ram) -> dict[str, Box]:
         **_worlds(m, things),
         "ChartSymbol": _symbol_boxes(m),
         "JumpTimer": JUMP.box(m.jump_timer, valid=_shows_chart(m)),
-        **_panel(m),
+        **_displays(m),
     }
 
 
@@ -109,29 +110,31 @@ def _worlds(m: Ram, things: Box) -> dict[str, Box]:
     }
 
 
-def _panel(m: Ram) -> dict[str, Box]:
+def _displays(m: Ram) -> dict[str, Box]:
     """The displays."""
     panel = m.is_over == 0
     columns = m.fuel >> 3
     fuel = panel & (m.fuel > 0)
     return {
-        "Score": SCORE.box(10 * m.score),
+        "Score": SCORE.box(10 * m.score, m.announces == 0),
         "Lives": LIVES.box(m.lives - 1, panel, value=m.lives),
         "Fuel": box(BAR_LEFT, 192, EMPTY_BAR + columns, 5, fuel, value=columns),
-        **{name: b.where(panel) for name, b in scanned(m).items()},
+        **scanned(m, panel),
     }
 
 
-def _things(m: Ram) -> Box:
+def _records_shown(m: Ram) -> Box:
     """What flies about, by record."""
     above = m.y - (LINE - TOP)
-    cut = jnp.where(above > 0, ROWS + jnp.minimum(above, ROWS), jnp.clip(m.y - 2, 0, ROWS))
+    cut = jnp.where(
+        above > 0, MOST_ROWS + jnp.minimum(above, MOST_ROWS), jnp.clip(m.y - 2, 0, MOST_ROWS)
+    )
     code = jnp.minimum(m.picture, Picture.END - 1)
     packed = lookup(TABLE, ((m.on_planet * Picture.END + code) * CUTS) + cut)
     near = (m.picture >= Picture.DARTER) & (m.picture < Picture.DARTER + 4) & (m.on_planet == 0)
     x = m.x + (packed & 127) - 32 + when(near & (np.arange(RECORDS) == 0), DRAWN_FIRST)
     y = LINE - m.y + (packed >> 7 & 31)
-    there = (m.picture < Picture.END) & (m.y < HIGHEST) & (m.jumps == 0) & (m.on_chart == 0)
+    there = (m.picture < Picture.END) & (m.y < HIGHEST) & _flies(m) & (m.is_over == 0)
     boxes = box(
         x,
         y,
@@ -143,10 +146,15 @@ def _things(m: Ram) -> Box:
     return boxes.clip(*sight.VIEW)
 
 
+def _flies(m: Ram) -> jax.Array:
+    """Whether the screen shows space or a planet."""
+    return (m.jumps == 0) & (m.on_chart == 0)
+
+
 def _is_new(m: Ram) -> jax.Array:
     """Whether a record has been filled since the frame was drawn, and has no size yet."""
     step = m.depth >> 1 + m.on_planet
-    sizes = lookup(SIZES, jnp.minimum(step, len(SIZES) - 1))
+    sizes = lookup(SIZES_BY_DEPTH, jnp.minimum(step, len(SIZES_BY_DEPTH) - 1))
     size, kind = m.picture & 7, m.picture >> 3
     red = m.picture >= Picture.RED_PLANET
     planet_size = m.picture - jnp.where(red, Picture.RED_PLANET, Picture.PLANET)
@@ -182,7 +190,7 @@ def _ship_box(m: Ram) -> Box:
     """The ship, which the sprite of shots shows, too, on other lines."""
     picture = m.ship_picture + m.ship_y & 255
     look = match((picture == PICTURE_TILTED, 0), (picture == PICTURE_WIDE, 1), otherwise=2)
-    there = (m.ship_y > 0) & (m.departs == 0) & (m.jumps == 0) & (m.on_chart == 0)
+    there = (m.ship_y > 0) & (m.departs == 0) & _flies(m)
     x = _column(m.ship_at) - when(look == 1, 1)
     color = jnp.where(m.on_planet == 1, 0x28, 0x78)
     return box(x, LINE + 1 - m.ship_y, pick(look, (11, 9, 9)), 9, there, color=color)
@@ -192,15 +200,15 @@ def _shot_boxes(m: Ram) -> Box:
     """The whole pictures of the shots; of the random dots, RAM has lost the seed."""
     picture = m.shot_picture + m.shot_y & 255
     shape = lookup(SHOT_SHAPES, picture)
-    there = (m.shot_depth < 128) & (shape > 0) & (m.jumps == 0) & (m.on_chart == 0)
+    there = (m.shot_depth < 128) & (shape > 0) & _flies(m)
     x = _column(m.shot_at) + (shape & 7)
     return box(x, LINE - m.shot_y, shape >> 3 & 15, shape >> 7, there)
 
 
-def _shot_shapes() -> np.ndarray:
+def _packed_shots() -> np.ndarray:
     """First column, width and height of pictures, by the low byte of their address."""
     out = np.zeros(256, np.int64)
-    for low in SHOTS:
+    for low in SHOT_PICTURES:
         rows = []
         while ROM.data[SHOT_PAGE + low - 2 - len(rows)]:
             rows.append(int(ROM.data[SHOT_PAGE + low - 2 - len(rows)]))
@@ -210,10 +218,10 @@ def _shot_shapes() -> np.ndarray:
     return out
 
 
-SHOT_SHAPES = _shot_shapes()
+SHOT_SHAPES = _packed_shots()
 
 
-def _symbols() -> list[tuple[int, ...]]:
+def _symbol_sizes() -> list[tuple[int, ...]]:
     """Boxes of the chart's symbols in their cells."""
     out = []
     for symbol in range(16):
@@ -225,14 +233,14 @@ def _symbols() -> list[tuple[int, ...]]:
     return out
 
 
-SYMBOLS = BoxTable(_symbols())
+SYMBOL_INK = BoxTable(_symbol_sizes())
 
 
 def _symbol_boxes(m: Ram) -> Box:
     """The symbols of six sectors a row."""
     bytes_down = m.sectors[::-1]
     symbols = jnp.stack([bytes_down >> 4, bytes_down & 15], axis=-1).reshape(-1)
-    return SYMBOLS.at(
+    return SYMBOL_INK.at(
         symbols,
         x=CELL_X,
         y=CELL_Y,
@@ -247,7 +255,7 @@ def _shows_chart(m: Ram) -> jax.Array:
 
 
 LIVES = IconRow(left=24, top=192, width=3, height=5, pitch=-4)
-FUEL = Bounds(0x1A, (120, 192, 156, 197), value=Gauge(1, 5, 0))
+FUEL_RULE = Bounds(0x1A, (120, 192, 156, 197), value=Gauge(1, 5, 0))
 DISTANCE = Bounds(
     0xB8,
     (LEFT_CELL, 181, RIGHT_CELL + 8, 188),
@@ -304,7 +312,7 @@ GAME = Game(
         display(
             "Lives", LIVES.rule(0x8E, (12, 192, 28, 197), single=2), doc="ships, this one included"
         ),
-        display("Fuel", FUEL, doc="fuel, in columns of its bar"),
+        display("Fuel", FUEL_RULE, doc="fuel, in columns of its bar"),
         hud("Scanner", sight.SCANNER, doc="its window; the colour tells the target's kind"),
         hud("ScannerTarget", sight.TARGET, doc="what the scanner shows"),
         hud(

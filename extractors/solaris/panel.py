@@ -1,4 +1,4 @@
-"""The scanner on the panel: its window, what it shows of the target, and its arrows.
+"""The scanner on the panel: its window, what it shows of the target, and its pointing.
 
 Bank 1 draws it ($F335-$F493): a line a turn, sixteen turns.
 """
@@ -75,7 +75,7 @@ def _target_boxes() -> list[tuple[int, int, int, int]]:
 
 
 def _arrow_boxes() -> list[tuple[int, int, int, int]]:
-    """Boxes of the pictures of arrows in a cell: left, right, a cross, up, down."""
+    """Boxes of the pictures of pointing in a cell: left, right, a cross, up, down."""
     out = []
     for low in (0x4F, 0x5F, 0x67, 0x57, 0x47):
         rows = ROM.bytes(BANK_1 + low + 9, 7)[::-1]
@@ -98,22 +98,22 @@ def _of_target(m: Ram, records: jax.Array, way_out: jax.Array | int) -> jax.Arra
     return out
 
 
-def scanned(m: Ram) -> dict[str, Box]:
-    """The objects of the scanner."""
+def scanned(m: Ram, known: jax.Array) -> dict[str, Box]:
+    """The objects of the scanner. At the end of a game, the target is not `known`."""
     kind = _of_target(m, m.picture, m.way_out_picture) >> 3 & 15
     side = (_of_target(m, m.x, m.way_out_x) - _ship_column(m) + REACH) & 255
     place = match((side < 80, side), (side < 168, 80), otherwise=0) >> 1
     level = (_of_target(m, m.y, BLANK_HEIGHT) + 72 & 255) >> 4
     left = match((place == ON_COURSE, 2), (place > ON_COURSE, 1), otherwise=0)
     right = match((level == AHEAD, 2), (level > AHEAD, 3), otherwise=4)
-    arrows = jnp.stack([left, right])
+    pointing = jnp.stack([left, right])
     x, y, end, bottom = WINDOW
-    window = box(x, y, end - x, bottom - y, color=lookup(COLORS, kind))
+    frame = box(x, y, end - x, bottom - y, color=lookup(COLORS, kind))
     return {
-        "Scanner": window,
-        "ScannerTarget": TARGETS.at((kind * LEVELS + level) * PLACES + place),
-        "ScannerArrow": ARROWS.at(arrows, x=np.array((LEFT_CELL, RIGHT_CELL))),
-        "Distance": _distance_box(m),
+        "Scanner": frame,
+        "ScannerTarget": TARGETS.at((kind * LEVELS + level) * PLACES + place, valid=known),
+        "ScannerArrow": ARROWS.at(pointing, x=np.array((LEFT_CELL, RIGHT_CELL)), valid=known),
+        "Distance": _distance_box(m).where(known),
     }
 
 
@@ -121,10 +121,10 @@ def _distance_box(m: Ram) -> Box:
     """The two digits beside the window."""
     depth = _of_target(m, m.depth, m.way_out_depth)
     shown = jnp.where(depth < 64, depth, depth + 64 >> 1)
-    tens, ones = shown >> 4, lookup(ONES, shown & 15)
+    tens, last = shown >> 4, lookup(ONES, shown & 15)
     left = LEFT_CELL + lookup(FONT.left, tens)
-    right = RIGHT_CELL + lookup(FONT.right, ones)
-    return box(left, 181, right - left, 7, value=10 * tens + ones)
+    right = RIGHT_CELL + lookup(FONT.right, last)
+    return box(left, 181, right - left, 7, value=10 * tens + last)
 
 
 def _ship_column(m: Ram) -> jax.Array:

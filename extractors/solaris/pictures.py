@@ -12,9 +12,9 @@ from ocjax.extractors.solaris.ram import ROM, Picture
 
 TOP = 23  # the first row in which the kernel can draw an object
 BOTTOM = 168  # the row below the last one
-ROWS = 28  # of the largest picture
-CUTS = 2 * ROWS + 1  # how many rows are above the panel, then how many are above the view
-BANK = 4096
+MOST_ROWS = 28  # of the largest picture
+CUTS = 2 * MOST_ROWS + 1  # how many rows are above the panel, then how many are above the view
+BANK_SIZE = 4096
 
 GROUND = 0x62  # colour
 BIT_7 = 0x80
@@ -35,27 +35,27 @@ def _signed(byte: int) -> int:
     return (byte ^ 128) - 128
 
 
-def _move(byte: int) -> int:
+def _columns(byte: int) -> int:
     """Columns to the right by which the chip moves a sprite that has a byte as its move."""
     return -(_signed(byte) >> 4)
 
 
 def _at(bank: int, address: int) -> int:
-    return int(ROM.data[BANK * bank + (address & 0xFFF)])
+    return int(ROM.data[BANK_SIZE * bank + (address & 0xFFF)])
 
 
 def _in_space(picture: int) -> list[Row]:
     """Rows in bank 2's kernel: every one may move the next one ($F1E0)."""
     page = _at(2, 0xFA3F + picture) << 8
-    first, color, move = (_at(2, table + picture) for table in (0xF918, 0xF978, 0xFA9F))
+    first, color, move = (_at(2, start + picture) for start in (0xF918, 0xF978, 0xFA9F))
     wide = move >= 0x1B
     rows, x = [], _space_offset(picture) + wide
-    for row in range(ROWS):
+    for row in range(MOST_ROWS):
         dots = _at(2, page + first - 2 - row)
         if not dots:
             break
         rows.append(Row(x, 1 + wide, dots, _at(2, page + color - 2 - row)))
-        x += _move(_at(2, 0xF300 + move - 2 - row - (not wide)))
+        x += _columns(_at(2, 0xF300 + move - 2 - row - (not wide)))
     return rows
 
 
@@ -68,16 +68,16 @@ def _space_offset(picture: int) -> int:
 def _on_planet(picture: int) -> list[Row]:
     """Rows in bank 3's kernel: every other one may have odd colours, which move and widen it."""
     page = _at(3, 0xF848 + picture) << 8
-    first, colors, size = (_at(3, table + picture) for table in (0xF800, 0xF8D7, 0xF91F))
+    first, colors, size = (_at(3, start + picture) for start in (0xF800, 0xF8D7, 0xF91F))
     rows, move, color, x = [], 0, 0, _planet_offset(picture)
-    dot = _dot(size)
-    for row in range(ROWS):
+    dot = _columns_a_dot(size)
+    for row in range(MOST_ROWS):
         dots, code = _at(3, page + first - 2 - row), _at(3, page + colors - 2 - row)
         second = row % 2 == 0
         if second and not dots:
             break
         if second and code & 1:
-            move, dot = _move(code), _dot(code)
+            move, dot = _columns(code), _columns_a_dot(code)
             x += move
         else:
             x += move * (row > 0)
@@ -86,7 +86,7 @@ def _on_planet(picture: int) -> list[Row]:
     return rows
 
 
-def _dot(size: int) -> int:
+def _columns_a_dot(size: int) -> int:
     return {5: 2, 7: 4}.get(size & 7, 1)
 
 
@@ -99,8 +99,8 @@ def _planet_offset(picture: int) -> int:
 def _visible(picture: int, rows: Sequence[Row], planet: bool) -> list[bool]:
     """Which rows differ from what is behind them; craters are dark, other dark rows are shadows."""
     crater = planet and picture >= Picture.RINGED_PLANET
-    ground = GROUND if planet else -1
-    return [r.dots > 0 and (crater or r.color > 1) and r.color & ~1 != ground for r in rows]
+    unseen = GROUND if planet else -1
+    return [r.dots > 0 and (crater or r.color > 1) and r.color & ~1 != unseen for r in rows]
 
 
 def _packed(rows: Sequence[Row], shown: Sequence[bool]) -> int:
@@ -125,7 +125,7 @@ def _cut(rows: list[Row], shown: list[bool], above: int, count: int) -> int:
     return _packed(moved, [seen and above <= i < count for i, seen in enumerate(shown)])
 
 
-def _table() -> np.ndarray:
+def _all_packed() -> np.ndarray:
     """What is shown of each picture: `[screen, picture, cut]`, flat."""
     out = []
     for planet in (False, True):
@@ -134,9 +134,9 @@ def _table() -> np.ndarray:
             beyond = planet and picture >= Picture.PLANET
             rows = [] if unused or beyond else (_on_planet if planet else _in_space)(picture)
             shown = _visible(picture, rows, planet)
-            out += [_cut(rows, shown, 0, count) if rows else 0 for count in range(ROWS + 1)]
-            out += [_cut(rows, shown, above, ROWS) for above in range(1, ROWS + 1)]
+            out += [_cut(rows, shown, 0, count) if rows else 0 for count in range(MOST_ROWS + 1)]
+            out += [_cut(rows, shown, above, MOST_ROWS) for above in range(1, MOST_ROWS + 1)]
     return np.array(out, np.int64).astype(np.int32)
 
 
-TABLE = _table()
+TABLE = _all_packed()

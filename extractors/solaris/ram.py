@@ -70,6 +70,7 @@ class Ram(RamMap):
     shot_depth = byte(60, 61)
     depth = byte(62, 63, 64, 65, 66)
     way_out_depth = byte(67)
+    announces = bits(77, first=6, count=2)  # "SCANNER" is in the place of the score ($F5BB)
     ship_x = byte(79)  # moved on since the frame was drawn
     heads_out = bits(83, first=5)  # the ship jumps
     departs = bits(83, first=7)  # the ship leaves, lands or crashes

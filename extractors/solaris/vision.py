@@ -23,7 +23,7 @@ WARP_STARS = ((69, 16), (125, 23), (157, 27), (21, 30))  # stars that stand stil
 ON_GROUND = ((12, 140), (12, 160), (12, 120))
 
 
-def _pixel(planes: jax.Array, place: tuple[int, int]) -> jax.Array:
+def _bits_at(planes: jax.Array, place: tuple[int, int]) -> jax.Array:
     """The bits of a pixel's colour: uint32 `[7, B]`, 0 or 1."""
     x, y = place
     return planes[:, x // 32, y] >> (31 - x % 32) & 1
@@ -34,15 +34,16 @@ def _is(pixel: jax.Array, color: int) -> jax.Array:
     return functools.reduce(jnp.logical_and, [pixel[i] == bit for i, bit in enumerate(bits)])
 
 
-def _screen(planes: jax.Array) -> jax.Array:
+def _which_screen(planes: jax.Array) -> jax.Array:
     """Which screen a frame shows: int32 `[B]`."""
-    left, right, below = (_pixel(planes, at) for at in (BAR_LEFT, BAR_RIGHT, BELOW_BAR))
-    differs = jnp.any(left != _pixel(planes, BESIDE_BAR), axis=0)
+    left, right, below = (_bits_at(planes, at) for at in (BAR_LEFT, BAR_RIGHT, BELOW_BAR))
+    differs = jnp.any(left != _bits_at(planes, BESIDE_BAR), axis=0)
     is_chart = jnp.all(left == right, axis=0) & jnp.all(left == below, axis=0) & differs
-    grounds = [_is(_pixel(planes, at), GROUND) for at in ON_GROUND]
+    grounds = [_is(_bits_at(planes, at), GROUND) for at in ON_GROUND]
     is_planet = functools.reduce(jnp.logical_or, grounds)
     stars = [
-        jnp.any(_pixel(planes, (x, y)) != _pixel(planes, (x - 9, y)), axis=0) for x, y in WARP_STARS
+        jnp.any(_bits_at(planes, (x, y)) != _bits_at(planes, (x - 9, y)), axis=0)
+        for x, y in WARP_STARS
     ]
     is_warp = functools.reduce(jnp.logical_and, stars)
     flies = jnp.where(is_planet, PLANET, SPACE)
@@ -59,12 +60,12 @@ class _On:
         return jnp.where(screen == self.screen, mask, 0)
 
 
-IN_SPACE = Searched(_screen, _On(SPACE))
-ON_PLANET = Searched(_screen, _On(PLANET))
-ON_CHART = Searched(_screen, _On(CHART))
+IN_SPACE = Searched(_which_screen, _On(SPACE))
+ON_PLANET = Searched(_which_screen, _On(PLANET))
+ON_CHART = Searched(_which_screen, _On(CHART))
 
 # Rows above and below the bright part of a blue planet, by its width: colours that space has, too.
-DARK_EDGES = {16: (3, 6), 14: (2, 5), 12: (0, 3), 10: (0, 1)}
+EDGE_ROWS = {16: (3, 6), 14: (2, 5), 12: (0, 3), 10: (0, 1)}
 
 
 @dataclass(frozen=True)
@@ -73,8 +74,10 @@ class DarkEdges(Step):
 
     def __call__(self, found: Detected, context: Context) -> Detected:
         """The objects after the step."""
-        above = sum(jnp.where(found.w == w, up, 0) for w, (up, _) in DARK_EDGES.items())
-        below = sum(jnp.where(found.w == w, down, 0) for w, (_, down) in DARK_EDGES.items())
-        top = jnp.maximum(found.y - above, TOP)
-        bottom = jnp.minimum(found.y + found.h + below, BOTTOM)
-        return found._replace(box=boxes(found.x, top, found.w, bottom - top, found.valid))
+        above = sum(jnp.where(found.w == w, up, 0) for w, (up, _) in EDGE_ROWS.items())
+        below = sum(jnp.where(found.w == w, down, 0) for w, (_, down) in EDGE_ROWS.items())
+        first_row = jnp.maximum(found.y - above, TOP)
+        end_row = jnp.minimum(found.y + found.h + below, BOTTOM)
+        return found._replace(
+            box=boxes(found.x, first_row, found.w, end_row - first_row, found.valid)
+        )
