@@ -116,7 +116,7 @@ def _displays(m: Ram) -> dict[str, Box]:
     columns = m.fuel >> 3
     fuel = panel & (m.fuel > 0)
     return {
-        "Score": SCORE.box(10 * m.score, m.announces == 0),
+        "Score": SCORE.box(10 * m.score, valid=m.announces == 0),
         "Lives": LIVES.box(m.lives - 1, panel, value=m.lives),
         "Fuel": box(BAR_LEFT, 192, EMPTY_BAR + columns, 5, fuel, value=columns),
         **scanned(m, panel),
