@@ -46,6 +46,7 @@ HIGHEST = 0x99  # from here on, a record is above the view
 DRAWN_FIRST = 4  # columns to the right: of darters that the ship's sprite shows
 PICTURE_TILTED = 0xD7  # low byte of the address of a picture of the ship
 PICTURE_WIDE = 0xEB  # likewise
+MADE_WITHOUT_SHIP = 0xD7  # `ship_picture` made while there was none: a new ship is not drawn yet
 
 # Sizes of pictures by half the depth: of all but planets in the low nibble, of planets in the high.
 SIZES_BY_DEPTH = ROM.bytes(0xDA2, 20)
@@ -190,7 +191,7 @@ def _ship_box(m: Ram) -> Box:
     """The ship, which the sprite of shots shows, too, on other lines."""
     picture = m.ship_picture + m.ship_y & 255
     look = match((picture == PICTURE_TILTED, 0), (picture == PICTURE_WIDE, 1), otherwise=2)
-    there = (m.ship_y > 0) & (m.departs == 0) & _flies(m)
+    there = (m.ship_y > 0) & (m.ship_picture != MADE_WITHOUT_SHIP) & (m.departs == 0) & _flies(m)
     x = _column(m.ship_at) - when(look == 1, 1)
     color = jnp.where(m.on_planet == 1, 0x28, 0x78)
     return box(x, LINE + 1 - m.ship_y, pick(look, (11, 9, 9)), 9, there, color=color)
