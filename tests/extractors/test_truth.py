@@ -31,6 +31,7 @@ STALE = {
     ("Robotank", "last"): 0.93,
     ("Robotank", "lost"): 0.96,
     ("Solaris", "last"): 0.3,  # all records are those of the next game
+    ("Solaris", "lost"): 0.96,  # fuel, ships left and the target are those of the next life
     ("Venture", "lost"): 0.75,
 }
 # Least F1 of the methods in unusual states, where some objects are covered or blink, or the frame is older than the RAM.
