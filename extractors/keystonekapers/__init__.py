@@ -1,0 +1,255 @@
+"""Keystone Kapers."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.console.boxes import Box, box, edges
+from ocjax.console.ops import among, match, mod, only, pick, when
+from ocjax.console.registers import copies, spacing
+from ocjax.console.rom import Pictures, Rom
+from ocjax.extraction.game import Category, Game, display
+from ocjax.extractors.keystonekapers.drawn import Drawn, as_drawn
+from ocjax.extractors.keystonekapers.ram import Pose, Ram, Ride, Thing
+from ocjax.vision.displays import IconRow, NumberDisplay
+from ocjax.vision.filters import ShortRuns
+from ocjax.vision.rules import Blobs, Bounds, Run, Runs
+from ocjax.vision.shapes import Shape
+from ocjax.vision.steps import Packed
+
+ROM = Rom("keystone_kapers", "6c1f3f2e359dbf55df462ccbcdd2f6bf")
+FONT = ROM.font(0xF01, rows=7, stride=8)
+SCORE = NumberDisplay(FONT, right=70, top=32, digits=6)
+TIMER = NumberDisplay(FONT, right=70, top=43, digits=2, leading_zeros=True)
+HATS = IconRow(left=24, top=44, width=6, height=6, pitch=8)
+
+SKY = 0xB8
+WHITE = 0x0C
+BRIGHT = 0x0E  # the score
+BLACK = 0x00
+SKIN = 0x4A
+NAVY = 0xB2  # the Kop's clothes
+CHARCOAL = 0x02  # the Krook's stripes
+VIOLET = 0xC0  # escalators, closed doors and radios
+FLASHES = (0xFC, 0xFE)  # of a radio's sound
+TEAL = 0x76  # an open elevator
+LIGHT_TEAL = 0x7E
+RED = 0x62
+BALL_COLORS = (RED, 0x64, 0x66)
+YELLOW = 0x2C
+BROWN = 0x20
+LOOT_COLORS = (BLACK, 0x24, BROWN, 0x26, 0x28, 0x2A, YELLOW, 0x2E)
+GOLD = 0x28  # the upper edge of a floor
+OLIVE = 0x24
+RADAR_COLORS = (GOLD, 0x26, OLIVE)
+
+LEFT = 8  # first column of the picture
+WIDTH = 160
+FLOORS = np.arange(4)
+GROUND = 156  # first line of the ground floor
+FLOOR_LINES = 32
+LINES = 26  # of a floor
+ROOF_LINES = 28
+SHOWS_ABOVE = 13  # height from which on a Kop's head shows on the floor above
+FIELD = (LEFT, 57, WIDTH, 182)
+BLANKED = 128  # `idle` from which on the screen is black
+
+FIGURES = 0xE00  # in the ROM
+KOP_POSES = 8
+KOP_ROWS = 20
+COLORS = 0xC00  # a byte a row; an odd one shows the row
+KOP_COLORS = 0xC34
+DUCKED_COLORS = 0xC37
+KOP_POINTERS = 0xECA
+KROOK_POINTERS = 0xFCE
+KROOKS = 0xB00
+KROOK_ROWS = 20
+THING_POINTERS = KROOK_POINTERS
+THING_HEIGHTS = 0xE00
+THINGS = tuple(range(Thing.RADIO, Thing.MONEYBAG + 1))
+
+
+def _kop_rows(pose: int) -> np.ndarray:
+    """The rows of the Kop's picture that have a colour, from the top."""
+    first = DUCKED_COLORS if pose == Pose.DUCKS else KOP_COLORS
+    begin = FIGURES + int(ROM.bytes(KOP_POINTERS + pose, 1)[0]) - 1
+    colors = ROM.rows(first, KOP_ROWS)
+    return np.where(colors & 1 == 1, ROM.rows(begin, KOP_ROWS), 0)
+
+
+def _thing_rows(thing: int) -> np.ndarray:
+    """The rows of a thing's picture, from the top; the last one is in the colour of the floor."""
+    begin, height = (int(ROM.bytes(table + thing, 1)[0]) for table in (THING_POINTERS, THING_HEIGHTS))
+    rows = ROM.rows(KROOKS + begin, height)
+    rows[-1] = 0
+    return rows
+
+
+KOP = Pictures.of(_kop_rows(pose) for pose in range(KOP_POSES))
+KROOK = ROM.pictures(
+    [KROOKS + 1 + int(p) for p in ROM.bytes(KROOK_POINTERS + 1, 5)], KROOK_ROWS
+)
+THING_PICTURES = Pictures.of(_thing_rows(thing) for thing in THINGS)
+THING_ROWS = tuple(ROM.bytes(THING_HEIGHTS + THINGS[0], len(THINGS)).tolist())
+
+ELEVATOR_SECTION = 4
+DOORS = tuple((76, top, 84, top + 25) for top in (155, 123, 91))
+OPEN = 7  # of `doors`
+RIGHT_END, LEFT_END = 0, 7  # sections with escalators
+RADAR = (40, 190, 120, 204)
+RIGHT_ESCALATOR = (55, 110, 102, 150)
+LEFT_ESCALATORS = ((58, 78, 105, 118), (58, 142, 105, 182))
+ALL = np.array([[True, True, True, True]])
+ALL_BUT_SECOND = np.array([[True, True, False, True], [False, False, True, False]])
+BY_RADIOS = np.array([[False, True, False, True], [False, False, True, False]])
+EVEN = np.array([[True, False, False, False], [False, False, True, False]])
+ODD = np.array([[False, True, False, False], [False, False, False, True]])
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    kop = as_drawn(m)
+    shown = m.idle < BLANKED
+    things = _things(m)
+    return {
+        "Kop": _kop_box(m, kop).where(shown),
+        "Krook": _krook_box(m, kop).where(shown),
+        "Ball": _boxes(things, (Thing.BALL,), ALL, 2).where(shown),
+        "Biplane": _boxes(things, (Thing.BIPLANE, Thing.BIPLANE_TURNS), ALL, 1).where(shown),
+        "Cart": _boxes(things, (Thing.CART,), ALL_BUT_SECOND, 2).where(shown),
+        "Radio": _boxes(things, (Thing.RADIO, Thing.RADIO_SOUNDS), BY_RADIOS, 3).where(shown),
+        "Moneybag": _boxes(things, (Thing.MONEYBAG,), ODD, 1).where(shown),
+        "Suitcase": _boxes(things, (Thing.SUITCASE,), EVEN, 1).where(shown),
+        "Elevator": _elevator_boxes(m, kop).where(shown),
+        "Escalator": _escalator_boxes(kop).where(shown),
+        "SecuritySystem": edges(*RADAR, shown),
+        "BonusKops": HATS.box(m.lives, shown, value=m.lives, color=_hat_color(m, kop)),
+        "Score": SCORE.box(m.score, valid=shown),
+        "Timer": TIMER.box(kop.time, valid=shown, color=_hat_color(m, kop)),
+    }
+
+
+class Things(NamedTuple):
+    """What each floor holds."""
+
+    thing: jax.Array
+    x: jax.Array
+    y: jax.Array
+    width: jax.Array
+    height: jax.Array
+    nusiz: jax.Array
+
+
+def _things(m: Ram) -> Things:
+    left, top, width, height = THING_PICTURES.extent(
+        m.thing - THINGS[0], mirrored=m.thing_left == 1
+    )
+    first = m.thing_top - pick(m.thing - THINGS[0], THING_ROWS) + 1
+    y = _ground(FLOORS) + first + top
+    return Things(m.thing, m.thing_x - 1 + left, y, width, height, m.copies)
+
+
+def _ground(floor: jax.Array | np.ndarray) -> jax.Array | np.ndarray:
+    """The first line of a floor."""
+    return GROUND - FLOOR_LINES * floor
+
+
+def _boxes(things: Things, kinds: tuple[int, ...], floors: np.ndarray, most: int) -> Box:
+    """The copies of a kind of thing, of each group of floors one of which may hold it."""
+    here = among(things.thing, kinds)[None] & floors
+    x, y, w, h, nusiz = (only(here, field[None], axis=1)[:, None] for field in things[1:])
+    copy = np.arange(most)[None]
+    there = here.any(axis=1)[:, None] & (copy < copies(nusiz))
+    column = mod(x + spacing(nusiz) * copy, WIDTH)
+    shape = there.shape
+    fields = (jnp.broadcast_to(field, shape).ravel() for field in (column, y, w, h, there))
+    return box(*fields).clip(*FIELD)
+
+
+def _kop_box(m: Ram, kop: Drawn) -> Box:
+    """The Kop; what is behind the floor above him does not show."""
+    left, top, width, height = KOP.extent(kop.pose, mirrored=m.faces_left == 1)
+    ground = _ground(kop.floor)
+    first = ground + 6 - kop.height + top
+    last = first + height
+    ceiling = ground - 1 - when(kop.floor == 3, 2)
+    above = ground - 6
+    first = jnp.where((first > above - 1) & (first < ceiling), ceiling, first)
+    last = jnp.where((last > above) & (last <= ceiling), above, last)
+    hidden = (m.ride == Ride.ELEVATOR) & ~_is_open(m).any()
+    x = kop.x - 1 + left
+    return edges(x, first, x + width, last, ~hidden).clip(*FIELD)
+
+
+def _krook_box(m: Ram, kop: Drawn) -> Box:
+    left, top, width, height = KROOK.extent(m.krook_pose - 1, mirrored=m.krook_left == 1)
+    along = m.krook_place & 15
+    section = jnp.where(along < 8, along, along ^ 15)
+    y = _ground(m.krook_place >> 3) + 6 + top
+    return box(m.krook_x - 1 + left, y, width, height, section == kop.section).clip(*FIELD)
+
+
+def _is_open(m: Ram) -> jax.Array:
+    """Whether the elevator is open, on each floor."""
+    return m.doors == OPEN
+
+
+def _elevator_boxes(m: Ram, kop: Drawn) -> Box:
+    color = jnp.where(_is_open(m), TEAL, VIOLET)
+    return edges(*np.array(DOORS).T, valid=kop.section == ELEVATOR_SECTION, color=color)
+
+
+def _escalator_boxes(kop: Drawn) -> Box:
+    at_right = kop.section == RIGHT_END
+    upper, lower = LEFT_ESCALATORS
+    first = (jnp.where(at_right, *both) for both in zip(RIGHT_ESCALATOR, upper, strict=True))
+    both = (jnp.stack([edge, jnp.int32(of_lower)]) for edge, of_lower in zip(first, lower, strict=True))
+    at_left = kop.section == LEFT_END
+    return edges(*both, valid=jnp.stack([at_right | at_left, at_left]))
+
+
+def _hat_color(m: Ram, kop: Drawn) -> jax.Array:
+    """Black, or in the last ten seconds flashing."""
+    return when((kop.time <= 10) & (m.over == 0), (m.clock - 1) & 0xFE)
+
+
+KOP_RULE = Blobs((NAVY, SKIN, BLACK), FIELD, Shape(w=(5, 8), h=(12, 20)))
+KROOK_RULE = Blobs((CHARCOAL, SKIN, WHITE), FIELD, Shape(w=(5, 8), h=(17, 20)), filters=(ShortRuns(22),))
+BALL_RULE = Blobs(BALL_COLORS, FIELD, Shape(w=(3, 6), h=6))
+BIPLANE_RULE = Blobs((YELLOW, BLACK), FIELD, Shape(w=8, h=9))
+CART_RULE = Blobs((WHITE, BLACK), FIELD, Shape(w=8, h=10), filters=(ShortRuns(12),))
+RADIO_RULE = Blobs((VIOLET, *FLASHES, WHITE), FIELD, Shape(w=8, h=(12, 14)), gap=(0, 2))
+
+HANDRAILS = (Run(BLACK, 86, 64, 32, 32, before=6, above=8, after=9), Run(BLACK, 118, 64, 32, 32, before=9, above=8, after=6), Run(BLACK, 150, 64, 32, 32, before=6, above=8, after=9))
+ESCALATOR_RULE = Runs(HANDRAILS, most=1, columns=(LEFT, WIDTH), then=(Packed(),))
+
+
+def _loot_rule(floors: tuple[int, ...], left: int, right: int, first: int) -> Bounds:
+    regions = tuple((left, GROUND - 32 * f + first, right, GROUND - 32 * f + 26) for f in floors)
+    return Bounds(LOOT_COLORS, regions, min_size=(6, 10))
+
+
+GAME = Game(
+    name="KeystoneKapers",
+    rom=ROM,
+    ram=Ram,
+    decode=decode,
+    screen=(250, 160),
+    pal=True,
+    categories=(
+        Category("Kop", KOP_RULE, rgb=(0, 0, 0), doc="Keystone Kelly"),
+        Category("Krook", KROOK_RULE, rgb=(0, 0, 0), doc="Harry Hooligan"),
+        Category("Ball", BALL_RULE, count=2, color_row=0, doc="beach balls"),
+        Category("Biplane", BIPLANE_RULE, rgb=(238, 209, 128), doc="toy plane"),
+        Category("Cart", CART_RULE, count=4, rgb=(214, 214, 214), doc="shopping carts"),
+        Category("Radio", RADIO_RULE, count=6, rgb=(52, 0, 128), doc="radios"),
+        Category("Moneybag", _loot_rule((1, 3), 77, 84, 15), count=2, doc="moneybags"),
+        Category("Suitcase", _loot_rule((0, 2), 76, 84, 16), count=2, doc="suitcases"),
+        Category("Elevator", Bounds((VIOLET, TEAL, LIGHT_TEAL), DOORS, (8, 25)), count=3, doc="doors, from the ground floor up"),
+        Category("Escalator", ESCALATOR_RULE, count=2, rgb=(52, 0, 128), doc="the upper one first"),
+        Category("SecuritySystem", Bounds(RADAR_COLORS, (36, 188, 124, 206)), doc="map of the building"),
+        display("BonusKops", HATS.rule(SKY, (20, 43, 48, 51), inverse=True), doc="Kops in reserve"),
+        display("Score", SCORE.rule(BRIGHT), doc="points"),
+        display("Timer", Bounds(SKY, TIMER.area, inverse=True, value=TIMER.rule(SKY).value), doc="seconds left"),
+    ),
+)
