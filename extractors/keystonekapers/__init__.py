@@ -1,5 +1,6 @@
 """Keystone Kapers."""
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import jax
@@ -16,7 +17,7 @@ from ocjax.vision.displays import IconRow, NumberDisplay
 from ocjax.vision.filters import ShortRuns
 from ocjax.vision.rules import Blobs, Bounds, Run, Runs
 from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Packed
+from ocjax.vision.steps import Packed, Raised
 
 ROM = Rom("keystone_kapers", "6c1f3f2e359dbf55df462ccbcdd2f6bf")
 FONT = ROM.font(0xF01, rows=7, stride=8)
@@ -44,6 +45,7 @@ GOLD = 0x28  # the upper edge of a floor
 OLIVE = 0x24
 RADAR_COLORS = (GOLD, 0x26, OLIVE)
 
+HIDDEN = range(-7, 8)  # columns of a figure beyond the edges
 LEFT = 8  # first column of the picture
 WIDTH = 160
 FLOORS = np.arange(4)
@@ -86,10 +88,15 @@ def _thing_rows(thing: int) -> np.ndarray:
     return rows
 
 
-KOP = Pictures.of(_kop_rows(pose) for pose in range(KOP_POSES))
-KROOK = ROM.pictures(
-    [KROOKS + 1 + int(p) for p in ROM.bytes(KROOK_POINTERS + 1, 5)], KROOK_ROWS
-)
+def _cut(pictures: Iterable[np.ndarray]) -> Pictures:
+    """Pictures of which so many columns at the left or, counted below zero, at the right do not show."""
+    masks = [0xFF << -hidden & 0xFF if hidden < 0 else 0xFF >> hidden for hidden in HIDDEN]
+    cut = [rows & mask for rows in pictures for mask in masks]
+    return Pictures.of(cut, picture=len(cut) // len(masks), hidden=len(masks))
+
+
+KOP = _cut(_kop_rows(pose) for pose in range(KOP_POSES))
+KROOK = _cut(ROM.rows(KROOKS + 1 + int(p), KROOK_ROWS) for p in ROM.bytes(KROOK_POINTERS + 1, 5))
 THING_PICTURES = Pictures.of(_thing_rows(thing) for thing in THINGS)
 THING_ROWS = tuple(ROM.bytes(THING_HEIGHTS + THINGS[0], len(THINGS)).tolist())
 
@@ -110,16 +117,17 @@ ODD = np.array([[False, True, False, False], [False, False, False, True]])
 def decode(m: Ram) -> dict[str, Box]:
     kop = as_drawn(m)
     shown = m.idle < BLANKED
+    known = shown & (kop.section == m.section)
     things = _things(m)
     return {
         "Kop": _kop_box(m, kop).where(shown),
         "Krook": _krook_box(m, kop).where(shown),
-        "Ball": _boxes(things, (Thing.BALL,), ALL, 2).where(shown),
-        "Biplane": _boxes(things, (Thing.BIPLANE, Thing.BIPLANE_TURNS), ALL, 1).where(shown),
-        "Cart": _boxes(things, (Thing.CART,), ALL_BUT_SECOND, 2).where(shown),
-        "Radio": _boxes(things, (Thing.RADIO, Thing.RADIO_SOUNDS), BY_RADIOS, 3).where(shown),
-        "Moneybag": _boxes(things, (Thing.MONEYBAG,), ODD, 1).where(shown),
-        "Suitcase": _boxes(things, (Thing.SUITCASE,), EVEN, 1).where(shown),
+        "Ball": _boxes(things, (Thing.BALL,), ALL, 2).where(known),
+        "Biplane": _boxes(things, (Thing.BIPLANE, Thing.BIPLANE_TURNS), ALL, 1).where(known),
+        "Cart": _boxes(things, (Thing.CART,), ALL_BUT_SECOND, 2).where(known),
+        "Radio": _boxes(things, (Thing.RADIO, Thing.RADIO_SOUNDS), BY_RADIOS, 3).where(known),
+        "Moneybag": _boxes(things, (Thing.MONEYBAG,), ODD, 1).where(known),
+        "Suitcase": _boxes(things, (Thing.SUITCASE,), EVEN, 1).where(known),
         "Elevator": _elevator_boxes(m, kop).where(shown),
         "Escalator": _escalator_boxes(kop).where(shown),
         "SecuritySystem": edges(*RADAR, shown),
@@ -168,7 +176,7 @@ def _boxes(things: Things, kinds: tuple[int, ...], floors: np.ndarray, most: int
 
 def _kop_box(m: Ram, kop: Drawn) -> Box:
     """The Kop; what is behind the floor above him does not show."""
-    left, top, width, height = KOP.extent(kop.pose, mirrored=m.faces_left == 1)
+    left, top, width, height = _figure(KOP, kop.pose, kop.x - 1, m.faces_left == 1)
     ground = _ground(kop.floor)
     first = ground + 6 - kop.height + top
     last = first + height
@@ -181,8 +189,15 @@ def _kop_box(m: Ram, kop: Drawn) -> Box:
     return edges(x, first, x + width, last, ~hidden).clip(*FIELD)
 
 
+def _figure(pictures: Pictures, picture: jax.Array, x: jax.Array, mirrored: jax.Array) -> tuple[jax.Array, ...]:
+    """The extent of what shows of a figure's picture at a column."""
+    hidden = jnp.clip(LEFT - x, 0, 7) - jnp.clip(x + 8 - WIDTH, 0, 7)
+    hidden = jnp.where(mirrored, -hidden, hidden) - HIDDEN[0]
+    return pictures.extent(pictures.index(picture=picture, hidden=hidden), mirrored=mirrored)
+
+
 def _krook_box(m: Ram, kop: Drawn) -> Box:
-    left, top, width, height = KROOK.extent(m.krook_pose - 1, mirrored=m.krook_left == 1)
+    left, top, width, height = _figure(KROOK, m.krook_pose - 1, m.krook_x - 1, m.krook_left == 1)
     along = m.krook_place & 15
     section = jnp.where(along < 8, along, along ^ 15)
     y = _ground(m.krook_place >> 3) + 6 + top
@@ -213,12 +228,12 @@ def _hat_color(m: Ram, kop: Drawn) -> jax.Array:
     return when((kop.time <= 10) & (m.over == 0), (m.clock - 1) & 0xFE)
 
 
-KOP_RULE = Blobs((NAVY, SKIN, BLACK), FIELD, Shape(w=(5, 8), h=(12, 20)))
-KROOK_RULE = Blobs((CHARCOAL, SKIN, WHITE), FIELD, Shape(w=(5, 8), h=(17, 20)), filters=(ShortRuns(22),))
-BALL_RULE = Blobs(BALL_COLORS, FIELD, Shape(w=(3, 6), h=6))
-BIPLANE_RULE = Blobs((YELLOW, BLACK), FIELD, Shape(w=8, h=9))
-CART_RULE = Blobs((WHITE, BLACK), FIELD, Shape(w=8, h=10), filters=(ShortRuns(12),))
-RADIO_RULE = Blobs((VIOLET, *FLASHES, WHITE), FIELD, Shape(w=8, h=(12, 14)), gap=(0, 2))
+KOP_RULE = Blobs((NAVY, SKIN, BLACK), FIELD, Shape(w=(5, 8), h=(12, 20)), gap=(0, 2), filters=(ShortRuns(8, across=True),))
+KROOK_RULE = Blobs(CHARCOAL, FIELD, Shape(w=(1, 8), h=(1, 19)), gap=(7, 8), then=(Raised(1),))
+BALL_RULE = Blobs(BALL_COLORS, FIELD, Shape(w=(1, 6), h=(4, 6)))
+BIPLANE_RULE = Blobs((YELLOW, BLACK), FIELD, Shape(w=(7, 8), h=(8, 9)), gap=(0, 1), first=BLACK)
+CART_RULE = Blobs((WHITE, BLACK), FIELD, Shape(w=(7, 8), h=10), filters=(ShortRuns(12),))
+RADIO_RULE = Blobs((VIOLET, *FLASHES, WHITE), FIELD, Shape(w=8, h=(12, 14)), gap=(1, 3))
 
 HANDRAILS = (Run(BLACK, 86, 64, 32, 32, before=6, above=8, after=9), Run(BLACK, 118, 64, 32, 32, before=9, above=8, after=6), Run(BLACK, 150, 64, 32, 32, before=6, above=8, after=9))
 ESCALATOR_RULE = Runs(HANDRAILS, most=1, columns=(LEFT, WIDTH), then=(Packed(),))
@@ -245,7 +260,7 @@ GAME = Game(
         Category("Radio", RADIO_RULE, count=6, rgb=(52, 0, 128), doc="radios"),
         Category("Moneybag", _loot_rule((1, 3), 77, 84, 15), count=2, doc="moneybags"),
         Category("Suitcase", _loot_rule((0, 2), 76, 84, 16), count=2, doc="suitcases"),
-        Category("Elevator", Bounds((VIOLET, TEAL, LIGHT_TEAL), DOORS, (8, 25)), count=3, doc="doors, from the ground floor up"),
+        Category("Elevator", Bounds((VIOLET, TEAL, LIGHT_TEAL), DOORS, min_size=(5, 18)), count=3, doc="doors, from the ground floor up"),
         Category("Escalator", ESCALATOR_RULE, count=2, rgb=(52, 0, 128), doc="the upper one first"),
         Category("SecuritySystem", Bounds(RADAR_COLORS, (36, 188, 124, 206)), doc="map of the building"),
         display("BonusKops", HATS.rule(SKY, (20, 43, 48, 51), inverse=True), doc="Kops in reserve"),

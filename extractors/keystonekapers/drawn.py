@@ -7,8 +7,10 @@ import jax.numpy as jnp
 from ocjax.console.ops import among, match, when
 from ocjax.extractors.keystonekapers.ram import Pose, Ram, Ride
 
+FREEZE = 8  # `pause` when it begins
 FREEZES = 5  # `sound` from which on nobody moves
 PENALTY = 5  # `sound` while time runs fast
+ROUND = 50  # seconds
 KILLED = 6
 SECOND = 127  # bits of `clock`
 FAST_SECOND = 3
@@ -22,7 +24,10 @@ LANDS = 1  # low bits of `clock`, because the last slow step is taken when they 
 FLOOR_HEIGHT = 32
 RIGHT_EDGE = 0x9A  # `kop_x` of who has come from the right
 LEFT_EDGE = 8
-LAST_SECTION = 0  # at the right end of the building; he is held back two columns further left
+LAST_SECTION = 0  # at the right end of the building
+FIRST_SECTION = 7  # at its left end
+RIGHT_WALL = 0x99  # column to which he is put back at the edge
+LEFT_WALL = 9
 
 
 class Drawn(NamedTuple):
@@ -48,14 +53,14 @@ def as_drawn(m: Ram) -> Drawn:
         floor=(m.place >> 3) - when(below, 1),
         pose=_pose_before(m),
         section=section,
-        time=m.time + when(_ticked(m), 1),
+        time=m.time + when(_ticked(m) & (section == m.section), 1),
     )
 
 
 def _ticked(m: Ram) -> jax.Array:
     """Whether a second has just passed."""
     second = jnp.where(m.sound == PENALTY, FAST_SECOND, SECOND)
-    return (m.plays == 1) & (m.sound != KILLED) & (m.clock & second == 0)
+    return (m.plays == 1) & (m.sound != KILLED) & (m.time < ROUND) & (m.clock & second == 0)
 
 
 def kop_column(m: Ram) -> jax.Array:
@@ -69,7 +74,13 @@ def _across(m: Ram, x: jax.Array) -> tuple[jax.Array, jax.Array]:
     walks = _moves_aside(m)
     came_left = walks & (m.faces_left == 1) & (x > RIGHT_EDGE)
     came_right = walks & (m.faces_left == 0) & (x < LEFT_EDGE)
-    before = match((came_left, LEFT_EDGE), (came_right, RIGHT_EDGE), otherwise=x)
+    at_right_wall = walks & (m.faces_left == 0) & (m.section == LAST_SECTION) & (x == RIGHT_WALL - 1)
+    at_left_wall = walks & (m.faces_left == 1) & (m.section == FIRST_SECTION) & (x == LEFT_WALL + 1)
+    before = match(
+        (came_left | at_left_wall, LEFT_EDGE),
+        (came_right | at_right_wall, RIGHT_EDGE),
+        otherwise=x,
+    )
     return before, m.section - when(came_left, 1) + when(came_right, 1)
 
 
@@ -80,14 +91,21 @@ def _step(m: Ram) -> tuple[jax.Array, jax.Array]:
     ahead = jnp.where(m.faces_left == 1, -1, 1)
     dx = match((rides, up), (_moves_aside(m), ahead), otherwise=0)
     dy = match((rides, 1), (_in_air(m), _jump_step(m)), otherwise=0)
+    dx, dy = (jnp.where(_is_frozen(m), 0, moved) for moved in (dx, dy))
     return dx, dy
+
+
+def _is_frozen(m: Ram) -> jax.Array:
+    """Whether nobody has moved because a collision's sound plays. In the frame of the collision they have still moved."""
+    begins = (m.pause == FREEZE) & (m.clock & 3 == 1)
+    return (m.sound >= FREEZES) & ~begins
 
 
 def _moves_aside(m: Ram) -> jax.Array:
     """Whether the Kop has walked or flown a column aside."""
-    pushed = (m.stick_left == 0) | (m.stick_right == 0)
+    pushed = (m.stick_down == 1) & ((m.stick_left == 0) | (m.stick_right == 0))
     walked = among(m.pose, range(1, STEPS + 1))
-    return (m.ride == Ride.NONE) & (m.sound < FREEZES) & jnp.where(_in_air(m), pushed, walked)
+    return (m.ride == Ride.NONE) & ~_is_frozen(m) & jnp.where(_in_air(m), pushed, walked)
 
 
 def _in_air(m: Ram) -> jax.Array:
@@ -112,5 +130,5 @@ def _jump_step(m: Ram) -> jax.Array:
 def _pose_before(m: Ram) -> jax.Array:
     """The pose before a step: it changes on odd columns."""
     walked = among(m.pose, range(1, STEPS + 1)) & ~_in_air(m) & (m.ride == Ride.NONE)
-    stepped = walked & (kop_column(m) & 1 == 1) & (m.sound < FREEZES)
+    stepped = walked & (kop_column(m) & 1 == 1) & ~_is_frozen(m)
     return jnp.where(stepped, jnp.where(m.pose == 1, STEPS, m.pose - 1), m.pose)

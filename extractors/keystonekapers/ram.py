@@ -57,4 +57,5 @@ class Ram(RamMap):
     krook_left = bits(76, first=3)
     stick_right = bits(97, first=7)  # 0: pushed when the jump began
     stick_left = bits(97, first=6)
+    stick_down = bits(97, first=5)
     krook_pose = byte(98)
