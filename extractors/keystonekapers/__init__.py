@@ -1,4 +1,24 @@
-"""Keystone Kapers."""
+"""Keystone Kapers: Kelly, the Kop, chases Harry through a department store of four floors.
+
+Screen: 250 rows. Each floor is eight screens wide, here *sections*, and the frame shows the same
+section of all four. The picture begins in column 8; the blank left of it hides the fine moves of
+the sprites. One drawing loop runs once a floor: player 0 is the thing on it, in up to three copies,
+player 1 the Kop or the Krook. A table of the ROM gives each row its colour.
+
+Slots: things take them from the ground floor up, each as many as the levels' tables need. The
+elevator has one a floor. Of two escalators, the upper one comes first.
+
+RAM: all found in the ROM's drawing loop and object tables. The frame shows the Kop before his last
+step, so `as_drawn` takes back a step, a row of a jump and a second of the clock.
+
+Covered: random play, and play to level 40 with the level, the lives and the clock set.
+
+Not exact: on the frame on which a life is lost, the RAM is that of the next one. When the Kop has
+just come into a section, the RAM no longer has the things of the one before. When he has just begun
+to duck, it no longer has his pose, and after a collision not the second that he lost last.
+
+VEM: it joins the Kop to black things that touch him, and misses what an edge hides a part of.
+"""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -7,8 +27,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box, edges
-from ocjax.console.ops import among, match, mod, only, pick, when
-from ocjax.console.registers import copies, spacing
+from ocjax.console.compass import EAST, WEST
+from ocjax.console.ops import among, mod, only, pick, when
+from ocjax.console.registers import EDGE_CUTS, copies, spacing
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors.keystonekapers.drawn import Drawn, as_drawn
@@ -45,10 +66,10 @@ GOLD = 0x28  # the upper edge of a floor
 OLIVE = 0x24
 RADAR_COLORS = (GOLD, 0x26, OLIVE)
 
-HIDDEN = range(-7, 8)  # columns of a figure beyond the edges
 LEFT = 8  # first column of the picture
 WIDTH = 160
 FLOORS = np.arange(4)
+ROOF = 3
 GROUND = 156  # first line of the ground floor
 FLOOR_LINES = 32
 LINES = 26  # of a floor
@@ -82,17 +103,16 @@ def _kop_rows(pose: int) -> np.ndarray:
 
 def _thing_rows(thing: int) -> np.ndarray:
     """The rows of a thing's picture, from the top; the last one is in the colour of the floor."""
-    begin, height = (int(ROM.bytes(table + thing, 1)[0]) for table in (THING_POINTERS, THING_HEIGHTS))
-    rows = ROM.rows(KROOKS + begin, height)
+    begin = KROOKS + int(ROM.bytes(THING_POINTERS + thing, 1)[0])
+    rows = ROM.rows(begin, int(ROM.bytes(THING_HEIGHTS + thing, 1)[0]))
     rows[-1] = 0
     return rows
 
 
 def _cut(pictures: Iterable[np.ndarray]) -> Pictures:
-    """Pictures of which so many columns at the left or, counted below zero, at the right do not show."""
-    masks = [0xFF << -hidden & 0xFF if hidden < 0 else 0xFF >> hidden for hidden in HIDDEN]
-    cut = [rows & mask for rows in pictures for mask in masks]
-    return Pictures.of(cut, picture=len(cut) // len(masks), hidden=len(masks))
+    """Pictures of which an edge hides some columns, as in `EDGE_CUTS`."""
+    cut = [rows & mask for rows in pictures for mask in EDGE_CUTS]
+    return Pictures.of(cut, picture=len(cut) // len(EDGE_CUTS), beyond=len(EDGE_CUTS))
 
 
 KOP = _cut(_kop_rows(pose) for pose in range(KOP_POSES))
@@ -103,7 +123,8 @@ THING_ROWS = tuple(ROM.bytes(THING_HEIGHTS + THINGS[0], len(THINGS)).tolist())
 ELEVATOR_SECTION = 4
 DOORS = tuple((76, top, 84, top + 25) for top in (155, 123, 91))
 OPEN = 7  # of `doors`
-RIGHT_END, LEFT_END = 0, 7  # sections with escalators
+RIGHT_END = 0  # sections with escalators
+LEFT_END = 7
 RADAR = (40, 190, 120, 204)
 RIGHT_ESCALATOR = (55, 110, 102, 150)
 LEFT_ESCALATORS = ((58, 78, 105, 118), (58, 142, 105, 182))
@@ -157,9 +178,9 @@ def _things(m: Ram) -> Things:
     return Things(m.thing, m.thing_x - 1 + left, y, width, height, m.copies)
 
 
-def _ground(floor: jax.Array | np.ndarray) -> jax.Array | np.ndarray:
+def _ground(floor: jax.Array | np.ndarray) -> jax.Array:
     """The first line of a floor."""
-    return GROUND - FLOOR_LINES * floor
+    return GROUND - FLOOR_LINES * jnp.asarray(floor)
 
 
 def _boxes(things: Things, kinds: tuple[int, ...], floors: np.ndarray, most: int) -> Box:
@@ -178,22 +199,25 @@ def _kop_box(m: Ram, kop: Drawn) -> Box:
     """The Kop; what is behind the floor above him does not show."""
     left, top, width, height = _figure(KOP, kop.pose, kop.x - 1, m.faces_left == 1)
     ground = _ground(kop.floor)
-    first = ground + 6 - kop.height + top
-    last = first + height
-    ceiling = ground - 1 - when(kop.floor == 3, 2)
-    above = ground - 6
-    first = jnp.where((first > above - 1) & (first < ceiling), ceiling, first)
-    last = jnp.where((last > above) & (last <= ceiling), above, last)
+    above = ground - 6  # last line of the floor above
+    ceiling = ground - 1 - when(kop.floor == ROOF, 2)
+    head = ground + 6 - kop.height + top
+    first = jnp.where((head >= above) & (head < ceiling), ceiling, head)
+    feet = head + height
+    last = jnp.where((feet > above) & (feet <= ceiling), above, feet)
     hidden = (m.ride == Ride.ELEVATOR) & ~_is_open(m).any()
     x = kop.x - 1 + left
-    return edges(x, first, x + width, last, ~hidden).clip(*FIELD)
+    compass = jnp.where(m.faces_left == 1, WEST, EAST)
+    return edges(x, first, x + width, last, ~hidden, orientation=compass).clip(*FIELD)
 
 
-def _figure(pictures: Pictures, picture: jax.Array, x: jax.Array, mirrored: jax.Array) -> tuple[jax.Array, ...]:
+def _figure(
+    pictures: Pictures, picture: jax.Array, x: jax.Array, mirrored: jax.Array
+) -> tuple[jax.Array, ...]:
     """The extent of what shows of a figure's picture at a column."""
-    hidden = jnp.clip(LEFT - x, 0, 7) - jnp.clip(x + 8 - WIDTH, 0, 7)
-    hidden = jnp.where(mirrored, -hidden, hidden) - HIDDEN[0]
-    return pictures.extent(pictures.index(picture=picture, hidden=hidden), mirrored=mirrored)
+    beyond = jnp.clip(x + 8 - WIDTH, 0, 8) - jnp.clip(LEFT - x, 0, 8)
+    beyond = jnp.where(mirrored, -beyond, beyond) + len(EDGE_CUTS) // 2
+    return pictures.extent(pictures.index(picture=picture, beyond=beyond), mirrored=mirrored)
 
 
 def _krook_box(m: Ram, kop: Drawn) -> Box:
@@ -201,7 +225,9 @@ def _krook_box(m: Ram, kop: Drawn) -> Box:
     along = m.krook_place & 15
     section = jnp.where(along < 8, along, along ^ 15)
     y = _ground(m.krook_place >> 3) + 6 + top
-    return box(m.krook_x - 1 + left, y, width, height, section == kop.section).clip(*FIELD)
+    here = section == kop.section
+    compass = jnp.where(m.krook_left == 1, WEST, EAST)
+    return box(m.krook_x - 1 + left, y, width, height, here, orientation=compass).clip(*FIELD)
 
 
 def _is_open(m: Ram) -> jax.Array:
@@ -211,15 +237,17 @@ def _is_open(m: Ram) -> jax.Array:
 
 def _elevator_boxes(m: Ram, kop: Drawn) -> Box:
     color = jnp.where(_is_open(m), TEAL, VIOLET)
-    return edges(*np.array(DOORS).T, valid=kop.section == ELEVATOR_SECTION, color=color)
+    left, top, right, bottom = np.array(DOORS).T
+    last = bottom - when(_is_open(m), 1)
+    return edges(left, top, right, last, valid=kop.section == ELEVATOR_SECTION, color=color)
 
 
 def _escalator_boxes(kop: Drawn) -> Box:
     at_right = kop.section == RIGHT_END
     upper, lower = LEFT_ESCALATORS
-    first = (jnp.where(at_right, *both) for both in zip(RIGHT_ESCALATOR, upper, strict=True))
-    both = (jnp.stack([edge, jnp.int32(of_lower)]) for edge, of_lower in zip(first, lower, strict=True))
     at_left = kop.section == LEFT_END
+    first = (jnp.where(at_right, *edge) for edge in zip(RIGHT_ESCALATOR, upper, strict=True))
+    both = map(jnp.stack, zip(first, jnp.asarray(lower, jnp.int32), strict=True))
     return edges(*both, valid=jnp.stack([at_right | at_left, at_left]))
 
 
@@ -228,14 +256,24 @@ def _hat_color(m: Ram, kop: Drawn) -> jax.Array:
     return when((kop.time <= 10) & (m.over == 0), (m.clock - 1) & 0xFE)
 
 
-KOP_RULE = Blobs((NAVY, SKIN, BLACK), FIELD, Shape(w=(5, 8), h=(12, 20)), gap=(0, 2), filters=(ShortRuns(8, across=True),))
+KOP_RULE = Blobs(
+    (NAVY, SKIN, BLACK),
+    FIELD,
+    Shape(w=(5, 8), h=(12, 20)),
+    gap=(0, 2),
+    filters=(ShortRuns(16, across=True),),
+)
 KROOK_RULE = Blobs(CHARCOAL, FIELD, Shape(w=(1, 8), h=(1, 19)), gap=(7, 8), then=(Raised(1),))
 BALL_RULE = Blobs(BALL_COLORS, FIELD, Shape(w=(1, 6), h=(4, 6)))
 BIPLANE_RULE = Blobs((YELLOW, BLACK), FIELD, Shape(w=(7, 8), h=(8, 9)), gap=(0, 1), first=BLACK)
 CART_RULE = Blobs((WHITE, BLACK), FIELD, Shape(w=(7, 8), h=10), filters=(ShortRuns(12),))
 RADIO_RULE = Blobs((VIOLET, *FLASHES, WHITE), FIELD, Shape(w=8, h=(12, 14)), gap=(1, 3))
 
-HANDRAILS = (Run(BLACK, 86, 64, 32, 32, before=6, above=8, after=9), Run(BLACK, 118, 64, 32, 32, before=9, above=8, after=6), Run(BLACK, 150, 64, 32, 32, before=6, above=8, after=9))
+HANDRAILS = (
+    Run(BLACK, 86, 64, 32, 32, before=6, above=8, after=9),
+    Run(BLACK, 118, 64, 32, 32, before=9, above=8, after=6),
+    Run(BLACK, 150, 64, 32, 32, before=6, above=8, after=9),
+)
 ESCALATOR_RULE = Runs(HANDRAILS, most=1, columns=(LEFT, WIDTH), then=(Packed(),))
 
 
@@ -252,19 +290,35 @@ GAME = Game(
     screen=(250, 160),
     pal=True,
     categories=(
-        Category("Kop", KOP_RULE, rgb=(0, 0, 0), doc="Keystone Kelly"),
-        Category("Krook", KROOK_RULE, rgb=(0, 0, 0), doc="Harry Hooligan"),
-        Category("Ball", BALL_RULE, count=2, color_row=0, doc="beach balls"),
+        Category("Kop", KOP_RULE, attributes=("orientation",), rgb=(0, 0, 0), doc="Keystone Kelly"),
+        Category("Krook", KROOK_RULE, attributes=("orientation",), doc="Harry Hooligan"),
+        Category("Ball", BALL_RULE, count=2, doc="beach balls"),
         Category("Biplane", BIPLANE_RULE, rgb=(238, 209, 128), doc="toy plane"),
         Category("Cart", CART_RULE, count=4, rgb=(214, 214, 214), doc="shopping carts"),
         Category("Radio", RADIO_RULE, count=6, rgb=(52, 0, 128), doc="radios"),
-        Category("Moneybag", _loot_rule((1, 3), 77, 84, 15), count=2, doc="moneybags"),
-        Category("Suitcase", _loot_rule((0, 2), 76, 84, 16), count=2, doc="suitcases"),
-        Category("Elevator", Bounds((VIOLET, TEAL, LIGHT_TEAL), DOORS, min_size=(5, 18)), count=3, doc="doors, from the ground floor up"),
+        Category(
+            "Moneybag", _loot_rule((1, 3), 77, 84, 15), count=2, rgb=(207, 175, 92), doc="moneybags"
+        ),
+        Category(
+            "Suitcase", _loot_rule((0, 2), 76, 84, 16), count=2, rgb=(207, 175, 92), doc="suitcases"
+        ),
+        Category(
+            "Elevator",
+            Bounds((VIOLET, TEAL, LIGHT_TEAL), DOORS, min_size=(5, 18)),
+            count=3,
+            color_row=3,
+            doc="doors, from the ground floor up",
+        ),
         Category("Escalator", ESCALATOR_RULE, count=2, rgb=(52, 0, 128), doc="the upper one first"),
-        Category("SecuritySystem", Bounds(RADAR_COLORS, (36, 188, 124, 206)), doc="map of the building"),
+        Category(
+            "SecuritySystem", Bounds(RADAR_COLORS, (36, 188, 124, 206)), doc="map of the building"
+        ),
         display("BonusKops", HATS.rule(SKY, (20, 43, 48, 51), inverse=True), doc="Kops in reserve"),
         display("Score", SCORE.rule(BRIGHT), doc="points"),
-        display("Timer", Bounds(SKY, TIMER.area, inverse=True, value=TIMER.rule(SKY).value), doc="seconds left"),
+        display(
+            "Timer",
+            Bounds(SKY, TIMER.area, inverse=True, value=TIMER.rule(SKY).value),
+            doc="seconds left",
+        ),
     ),
 )

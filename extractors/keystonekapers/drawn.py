@@ -72,9 +72,13 @@ def kop_column(m: Ram) -> jax.Array:
 def _across(m: Ram, x: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Column and section before a Kop who has just come into a section."""
     walks = _moves_aside(m)
-    came_left = walks & (m.faces_left == 1) & (x > RIGHT_EDGE)
-    came_right = walks & (m.faces_left == 0) & (x < LEFT_EDGE)
-    at_right_wall = walks & (m.faces_left == 0) & (m.section == LAST_SECTION) & (x == RIGHT_WALL - 1)
+    left = m.faces_left == 1
+    right = ~left
+    came_left = walks & left & (x > RIGHT_EDGE)
+    came_right = walks & right & (x < LEFT_EDGE)
+    at_right_wall = (
+        walks & (m.faces_left == 0) & (m.section == LAST_SECTION) & (x == RIGHT_WALL - 1)
+    )
     at_left_wall = walks & (m.faces_left == 1) & (m.section == FIRST_SECTION) & (x == LEFT_WALL + 1)
     before = match(
         (came_left | at_left_wall, LEFT_EDGE),
@@ -96,7 +100,7 @@ def _step(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 
 def _is_frozen(m: Ram) -> jax.Array:
-    """Whether nobody has moved because a collision's sound plays. In the frame of the collision they have still moved."""
+    """Whether a collision keeps everybody from moving, but for its own frame."""
     begins = (m.pause == FREEZE) & (m.clock & 3 == 1)
     return (m.sound >= FREEZES) & ~begins
 
