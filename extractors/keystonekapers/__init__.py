@@ -13,9 +13,10 @@ step, so `as_drawn` takes back a step, a row of a jump and a second of the clock
 
 Covered: random play, and play to level 40 with the level, the lives and the clock set.
 
-Not exact: on the frame on which a life is lost, the RAM is that of the next one. When the Kop has
-just come into a section, the RAM no longer has the things of the one before. When he has just begun
-to duck, it no longer has his pose, and after a collision not the second that he lost last.
+Not exact: on the frame on which a life is lost, the RAM has nothing of its scene, and REM tells the
+score and the Kops in reserve alone. When the Kop has just come into a section, the RAM no longer
+has the things of the one before. When he has just begun to duck, it does not have his pose, and
+after a collision not the second that he lost last.
 
 VEM: it joins the Kop to black things that touch him, and misses what an edge hides a part of.
 """
@@ -32,7 +33,7 @@ from ocjax.console.ops import among, mod, only, pick, when
 from ocjax.console.registers import EDGE_CUTS, copies, spacing
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.extractors.keystonekapers.drawn import Drawn, as_drawn
+from ocjax.extractors.keystonekapers.drawn import Drawn, as_drawn, has_begun_anew
 from ocjax.extractors.keystonekapers.ram import Pose, Ram, Ride, Thing
 from ocjax.vision.displays import IconRow, NumberDisplay
 from ocjax.vision.filters import ShortRuns
@@ -66,55 +67,56 @@ GOLD = 0x28  # the upper edge of a floor
 OLIVE = 0x24
 RADAR_COLORS = (GOLD, 0x26, OLIVE)
 
-LEFT = 8  # first column of the picture
-WIDTH = 160
-FLOORS = np.arange(4)
+SCREEN_START = 8  # the picture's first column
+SCREEN_END = 160
+FROM_GROUND = np.arange(4)
 ROOF = 3
-GROUND = 156  # first line of the ground floor
+LOWEST = 156  # first line of the ground floor
 FLOOR_LINES = 32
-FIELD = (LEFT, 57, WIDTH, 182)
+FIELD = (SCREEN_START, 57, SCREEN_END, 182)
 BLANKED = 128  # `idle` from which on the screen is black
 
 FIGURES = 0xE00  # in the ROM
 KOP_POSES = 8
-KOP_ROWS = 20
+FIGURE_ROWS = 20
 KOP_COLORS = 0xC34  # a byte a row; an odd one shows the row
 DUCKED_COLORS = 0xC37
 KOP_POINTERS = 0xECA
 KROOK_POINTERS = 0xFCE
 KROOKS = 0xB00
-KROOK_ROWS = 20
 THING_POINTERS = KROOK_POINTERS
-THING_HEIGHTS = 0xE00
-THINGS = tuple(range(Thing.RADIO, Thing.MONEYBAG + 1))
+HEIGHTS = 0xE00
+ALL_KINDS = tuple(range(Thing.RADIO, Thing.MONEYBAG + 1))
 
 
 def _kop_rows(pose: int) -> np.ndarray:
     """The rows of the Kop's picture that have a colour, from the top."""
     first = DUCKED_COLORS if pose == Pose.DUCKS else KOP_COLORS
     begin = FIGURES + int(ROM.bytes(KOP_POINTERS + pose, 1)[0]) - 1
-    colors = ROM.rows(first, KOP_ROWS)
-    return np.where(colors & 1 == 1, ROM.rows(begin, KOP_ROWS), 0)
+    colors = ROM.rows(first, FIGURE_ROWS)
+    return np.where(colors & 1 == 1, ROM.rows(begin, FIGURE_ROWS), 0)
 
 
 def _thing_rows(thing: int) -> np.ndarray:
     """The rows of a thing's picture, from the top; the last one is in the colour of the floor."""
     begin = KROOKS + int(ROM.bytes(THING_POINTERS + thing, 1)[0])
-    rows = ROM.rows(begin, int(ROM.bytes(THING_HEIGHTS + thing, 1)[0]))
+    rows = ROM.rows(begin, int(ROM.bytes(HEIGHTS + thing, 1)[0]))
     rows[-1] = 0
     return rows
 
 
-def _cut(pictures: Iterable[np.ndarray]) -> Pictures:
+def _at_edges(pictures: Iterable[np.ndarray]) -> Pictures:
     """Pictures of which an edge hides some columns, as in `EDGE_CUTS`."""
     cut = [rows & mask for rows in pictures for mask in EDGE_CUTS]
     return Pictures.of(cut, picture=len(cut) // len(EDGE_CUTS), beyond=len(EDGE_CUTS))
 
 
-KOP = _cut(_kop_rows(pose) for pose in range(KOP_POSES))
-KROOK = _cut(ROM.rows(KROOKS + 1 + int(p), KROOK_ROWS) for p in ROM.bytes(KROOK_POINTERS + 1, 5))
-THING_PICTURES = Pictures.of(_thing_rows(thing) for thing in THINGS)
-THING_ROWS = tuple(ROM.bytes(THING_HEIGHTS + THINGS[0], len(THINGS)).tolist())
+KOP_PICTURES = _at_edges(_kop_rows(pose) for pose in range(KOP_POSES))
+KROOK_PICTURES = _at_edges(
+    ROM.rows(KROOKS + 1 + int(p), FIGURE_ROWS) for p in ROM.bytes(KROOK_POINTERS + 1, 5)
+)
+THING_PICTURES = Pictures.of(_thing_rows(thing) for thing in ALL_KINDS)
+KIND_HEIGHTS = tuple(ROM.bytes(HEIGHTS + ALL_KINDS[0], len(ALL_KINDS)).tolist())
 
 ELEVATOR_SECTION = 4
 DOORS = tuple((76, top, 84, top + 25) for top in (155, 123, 91))
@@ -134,23 +136,25 @@ ODD = np.array([[False, True, False, False], [False, False, False, True]])
 def decode(m: Ram) -> dict[str, Box]:
     kop = as_drawn(m)
     shown = m.idle < BLANKED
-    known = shown & (kop.section == m.section)
-    things = _things(m)
+    here = shown & ~has_begun_anew(m)
+    known = here & (kop.section == m.section)
+    lives = m.lives + when(has_begun_anew(m), 1)
+    things = _on_floors(m)
     return {
-        "Kop": _kop_box(m, kop).where(shown),
-        "Krook": _krook_box(m, kop).where(shown),
+        "Kop": _kop_box(m, kop).where(here),
+        "Krook": _krook_box(m, kop).where(here),
         "Ball": _boxes(things, (Thing.BALL,), ALL, 2).where(known),
         "Biplane": _boxes(things, (Thing.BIPLANE, Thing.BIPLANE_TURNS), ALL, 1).where(known),
         "Cart": _boxes(things, (Thing.CART,), ALL_BUT_SECOND, 2).where(known),
         "Radio": _boxes(things, (Thing.RADIO, Thing.RADIO_SOUNDS), BY_RADIOS, 3).where(known),
         "Moneybag": _boxes(things, (Thing.MONEYBAG,), ODD, 1).where(known),
         "Suitcase": _boxes(things, (Thing.SUITCASE,), EVEN, 1).where(known),
-        "Elevator": _elevator_boxes(m, kop).where(shown),
-        "Escalator": _escalator_boxes(kop).where(shown),
+        "Elevator": _elevator_boxes(m, kop).where(here),
+        "Escalator": _escalator_boxes(kop).where(here),
         "SecuritySystem": edges(*RADAR, shown),
-        "BonusKops": HATS.box(m.lives, shown, value=m.lives, color=_hat_color(m, kop)),
+        "BonusKops": HATS.box(lives, shown, value=lives, color=_hat_color(m, kop)),
         "Score": SCORE.box(m.score, valid=shown),
-        "Timer": TIMER.box(kop.time, valid=shown, color=_hat_color(m, kop)),
+        "Timer": TIMER.box(kop.time, valid=here, color=_hat_color(m, kop)),
     }
 
 
@@ -165,36 +169,36 @@ class Things(NamedTuple):
     nusiz: jax.Array
 
 
-def _things(m: Ram) -> Things:
+def _on_floors(m: Ram) -> Things:
     left, top, width, height = THING_PICTURES.extent(
-        m.thing - THINGS[0], mirrored=m.thing_left == 1
+        m.thing - ALL_KINDS[0], mirrored=m.thing_left == 1
     )
-    first = m.thing_top - pick(m.thing - THINGS[0], THING_ROWS) + 1
-    y = _ground(FLOORS) + first + top
+    first = m.thing_top - pick(m.thing - ALL_KINDS[0], KIND_HEIGHTS) + 1
+    y = _first_line(FROM_GROUND) + first + top
     return Things(m.thing, m.thing_x - 1 + left, y, width, height, m.copies)
 
 
-def _ground(floor: jax.Array | np.ndarray) -> jax.Array:
+def _first_line(floor: jax.Array | np.ndarray) -> jax.Array:
     """The first line of a floor."""
-    return GROUND - FLOOR_LINES * jnp.asarray(floor)
+    return LOWEST - FLOOR_LINES * jnp.asarray(floor)
 
 
 def _boxes(things: Things, kinds: tuple[int, ...], floors: np.ndarray, most: int) -> Box:
     """The copies of a kind of thing, of each group of floors one of which may hold it."""
     here = among(things.thing, kinds)[None] & floors
-    x, y, w, h, nusiz = (only(here, field[None], axis=1)[:, None] for field in things[1:])
+    x, y, w, h, nusiz = (only(here, part[None], axis=1)[:, None] for part in things[1:])
     copy = np.arange(most)[None]
     there = here.any(axis=1)[:, None] & (copy < copies(nusiz))
-    column = mod(x + spacing(nusiz) * copy, WIDTH)
+    column = mod(x + spacing(nusiz) * copy, SCREEN_END)
     shape = there.shape
-    fields = (jnp.broadcast_to(field, shape).ravel() for field in (column, y, w, h, there))
+    fields = (jnp.broadcast_to(part, shape).ravel() for part in (column, y, w, h, there))
     return box(*fields).clip(*FIELD)
 
 
 def _kop_box(m: Ram, kop: Drawn) -> Box:
     """The Kop; what is behind the floor above him does not show."""
-    left, top, width, height = _figure(KOP, kop.pose, kop.x - 1, m.faces_left == 1)
-    ground = _ground(kop.floor)
+    left, top, width, height = _figure(KOP_PICTURES, kop.pose, kop.x - 1, m.faces_left == 1)
+    ground = _first_line(kop.floor)
     above = ground - 6  # last line of the floor above
     ceiling = ground - 1 - when(kop.floor == ROOF, 2)
     head = ground + 6 - kop.height + top
@@ -211,16 +215,18 @@ def _figure(
     pictures: Pictures, picture: jax.Array, x: jax.Array, mirrored: jax.Array
 ) -> tuple[jax.Array, ...]:
     """The extent of what shows of a figure's picture at a column."""
-    beyond = jnp.clip(x + 8 - WIDTH, 0, 8) - jnp.clip(LEFT - x, 0, 8)
+    beyond = jnp.clip(x + 8 - SCREEN_END, 0, 8) - jnp.clip(SCREEN_START - x, 0, 8)
     beyond = jnp.where(mirrored, -beyond, beyond) + len(EDGE_CUTS) // 2
     return pictures.extent(pictures.index(picture=picture, beyond=beyond), mirrored=mirrored)
 
 
 def _krook_box(m: Ram, kop: Drawn) -> Box:
-    left, top, width, height = _figure(KROOK, m.krook_pose - 1, m.krook_x - 1, m.krook_left == 1)
+    left, top, width, height = _figure(
+        KROOK_PICTURES, m.krook_pose - 1, m.krook_x - 1, m.krook_left == 1
+    )
     along = m.krook_place & 15
     section = jnp.where(along < 8, along, along ^ 15)
-    y = _ground(m.krook_place >> 3) + 6 + top
+    y = _first_line(m.krook_place >> 3) + 6 + top
     here = section == kop.section
     compass = jnp.where(m.krook_left == 1, WEST, EAST)
     return box(m.krook_x - 1 + left, y, width, height, here, orientation=compass).clip(*FIELD)
@@ -270,11 +276,11 @@ HANDRAILS = (
     Run(BLACK, 118, 64, 32, 32, before=9, above=8, after=6),
     Run(BLACK, 150, 64, 32, 32, before=6, above=8, after=9),
 )
-ESCALATOR_RULE = Runs(HANDRAILS, most=1, columns=(LEFT, WIDTH), then=(Packed(),))
+ESCALATOR_RULE = Runs(HANDRAILS, most=1, columns=(SCREEN_START, SCREEN_END), then=(Packed(),))
 
 
 def _loot_rule(floors: tuple[int, ...], left: int, right: int, first: int) -> Bounds:
-    regions = tuple((left, GROUND - 32 * f + first, right, GROUND - 32 * f + 26) for f in floors)
+    regions = tuple((left, LOWEST - 32 * f + first, right, LOWEST - 32 * f + 26) for f in floors)
     return Bounds(LOOT_COLORS, regions, min_size=(6, 10))
 
 

@@ -12,8 +12,8 @@ FREEZES = 5  # `sound` from which on nobody moves
 PENALTY = 5  # `sound` while time runs fast
 ROUND = 50  # seconds
 KILLED = 6
-SECOND = 127  # bits of `clock`
-FAST_SECOND = 3
+TICK = 127  # bits of `clock`
+FAST_TICK = 3
 STEPS = 5  # poses of a step, from 1 on
 JUMP_STARTS = 18  # steps of a jump
 RISES = 9  # until so many steps are left
@@ -57,9 +57,14 @@ def as_drawn(m: Ram) -> Drawn:
     )
 
 
+def has_begun_anew(m: Ram) -> jax.Array:
+    """Whether a life has just been lost: the RAM is that of the next one, and the frame is not."""
+    return (m.clock == 0) & (m.time == ROUND) & (m.age != 0)
+
+
 def _ticked(m: Ram) -> jax.Array:
     """Whether a second has just passed."""
-    second = jnp.where(m.sound == PENALTY, FAST_SECOND, SECOND)
+    second = jnp.where(m.sound == PENALTY, FAST_TICK, TICK)
     return (m.plays == 1) & (m.sound != KILLED) & (m.time < ROUND) & (m.clock & second == 0)
 
 

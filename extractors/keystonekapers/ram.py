@@ -59,3 +59,4 @@ class Ram(RamMap):
     stick_left = bits(97, first=6)
     stick_down = bits(97, first=5)
     krook_pose = byte(98)
+    age = byte(114)  # frames of the game, but for those of lost lives
