@@ -258,12 +258,18 @@ def _hat_color(m: Ram, kop: Drawn) -> jax.Array:
     return when((kop.time <= 10) & (m.over == 0), (m.clock - 1) & 0xFE)
 
 
+HANDRAILS = (
+    Run(BLACK, 86, 64, 32, 32, before=6, above=8, after=9),
+    Run(BLACK, 118, 64, 32, 32, before=9, above=8, after=6),
+    Run(BLACK, 150, 64, 32, 32, before=6, above=8, after=9),
+)
+HANDRAIL_ROWS = tuple((SCREEN_START, row, SCREEN_END, row + 1) for row in (86, 118, 150))
 KOP_RULE = Blobs(
     (NAVY, SKIN, BLACK),
     FIELD,
     Shape(w=(5, 8), h=(12, 20)),
     gap=(0, 2),
-    filters=(ShortRuns(16, across=True),),
+    ignore=HANDRAIL_ROWS,
 )
 KROOK_RULE = Blobs(CHARCOAL, FIELD, Shape(w=(1, 8), h=(1, 19)), gap=(7, 8), then=(Raised(1),))
 BALL_RULE = Blobs(BALL_COLORS, FIELD, Shape(w=(1, 6), h=(4, 6)))
@@ -271,11 +277,6 @@ BIPLANE_RULE = Blobs((YELLOW, BLACK), FIELD, Shape(w=(7, 8), h=(8, 9)), gap=(0, 
 CART_RULE = Blobs((WHITE, BLACK), FIELD, Shape(w=(7, 8), h=10), filters=(ShortRuns(12),))
 RADIO_RULE = Blobs((VIOLET, *FLASHES, WHITE), FIELD, Shape(w=8, h=(12, 14)), gap=(1, 3))
 
-HANDRAILS = (
-    Run(BLACK, 86, 64, 32, 32, before=6, above=8, after=9),
-    Run(BLACK, 118, 64, 32, 32, before=9, above=8, after=6),
-    Run(BLACK, 150, 64, 32, 32, before=6, above=8, after=9),
-)
 ESCALATOR_RULE = Runs(HANDRAILS, most=1, columns=(SCREEN_START, SCREEN_END), then=(Packed(),))
 
 
