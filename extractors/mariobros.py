@@ -7,7 +7,7 @@ from ocjax.console.boxes import Box, box, edges
 from ocjax.console.compass import EAST, WEST
 from ocjax.console.ops import lookup, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import packed_position, wrap
+from ocjax.console.registers import larger_part, packed_position, wrap
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.displays import IconRow, NumberDisplay
@@ -18,7 +18,7 @@ ROM = Rom("mario_bros", "e908611d99890733be31733a979c62d8")
 FONT = ROM.font(0x1F00, rows=7, stride=7)
 SCORE = NumberDisplay(FONT, right=103, top=13, digits=6, leading_zeros=True)
 LEVEL = NumberDisplay(FONT, right=87, top=180, digits=2, leading_zeros=True)
-CAPS = IconRow(left=96, top=14, width=8, height=5, pitch=-8)
+CAPS = IconRow(left=96, top=13, width=7, height=7, pitch=-8)
 
 PICTURE_ROWS = 23
 TOP = 14  # line of the screen on which a picture with `y` 0 begins
@@ -52,6 +52,8 @@ class Ram(RamMap):
     coin = byte(111, 112)
     fire_on = bits(113, first=7)
     fire_pose = bits(113, count=4)
+    fire_left = bits(113, first=4)
+    fire_part = byte(114)
     fire_x = byte(115)
     fire_y = byte(116)
     fire_floor = byte(117)
@@ -89,7 +91,7 @@ def decode(m: Ram) -> dict[str, Box]:
 def _player(m: Ram) -> Box:
     left, top, width, height = PLAYER.extent(m.pose, mirrored=m.faces_left == 1)
     compass = jnp.where(m.faces_left == 1, WEST, EAST)
-    x = wrap(m.x - LEFT + left)
+    x = wrap(_column(m.x) + left)
     return box(x, m.y + TOP + top, width, height, m.plays == 1, orientation=compass).clip(*FIELD)
 
 
@@ -101,13 +103,23 @@ def _pests(m: Ram) -> Box:
     y = lookup(np.array(PESTS), picture) - pointer + 0xB000
     left, top, width, height = PEST_PICTURES.extent(picture)
     low = m.pest_code & 15
-    x = packed_position(m.pest_code) - jnp.where(low == 0, -1, 7)
-    return box(wrap(x - LEFT + left), y + TOP + top, width, height, drawn).clip(*FIELD)
+    x = _column(packed_position(m.pest_code) - jnp.where(low == 0, -1, 7))
+    return box(larger_part(x + left, width), y + TOP + top, width, height, drawn).clip(*FIELD)
+
+
+def _column(x: jax.Array) -> jax.Array:
+    """The column at which a sprite begins: the first loop of its positioning is a column late."""
+    return x - LEFT + when(x < 8, 1)
 
 
 def _fireball(m: Ram) -> Box:
-    left, top, width, height = FIRE.extent(m.fire_pose)
-    return box(m.fire_x - LEFT + left, m.fire_y + TOP + top, width, height, m.fire_on == 1)
+    hidden = m.shares == 0
+    rate = lookup(ROM.bytes(0x69B, 12).tolist(), m.fire_pose)
+    moved = hidden & ((m.level >= 10) | (m.fire_part < rate))
+    x = m.fire_x + when(moved, jnp.where(m.fire_left == 1, 1, -1))
+    back = jnp.where(m.fire_pose == 0, 3, m.fire_pose - 1)
+    left, top, width, height = FIRE.extent(jnp.where(moved, back, m.fire_pose))
+    return box(_column(x) + left, m.fire_y + TOP + top, width, height, m.fire_on == 1)
 
 
 PEST_RULE = Blobs((0xE6, 0x36, 0x66, 0xAA), FIELD, Shape(w=(3, 8), h=(5, 16)), gap=(1, 1))
@@ -125,8 +137,8 @@ GAME = Game(
         Category("Pest", PEST_RULE, count=4, doc="turtles, crabs, flies"),
         Category("Fireball", FIRE_RULE, doc="fireball"),
         Category("PowBlock", Bounds((0x2A, 0x1A, 0x0A), (72, 141, 88, 148)), doc="POW"),
-        display("Score", SCORE.rule(0x74), doc="points"),
+        display("Score", Bounds(0x74, SCORE.area, min_size=(46, 7), value=SCORE.rule(0x74).value), doc="points"),
         display("Level", LEVEL.rule(0xEC), doc="of the game"),
-        display("Life", CAPS.rule(0x74, (56, 13, 104, 20)), doc="caps"),
+        display("Life", CAPS.rule(0x74, (56, 13, 104, 20), max_size=(45, 7)), doc="caps"),
     ),
 )
