@@ -1,13 +1,13 @@
-"""Mario Bros."""
+"""Mario Bros.: Mario knocks pests over from below and kicks them off four floors."""
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box, edges
 from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import lookup, pick, when
+from ocjax.console.ops import among, lookup, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import larger_part, packed_position, wrap
+from ocjax.console.registers import EDGE_CUTS, packed_position
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.displays import IconRow, NumberDisplay
@@ -17,114 +17,247 @@ from ocjax.vision.shapes import Shape
 ROM = Rom("mario_bros", "e908611d99890733be31733a979c62d8")
 FONT = ROM.font(0x1F00, rows=7, stride=7)
 SCORE = NumberDisplay(FONT, right=103, top=13, digits=6, leading_zeros=True)
-LEVEL = NumberDisplay(FONT, right=87, top=180, digits=2, leading_zeros=True)
+COUNTER = NumberDisplay(FONT, right=87, top=180, digits=2, leading_zeros=True)
 CAPS = IconRow(left=96, top=13, width=7, height=7, pitch=-8)
 
-PICTURE_ROWS = 23
-TOP = 14  # line of the screen on which a picture with `y` 0 begins
+BLACK = 0x00
+BLUE = 0x74  # displays, icy floors
+MARIO_BLUE = 0x76  # and coins of bonus phases
+SKIN = 0x3E
+BROWN = 0x34  # shirts, the ground
+BOOTS = 0xF4
+ORANGE = 0x3A  # the fireball
+GREEN = 0xC4  # pipes
+RED = 0x4A  # floors
+YELLOW = 0xEC  # the level
+PEST_COLORS = tuple(ROM.bytes(0x1C1F, 4).tolist())  # turtles, crabs, flies, slipices
+POW_COLORS = tuple(range(0x0A, 0x2C, 2))
+
+ROWS = 23  # of a picture
+TOP = 14  # line of the screen on which a picture begins whose `y` is 0
 LEFT = 6  # columns to the right of a picture at which its `x` is
-FIELD = (0, 27, 160, 175)
+WIDTH = 160
+FIELD = (0, 27, WIDTH, 175)
+FLOORS = np.arange(4)
+PLATFORMS = (
+    (0, 57, 64, 60),
+    (96, 57, 160, 60),
+    (0, 95, 16, 98),
+    (32, 95, 128, 98),
+    (144, 95, 160, 98),
+    (0, 135, 48, 138),
+    (112, 135, 160, 138),
+)
+POW = (72, 141, 88, 148)
+LATE_LINE = 135  # on which the pest's row changes when the beam has drawn some columns
+LATE_COLUMNS = 6
+
+COIN_TOP = TOP + 12
+COIN_ROWS = 12
+COIN_WIDTHS = (1, 2, 4, 8)
+COIN_OFFSETS = (0, -1, -2, -4)
+COIN_RATE = 0x64  # of 256 frames
+STANDS = (2, 20, 58, 98, 138)  # `y` on a floor
+FALLS = 2  # lines a frame
+BONUS_SIZE = (7, 11)
+
+
+class Phase:  # of `Ram.phase`
+    PESTS = 2
+    BONUS = 3
 
 
 class Ram(RamMap):
     frame = byte(1)
     phase = byte(3)
-    shares = bits(4, first=2)  # the fireball is drawn instead of its floor's pest
-    level = bcd(5)
+    turn = bits(4, count=2)  # the number of the falling pest that is drawn
+    fire_turn = bits(4, first=2)  # the fireball is drawn instead of its floor's pest
+    counter = bcd(5)  # the level, or in a bonus phase the seconds left
     lives = byte(7)
     score = bcd((9, 10))
-    shows_lives = byte(29)  # frames for which they are shown instead of the score
     faces_left = bits(27, first=5)
+    caps_shown = byte(29)  # frames left in which lives are shown instead of the score
     pose = bits(38, count=4)
     plays = bits(38, first=7)
     y = byte(42)
     x = byte(44)
-    pest_code = byte(*range(65, 69))
-    pest_low = byte(69, 71, 73, 75)
-    pest_high = byte(70, 72, 74, 76)
+    pest_code = byte(*range(65, 69))  # HMP1 and the turns of the loop before RESP1; 0: not drawn
+    pest_low = byte(*range(69, 77, 2))  # where the picture would be that began on line 0
+    pest_high = byte(*range(70, 77, 2))
     pest_y = byte(*range(89, 93))
     coin_y = byte(93, 94)
     pest_x = byte(*range(95, 99))
     coin_x = byte(99, 100)
-    bonus_low = byte(*range(101, 105))
-    coin_step = byte(105, 106)
+    right_coin = byte(*range(101, 105))  # of a bonus phase
+    coin_part = byte(105, 106)  # of a step
     pest = byte(*range(107, 111))
     coin = byte(111, 112)
     fire_on = bits(113, first=7)
-    fire_pose = bits(113, count=4)
     fire_left = bits(113, first=4)
-    fire_part = byte(114)
+    fire_pose = bits(113, count=4)
+    fire_part = byte(114)  # of a step
     fire_x = byte(115)
     fire_y = byte(116)
     fire_floor = byte(117)
+    floor_color = byte(118, 119, 120)
     pow_color = byte(121)
 
 
-def _at(low: int, high: int, count: int) -> list[int]:
-    """Places in the ROM of pointers whose halves are in two tables."""
+def _places(low: int, high: int, count: int) -> list[int]:
+    """Places in the ROM of pictures whose addresses are in two tables."""
     pages = ROM.bytes(high, count).astype(int)
     return ((pages << 8 | ROM.bytes(low, count)) & 0xFFF).tolist()
 
 
-PLAYER = ROM.pictures(_at(0x1C53, 0x1C63, 16), PICTURE_ROWS, top_first=True)
-PESTS = sorted(set(_at(0x1BCF, 0x1BF7, 40)))
-FIRE = ROM.pictures(_at(0x6B3, 0x6BF, 12), PICTURE_ROWS, top_first=True)
-PEST_PICTURES = ROM.pictures(PESTS, PICTURE_ROWS, top_first=True)
-PEST_AREA = range(0xB80, 0xE00)
-NEAREST = np.array([max([i for i, p in enumerate(PESTS) if p <= a], default=0) for a in PEST_AREA])
+def _at_edges(places: list[int]) -> Pictures:
+    """Pictures of which an edge hides some columns, as in `EDGE_CUTS`."""
+    rows = [ROM.rows(place, ROWS, top_first=True) for place in places]
+    return Pictures.of((r & cut for r in rows for cut in EDGE_CUTS), picture=len(rows), beyond=len(EDGE_CUTS))
+
+
+PLAYER = _at_edges(_places(0x1C53, 0x1C63, 16))
+FIRE = _at_edges(_places(0x6B3, 0x6BF, 12))
+BY_STATE = _places(0x1BCF, 0x1BF7, 40)
+PEST_PLACES = sorted(set(BY_STATE))
+PESTS = _at_edges(PEST_PLACES)
+PICTURE_OF = [PEST_PLACES.index(place) for place in BY_STATE]
+BEFORE = [max([i for i, p in enumerate(PEST_PLACES) if p <= at], default=0) for at in range(0xB00, 0xE00)]
+BANK = 0xB000
+TURNS = ROM.bytes(0x1BB7, 24).tolist()
+ROWS_OF_TURNS = ROM.bytes(0x1FE3, 4).tolist()
+FIRE_RATES = ROM.bytes(0x69B, 12).tolist()
+
+
+def _bonus_coins() -> tuple[list[int], list[int]]:
+    """Columns and lines of the coins of a bonus phase: those at the left, then those at the right."""
+    codes = ROM.bytes(0x779, 8).astype(int)
+    fine = (codes >> 4 ^ 8) - 8
+    x = np.where(codes & 15 == 0, 9 - fine, 15 * (codes & 15) - fine) - LEFT
+    masks = (ROM.bytes(0x789, 4).astype(int) << 8) + ROM.bytes(0x785, 4)
+    y = 0xB9EF - masks + TOP + 1
+    return x.tolist(), np.tile(y, 2).tolist()
+
+
+BONUS_X, BONUS_Y = _bonus_coins()
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    playing = m.phase >= 2
-    pests = _pests(m)
+    earlier = _turn_before(m)
     return {
         "Player": _player(m),
-        "Pest": pests,
-        "Fireball": _fireball(m),
-        "Score": SCORE.box(m.score * 100, valid=m.shows_lives == 0),
-        "Level": LEVEL.box(m.level, valid=m.phase != 3),
-        "Life": CAPS.box(m.lives - 1, m.shows_lives > 0, value=m.lives - 1),
-        "PowBlock": box(72, 141, 16, 7, m.pow_color > 0),
+        "Pest": _pests(m, earlier).where(m.phase == Phase.PESTS),
+        "Fireball": _fireball(m, earlier).where(m.phase == Phase.PESTS),
+        "BonusBlock": _coins(m).where(m.phase == Phase.PESTS),
+        "BonusCoin": _bonus_boxes(m).where(m.phase == Phase.BONUS),
+        "PowBlock": edges(*POW, valid=m.pow_color > 0, color=m.pow_color & 0xFE),
+        "Platform": _platforms(m),
+        "Level": COUNTER.box(m.counter),
+        "Score": SCORE.box(m.score * 100, valid=m.caps_shown == 0),
+        "Life": CAPS.box(m.lives - 1, m.caps_shown > 0, value=m.lives - 1),
     }
 
 
-def _player(m: Ram) -> Box:
-    left, top, width, height = PLAYER.extent(m.pose, mirrored=m.faces_left == 1)
-    compass = jnp.where(m.faces_left == 1, WEST, EAST)
-    x = wrap(_column(m.x) + left)
-    return box(x, m.y + TOP + top, width, height, m.plays == 1, orientation=compass).clip(*FIELD)
-
-
-def _pests(m: Ram) -> Box:
-    drawn = (m.pest_code != 0) & ~((m.shares == 1) & (m.fire_floor == np.arange(4)))
-    here = jnp.where(m.pest != 0, m.pest_y, jnp.roll(m.pest_y, -1))
-    pointer = m.pest_high << 8 | m.pest_low
-    picture = lookup(NEAREST, pointer + here - 0xB000 - PEST_AREA.start)
-    y = lookup(np.array(PESTS), picture) - pointer + 0xB000
-    left, top, width, height = PEST_PICTURES.extent(picture)
-    low = m.pest_code & 15
-    x = _column(packed_position(m.pest_code) - jnp.where(low == 0, -1, 7))
-    return box(larger_part(x + left, width), y + TOP + top, width, height, drawn).clip(*FIELD)
-
-
 def _column(x: jax.Array) -> jax.Array:
-    """The column at which a sprite begins: the first loop of its positioning is a column late."""
-    return x - LEFT + when(x < 8, 1)
+    """The column at which a sprite begins; the loop that places it is a column late in its first turn."""
+    column = x - LEFT + when(x < 8, 1)
+    return column + when(column < -4, WIDTH)
 
 
-def _fireball(m: Ram) -> Box:
-    hidden = m.shares == 0
-    rate = lookup(ROM.bytes(0x69B, 12).tolist(), m.fire_pose)
-    moved = hidden & ((m.level >= 10) | (m.fire_part < rate))
-    x = m.fire_x + when(moved, jnp.where(m.fire_left == 1, 1, -1))
-    back = jnp.where(m.fire_pose == 0, 3, m.fire_pose - 1)
-    left, top, width, height = FIRE.extent(jnp.where(moved, back, m.fire_pose))
-    return box(_column(x) + left, m.fire_y + TOP + top, width, height, m.fire_on == 1)
+def _figure(pictures: Pictures, picture: jax.Array, x: jax.Array, y: jax.Array, mirrored: jax.Array | bool = False) -> tuple[jax.Array, ...]:
+    """Column, line, width and height of the larger part of a picture that an edge may cut in two."""
+    column = _column(x)
+    beyond = jnp.clip(column + 8 - WIDTH, 0, 8) - jnp.clip(-column, 0, 8)
+    if mirrored is not False:
+        beyond = jnp.where(mirrored, -beyond, beyond)
+    index = pictures.index(picture=picture, beyond=beyond + len(EDGE_CUTS) // 2)
+    left, top, width, height = pictures.extent(index, mirrored=mirrored)
+    return column + left, y + TOP + top, width, height
 
 
-PEST_RULE = Blobs((0xE6, 0x36, 0x66, 0xAA), FIELD, Shape(w=(3, 8), h=(5, 16)), gap=(1, 1))
-FIRE_RULE = Blobs(0x3A, FIELD, Shape(w=(3, 8), h=(5, 16)), gap=(2, 2))
-PLAYER_RULE = Blobs((0x76, 0x3E, 0x34, 0xF4), FIELD, Shape(w=(4, 8), h=(14, 23)), gap=(1, 1))
+def _player(m: Ram) -> Box:
+    is_left = m.faces_left == 1
+    compass = jnp.where(is_left, WEST, EAST)
+    place = _figure(PLAYER, m.pose, m.x, m.y, is_left)
+    return box(*place, m.plays == 1, orientation=compass).clip(*FIELD)
+
+
+def _turn_before(m: Ram) -> jax.Array:
+    """What was drawn in the frame before, like `turn` and `fire_turn`."""
+    falling = jnp.sum(m.pest >> 6 == 3, axis=0, dtype=jnp.int32)
+    turns = lookup(TURNS, pick(falling, ROWS_OF_TURNS) + (m.frame - 2 & 7))
+    return jnp.where(m.fire_on == 1, turns >> 4, turns & 15)
+
+
+def _pests(m: Ram, earlier: jax.Array) -> Box:
+    """Those that this frame shows, or else the one before."""
+    under_fire = (m.fire_turn == 1) & (m.fire_on == 1) & (m.fire_floor == FLOORS)
+    drawn = (m.pest_code != 0) & ~under_fire
+    falls = m.pest >> 6 == 3
+    rank = jnp.cumsum(when(falls, 1), axis=0)
+    waits = jnp.where(falls, earlier & 3 == rank, under_fire & (earlier & 4 == 0))
+    picture, x, y = _pest_places(m, drawn)
+    left, top, width, height = _figure(PESTS, picture, x, y)
+    late = drawn & (top + height == LATE_LINE) & (left < LATE_COLUMNS)
+    color = pick(m.pest >> 4 & 3, PEST_COLORS)
+    there = drawn | (waits & (m.pest != 0))
+    return box(left, top, width, height + when(late, 1), there, color=color).clip(*FIELD)
+
+
+def _pest_places(m: Ram, drawn: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
+    """Picture, x and y of each floor's pest: those that are drawn by their pointers, others by their records."""
+    state = m.pest & 0x3F
+    turned = (state & 0x31 == 0) & (m.pest & 1 == 0)
+    own = lookup(PICTURE_OF, (state >> 1) + when(turned, 32))
+    record_y = jnp.where(m.pest != 0, m.pest_y, jnp.roll(m.pest_y, -1, axis=0))
+    pointer = (m.pest_high << 8 | m.pest_low) - BANK
+    picture = jnp.where(drawn, lookup(BEFORE, pointer + record_y - 0xB00), own)
+    y = jnp.where(drawn, lookup(PEST_PLACES, picture) - pointer, m.pest_y)
+    first_turn = m.pest_code & 15 == 0
+    x = packed_position(m.pest_code) - jnp.where(first_turn, -1, 7)
+    return picture, jnp.where(drawn, x, m.pest_x), y
+
+
+def _fireball(m: Ram, earlier: jax.Array) -> Box:
+    """The fireball where this frame shows it, or the one before."""
+    moved = (m.counter >= 10) | (m.fire_part < lookup(FIRE_RATES, m.fire_pose))
+    since = moved & (m.fire_turn == 0)
+    x = m.fire_x + when(since, jnp.where(m.fire_left == 1, 1, -1))
+    before = jnp.where(m.fire_pose == 0, 3, m.fire_pose - 1)
+    place = _figure(FIRE, jnp.where(since, before, m.fire_pose), x, m.fire_y)
+    shown = (m.fire_turn == 1) | (earlier & 4 != 0)
+    return box(*place, shown & (m.fire_on == 1)).clip(*FIELD)
+
+
+def _coins(m: Ram) -> Box:
+    """Coins that roll along the floors; they turn about themselves."""
+    size = (m.frame - 1 & 15) >> 2
+    stands = among(m.coin_y, STANDS)
+    rolled = stands & (m.coin_part < COIN_RATE)
+    x = m.coin_x - when(rolled, jnp.where(m.coin & 1 == 1, -1, 1))
+    y = m.coin_y - when(~stands, FALLS) + COIN_TOP
+    there = among(m.coin >> 6, (1, 2))
+    return box(x + pick(size, COIN_OFFSETS), y, pick(size, COIN_WIDTHS), COIN_ROWS, there).clip(*FIELD)
+
+
+def _bonus_boxes(m: Ram) -> Box:
+    there = jnp.concatenate([m.pest, m.right_coin]) != 0
+    return box(np.array(BONUS_X), np.array(BONUS_Y), *BONUS_SIZE, there)
+
+
+def _platforms(m: Ram) -> Box:
+    floor = np.array([0, 0, 1, 1, 1, 2, 2])
+    left, top, right, bottom = np.array(PLATFORMS).T
+    return edges(left, top, right, bottom, color=m.floor_color[floor])
+
+
+PLAYER_RULE = Blobs((MARIO_BLUE, SKIN, BROWN, BOOTS), FIELD, Shape(w=(4, 8), h=(12, 23)), gap=(1, 1))
+PEST_RULE = Blobs(PEST_COLORS, FIELD, Shape(w=(4, 8), h=(5, 16)), gap=(1, 1))
+FIRE_RULE = Blobs(ORANGE, FIELD, Shape(w=(4, 8), h=(5, 16)), gap=(2, 2))
+SCENERY = (BLACK, GREEN, RED, *POW_COLORS)
+COIN_COLORS = tuple(c for c in range(0, 256, 2) if c not in SCENERY)
+COIN_SHAPES = tuple(Shape(w=w, h=(10, 12), pixels=(10 * w, 12 * w)) for w in COIN_WIDTHS)
+COIN_RULE = Blobs(COIN_COLORS, FIELD, COIN_SHAPES)
+BONUS_RULE = Blobs(MARIO_BLUE, FIELD, Shape(w=BONUS_SIZE[0], h=BONUS_SIZE[1]))
 
 GAME = Game(
     name="MarioBros",
@@ -133,12 +266,15 @@ GAME = Game(
     decode=decode,
     screen=(210, 160),
     categories=(
-        Category("Player", PLAYER_RULE, attributes=("orientation",), doc="Mario"),
-        Category("Pest", PEST_RULE, count=4, doc="turtles, crabs, flies"),
+        Category("Player", PLAYER_RULE, attributes=("orientation",), rgb=(84, 92, 214), doc="Mario"),
+        Category("Pest", PEST_RULE, count=4, doc="turtles, crabs, flies, slipices"),
         Category("Fireball", FIRE_RULE, doc="fireball"),
-        Category("PowBlock", Bounds((0x2A, 0x1A, 0x0A), (72, 141, 88, 148)), doc="POW"),
-        display("Score", Bounds(0x74, SCORE.area, min_size=(46, 7), value=SCORE.rule(0x74).value), doc="points"),
-        display("Level", LEVEL.rule(0xEC), doc="of the game"),
-        display("Life", CAPS.rule(0x74, (56, 13, 104, 20), max_size=(45, 7)), doc="caps"),
+        Category("BonusBlock", COIN_RULE, count=2, doc="rolling coins"),
+        Category("BonusCoin", BONUS_RULE, count=8, doc="coins of a bonus phase"),
+        Category("PowBlock", Bounds(POW_COLORS, POW), doc="POW block"),
+        Category("Platform", Bounds((RED, BLUE), PLATFORMS, min_size=(8, 3)), count=7, doc="floors"),
+        display("Level", COUNTER.rule(YELLOW), doc="level, or in a bonus phase the seconds left"),
+        display("Score", Bounds(BLUE, SCORE.area, (46, 7), value=SCORE.rule(BLUE).value), doc="points"),
+        display("Life", CAPS.rule(BLUE, (56, 13, 104, 20), max_size=(45, 7)), doc="caps"),
     ),
 )
