@@ -77,10 +77,11 @@ class Ram(RamMap):
     score = bcd((9, 10))
     faces_left = bits(27, first=5)
     caps_shown = byte(29)  # frames left in which lives are shown instead of the score
-    pose = bits(38, count=4)
     plays = bits(38, first=7)
     y = byte(42)
     x = byte(44)
+    picture_low = byte(48)  # where Mario's picture would be that began on line 0
+    picture_high = byte(49)
     pest_code = byte(*range(65, 69))  # HMP1 and the turns of the loop before RESP1; 0: not drawn
     pest_low = byte(*range(69, 77, 2))  # where the picture would be that began on line 0
     pest_high = byte(*range(70, 77, 2))
@@ -115,7 +116,8 @@ def _at_edges(places: list[int]) -> Pictures:
     return Pictures.of((r & cut for r in rows for cut in EDGE_CUTS), picture=len(rows), beyond=len(EDGE_CUTS))
 
 
-PLAYER = _at_edges(_places(0x1C53, 0x1C63, 16))
+POSES = sorted(set(_places(0x1C53, 0x1C63, 16)))
+PLAYER = _at_edges(POSES)
 FIRE = _at_edges(_places(0x6B3, 0x6BF, 12))
 BY_STATE = _places(0x1BCF, 0x1BF7, 40)
 PEST_PLACES = sorted(set(BY_STATE))
@@ -177,7 +179,9 @@ def _figure(pictures: Pictures, picture: jax.Array, x: jax.Array, y: jax.Array, 
 def _player(m: Ram) -> Box:
     is_left = m.faces_left == 1
     compass = jnp.where(is_left, WEST, EAST)
-    place = _figure(PLAYER, m.pose, m.x, m.y, is_left)
+    at = (m.picture_high << 8 | m.picture_low) + m.y - BANK
+    pose = sum(when(at >= place, 1) for place in POSES[1:])
+    place = _figure(PLAYER, pose, m.x, m.y, is_left)
     return box(*place, m.plays == 1, orientation=compass).clip(*FIELD)
 
 
