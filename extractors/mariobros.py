@@ -60,6 +60,8 @@ COIN_RATE = 0x64  # of 256 frames
 STANDS = (2, 20, 58, 98, 138)  # `y` on a floor
 FALLS = 2  # lines a frame
 BONUS_SIZE = (7, 11)
+LEFT_HIDDEN = 3  # low bits of `frame`
+RIGHT_HIDDEN = 7
 
 
 class Phase:  # of `Ram.phase`
@@ -244,8 +246,10 @@ def _coins(m: Ram) -> Box:
 
 
 def _bonus_boxes(m: Ram) -> Box:
-    there = jnp.concatenate([m.pest, m.right_coin]) != 0
-    return box(np.array(BONUS_X), np.array(BONUS_Y), *BONUS_SIZE, there)
+    """Those at the left and those at the right take turns; each side is hidden on two frames in a row once in eight."""
+    left = (m.pest != 0) & (m.frame & 7 != LEFT_HIDDEN)
+    right = (m.right_coin != 0) & (m.frame & 7 != RIGHT_HIDDEN)
+    return box(np.array(BONUS_X), np.array(BONUS_Y), *BONUS_SIZE, jnp.concatenate([left, right]))
 
 
 def _platforms(m: Ram) -> Box:
@@ -255,7 +259,12 @@ def _platforms(m: Ram) -> Box:
 
 
 PLAYER_RULE = Blobs((MARIO_BLUE, SKIN, BROWN, BOOTS), FIELD, Shape(w=(4, 8), h=(12, 23)), gap=(1, 1))
-PEST_RULE = Blobs(PEST_COLORS, FIELD, Shape(w=(4, 8), h=(5, 16)), gap=(1, 1))
+PEST_SHAPES = (
+    Shape(w=(4, 8), h=(5, 11)),
+    Shape(w=(4, 8), h=(12, 13), pixels=(1, 90)),  # a coin has more
+    Shape(w=(4, 8), h=(14, 18)),
+)
+PEST_RULE = Blobs(PEST_COLORS, FIELD, PEST_SHAPES, gap=(1, 1))
 FIRE_RULE = Blobs(ORANGE, FIELD, Shape(w=(4, 8), h=(5, 16)), gap=(2, 2))
 SCENERY = (BLACK, GREEN, RED, *POW_COLORS)
 COIN_COLORS = tuple(c for c in range(0, 256, 2) if c not in SCENERY)
