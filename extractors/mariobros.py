@@ -1,11 +1,36 @@
-"""Mario Bros.: Mario knocks pests over from below and kicks them off four floors."""
+"""Mario Bros.: Mario knocks pests over from below and kicks them off four floors.
+
+Screen: Player 0 is Mario. Player 1 is the pest of a floor, set anew below each of three platforms,
+or on some frames the fireball instead, so that it and the pest of its floor flicker. The missiles
+are two coins that roll and turn. In a bonus phase, player 1 shows four coins at the left and four
+at the right in turn. The top shows the score, or for a while the lives. Pipes are scenery.
+
+Slots: Pest has one a floor, from the top down. BonusCoin has those at the left, then those at the
+right, each from the top down. Platform goes by lines, each from the left. Level is the number at
+the bottom: in a bonus phase, the seconds that are left.
+
+RAM: ALE's source (score, lives), OCAtari 2.2, and the ROM's code: f24d-fb58 of its second half, and
+b00b-b7e9 of its first. Pests and coins move after the frame is drawn. Where pests are drawn follows
+from the pointers and the codes for the video chip; a coin's step is taken back. An object that
+flickers is valid if this frame shows it or the one before did.
+
+Covered: all modes, 24 levels up to level 39 and two bonus phases by writing RAM, all pests, lost
+lives, the end of the game.
+
+Not exact: a pest that the fireball hides is up to two columns ahead. A coin that has just landed
+may be a column off. On the frame on which Mario dies, the lives are already one less.
+
+VEM: it sees no coin that has a colour of the scenery in one of its rows, as the game leaves their
+colours to chance. It misses Mario where he falls off the screen, and whoever touches someone of his
+colours. At an edge, it sees both parts of what REM tells the larger part of.
+"""
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box, edges
 from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, lookup, pick, when
+from ocjax.console.ops import among, lookup, pick, reached, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.registers import EDGE_CUTS, packed_position
 from ocjax.console.rom import Pictures, Rom
@@ -33,13 +58,13 @@ YELLOW = 0xEC  # the level
 PEST_COLORS = tuple(ROM.bytes(0x1C1F, 4).tolist())  # turtles, crabs, flies, slipices
 POW_COLORS = tuple(range(0x0A, 0x2C, 2))
 
-ROWS = 23  # of a picture
-TOP = 14  # line of the screen on which a picture begins whose `y` is 0
-LEFT = 6  # columns to the right of a picture at which its `x` is
-WIDTH = 160
-FIELD = (0, 27, WIDTH, 175)
-FLOORS = np.arange(4)
-PLATFORMS = (
+PICTURE_ROWS = 23  # of a picture
+FIRST_LINE = 14  # line of the screen on which a picture begins whose `y` is 0
+PLACE_OFFSET = 6  # columns to the right of a picture at which its `x` is
+SCREEN_WIDTH = 160
+FIELD = (0, 26, SCREEN_WIDTH, 175)
+EVERY_FLOOR = np.arange(4)
+FLOOR_AREAS = (
     (0, 57, 64, 60),
     (96, 57, 160, 60),
     (0, 95, 16, 98),
@@ -48,20 +73,25 @@ PLATFORMS = (
     (0, 135, 48, 138),
     (112, 135, 160, 138),
 )
-POW = (72, 141, 88, 148)
-LATE_LINE = 135  # on which the pest's row changes when the beam has drawn some columns
-LATE_COLUMNS = 6
+POW_AREA = (72, 141, 88, 148)
+LATE_FLOOR = 2  # below whose pests, on `LATE_LINE`, the beam meets the row before
+LATE_LINE = 135
+LATE_COLUMNS = 2  # so many columns
+PAGE_COLUMNS = 3  # and these if reading the picture crosses a page
 
-COIN_TOP = TOP + 12
+COIN_TOP = FIRST_LINE + 12
 COIN_ROWS = 12
 COIN_WIDTHS = (1, 2, 4, 8)
 COIN_OFFSETS = (0, -1, -2, -4)
 COIN_RATE = 0x64  # of 256 frames
-STANDS = (2, 20, 58, 98, 138)  # `y` on a floor
-FALLS = 2  # lines a frame
+FLOOR_YS = (2, 20, 58, 98, 138)  # `y` on a floor
+FALL_LINES = 2  # lines a frame
 BONUS_SIZE = (7, 11)
 LEFT_HIDDEN = 3  # low bits of `frame`
 RIGHT_HIDDEN = 7
+
+
+Extent = tuple[jax.Array, jax.Array, jax.Array, jax.Array]  # left, top, width and height
 
 
 class Phase:  # of `Ram.phase`
@@ -106,7 +136,7 @@ class Ram(RamMap):
     pow_color = byte(121)
 
 
-def _places(low: int, high: int, count: int) -> list[int]:
+def _addresses(low: int, high: int, count: int) -> list[int]:
     """Places in the ROM of pictures whose addresses are in two tables."""
     pages = ROM.bytes(high, count).astype(int)
     return ((pages << 8 | ROM.bytes(low, count)) & 0xFFF).tolist()
@@ -114,35 +144,49 @@ def _places(low: int, high: int, count: int) -> list[int]:
 
 def _at_edges(places: list[int]) -> Pictures:
     """Pictures of which an edge hides some columns, as in `EDGE_CUTS`."""
-    rows = [ROM.rows(place, ROWS, top_first=True) for place in places]
-    return Pictures.of((r & cut for r in rows for cut in EDGE_CUTS), picture=len(rows), beyond=len(EDGE_CUTS))
+    rows = [ROM.rows(place, PICTURE_ROWS, top_first=True) for place in places]
+    return Pictures.of(
+        (r & cut for r in rows for cut in EDGE_CUTS), picture=len(rows), beyond=len(EDGE_CUTS)
+    )
 
 
-POSES = sorted(set(_places(0x1C53, 0x1C63, 16)))
-PLAYER = _at_edges(POSES)
-FIRE = _at_edges(_places(0x6B3, 0x6BF, 12))
-BY_STATE = _places(0x1BCF, 0x1BF7, 40)
+POSES = sorted(set(_addresses(0x1C53, 0x1C63, 16)))
+MARIO_PICTURES = _at_edges(POSES)
+FIRE_PICTURES = _at_edges(_addresses(0x6B3, 0x6BF, 12))
+
+
+def _last_row_left(place: int) -> int:
+    """The first column of a picture's last row."""
+    rows = ROM.rows(place, PICTURE_ROWS, top_first=True)
+    return 8 - int(rows[np.flatnonzero(rows)[-1]]).bit_length()
+
+
+BY_STATE = _addresses(0x1BCF, 0x1BF7, 40)
 PEST_PLACES = sorted(set(BY_STATE))
-PESTS = _at_edges(PEST_PLACES)
+PEST_PICTURES = _at_edges(PEST_PLACES)
+LAST_ROW_LEFTS = [_last_row_left(place) for place in PEST_PLACES]
 PICTURE_OF = [PEST_PLACES.index(place) for place in BY_STATE]
-BEFORE = [max([i for i, p in enumerate(PEST_PLACES) if p <= at], default=0) for at in range(0xB00, 0xE00)]
+PEST_PAGES = range(0xB00, 0xE00)
+PICTURE_BEFORE = [
+    max([i for i, p in enumerate(PEST_PLACES) if p <= at], default=0) for at in PEST_PAGES
+]
 BANK = 0xB000
-TURNS = ROM.bytes(0x1BB7, 24).tolist()
+TURN_TABLE = ROM.bytes(0x1BB7, 24).tolist()
 ROWS_OF_TURNS = ROM.bytes(0x1FE3, 4).tolist()
 FIRE_RATES = ROM.bytes(0x69B, 12).tolist()
 
 
-def _bonus_coins() -> tuple[list[int], list[int]]:
-    """Columns and lines of the coins of a bonus phase: those at the left, then those at the right."""
+def _bonus_places() -> tuple[list[int], list[int]]:
+    """Columns and lines of the coins of a bonus phase: at the left, then at the right."""
     codes = ROM.bytes(0x779, 8).astype(int)
     fine = (codes >> 4 ^ 8) - 8
-    x = np.where(codes & 15 == 0, 9 - fine, 15 * (codes & 15) - fine) - LEFT
+    x = np.where(codes & 15 == 0, 9 - fine, 15 * (codes & 15) - fine) - PLACE_OFFSET
     masks = (ROM.bytes(0x789, 4).astype(int) << 8) + ROM.bytes(0x785, 4)
-    y = 0xB9EF - masks + TOP + 1
+    y = 0xB9EF - masks + FIRST_LINE + 1
     return x.tolist(), np.tile(y, 2).tolist()
 
 
-BONUS_X, BONUS_Y = _bonus_coins()
+BONUS_X, BONUS_Y = _bonus_places()
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -153,7 +197,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Fireball": _fireball(m, earlier).where(m.phase == Phase.PESTS),
         "BonusBlock": _coins(m).where(m.phase == Phase.PESTS),
         "BonusCoin": _bonus_boxes(m).where(m.phase == Phase.BONUS),
-        "PowBlock": edges(*POW, valid=m.pow_color > 0, color=m.pow_color & 0xFE),
+        "PowBlock": edges(*POW_AREA, valid=m.pow_color > 0, color=m.pow_color & 0xFE),
         "Platform": _platforms(m),
         "Level": COUNTER.box(m.counter),
         "Score": SCORE.box(m.score * 100, valid=m.caps_shown == 0),
@@ -161,62 +205,70 @@ def decode(m: Ram) -> dict[str, Box]:
     }
 
 
-def _column(x: jax.Array) -> jax.Array:
-    """The column at which a sprite begins; the loop that places it is a column late in its first turn."""
-    column = x - LEFT + when(x < 8, 1)
-    return column + when(column < -4, WIDTH)
+def _begin(x: jax.Array) -> jax.Array:
+    """The column at which a sprite begins; in the first turn of its loop, it is a column late."""
+    column = x - PLACE_OFFSET + when(x < 8, 1)
+    return column + when(column < -4, SCREEN_WIDTH)
 
 
-def _figure(pictures: Pictures, picture: jax.Array, x: jax.Array, y: jax.Array, mirrored: jax.Array | bool = False) -> tuple[jax.Array, ...]:
-    """Column, line, width and height of the larger part of a picture that an edge may cut in two."""
-    column = _column(x)
-    beyond = jnp.clip(column + 8 - WIDTH, 0, 8) - jnp.clip(-column, 0, 8)
+def _figure(
+    pictures: Pictures,
+    picture: jax.Array,
+    x: jax.Array,
+    y: jax.Array,
+    mirrored: jax.Array | bool = False,
+) -> Extent:
+    """The larger part of a picture that an edge may cut in two."""
+    column = _begin(x)
+    beyond = jnp.clip(column + 8 - SCREEN_WIDTH, 0, 8) - jnp.clip(-column, 0, 8)
     if mirrored is not False:
         beyond = jnp.where(mirrored, -beyond, beyond)
     index = pictures.index(picture=picture, beyond=beyond + len(EDGE_CUTS) // 2)
     left, top, width, height = pictures.extent(index, mirrored=mirrored)
-    return column + left, y + TOP + top, width, height
+    return column + left, y + FIRST_LINE + top, width, height
 
 
 def _player(m: Ram) -> Box:
     is_left = m.faces_left == 1
     compass = jnp.where(is_left, WEST, EAST)
     at = (m.picture_high << 8 | m.picture_low) + m.y - BANK
-    pose = sum(when(at >= place, 1) for place in POSES[1:])
-    place = _figure(PLAYER, pose, m.x, m.y, is_left)
+    pose = reached(at, POSES[1:])
+    place = _figure(MARIO_PICTURES, pose, m.x, m.y, is_left)
     return box(*place, m.plays == 1, orientation=compass).clip(*FIELD)
 
 
 def _turn_before(m: Ram) -> jax.Array:
     """What was drawn in the frame before, like `turn` and `fire_turn`."""
     falling = jnp.sum(m.pest >> 6 == 3, axis=0, dtype=jnp.int32)
-    turns = lookup(TURNS, pick(falling, ROWS_OF_TURNS) + (m.frame - 2 & 7))
+    turns = lookup(TURN_TABLE, pick(falling, ROWS_OF_TURNS) + (m.frame - 2 & 7))
     return jnp.where(m.fire_on == 1, turns >> 4, turns & 15)
 
 
 def _pests(m: Ram, earlier: jax.Array) -> Box:
     """Those that this frame shows, or else the one before."""
-    under_fire = (m.fire_turn == 1) & (m.fire_on == 1) & (m.fire_floor == FLOORS)
+    under_fire = (m.fire_turn == 1) & (m.fire_on == 1) & (m.fire_floor == EVERY_FLOOR)
     drawn = (m.pest_code != 0) & ~under_fire
     falls = m.pest >> 6 == 3
     rank = jnp.cumsum(when(falls, 1), axis=0)
     waits = jnp.where(falls, earlier & 3 == rank, under_fire & (earlier & 4 == 0))
-    picture, x, y = _pest_places(m, drawn)
-    left, top, width, height = _figure(PESTS, picture, x, y)
-    late = drawn & (top + height == LATE_LINE) & (left < LATE_COLUMNS)
+    picture, x, y = _as_drawn(m, drawn)
+    left, top, width, height = _figure(PEST_PICTURES, picture, x, y)
+    late = drawn & (EVERY_FLOOR == LATE_FLOOR) & (top + height == LATE_LINE)
+    crosses = m.pest_low + LATE_LINE - FIRST_LINE > 0xFF
+    late &= _begin(x) + pick(picture, LAST_ROW_LEFTS) < LATE_COLUMNS + when(crosses, PAGE_COLUMNS)
     color = pick(m.pest >> 4 & 3, PEST_COLORS)
     there = drawn | (waits & (m.pest != 0))
     return box(left, top, width, height + when(late, 1), there, color=color).clip(*FIELD)
 
 
-def _pest_places(m: Ram, drawn: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """Picture, x and y of each floor's pest: those that are drawn by their pointers, others by their records."""
+def _as_drawn(m: Ram, drawn: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
+    """Picture, x and y of pests: drawn ones by the pointers, others by their records."""
     state = m.pest & 0x3F
     turned = (state & 0x31 == 0) & (m.pest & 1 == 0)
     own = lookup(PICTURE_OF, (state >> 1) + when(turned, 32))
     record_y = jnp.where(m.pest != 0, m.pest_y, jnp.roll(m.pest_y, -1, axis=0))
     pointer = (m.pest_high << 8 | m.pest_low) - BANK
-    picture = jnp.where(drawn, lookup(BEFORE, pointer + record_y - 0xB00), own)
+    picture = jnp.where(drawn, lookup(PICTURE_BEFORE, pointer + record_y - PEST_PAGES.start), own)
     y = jnp.where(drawn, lookup(PEST_PLACES, picture) - pointer, m.pest_y)
     first_turn = m.pest_code & 15 == 0
     x = packed_position(m.pest_code) - jnp.where(first_turn, -1, 7)
@@ -229,7 +281,7 @@ def _fireball(m: Ram, earlier: jax.Array) -> Box:
     since = moved & (m.fire_turn == 0)
     x = m.fire_x + when(since, jnp.where(m.fire_left == 1, 1, -1))
     before = jnp.where(m.fire_pose == 0, 3, m.fire_pose - 1)
-    place = _figure(FIRE, jnp.where(since, before, m.fire_pose), x, m.fire_y)
+    place = _figure(FIRE_PICTURES, jnp.where(since, before, m.fire_pose), x, m.fire_y)
     shown = (m.fire_turn == 1) | (earlier & 4 != 0)
     return box(*place, shown & (m.fire_on == 1)).clip(*FIELD)
 
@@ -237,16 +289,18 @@ def _fireball(m: Ram, earlier: jax.Array) -> Box:
 def _coins(m: Ram) -> Box:
     """Coins that roll along the floors; they turn about themselves."""
     size = (m.frame - 1 & 15) >> 2
-    stands = among(m.coin_y, STANDS)
+    stands = among(m.coin_y, FLOOR_YS)
     rolled = stands & (m.coin_part < COIN_RATE)
     x = m.coin_x - when(rolled, jnp.where(m.coin & 1 == 1, -1, 1))
-    y = m.coin_y - when(~stands, FALLS) + COIN_TOP
+    y = m.coin_y - when(~stands, FALL_LINES) + COIN_TOP
     there = among(m.coin >> 6, (1, 2))
-    return box(x + pick(size, COIN_OFFSETS), y, pick(size, COIN_WIDTHS), COIN_ROWS, there).clip(*FIELD)
+    return box(x + pick(size, COIN_OFFSETS), y, pick(size, COIN_WIDTHS), COIN_ROWS, there).clip(
+        *FIELD
+    )
 
 
 def _bonus_boxes(m: Ram) -> Box:
-    """Those at the left and those at the right take turns; each side is hidden on two frames in a row once in eight."""
+    """The coins of both sides, which take turns; each is hidden twice in a row once in eight."""
     left = (m.pest != 0) & (m.frame & 7 != LEFT_HIDDEN)
     right = (m.right_coin != 0) & (m.frame & 7 != RIGHT_HIDDEN)
     return box(np.array(BONUS_X), np.array(BONUS_Y), *BONUS_SIZE, jnp.concatenate([left, right]))
@@ -254,15 +308,17 @@ def _bonus_boxes(m: Ram) -> Box:
 
 def _platforms(m: Ram) -> Box:
     floor = np.array([0, 0, 1, 1, 1, 2, 2])
-    left, top, right, bottom = np.array(PLATFORMS).T
+    left, top, right, bottom = np.array(FLOOR_AREAS).T
     return edges(left, top, right, bottom, color=m.floor_color[floor])
 
 
-PLAYER_RULE = Blobs((MARIO_BLUE, SKIN, BROWN, BOOTS), FIELD, Shape(w=(4, 8), h=(12, 23)), gap=(1, 1))
+PLAYER_RULE = Blobs(
+    (MARIO_BLUE, BLUE, SKIN, BROWN, BOOTS), FIELD, Shape(w=(4, 8), h=(12, 23)), gap=(1, 1)
+)
 PEST_SHAPES = (
     Shape(w=(4, 8), h=(5, 11)),
-    Shape(w=(4, 8), h=(12, 13), pixels=(1, 90)),  # a coin has more
-    Shape(w=(4, 8), h=(14, 18)),
+    Shape(w=(4, 8), h=12, pixels=(1, 95)),  # a coin has more
+    Shape(w=(4, 8), h=(13, 18)),
 )
 PEST_RULE = Blobs(PEST_COLORS, FIELD, PEST_SHAPES, gap=(1, 1))
 FIRE_RULE = Blobs(ORANGE, FIELD, Shape(w=(4, 8), h=(5, 16)), gap=(2, 2))
@@ -279,15 +335,21 @@ GAME = Game(
     decode=decode,
     screen=(210, 160),
     categories=(
-        Category("Player", PLAYER_RULE, attributes=("orientation",), rgb=(84, 92, 214), doc="Mario"),
+        Category(
+            "Player", PLAYER_RULE, attributes=("orientation",), rgb=(104, 72, 198), doc="Mario"
+        ),
         Category("Pest", PEST_RULE, count=4, doc="turtles, crabs, flies, slipices"),
         Category("Fireball", FIRE_RULE, doc="fireball"),
         Category("BonusBlock", COIN_RULE, count=2, doc="rolling coins"),
         Category("BonusCoin", BONUS_RULE, count=8, doc="coins of a bonus phase"),
-        Category("PowBlock", Bounds(POW_COLORS, POW), doc="POW block"),
-        Category("Platform", Bounds((RED, BLUE), PLATFORMS, min_size=(8, 3)), count=7, doc="floors"),
+        Category("PowBlock", Bounds(POW_COLORS, POW_AREA), doc="POW block"),
+        Category(
+            "Platform", Bounds((RED, BLUE), FLOOR_AREAS, min_size=(8, 3)), count=7, doc="floors"
+        ),
         display("Level", COUNTER.rule(YELLOW), doc="level, or in a bonus phase the seconds left"),
-        display("Score", Bounds(BLUE, SCORE.area, (46, 7), value=SCORE.rule(BLUE).value), doc="points"),
+        display(
+            "Score", Bounds(BLUE, SCORE.area, (46, 7), value=SCORE.rule(BLUE).value), doc="points"
+        ),
         display("Life", CAPS.rule(BLUE, (56, 13, 104, 20), max_size=(45, 7)), doc="caps"),
     ),
 )
