@@ -201,7 +201,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Platform": _platforms(m),
         "Level": COUNTER.box(m.counter),
         "Score": SCORE.box(m.score * 100, valid=m.caps_shown == 0),
-        "Life": CAPS.box(m.lives - 1, m.caps_shown > 0, value=m.lives - 1),
+        "Life": CAPS.box(m.lives - 1, m.caps_shown > 0, value=m.lives),
     }
 
 
@@ -350,6 +350,10 @@ GAME = Game(
         display(
             "Score", Bounds(BLUE, SCORE.area, (46, 7), value=SCORE.rule(BLUE).value), doc="points"
         ),
-        display("Life", CAPS.rule(BLUE, (56, 13, 104, 20), max_size=(45, 7)), doc="caps"),
+        display(
+            "Life",
+            CAPS.rule(BLUE, (56, 13, 104, 20), single=2, max_size=(45, 7)),
+            doc="lives; one has no cap",
+        ),
     ),
 )
