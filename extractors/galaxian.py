@@ -101,6 +101,7 @@ class Ram(RamMap):
     hit_index = byte(8)
     hit = byte(10)
     missile_y = byte(11)
+    masks = byte(*range(12, 18))
     bombs = bits(*range(20, 33), count=3)
     fire = byte(34)
     offset = byte(36)
@@ -116,6 +117,8 @@ class Ram(RamMap):
     escorts = byte(55)
     lives = byte(57)
     missile_x = byte(60)
+    blast_x = byte(61)
+    blast = byte(62)
     hit_row = bits(62, count=3)
     x = byte(*range(64, 69))
     y = byte(*range(69, 74))
@@ -192,10 +195,21 @@ def as_drawn(m: Ram) -> Drawn:
     # ships
     bit = jnp.where(leads, m.escorts << 5, 64) >> m.column
     back = jnp.sum(jnp.where((m.kind[None] == np.arange(6)[:, None]) & launched[None], bit[None], 0), axis=1)
-    ship_hit = ((m.hit & 64) > 0) & ~hit_diver
-    column = (m.missile_x - 11 - (offset >> 1)) >> 4
-    shot = when(ship_hit & (m.hit_row == np.arange(6)), 64 >> column)
-    return Drawn(offset, m.rows | back | shot, x, y, picture, there, escorts, leads)
+    apart = jnp.maximum(offset - 3, 0) >> 5
+    left = jnp.clip((m.blast_x - 11 - (offset >> 1)) * 2 // 33, 0, 7)
+    shot = when((m.blast < 64) & (m.hit_row == np.arange(6)), 64 >> left)
+    rows = jnp.where(turn == 1, m.rows | shot, (_shown_bits(m.masks) << apart) & 127) | back
+    rows = when((np.arange(6) <= m.lowest), rows)
+    fresh = (m.turned_at == m.clock) & ((m.offset == 16) | (m.offset == 18))
+    rows = when(~fresh, rows)
+    return Drawn(offset, rows, x, y, picture, there, escorts, leads)
+
+
+def _shown_bits(mask: jax.Array) -> jax.Array:
+    return (
+        (mask & 4) << 4 | (mask & 8) << 2 | (mask & 1) << 4 | (mask & 2) << 2
+        | (mask & 32) >> 3 | (mask & 64) >> 5 | (mask & 16) >> 4
+    )
 
 
 def _ship_shown(m: Ram) -> jax.Array:
@@ -260,16 +274,14 @@ def _ship_runs() -> tuple[Run, ...]:
 
 
 SHIPS = Runs(_ship_runs(), most=7, gap=2, columns=(16, 144))
-ANY_DIVER = Shape(w=(1, 8), h=(1, 10))
-WHOLE_DIVER = Shape(w=(6, 8), h=(9, 10))
-DIVING = Blobs(
-    (GREEN, PURPLE),
-    FIELD,
-    ANY_DIVER,
-    gap=(0, 1),
-    also=(Blobs(RED, FIELD, WHOLE_DIVER, gap=(0, 1)),),
-)
-BOMBS = Blobs((PINK, WHITE), (16, 30, 144, 184), Shape(w=1, h=4))
+COLORED = (GREEN, PURPLE, RED)
+DIVER_SHAPE = Shape(w=(2, 8), h=(1, 10), pixels=(1, 86))
+WHITE_SHAPE = Shape(w=(6, 8), h=(9, 10), pixels=(74, 86))
+FLAGSHIPS = Blobs(WHITE, (16, 91, 144, 168), WHITE_SHAPE, gap=(2, 1))
+DIVING = Blobs(COLORED, FIELD, DIVER_SHAPE, gap=(2, 1), also=(FLAGSHIPS,))
+BELOW = (16, 32, 144, 184)
+COLORED_BOMBS = Blobs(COLORED, BELOW, Shape(w=1, h=4))
+BOMBS = Blobs((PINK, WHITE), BELOW, Shape(w=1, h=4), also=(COLORED_BOMBS,))
 MISSILE = Bounds(GOLD, FIELD, max_size=(1, 3))
 SHIP = Bounds(WHITE, (16, 170, 144, 184), min_size=(8, 14), max_size=(8, 14), exclude=("EnemyMissile",))
 
