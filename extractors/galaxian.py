@@ -116,6 +116,7 @@ class Ram(RamMap):
     lowest = byte(53)
     escorts = byte(55)
     lives = byte(57)
+    player_code = byte(59)
     missile_x = byte(60)
     blast_x = byte(61)
     blast = byte(62)
@@ -142,10 +143,10 @@ def decode(m: Ram) -> dict[str, Box]:
         "Player": box(m.player_x + 8, 170, 8, 14, _ship_shown(m)),
         "EnemyShip": _formation(d),
         "DivingEnemy": _diver_boxes(m, d),
-        "PlayerMissile": box(m.missile_x + 2, m.missile_y + 16, 1, 3, m.missile_y < 168),
+        "PlayerMissile": box(m.missile_x + 2, m.missile_y + 16, 1, 3, among(m.missile_y, range(1, 168)) & ~_begins(m)),
         "EnemyMissile": _bomb_boxes(m, d),
         "Score": SCORE.box(m.score),
-        "Lives": LIVES.box(m.lives, value=m.lives + 1),
+        "Lives": LIVES.box(m.lives + when(_begins(m), 1), value=m.lives + 1),
         "Round": ROUND.box(m.round),
     }
 
@@ -200,7 +201,7 @@ def as_drawn(m: Ram) -> Drawn:
     shot = when((m.blast < 64) & (m.hit_row == np.arange(6)), 64 >> left)
     rows = jnp.where(turn == 1, m.rows | shot, (_shown_bits(m.masks) << apart) & 127) | back
     rows = when((np.arange(6) <= m.lowest), rows)
-    fresh = (m.turned_at == m.clock) & ((m.offset == 16) | (m.offset == 18))
+    fresh = (m.turned_at == m.clock) & ((m.offset == 16) | (m.offset == 18)) & (m.missile_y > 0)
     rows = when(~fresh, rows)
     return Drawn(offset, rows, x, y, picture, there, escorts, leads)
 
@@ -213,7 +214,11 @@ def _shown_bits(mask: jax.Array) -> jax.Array:
 
 
 def _ship_shown(m: Ram) -> jax.Array:
-    return (m.gone == 0) | ((m.death == 129) & (m.death_tune == 62))
+    return ((m.gone == 0) & ~_begins(m)) | ((m.death == 129) & (m.death_tune == 62))
+
+
+def _begins(m: Ram) -> jax.Array:
+    return (m.player_x == 69) & (m.player_code != 187) & (m.gone == 0)
 
 
 def _formation(d: Drawn) -> Box:
@@ -275,13 +280,16 @@ def _ship_runs() -> tuple[Run, ...]:
 
 SHIPS = Runs(_ship_runs(), most=7, gap=2, columns=(16, 144))
 COLORED = (GREEN, PURPLE, RED)
-DIVER_SHAPE = Shape(w=(2, 8), h=(1, 10), pixels=(1, 86))
+DIVER_SHAPES = (
+    Shape(w=(2, 8), h=(1, 10), pixels=(1, 86)),
+    Shape(w=(2, 20), h=(11, 22), split=(8, 10)),
+    Shape(w=(9, 20), h=(1, 10), split=(8, 10)),
+)
 WHITE_SHAPE = Shape(w=(6, 8), h=(9, 10), pixels=(74, 86))
 FLAGSHIPS = Blobs(WHITE, (16, 91, 144, 168), WHITE_SHAPE, gap=(2, 1))
-DIVING = Blobs(COLORED, FIELD, DIVER_SHAPE, gap=(2, 1), also=(FLAGSHIPS,))
+DIVING = Blobs(COLORED, FIELD, DIVER_SHAPES, gap=(2, 1), also=(FLAGSHIPS,))
 BELOW = (16, 32, 144, 184)
-COLORED_BOMBS = Blobs(COLORED, BELOW, Shape(w=1, h=4))
-BOMBS = Blobs((PINK, WHITE), BELOW, Shape(w=1, h=4), also=(COLORED_BOMBS,))
+BOMBS = Blobs((PINK, WHITE, *COLORED), BELOW, Shape(w=1, h=4))
 MISSILE = Bounds(GOLD, FIELD, max_size=(1, 3))
 SHIP = Bounds(WHITE, (16, 170, 144, 184), min_size=(8, 14), max_size=(8, 14), exclude=("EnemyMissile",))
 
