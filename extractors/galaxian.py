@@ -1,7 +1,7 @@
 """Galaxian: a ship below a formation of aliens, some of which dive at it and drop bombs.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import jax
 import jax.numpy as jnp
@@ -21,7 +21,7 @@ ROM = Rom("galaxian", "211774f4c5739042618be8ff67351177")
 BANK = 0x1000  # of the display program, at $F000; the other one is at $D000
 FONT = ROM.font(BANK + 0xF00, rows=7, stride=8)
 SCORE = NumberDisplay(FONT, right=103, top=4, digits=6)
-ROUND = NumberDisplay(FONT, right=145, top=188, digits=2)
+ROUND = NumberDisplay(replace(FONT, pitch=9), right=145, top=188, digits=2)
 LIVES = IconRow(left=19, top=188, width=3, height=7, pitch=5)
 
 FIELD = (16, 16, 144, 184)
@@ -282,8 +282,8 @@ SHIPS = Runs(_ship_runs(), most=7, gap=2, columns=(16, 144))
 COLORED = (GREEN, PURPLE, RED)
 DIVER_SHAPES = (
     Shape(w=(2, 8), h=(1, 10), pixels=(1, 86)),
-    Shape(w=(2, 20), h=(11, 22), split=(8, 10)),
-    Shape(w=(9, 20), h=(1, 10), split=(8, 10)),
+    Shape(w=(2, 13), h=(11, 20), split=(8, 10)),
+    Shape(w=(9, 13), h=(1, 10), split=(8, 10)),
 )
 WHITE_SHAPE = Shape(w=(6, 8), h=(9, 10), pixels=(74, 86))
 FLAGSHIPS = Blobs(WHITE, (16, 91, 144, 168), WHITE_SHAPE, gap=(2, 1))
