@@ -34,9 +34,9 @@ from ocjax.console.boxes import Box, box
 from ocjax.console.ops import among, lookup, only, when
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors.galaxian.divers import (
+    DIVER_PICTURES,
     ESCORT_BITS,
     PICTURE_ROWS,
-    PICTURES,
     ROW_LINES,
     Divers,
     divers_as_drawn,
@@ -77,7 +77,7 @@ SHOT_TOP = 16
 SHOT_LOWEST = 168
 BOMB_TOP = 24
 BOMB_LINES = 4
-BOMB_STEPS = 40  # on the screen
+STEPS_SHOWN = 40  # on the screen
 BOMB_ROWS = np.arange(1, 14)  # of `Ram.bombs`, three steps each
 HIGH_ROWS = 10  # of them in the first word
 BITS = 30  # of a word
@@ -86,8 +86,8 @@ SLOTS = np.arange(8)  # of bombs
 
 def decode(m: Ram) -> dict[str, Box]:
     divers = divers_as_drawn(m)
-    begins = _begins(m)
-    flies = among(m.missile_y, range(1, SHOT_LOWEST)) & ~begins
+    new_life = _begins(m)
+    flies = among(m.missile_y, range(1, SHOT_LOWEST)) & ~new_life
     return {
         "Player": box(m.player_x + 8, PLAYER_TOP, 8, 14, _ship_shown(m)),
         "EnemyShip": formation_boxes(m, divers),
@@ -95,7 +95,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "PlayerMissile": box(m.missile_x + 2, m.missile_y + SHOT_TOP, 1, 3, flies),
         "EnemyMissile": _bomb_boxes(m),
         "Score": SCORE.box(m.score),
-        "Lives": LIVES.box(m.lives + when(begins, 1), value=m.lives + 1),
+        "Lives": LIVES.box(m.lives + when(new_life, 1), value=m.lives + 1),
         "Round": ROUND.box(m.round),
     }
 
@@ -120,25 +120,25 @@ def _diver_boxes(m: Ram, d: Divers) -> Box:
     there = jnp.concatenate([d.there & ~d.escorting, escorted])
     below = jnp.clip(y + PICTURE_ROWS - BOTTOM, 0, PICTURE_ROWS)
     above = jnp.clip(TOP - y, 0, PICTURE_ROWS)
-    index = PICTURES.index(picture=picture, cut=PICTURE_ROWS + below - above)
+    index = DIVER_PICTURES.index(picture=picture, cut=PICTURE_ROWS + below - above)
     color = lookup(DIVER_COLORS, jnp.append(m.kind, np.full(3, Kind.ESCORT)))
-    return PICTURES.box(index, x, y, valid=there, color=color).clip(*FIELD)
+    return DIVER_PICTURES.box(index, x, y, valid=there, color=color).clip(*FIELD)
 
 
 def _bomb_boxes(m: Ram) -> Box:
     step = _bomb_steps(m) - when(among(m.turn, Turn.BOMBS), 1)
     dropped = (m.turn == Turn.RELEASE) & ~among(m.release, Release.NONE)
-    there = (step < BOMB_STEPS) & ~(dropped & (m.above_new + 1 == SLOTS))
+    there = (step < STEPS_SHOWN) & ~(dropped & (m.above_new + 1 == SLOTS))
     y = BOMB_TOP + BOMB_LINES * step
     return box(m.bomb_x + 11, y, 1, BOMB_LINES, there, color=PINK)
 
 
 def _bomb_steps(m: Ram) -> jax.Array:
     """The step of each bomb, from the top: the places of bits that are set in two words."""
-    bombs = when(m.lowest < BOMB_ROWS, m.bombs)
+    in_rows = when(m.lowest < BOMB_ROWS, m.bombs)
     shift = BITS - 3 - 3 * np.arange(HIGH_ROWS)
-    high = jnp.sum(bombs[:HIGH_ROWS] << shift)
-    low = jnp.sum(bombs[HIGH_ROWS:] << shift[: len(BOMB_ROWS) - HIGH_ROWS])
+    high = jnp.sum(in_rows[:HIGH_ROWS] << shift)
+    low = jnp.sum(in_rows[HIGH_ROWS:] << shift[: len(BOMB_ROWS) - HIGH_ROWS])
     steps = []
     for _ in SLOTS:
         steps.append(jnp.where(high > 0, lax.clz(high), BITS + lax.clz(low)) + 1)

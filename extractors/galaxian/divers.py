@@ -10,7 +10,7 @@ from ocjax.console.rom import Pictures
 from ocjax.extractors.galaxian.ram import BANK, ROM, Hit, Kind, Place, Ram, State, Turn
 
 ROW_LINES = 12  # of the formation
-DIVERS = np.arange(5)
+RECORDS = np.arange(5)
 ESCORT_BITS = np.array((4, 2, 1))
 PICTURE_ROWS = 10
 PICTURE_PAGE = BANK + 0xE00
@@ -18,7 +18,7 @@ PLACES = (0x50, 0x66, 0x7C, 0x92, 0xA8, 0xBE, 0xD4, 0xEA)  # of the divers' pict
 DIVER_ROWS = ROM.rows([PICTURE_PAGE + at for at in PLACES], PICTURE_ROWS, top_first=True)
 LINE = np.arange(PICTURE_ROWS)
 # The pictures' lines within the field, for so many lines that are beyond its bottom (-: its top).
-PICTURES = Pictures.of(
+DIVER_PICTURES = Pictures.of(
     (
         np.where((cut + LINE >= 0) & (cut + LINE < PICTURE_ROWS), rows, 0)
         for rows in DIVER_ROWS
@@ -38,7 +38,7 @@ def _picture_numbers() -> np.ndarray:
     return np.searchsorted(PLACES, np.concatenate([low, dive.repeat(16), back])).astype(np.int32)
 
 
-PICTURE_NUMBERS = _picture_numbers()
+NUMBERS_BY_STATE = _picture_numbers()
 RETURNING = 256  # the first picture's number of a diver that returns
 UPRIGHT = 4  # the last one
 
@@ -65,10 +65,10 @@ def _steps() -> np.ndarray:
     return (2 * (columns + 16) + up).ravel().astype(np.int32)
 
 
-STEPS = _steps()
+MOVES = _steps()
 
 
-class Plan:  # of `STEPS`
+class Plan:  # of `MOVES`
     FLAT = 0
     STEEP = 1
     WIDE = 2
@@ -90,26 +90,26 @@ class Divers:
 
 def divers_as_drawn(m: Ram) -> Divers:
     moved = ((m.turn & 1) == 0) | (m.turn == Turn.DIVERS)
-    escorting = m.escort_record == DIVERS
+    escorting = m.escort_record == RECORDS
     launched = moved & ((m.state & ~State.MIRRORED) == 0) & (m.explodes == 0) & (m.y > Place.NONE)
     returns = (m.dives == 0) & (m.state >= State.DIVES)
     bursts = (m.explodes == 1) & ~escorting
-    struck = _struck(m, escorting, moved)
+    hit_now = _struck(m, escorting, moved)
     still = ~moved | bursts
     columns, lines = _moved_by(m, returns)
     y = ROW_LINES * (m.y >> 4) + (m.y & 15) - 9 - when(~still, lines)
     back = (m.state - 1 & State.DIVES - 1) | (m.state & State.DIVES)
     state = jnp.where(still | returns, m.state, back)
     arrives = returns & moved & (m.y == 1)
-    seen = (m.y > Place.NONE) & (m.y < Place.GONE) & ~launched & ~arrives & (~bursts | struck)
+    seen = (m.y > Place.NONE) & (m.y < Place.GONE) & ~launched & ~arrives & (~bursts | hit_now)
     return Divers(
         x=m.x - when(~still, columns),
         y=y,
-        picture=lookup(PICTURE_NUMBERS, jnp.where(returns, _of_return(m, y), state)),
+        picture=lookup(NUMBERS_BY_STATE, jnp.where(returns, _of_return(m, y), state)),
         there=seen,
         launched=launched,
         escorting=escorting,
-        escorts=m.escorts | when(jnp.any(struck & escorting), ESCORT_BITS[0] >> m.escort_hit),
+        escorts=m.escorts | when(jnp.any(hit_now & escorting), ESCORT_BITS[0] >> m.escort_hit),
     )
 
 
@@ -126,7 +126,7 @@ def _moved_by(m: Ram, returns: jax.Array) -> tuple[jax.Array, jax.Array]:
         (m.kind > Kind.PURPLE, Plan.FLAT), (m.kind == Kind.PURPLE, Plan.WIDE), otherwise=Plan.STEEP
     )
     plan = jnp.where(loops, Plan.LOOP, flat + m.fast)
-    step = lookup(STEPS, 64 * plan + (m.state & 63))
+    step = lookup(MOVES, 64 * plan + (m.state & 63))
     columns = ((step >> 1) - 16) * jnp.where((m.state & State.MIRRORED) > 0, -1, 1)
     with_formation = when((m.clock & 15) == 0, 1 - 2 * m.goes_left)
     return jnp.where(returns, with_formation, columns), jnp.where(loops & ((step & 1) == 1), -1, 1)

@@ -9,7 +9,7 @@ from ocjax.extractors.galaxian.divers import ROW_LINES, Divers
 from ocjax.extractors.galaxian.ram import ROM, NewFormation, Ram, Turn
 
 ROW_COLORS = np.array((0x0E, 0x44, 0x56, 0x0A, 0x0A, 0x0A))  # of the ships' upper parts
-ROWS = np.arange(6)
+RANKS = np.arange(6)
 SHIP_ROW = np.arange(42) // 7  # by slot
 SHIP_COLUMN = np.arange(42) % 7  # by slot
 COLUMN_BIT = 6 - SHIP_COLUMN
@@ -44,14 +44,14 @@ def _columns_left_out(offset: jax.Array) -> jax.Array:
 def _rows_drawn(m: Ram, divers: Divers, offset: jax.Array) -> jax.Array:
     """The ships of each row, a bit a column."""
     bit = jnp.where(divers.escorting, m.escorts << 5, LEFTMOST) >> m.column
-    left = (m.kind[None] == ROWS[:, None]) & divers.launched[None]
+    left = (m.kind[None] == RANKS[:, None]) & divers.launched[None]
     launched = jnp.sum(jnp.where(left, bit[None], 0), axis=1)
     column = jnp.clip((m.blast_x - SWEEP_LEFT - (offset >> 1)) * 2 // APART, 0, 7)
-    shot = when((m.blast < 64) & (m.hit_row == ROWS), LEFTMOST >> column)
+    shot = when((m.blast < 64) & (m.hit_row == RANKS), LEFTMOST >> column)
     as_before = _in_order(m.masks) << _columns_left_out(offset) & 127
     rows = jnp.where(m.turn == Turn.FORMATION, m.rows | shot, as_before) | launched
     new = (m.set_up == m.clock) & among(m.offset, NewFormation.OFFSETS) & (m.missile_y > 0)
-    return when((m.lowest >= ROWS) & ~new, rows)
+    return when((m.lowest >= RANKS) & ~new, rows)
 
 
 def _in_order(mask: jax.Array) -> jax.Array:
