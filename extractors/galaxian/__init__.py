@@ -130,7 +130,7 @@ def _bomb_boxes(m: Ram) -> Box:
     dropped = (m.turn == Turn.RELEASE) & ~among(m.release, Release.NONE)
     there = (step < STEPS_SHOWN) & ~(dropped & (m.above_new + 1 == SLOTS))
     y = BOMB_TOP + BOMB_LINES * step
-    return box(m.bomb_x + 11, y, 1, BOMB_LINES, there, color=PINK)
+    return box(m.bomb_x + 11, y, 1, BOMB_LINES, there, color=PINK).clip(*FIELD)
 
 
 def _bomb_steps(m: Ram) -> jax.Array:
