@@ -5,8 +5,8 @@ has two or three colours; its `rgb` is that of its upper part.
 
 Slots: EnemyShip is row * 7 + column, rows from the top, columns as the game counts them: when the
 leftmost one is empty, the others move one to the left. DivingEnemy has the game's five records,
-then a flagship's three escorts, for which one record stands. EnemyMissile has bombs from the top
-down.
+then a flagship's three escorts, for which one record stands. EnemyMissile has the bombs from the
+top down: a new one moves those below it to the next slot.
 
 RAM: ALE's source (score, lives), and the ROM's code: f000-f9a1 draws from positions on the stack,
 after which d000-d943 moves what is drawn next, a part on each of eight frames: divers on even ones
@@ -19,9 +19,10 @@ one and two digits, the end of the game, odd and even frame skips.
 Not exact: a diver that has just reached its place in the formation, where no ship is drawn until
 the game makes the rows up anew; bombs on the frame on which one between them is dropped or hits.
 
-VEM: it sees no bomb that touches a diver or a ship of the formation, less of divers that ships of
-the formation cover, takes the white stars of explosions for flagships where they hide a ship, and
-pieces of the ship that explodes for divers.
+VEM: it sees no bomb that touches a diver or a ship of the formation, or that has a colour of the
+ship's explosion, and less of divers that ships of the formation cover. It takes white stars of
+explosions that touch a ship of the formation for flagships, and red or white pieces of the ship's
+explosion for divers.
 """
 
 from dataclasses import replace
