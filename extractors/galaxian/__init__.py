@@ -78,7 +78,6 @@ SHOT_TOP = 16
 SHOT_LOWEST = 168
 BOMB_TOP = 24
 BOMB_LINES = 4
-STEPS_SHOWN = 40  # on the screen
 BOMB_ROWS = np.arange(1, 14)  # of `Ram.bombs`, three steps each
 HIGH_ROWS = 10  # of them in the first word
 BITS = 30  # of a word
@@ -129,13 +128,16 @@ def _diver_boxes(m: Ram, d: Divers) -> Box:
 def _bomb_boxes(m: Ram) -> Box:
     step = _bomb_steps(m) - when(among(m.turn, Turn.BOMBS), 1)
     dropped = (m.turn == Turn.RELEASE) & ~among(m.release, Release.NONE)
-    there = (step < STEPS_SHOWN) & ~(dropped & (m.above_new + 1 == SLOTS))
+    there = ~(dropped & (m.above_new + 1 == SLOTS))
     y = BOMB_TOP + BOMB_LINES * step
     return box(m.bomb_x + 11, y, 1, BOMB_LINES, there, color=PINK).clip(*FIELD)
 
 
 def _bomb_steps(m: Ram) -> jax.Array:
-    """The step of each bomb, from the top: the places of bits that are set in two words."""
+    """The step of each bomb, from the top: the places of bits that are set in two words.
+
+    Without a bomb, the step is below the field.
+    """
     in_rows = when(m.lowest < BOMB_ROWS, m.bombs)
     shift = BITS - 3 - 3 * np.arange(HIGH_ROWS)
     high = jnp.sum(in_rows[:HIGH_ROWS] << shift)
