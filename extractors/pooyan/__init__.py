@@ -1,0 +1,298 @@
+"""Pooyan: a pig in a lift shoots at wolves that hang on balloons.
+
+Screen: In even rounds, wolves march in at the top and float down; in odd ones, they float up and
+push a rock over the edge. In odd rounds, a frame shows either the rock or the wolves at it. The pig
+at the winch is scenery, as are ropes, what is left of balloons that are popped, and what of a bow
+is beside a balloon.
+
+Slots: Balloon, and Enemy 0-5, go by the game's records, two of each column. Enemy 6 climbs at the
+right, 7-9 march or stand, 10 has landed, 11-16 push the rock. Bait may still be in the pig's hand.
+Of a shot at the left edge, the columns left of the beam show a line later.
+
+RAM: ALE's source (score, lives), OCAtari 2.2, and the ROM's code: f09d-f3d5 draws, from the score
+down to the lives. Each of the lift's six rows is drawn by one loop of 15 lines, with one sprite for
+the pig and one for a balloon, the climber or the rock: the first of them that the program finds.
+
+Covered: five rounds by writing RAM, the fall of the rock, all modes, lost lives, the end.
+
+Not exact: when a life is lost, the program clears its records before the frame is finished, so that
+balloons, shots, stones and the climber of this frame are not in RAM. A climber that has just drawn
+back is one step too far right for a frame.
+
+VEM: it cannot tell a round's number from a score of 5 to 30 while there is no balloon. A balloon
+hides a climber in its row, and a stone in its columns.
+"""
+
+import functools
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.console.boxes import Box, box, choose
+from ocjax.console.ops import among, lookup, match, only, pick, when
+from ocjax.console.registers import packed_position, wrap
+from ocjax.console.rom import Pictures
+from ocjax.extraction.game import Category, Game, display
+from ocjax.extractors.pooyan.drawn import Drawn, as_drawn, column
+from ocjax.extractors.pooyan.ram import ROM, Kind, Ram, State
+from ocjax.vision.bitmap import Bitmap, all_within, any_within, areas, shift_down, shift_left
+from ocjax.vision.bitmap import shift_right, shift_up
+from ocjax.vision.displays import IconRow, NumberDisplay
+from ocjax.vision.rules import Blobs, Bounds
+from ocjax.vision.shapes import Shape
+from ocjax.vision.steps import Packed, SideBySide
+
+SCORE = NumberDisplay(ROM.font(0xF00, rows=9, stride=10), right=103, top=3, digits=6)
+LIVES = IconRow(left=37, top=206, width=2, height=6, pitch=4)
+MOST_LIVES = 4  # that are shown
+
+WHITE = 14
+PINK = 86  # while there is a bait
+WOLF = 40
+ROCK = 36
+SKY = 144
+BALLOON_COLORS = ROM.bytes(0xFC0, 6) & 0xFE
+
+ROWS = range(1, 7)
+PITCH = 21  # lines of a row
+FIRST_LINE = 41  # of row 0
+LINES = 15  # that show sprites
+CUT = 88  # column of the beam when sprites are switched off, in the last line
+BALLOON_LINES = 8
+PIG_LEFT = 130
+TOP_LINE = 21  # of wolves at the top
+GROUND_LINE = 36
+BOTTOM_LINE = 186  # of wolves at the bottom
+CLIFFS = (16, 0, 144, 220)  # what is between them
+
+BALLOON_LEFTS = np.array((44, 44, 76, 76, 108, 108))
+CLIMBER_LEFTS = (145, 141, 137)  # by reach
+PUSHER_LEFTS = 55 + 8 * np.arange(6)
+MARCHERS = np.arange(3)
+MARCH_PITCH = 32  # columns
+
+FLIGHTS = ROM.bytes(0xFDB, 6)  # low bytes of addresses of pictures, by kind
+CLIMBS = ROM.bytes(0xFE1, 3)
+BALLOONS = Pictures.of(
+    [ROM.rows(0xE00 + low, LINES)[:BALLOON_LINES] & 0xFC for low in FLIGHTS.tolist()],
+)
+# Each also without its last line.
+WOLVES = Pictures.of(
+    [
+        np.where(np.arange(LINES) >= BALLOON_LINES, ROM.rows(0xE00 + low, LINES), 0)[:end]
+        for low in FLIGHTS.tolist()
+        for end in (LINES, LINES - 1)
+    ],
+    kind=6,
+    cut=2,
+)
+CLIMBERS = Pictures.of([ROM.rows(0xE00 + low, LINES)[:-1] for low in CLIMBS.tolist()])
+PIGS = Pictures.of([ROM.rows(0xE00 + low, LINES)[:-1] for low in range(256)])
+STRIDES = Pictures.of(
+    [ROM.rows(0xF00 + low, 15) for low in (0x64, 0x74)]
+    + [ROM.rows(0xF00 + low, 16)[:-1] for low in (0x64, 0x74)],
+    place=2,
+    stride=2,
+)
+PUSHES = Pictures.of([ROM.rows(0xE00 + low, LINES) for low in (0xE0, 0xEF)])
+PUSH = 0xEE  # of `Ram.pushes`: the first picture
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    d = as_drawn(m)
+    floats = among(m.balloon_row, ROWS)
+    shot = _shot_box(m, d)
+    shown = jnp.where(d.shows_round, m.round + 1, m.score)
+    icons = jnp.minimum(m.lives + when(d.is_lost, 1), MOST_LIVES)
+    return {
+        "Player": _pig_box(m, d),
+        "Balloon": _balloon_boxes(m, d, floats),
+        "Enemy": _wolf_boxes(m, d, floats),
+        "Arrow": shot.where(m.is_bait == 0),
+        "Bait": shot.where(m.is_bait == 1),
+        "Stone": _stone_box(m, d),
+        "Rock": _rock_box(m, d),
+        "PlayerScore": SCORE.box(shown, value=m.score),
+        "Lives": LIVES.box(icons, value=m.lives + 1),
+    }
+
+
+def _line(row: jax.Array) -> jax.Array:
+    """The first line of a row."""
+    return FIRST_LINE + PITCH * row
+
+
+def _pig_box(m: Ram, d: Drawn) -> Box:
+    there = among(m.row, ROWS) & ~d.is_lost
+    return PIGS.box(m.picture, PIG_LEFT, _line(m.row), valid=there, color=d.player_color)
+
+
+def _colors(m: Ram, d: Drawn) -> jax.Array:
+    """Those of balloons."""
+    return jnp.where(m.boss == np.arange(1, 7), d.flash, BALLOON_COLORS)
+
+
+def _balloon_boxes(m: Ram, d: Drawn, floats: jax.Array) -> Box:
+    there = floats & (m.kind <= Kind.ARCHER)
+    y = _line(m.balloon_row)
+    return BALLOONS.box(m.kind, BALLOON_LEFTS, y, valid=there, color=_colors(m, d))
+
+
+def _wolf_boxes(m: Ram, d: Drawn, floats: jax.Array) -> Box:
+    """Those in the air, the climber, those that march, one that has landed, those at the rock."""
+    in_air = WOLVES.index(kind=jnp.minimum(m.kind, 5), cut=np.where(BALLOON_LEFTS >= CUT, 1, 0))
+    groups = (
+        WOLVES.box(in_air, BALLOON_LEFTS, _line(m.balloon_row), valid=floats),
+        CLIMBERS.box(
+            d.reach[None],
+            pick(d.reach, CLIMBER_LEFTS),
+            _line(d.climber_row),
+            valid=among(d.climber_row, ROWS)[None],
+        ),
+        _walker_boxes(m, d),
+        PUSHES.box(
+            jnp.broadcast_to(when(m.pushes != PUSH, 1), (6,)),
+            PUSHER_LEFTS,
+            TOP_LINE,
+            valid=(m.ascends == 1) & (m.pushers > np.arange(6)),
+        ),
+    )
+    return _joined(groups)
+
+
+def _joined(groups: tuple[Box, ...]) -> Box:
+    """All boxes of some groups of wolves."""
+    sizes = [g.w.shape[0] for g in groups]
+    parts = [[jnp.broadcast_to(v, (n,)) for v in (g.x, g.y, g.w, g.h, g.valid)]
+             for g, n in zip(groups, sizes, strict=True)]
+    return box(*(jnp.concatenate(v) for v in zip(*parts, strict=True)))
+
+
+def _walker_boxes(m: Ram, d: Drawn) -> Box:
+    """Those that march and one that has landed."""
+    below = jnp.append(jnp.broadcast_to(m.ascends, (3,)), 1)
+    x = jnp.append(d.march_x + MARCH_PITCH * MARCHERS, d.landed_x)
+    there = jnp.append(d.marchers > MARCHERS, d.is_landed & (m.ascends == 0))
+    index = STRIDES.index(place=below, stride=d.stride)
+    boxes = STRIDES.box(index, x, jnp.where(below == 1, BOTTOM_LINE, TOP_LINE), valid=there)
+    inside = below == 1
+    return boxes.clip(jnp.where(inside, CLIFFS[0], 0), 0, jnp.where(inside, CLIFFS[2], 160), 220)
+
+
+def _beside(m: Ram, row: jax.Array) -> jax.Array:
+    """Which balloon or wolf is drawn in a row."""
+    drawn = (m.balloon_row == row) & (row != m.hides) & (row != m.rock_row)
+    return drawn & (jnp.cumsum(drawn) == 1)
+
+
+def _missile_box(x: jax.Array, width: int, row: jax.Array, first: jax.Array, lines: jax.Array,
+                 beam: int, off: int, late: jax.Array, **fields) -> Box:
+    """A missile, whose columns left of the beam show a line later."""
+    end = first + lines
+    top = first + when(x + width <= beam + when(late & (first == BALLOON_LINES), 15), 1)
+    bottom = end + when(x < beam + when(late & (end == BALLOON_LINES), 15), 1)
+    bottom = jnp.minimum(bottom, LINES - when(x >= off, 1))
+    return box(x, _line(row) + top, width, bottom - top, among(row, ROWS), **fields)
+
+
+def _shot_box(m: Ram, d: Drawn) -> Box:
+    x = wrap(packed_position(m.shot_at) - 47)
+    bait = m.is_bait == 1
+    first = jnp.where(bait, jnp.maximum(m.shot_down + 1, 0), 6)
+    late = jnp.any(_beside(m, m.shot_row))
+    lines = jnp.where(bait, 4, 1)
+    return _missile_box(
+        x, 8, m.shot_row, first, lines, 28, 97, late, color=d.player_color
+    )
+
+
+def _stone_box(m: Ram, d: Drawn) -> Box:
+    x = wrap(packed_position(m.stone_at) - 47)
+    beside = _beside(m, m.stone_row)
+    here = jnp.any(beside)
+    first = m.stone_down + 1
+    color = jnp.where(here & (first < 7), only(beside, _colors(m, d)), WOLF)
+    return _missile_box(x, 4, m.stone_row, first, jnp.full_like(x, 4), 52, 106, here, color=color)
+
+
+def _rock_box(m: Ram, d: Drawn) -> Box:
+    falls = m.rock_row > 0
+    y = match(
+        (falls, _line(m.rock_row) + 4),
+        (m.rock_off == 1, GROUND_LINE + 1),
+        otherwise=TOP_LINE + 4,
+    )
+    return box(column(m.rock_at) + 1, y, 16, 11 - when(falls, 1), m.ascends == 1)
+
+
+def _balloon_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
+    """Runs of three pixels and what is above and below them."""
+    run = any_within(all_within(mask, 3, 1), 3, 1)
+    return run | (mask & (shift_up(run, 1) | shift_down(run, 1)))
+
+
+def _long_runs(mask: Bitmap, _: jax.Array) -> Bitmap:
+    """The first eight pixels of runs of at least as many; left of the balloons, all pixels."""
+    start = all_within(mask, 8, 1) & ~shift_right(mask, 1)
+    return any_within(start, 8, 1) | (mask & jnp.asarray(areas(mask.shape[1], [LEFT_FIELD])))
+
+
+def _stone_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
+    """Squares of four pixels, but not those of balloons."""
+    squares = any_within(all_within(mask, 4, 4), 4, 4)
+    core = all_within(mask, 6, 3)
+    above = core
+    for i in (1, 2, 4):
+        above = above | shift_up(above, i) | shift_down(above, i)
+    return squares & ~any_within(above, 6, 3)
+
+
+def _wolf_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
+    """What is no stone."""
+    squares = any_within(all_within(mask, 4, 4), 4, 4)
+    return mask & ~(squares & jnp.asarray(areas(mask.shape[1], [STONE_FIELD])))
+
+
+def _without_round(mask: Bitmap, planes: jax.Array) -> Bitmap:
+    return mask
+
+
+FIELD = (44, 62, 138, 188)
+LEFT_FIELD = (0, 62, 44, 188)
+SHOT_FIELD = (0, 62, 138, 188)
+STONE_FIELD = (44, 62, 144, 188)
+PIG = (PIG_LEFT, 62, PIG_LEFT + 8, 188)
+CELLS = tuple(
+    (x, FIRST_LINE + PITCH * row, x + 6, FIRST_LINE + PITCH * row + BALLOON_LINES)
+    for row in ROWS
+    for x in (44, 76, 108)
+)
+
+GAME = Game(
+    name="Pooyan",
+    rom=ROM,
+    ram=Ram,
+    decode=decode,
+    screen=(220, 160),
+    categories=(
+        Category("Player", Bounds((WHITE, PINK), PIG), doc="the pig in the lift"),
+        Category(
+            "Balloon",
+            Bounds((SKY, WOLF), CELLS, (6, 7), inverse=True, filters=(_balloon_pixels,), then=(Packed(),)),
+            count=6,
+            doc="two of each column",
+        ),
+        Category(
+            "Enemy",
+            Blobs(WOLF, (0, 21, 160, 202), Shape(w=(3, 48), h=(6, 15)), gap=(1, 1), filters=(_wolf_pixels,), then=(SideBySide(8),)),
+            count=17,
+            doc="wolves: six in the air, the climber, three that march, one that has landed, six at the rock",
+        ),
+        Category("Arrow", Bounds(WHITE, SHOT_FIELD, filters=(_long_runs,)), doc="the pig's"),
+        Category("Bait", Bounds(PINK, SHOT_FIELD, filters=(_long_runs,)), doc="the pig's meat"),
+        Category("Stone", Bounds((SKY, PINK, 50), STONE_FIELD, inverse=True, filters=(_stone_pixels,)), doc="a wolf's"),
+        Category("Rock", Bounds(ROCK, (0, 25, 160, 188), (16, 4), (16, 11)), doc="that wolves push"),
+        display("PlayerScore", SCORE.rule(WHITE, filters=(_without_round,)) if False else SCORE.rule(WHITE), doc="points"),
+        display("Lives", LIVES.rule(0, (37, 206, 53, 212), single=2), doc="pigs in reserve"),
+    ),
+)
