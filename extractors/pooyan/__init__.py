@@ -35,9 +35,19 @@ from ocjax.console.rom import Pictures
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors.pooyan.drawn import Drawn, as_drawn, column
 from ocjax.extractors.pooyan.ram import ROM, Kind, Ram, State
-from ocjax.vision.bitmap import Bitmap, all_within, any_within, areas, shift_down, shift_left
-from ocjax.vision.bitmap import shift_right, shift_up
+from ocjax.vision.bitmap import (
+    Bitmap,
+    all_within,
+    any_within,
+    areas,
+    color_mask,
+    shift_down,
+    shift_left,
+    shift_right,
+    shift_up,
+)
 from ocjax.vision.displays import IconRow, NumberDisplay
+from ocjax.vision.filters import Searched
 from ocjax.vision.rules import Blobs, Bounds
 from ocjax.vision.shapes import Shape
 from ocjax.vision.steps import Packed, SideBySide
@@ -175,6 +185,8 @@ def _walker_boxes(m: Ram, d: Drawn) -> Box:
     there = jnp.append(d.marchers > MARCHERS, d.is_landed & (m.ascends == 0))
     index = STRIDES.index(place=below, stride=d.stride)
     boxes = STRIDES.box(index, x, jnp.where(below == 1, BOTTOM_LINE, TOP_LINE), valid=there)
+    # At the left edge, the beam shows the ear of the second picture a line later.
+    boxes = boxes.trimmed(top=when((x == 0) & (below == 0) & (d.stride == 1), 1))
     inside = below == 1
     return boxes.clip(jnp.where(inside, CLIFFS[0], 0), 0, jnp.where(inside, CLIFFS[2], 160), 220)
 
@@ -231,30 +243,46 @@ def _balloon_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
     return run | (mask & (shift_up(run, 1) | shift_down(run, 1)))
 
 
-def _long_runs(mask: Bitmap, _: jax.Array) -> Bitmap:
-    """The first eight pixels of runs of at least as many; left of the balloons, all pixels."""
-    start = all_within(mask, 8, 1) & ~shift_right(mask, 1)
-    return any_within(start, 8, 1) | (mask & jnp.asarray(areas(mask.shape[1], [LEFT_FIELD])))
+def _pig_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
+    """All but bait."""
+    return mask & ~any_within(all_within(mask, 8, 2), 8, 2)
+
+
+def _arrow_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
+    """The first eight pixels of a lone run of at least as many; left of balloons, all pixels."""
+    run = all_within(mask, 8, 1)
+    below = shift_up(shift_left(all_within(mask, 6, 1), 1), 1)
+    lone = run & ~shift_right(mask, 1) & ~below & ~shift_down(run, 1)
+    left = mask & jnp.asarray(areas(mask.shape[1], [LEFT_FIELD]))
+    return any_within(lone, 8, 1) | left
+
+
+def _bait_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
+    """The first eight pixels of runs of at least as many, in two rows or more."""
+    start = all_within(mask, 8, 2) & ~shift_right(mask, 1)
+    return any_within(start, 8, 2)
+
+
+def _squares(planes: jax.Array) -> tuple[Bitmap, Bitmap]:
+    """Whatever is not sky, and squares of it."""
+    drawn = ~color_mask(planes, (SKY,))
+    return drawn, any_within(all_within(drawn, 4, 3), 4, 3)
 
 
 def _stone_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
-    """Squares of four pixels, but not those of balloons."""
+    """Squares of four pixels, but not those of balloons, bait and the pig that falls."""
     squares = any_within(all_within(mask, 4, 4), 4, 4)
     core = all_within(mask, 6, 3)
-    above = core
-    for i in (1, 2, 4):
-        above = above | shift_up(above, i) | shift_down(above, i)
-    return squares & ~any_within(above, 6, 3)
+    for i in (1, 2, 3):
+        core = core | shift_up(core, i) | shift_down(core, i)
+    below = shift_up(shift_left(all_within(mask, 6, 1), 1), 1)
+    falls = all_within(mask, 8, 1) & below
+    return squares & ~any_within(core, 6, 3) & ~any_within(falls, 8, 6)
 
 
-def _wolf_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
+def _wolf_pixels(mask: Bitmap, search: tuple[Bitmap, Bitmap]) -> Bitmap:
     """What is no stone."""
-    squares = any_within(all_within(mask, 4, 4), 4, 4)
-    return mask & ~(squares & jnp.asarray(areas(mask.shape[1], [STONE_FIELD])))
-
-
-def _without_round(mask: Bitmap, planes: jax.Array) -> Bitmap:
-    return mask
+    return mask & ~(search[1] & jnp.asarray(areas(mask.shape[1], [STONE_FIELD])))
 
 
 FIELD = (44, 62, 138, 188)
@@ -275,7 +303,11 @@ GAME = Game(
     decode=decode,
     screen=(220, 160),
     categories=(
-        Category("Player", Bounds((WHITE, PINK), PIG), doc="the pig in the lift"),
+        Category(
+            "Player",
+            Bounds((WHITE, PINK), PIG, filters=(_pig_pixels,)),
+            doc="the pig in the lift",
+        ),
         Category(
             "Balloon",
             Bounds((SKY, WOLF), CELLS, (6, 7), inverse=True, filters=(_balloon_pixels,), then=(Packed(),)),
@@ -284,15 +316,23 @@ GAME = Game(
         ),
         Category(
             "Enemy",
-            Blobs(WOLF, (0, 21, 160, 202), Shape(w=(3, 48), h=(6, 15)), gap=(1, 1), filters=(_wolf_pixels,), then=(SideBySide(8),)),
+            Blobs(WOLF, (0, 21, 160, 202), Shape(w=(3, 48), h=(6, 15)), gap=(1, 1), filters=(Searched(_squares, _wolf_pixels),), then=(SideBySide(8),)),
             count=17,
             doc="wolves: six in the air, the climber, three that march, one that has landed, six at the rock",
         ),
-        Category("Arrow", Bounds(WHITE, SHOT_FIELD, filters=(_long_runs,)), doc="the pig's"),
-        Category("Bait", Bounds(PINK, SHOT_FIELD, filters=(_long_runs,)), doc="the pig's meat"),
+        Category(
+            "Arrow",
+            Bounds(WHITE, SHOT_FIELD, max_size=(8, 2), filters=(_arrow_pixels,)),
+            doc="the pig's",
+        ),
+        Category(
+            "Bait",
+            Bounds((WHITE, PINK), SHOT_FIELD, filters=(_bait_pixels,)),
+            doc="the pig's meat",
+        ),
         Category("Stone", Bounds((SKY, PINK, 50), STONE_FIELD, inverse=True, filters=(_stone_pixels,)), doc="a wolf's"),
         Category("Rock", Bounds(ROCK, (0, 25, 160, 188), (16, 4), (16, 11)), doc="that wolves push"),
-        display("PlayerScore", SCORE.rule(WHITE, filters=(_without_round,)) if False else SCORE.rule(WHITE), doc="points"),
+        display("PlayerScore", SCORE.rule(WHITE), doc="points"),
         display("Lives", LIVES.rule(0, (37, 206, 53, 212), single=2), doc="pigs in reserve"),
     ),
 )
