@@ -83,7 +83,8 @@ def play(
     csv: Annotated[Path | None, typer.Option(help="Write the return and the emulated frames of each game as CSV.")] = None,
     gif: Annotated[Path | None, typer.Option(help="Write an animation of the first game, with its objects.")] = None,
     variations: Annotated[
-        str | None, typer.Option(help="Compare the original with variations: all, or names with commas between them.")
+        str | None,
+        typer.Option(help="Compare the original with variations: all, objects (categories are removed and frozen), or names with commas."),
     ] = None,
     markdown: Annotated[Path | None, typer.Option(help="Write the comparison of variations as Markdown.")] = None,
     json: Annotated[Path | None, typer.Option(help="Write the comparison of variations as JSON.")] = None,

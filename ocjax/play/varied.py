@@ -53,13 +53,18 @@ def compare(game: Game, policy: str, names: Sequence[str], episodes: int, *, see
 
 
 def chosen(game: Game, text: str) -> list[str]:
-    """The names of variations in a text such as "all" or "lazy_enemy,up_drift".
+    """The names of variations in a text: "all", "objects" for those that remove and freeze categories, or "lazy_enemy,freeze Ball".
 
     Raises:
         ValueError: the game has no variations, or none of a name.
     """
+    if text == "objects":
+        names = [name for name in variations.names(game.name) if not name.startswith("recolor")]
+        if not names:
+            raise ValueError(f"{game.name} has no variations by object: no bytes are known that remove or freeze a category")
+        return names
     known = [*variations.of(game.name)]
-    if not known:
+    if text == "all" and not known:
         raise ValueError(f"{game.name} has no variations; there are those of {', '.join({v.game: 0 for v in variations.ALL.values()})}")
     names = known if text == "all" else [name.strip() for name in text.split(",")]
     for name in names:

@@ -9,6 +9,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 from rich.progress import track
 
+from ocjax.console.ram import RAM_SIZE
 from ocjax.envs import AlePool, Settings, States
 from ocjax.evaluation.tables import Cell, Table
 from ocjax.extraction.categories import Category
@@ -100,12 +101,12 @@ def causes(
     tried = np.round(np.linspace(0, 255, values)).astype(np.uint8)
     settings = Settings(frame_skip=frames, repeat_action_probability=0)
     with contextlib.closing(AlePool(game, num_envs, settings, screens=("screen",), game_mode=game_mode)) as pool:
-        _play(pool, seed, steps * FRAME_SKIP // frames)
+        play_alike(pool, seed, steps * FRAME_SKIP // frames)
         state, saved = pool.ram[0].copy(), pool.clone_state()
         pool.restore_state(saved)  # the frame to compare with follows the same restoring, without a change
-        screen = _next_frames(pool)[0]
+        screen = next_frames(pool)[0]
         before = jax.tree.map(np.asarray, game.vem(screen))
-        changed, found = _change_every_byte(pool, state, saved, tried, screen)
+        changed, found = _change_every_byte(pool, saved, tried, screen)
     effects = {}
     for address in range(128):
         after = jax.tree.map(lambda a, address=address: a[address], found)
@@ -113,7 +114,7 @@ def causes(
     return Causes(game, screen, state, changed.mean(axis=1), len(tried), changed.any(axis=(2, 3)).sum(axis=1), effects)
 
 
-def _play(pool: AlePool, seed: int, steps: int) -> None:
+def play_alike(pool: AlePool, seed: int, steps: int) -> None:
     """Play all instances alike with random actions until `steps` are over or the game is."""
     rng = np.random.default_rng(seed)
     pool.reset([seed] * pool.num_envs)
@@ -123,39 +124,52 @@ def _play(pool: AlePool, seed: int, steps: int) -> None:
             break
 
 
-def _next_frames(pool: AlePool) -> np.ndarray:
+def next_frames(pool: AlePool) -> np.ndarray:
     """The frames after a step without action, uint8 `[instances, H, 160]`."""
     pool.step(np.zeros(pool.num_envs, int))
     return pool.screen[:, 1].copy()
 
 
-def _change_every_byte(
-    pool: AlePool, state: np.ndarray, saved: States, tried: np.ndarray, screen: np.ndarray
-) -> tuple[np.ndarray, Objects]:
+def _change_every_byte(pool: AlePool, saved: States, tried: np.ndarray, screen: np.ndarray) -> tuple[np.ndarray, Objects]:
     """Try all values of all bytes.
 
     Returns:
         Which pixels change, bool `[128, values, H, 160]`, and VEM's objects, batch shape `[128, values]`.
     """
-    game = pool.game
-    experiments = np.stack(np.meshgrid(np.arange(128), tried, indexing="ij"), axis=-1).reshape(-1, 2)  # address, value
-    changed, found = [], []
-    for part in _batches(experiments, pool.num_envs, f"changing {game.name}'s RAM"):
-        n = len(part)
-        rams = np.repeat(state[None], pool.num_envs, axis=0)
-        rams[np.arange(n), part[:, 0]] = part[:, 1]
+    game, changed, found = pool.game, [], []
+    for frames in frames_after_writes(pool, saved, tried):
+        changed.append(frames != screen)
+        found.append(jax.tree.map(np.asarray, game.vem(frames)))
+    return np.stack(changed), jax.tree.map(lambda *a: np.stack(a), *found)
+
+
+def frames_after_writes(pool: AlePool, saved: States, tried: np.ndarray, *, times: int = 1) -> Iterator[np.ndarray]:
+    """Set each byte of a state to each value, and step the emulators.
+
+    Args:
+        pool: of instances that share the work.
+        saved: the state, the same one of all instances.
+        tried: uint8 `[values]`.
+        times: number of steps; the byte is set before each.
+
+    Yields:
+        For each address the frames, uint8 `[values, H, 160]`.
+    """
+    experiments = [(address, value) for address in range(RAM_SIZE) for value in tried]
+    frames: list[np.ndarray] = []
+    batches = range(0, len(experiments), pool.num_envs)
+    for start in track(batches, description=f"changing {pool.game.name}'s RAM", transient=True):
+        part = experiments[start : start + pool.num_envs]
         pool.restore_state(saved)
-        pool.set_ram(rams)
-        frames = _next_frames(pool)
-        changed.append(frames[:n] != screen)
-        found.append(jax.tree.map(lambda a, n=n: np.asarray(a)[:n], game.vem(frames)))
-    shape = 128, len(tried)
-    objects = jax.tree.map(lambda *a: np.concatenate(a).reshape(*shape, *a[0].shape[1:]), *found)
-    return np.concatenate(changed).reshape(*shape, *game.screen), objects
-
-
-def _batches(experiments: np.ndarray, size: int, description: str) -> Iterator[np.ndarray]:
-    return (experiments[start : start + size] for start in track(range(0, len(experiments), size), description=description, transient=True))
+        for _ in range(times):
+            rams = pool.ram.copy()
+            rams[np.arange(len(part)), [a for a, _ in part]] = [v for _, v in part]
+            pool.set_ram(rams)
+            pool.step(np.zeros(pool.num_envs, int))
+        frames.extend(pool.screen[: len(part), 1].copy())
+        while len(frames) >= len(tried):
+            yield np.stack(frames[: len(tried)])
+            del frames[: len(tried)]
 
 
 # ---------------------------------------------------------------------------------------------------------------- effects

@@ -7,6 +7,9 @@ A variation is a hook: it writes its bytes before every emulated frame. Several 
 those of HackAtari 0.0.6 and of the games' decoders in `extractors/`, and the tests check the effect of each on the screen. The names are
 HackAtari's where the effect is the same. What HackAtari does every fifth, sixth or tenth frame happens here every fourth or eighth frame of
 the game's own counter, so that a restored state continues identically.
+
+Categories of objects are removed, frozen and recoloured by name as well: `hook="Pong:remove Enemy"`, `hook="Boxing:recolor Player red"`, or
+`hook=variations.freeze("Freeway", "Car")`. `variations.names(game)` lists what is known for a game.
 """
 
 import difflib
@@ -15,6 +18,7 @@ from types import MappingProxyType
 
 from ocjax.emulators.variations import mazes, shooters, sports
 from ocjax.emulators.variations.mechanism import Variation
+from ocjax.emulators.variations.objects import by_name, freeze, names, recolor, remove
 from ocjax.extraction.registry import load
 
 __all__ = [
@@ -25,16 +29,20 @@ __all__ = [
     "color_player_black",
     "disable_monkeys",
     "find",
+    "freeze",
     "invisible_player",
     "lazy_enemy",
+    "names",
     "no_alien",
     "no_barrel",
     "no_shields",
     "obelix",
     "of",
     "parallel_enemy",
+    "recolor",
     "red_river",
     "relocate_shields_right",
+    "remove",
     "reposition_floes_easy",
     "stopped_cars",
 ]
@@ -61,7 +69,8 @@ def find(name: str, game: str | None = None) -> Variation:
     """A variation by name.
 
     Args:
-        name: the game and the name, "Freeway:stop_all_cars", or the name alone.
+        name: the game and the name, "Freeway:stop_all_cars", or the name alone; or what is done with a category, "Freeway:freeze Car",
+            "Pong:remove Enemy", "Boxing:recolor Player red".
         game: the game, if the name does not say it.
 
     Raises:
@@ -71,6 +80,8 @@ def find(name: str, game: str | None = None) -> Variation:
     if not colon and game is None:
         raise ValueError(f"the name of a variation must have a game, such as 'Freeway:stop_all_cars', got {name!r}")
     title = load(before if colon else str(game)).name
+    if (variation := by_name(title, own)) is not None:
+        return variation
     known = of(title)
     if own in known:
         return known[own]
