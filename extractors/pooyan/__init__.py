@@ -173,8 +173,10 @@ def _wolf_boxes(m: Ram, d: Drawn, floats: jax.Array) -> Box:
 def _joined(groups: tuple[Box, ...]) -> Box:
     """All boxes of some groups of wolves."""
     sizes = [g.w.shape[0] for g in groups]
-    parts = [[jnp.broadcast_to(v, (n,)) for v in (g.x, g.y, g.w, g.h, g.valid)]
-             for g, n in zip(groups, sizes, strict=True)]
+    parts = [
+        [jnp.broadcast_to(v, (n,)) for v in (g.x, g.y, g.w, g.h, g.valid)]
+        for g, n in zip(groups, sizes, strict=True)
+    ]
     return box(*(jnp.concatenate(v) for v in zip(*parts, strict=True)))
 
 
@@ -197,8 +199,17 @@ def _beside(m: Ram, row: jax.Array) -> jax.Array:
     return drawn & (jnp.cumsum(drawn) == 1)
 
 
-def _missile_box(x: jax.Array, width: int, row: jax.Array, first: jax.Array, lines: jax.Array,
-                 beam: int, off: int, late: jax.Array, **fields) -> Box:
+def _missile_box(
+    x: jax.Array,
+    width: int,
+    row: jax.Array,
+    first: jax.Array,
+    lines: jax.Array,
+    beam: int,
+    off: int,
+    late: jax.Array,
+    **fields,
+) -> Box:
     """A missile, whose columns left of the beam show a line later."""
     end = first + lines
     top = first + when(x + width <= beam + when(late & (first == BALLOON_LINES), 15), 1)
@@ -213,9 +224,7 @@ def _shot_box(m: Ram, d: Drawn) -> Box:
     first = jnp.where(bait, jnp.maximum(m.shot_down + 1, 0), 6)
     late = jnp.any(_beside(m, m.shot_row))
     lines = jnp.where(bait, 4, 1)
-    return _missile_box(
-        x, 8, m.shot_row, first, lines, 28, 97, late, color=d.player_color
-    )
+    return _missile_box(x, 8, m.shot_row, first, lines, 28, 97, late, color=d.player_color)
 
 
 def _stone_box(m: Ram, d: Drawn) -> Box:
@@ -310,13 +319,27 @@ GAME = Game(
         ),
         Category(
             "Balloon",
-            Bounds((SKY, WOLF), CELLS, (6, 7), inverse=True, filters=(_balloon_pixels,), then=(Packed(),)),
+            Bounds(
+                (SKY, WOLF),
+                CELLS,
+                (6, 7),
+                inverse=True,
+                filters=(_balloon_pixels,),
+                then=(Packed(),),
+            ),
             count=6,
             doc="two of each column",
         ),
         Category(
             "Enemy",
-            Blobs(WOLF, (0, 21, 160, 202), Shape(w=(3, 48), h=(6, 15)), gap=(1, 1), filters=(Searched(_squares, _wolf_pixels),), then=(SideBySide(8),)),
+            Blobs(
+                WOLF,
+                (0, 21, 160, 202),
+                Shape(w=(3, 48), h=(6, 15)),
+                gap=(1, 1),
+                filters=(Searched(_squares, _wolf_pixels),),
+                then=(SideBySide(8),),
+            ),
             count=17,
             doc="wolves: six in the air, the climber, three that march, one that has landed, six at the rock",
         ),
@@ -330,8 +353,14 @@ GAME = Game(
             Bounds((WHITE, PINK), SHOT_FIELD, filters=(_bait_pixels,)),
             doc="the pig's meat",
         ),
-        Category("Stone", Bounds((SKY, PINK, 50), STONE_FIELD, inverse=True, filters=(_stone_pixels,)), doc="a wolf's"),
-        Category("Rock", Bounds(ROCK, (0, 25, 160, 188), (16, 4), (16, 11)), doc="that wolves push"),
+        Category(
+            "Stone",
+            Bounds((SKY, PINK, 50), STONE_FIELD, inverse=True, filters=(_stone_pixels,)),
+            doc="a wolf's",
+        ),
+        Category(
+            "Rock", Bounds(ROCK, (0, 25, 160, 188), (16, 4), (16, 11)), doc="that wolves push"
+        ),
         display("PlayerScore", SCORE.rule(WHITE), doc="points"),
         display("Lives", LIVES.rule(0, (37, 206, 53, 212), single=2), doc="pigs in reserve"),
     ),
