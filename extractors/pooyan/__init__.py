@@ -23,18 +23,18 @@ VEM: it cannot tell a round's number from a score of 5 to 30 while there is no b
 hides a climber in its row, and a stone in its columns.
 """
 
-import functools
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box, choose
-from ocjax.console.ops import among, lookup, match, only, pick, when
+from ocjax.console.ops import among, match, only, pick, when
 from ocjax.console.registers import packed_position, wrap
 from ocjax.console.rom import Pictures
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors.pooyan.drawn import Drawn, as_drawn, column
-from ocjax.extractors.pooyan.ram import ROM, Kind, Ram, State
+from ocjax.extractors.pooyan.ram import LAST_ROW, ROM, Kind, Ram
 from ocjax.vision.bitmap import (
     Bitmap,
     all_within,
@@ -63,17 +63,18 @@ ROCK = 36
 SKY = 144
 BALLOON_COLORS = ROM.bytes(0xFC0, 6) & 0xFE
 
-ROWS = range(1, 7)
+ROWS = range(1, LAST_ROW + 1)
 PITCH = 21  # lines of a row
 FIRST_LINE = 41  # of row 0
 LINES = 15  # that show sprites
 CUT = 88  # column of the beam when sprites are switched off, in the last line
 BALLOON_LINES = 8
+WOLF_WIDTH = 8
 PIG_LEFT = 130
 TOP_LINE = 21  # of wolves at the top
 GROUND_LINE = 36
 BOTTOM_LINE = 186  # of wolves at the bottom
-CLIFFS = (16, 0, 144, 220)  # what is between them
+CLIFFS = (16, 144)  # columns between them
 
 BALLOON_LEFTS = np.array((44, 44, 76, 76, 108, 108))
 CLIMBER_LEFTS = (145, 141, 137)  # by reach
@@ -98,11 +99,14 @@ WOLVES = Pictures.of(
 )
 CLIMBERS = Pictures.of([ROM.rows(0xE00 + low, LINES)[:-1] for low in CLIMBS.tolist()])
 PIGS = Pictures.of([ROM.rows(0xE00 + low, LINES)[:-1] for low in range(256)])
-STRIDES = Pictures.of(
-    [ROM.rows(0xF00 + low, 15) for low in (0x64, 0x74)]
-    + [ROM.rows(0xF00 + low, 16)[:-1] for low in (0x64, 0x74)],
-    place=2,
-    stride=2,
+WALKS = tuple(ROM.rows(0xF00 + low, 16) for low in (0x64, 0x74))
+
+
+# Columns of a wolf that are not behind a cliff at its left or right, as bits.
+SIGHTS = [0xFF >> n for n in range(WOLF_WIDTH)] + [0xFF << n & 0xFF for n in range(1, WOLF_WIDTH)]
+TOP_WALKS = Pictures.of([rows[1:] for rows in WALKS])
+BOTTOM_WALKS = Pictures.of(
+    [rows[:-1] & sight for rows in WALKS for sight in SIGHTS], stride=2, hidden=len(SIGHTS)
 )
 PUSHES = Pictures.of([ROM.rows(0xE00 + low, LINES) for low in (0xE0, 0xEF)])
 PUSH = 0xEE  # of `Ram.pushes`: the first picture
@@ -133,8 +137,8 @@ def _line(row: jax.Array) -> jax.Array:
 
 
 def _pig_box(m: Ram, d: Drawn) -> Box:
-    there = among(m.row, ROWS) & ~d.is_lost
-    return PIGS.box(m.picture, PIG_LEFT, _line(m.row), valid=there, color=d.player_color)
+    there = among(d.row, ROWS)
+    return PIGS.box(m.picture, PIG_LEFT, _line(d.row), valid=there, color=d.player_color)
 
 
 def _colors(m: Ram, d: Drawn) -> jax.Array:
@@ -164,7 +168,7 @@ def _wolf_boxes(m: Ram, d: Drawn, floats: jax.Array) -> Box:
             jnp.broadcast_to(when(m.pushes != PUSH, 1), (6,)),
             PUSHER_LEFTS,
             TOP_LINE,
-            valid=(m.ascends == 1) & (m.pushers > np.arange(6)),
+            valid=(d.ascends == 1) & (d.pushers > np.arange(6)),
         ),
     )
     return _joined(groups)
@@ -181,16 +185,29 @@ def _joined(groups: tuple[Box, ...]) -> Box:
 
 
 def _walker_boxes(m: Ram, d: Drawn) -> Box:
-    """Those that march and one that has landed."""
-    below = jnp.append(jnp.broadcast_to(m.ascends, (3,)), 1)
-    x = jnp.append(d.march_x + MARCH_PITCH * MARCHERS, d.landed_x)
-    there = jnp.append(d.marchers > MARCHERS, d.is_landed & (m.ascends == 0))
-    index = STRIDES.index(place=below, stride=d.stride)
-    boxes = STRIDES.box(index, x, jnp.where(below == 1, BOTTOM_LINE, TOP_LINE), valid=there)
+    """Those that march, at the top or at the bottom, and one that has landed."""
+    march_x = d.march_x + MARCH_PITCH * MARCHERS
+    marches = d.marchers > MARCHERS
     # At the left edge, the beam shows the ear of the second picture a line later.
-    boxes = boxes.trimmed(top=when((x == 0) & (below == 0) & (d.stride == 1), 1))
-    inside = below == 1
-    return boxes.clip(jnp.where(inside, CLIFFS[0], 0), 0, jnp.where(inside, CLIFFS[2], 160), 220)
+    late = when((march_x == 0) & (d.stride == 1), 1)
+    top = TOP_WALKS.box(d.stride, march_x, TOP_LINE).trimmed(top=late)
+    bottom = _bottom_boxes(d, jnp.append(march_x, d.landed_x))
+    here = d.ascends == 1
+    return _joined(
+        (
+            choose(here, bottom[:3], top).where(marches),
+            bottom[3:].where(d.is_landed & ~here),
+        )
+    )
+
+
+def _bottom_boxes(d: Drawn, x: jax.Array) -> Box:
+    """Wolves that walk between the cliffs."""
+    left, right = CLIFFS[0] - x, x + WOLF_WIDTH - CLIFFS[1]
+    hidden = match((left > 0, left), (right > 0, right + WOLF_WIDTH - 1), otherwise=0)
+    there = (left < WOLF_WIDTH) & (right < WOLF_WIDTH)
+    index = BOTTOM_WALKS.index(stride=d.stride, hidden=hidden)
+    return BOTTOM_WALKS.box(index, x, BOTTOM_LINE, valid=there)
 
 
 def _beside(m: Ram, row: jax.Array) -> jax.Array:
@@ -208,7 +225,7 @@ def _missile_box(
     beam: int,
     off: int,
     late: jax.Array,
-    **fields,
+    **fields: Any,
 ) -> Box:
     """A missile, whose columns left of the beam show a line later."""
     end = first + lines
@@ -240,10 +257,11 @@ def _rock_box(m: Ram, d: Drawn) -> Box:
     falls = m.rock_row > 0
     y = match(
         (falls, _line(m.rock_row) + 4),
-        (m.rock_off == 1, GROUND_LINE + 1),
+        ((m.rock_off & m.ascends) == 1, GROUND_LINE + 1),
         otherwise=TOP_LINE + 4,
     )
-    return box(column(m.rock_at) + 1, y, 16, 11 - when(falls, 1), m.ascends == 1)
+    there = jnp.where(falls, m.rock_row <= LAST_ROW, d.ascends == 1)
+    return box(column(m.rock_at) + 1, y, 16, 11 - when(falls, 1), there)
 
 
 def _balloon_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
@@ -341,7 +359,8 @@ GAME = Game(
                 then=(SideBySide(8),),
             ),
             count=17,
-            doc="wolves: six in the air, the climber, three that march, one that has landed, six at the rock",
+            doc="wolves: six in the air, the climber, three that march, one that has landed, six "
+            "at the rock",
         ),
         Category(
             "Arrow",

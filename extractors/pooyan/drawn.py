@@ -11,14 +11,19 @@ import jax.numpy as jnp
 import numpy as np
 from ocjax.console.ops import lookup, match, when
 from ocjax.console.registers import packed_position
-from ocjax.extractors.pooyan.ram import Copies, March, Ram, Reach, State
+from ocjax.extractors.pooyan.ram import LAST_ROW, Copies, March, Ram, Reach, State
 
 INTRO_TUNE = 0x8B  # low byte of the address, after the first note
 FIRST_NOTE = 8  # frames that it lasts
+LAST_TUNE = 0xA7  # after the last note
+LAST_NOTE = 23  # frames of it that are left, when play begins
 RESET_FRAME = 2  # the clock's first one
-WOLVES = 30  # of the first round; each further round has one more
+LOSS = 0xD2  # what `Ram.frames` is set to when a life is lost
+NO_ROPE = 251  # `Ram.rope` when a life is lost
 FIRST_END = 0x20  # walked, when another wolf joins those that march
 LAST_END = 0x2C  # walked, when all stand
+STAND_X = LAST_END - 1
+SPAWN_ROWS = (1, 6)  # of wolves that take off; in rounds where they ascend, the second
 LANDINGS = (0x2C, 0x4C, 0x6C)  # columns, by place
 WALK_END = 0x9F  # walked, when a wolf climbs
 CLIMB_START = 6  # row
@@ -34,6 +39,9 @@ class Drawn:
 
     shows_round: jax.Array  # instead of the score
     is_lost: jax.Array  # the life
+    ascends: jax.Array
+    row: jax.Array  # the player's, 0 if it is not shown
+    pushers: jax.Array
     climber_row: jax.Array
     reach: jax.Array
     march_x: jax.Array
@@ -48,17 +56,25 @@ class Drawn:
 def as_drawn(m: Ram) -> Drawn:
     """Takes back what has been done since."""
     walks = m.until_walk == 1
-    begins = (m.state == State.INTRO) & (m.tune == INTRO_TUNE) & (m.tune_pause == FIRST_NOTE)
-    is_lost = begins & (m.frame != RESET_FRAME) & (m.wolves != WOLVES + m.round)
+    intro = (m.state == State.INTRO) & (m.tune == INTRO_TUNE)
+    begins = intro & (m.tune_pause == FIRST_NOTE) & (m.frame != RESET_FRAME)
+    clock = m.frames - when((m.frame & 7) == 0, 1)
+    is_lost = begins & (clock == LOSS) & (m.rope == NO_ROPE)
+    ends = begins & ~is_lost  # the round before
+    starts = (m.state == State.PLAY) & (m.tune == LAST_TUNE) & (m.tune_pause == LAST_NOTE)
+    is_reset = intro & (m.tune_pause >= FIRST_NOTE - 1) & (m.frame <= RESET_FRAME + 1)
     joins = walks & (m.walked == 1) & (m.march == March.COMES) & (m.copies > Copies.ONE)
-    march_x, marchers = _march(m, walks, is_lost, joins)
+    march_x, marchers = _march(m, walks, begins, joins)
     strides = walks & (((m.walked & 3) == 0) | joins)
     climber_row, reach = _climber(m, walks)
     landing = lookup(np.array(LANDINGS), m.landed_column)
     before = when(walks, 1)
     return Drawn(
-        shows_round=(m.state == State.INTRO) & ~(begins & (m.frame != RESET_FRAME)),
+        shows_round=((m.state == State.INTRO) & ~begins) | starts,
         is_lost=is_lost,
+        ascends=m.ascends ^ when(ends, 1),
+        row=match((is_lost | is_reset, 0), (ends, m.rope + LAST_ROW & 255), otherwise=m.row),
+        pushers=jnp.where(ends, m.pushers_before, m.pushers),
         climber_row=climber_row,
         reach=reach,
         march_x=march_x,
@@ -66,7 +82,7 @@ def as_drawn(m: Ram) -> Drawn:
         stride=m.stride ^ when(strides, 1),
         landed_x=m.landed_walked - 2 - before,
         is_landed=m.landed_walked > landing + before,
-        flash=(m.frames - when((m.frame & 7) == 0, 1)) << 1 & PALETTE,
+        flash=clock << 1 & PALETTE,
         player_color=(m.player_color - when(m.state == State.END, GAME_OVER_TINT)) & PALETTE,
     )
 
@@ -77,22 +93,37 @@ def column(code: jax.Array) -> jax.Array:
 
 
 def _march(
-    m: Ram, walks: jax.Array, is_lost: jax.Array, joins: jax.Array
+    m: Ram, walks: jax.Array, begins: jax.Array, joins: jax.Array
 ) -> tuple[jax.Array, jax.Array]:
     """Column and number of wolves that march; one more `joins` them after the frame."""
+    stand = m.standing > 0
     alone = (m.copies == Copies.ONE) & (m.march == March.COMES) & (m.state != State.INTRO)
-    left = alone & (m.standing == 0)  # those that stood have all taken balloons
+    left = alone & ~stand  # those that stood have all taken balloons
     now = match((m.copies == Copies.THREE, 3), (m.copies == Copies.TWO, 2), otherwise=1)
-    marchers = match((joins, now - 1), (is_lost | (left & (m.walked == 1)), 3), otherwise=now)
+    marchers = match(
+        (joins, now - 1),
+        (begins & stand, 3),
+        (begins & walks, 0),  # where they were is not known
+        (left & (m.walked == 1) & _takes_off(m), 3),
+        otherwise=now,
+    )
     at = column(m.marchers_at)
     moved = (m.march != March.STANDS) | (m.walked == LAST_END)
+    second = (m.state == State.INTRO) & (m.tune_pause == FIRST_NOTE - 1) & stand
     x = match(
         (joins, FIRST_END - 2),
-        (walks & (is_lost | (left & (m.walked == 2))), LAST_END - 1),
-        (walks & moved & (at == m.walked - 1), at - 1),
+        (walks & (begins | ((left | second) & (m.walked == 2))), STAND_X),
+        (walks & moved & (at == m.walked - 1) & (at > 0), at - 1),
         otherwise=at,
     )
     return x, marchers
+
+
+def _takes_off(m: Ram) -> jax.Array:
+    """Whether a wolf has taken a balloon in this frame."""
+    slot = (m.frame - 1) & 7
+    row = jnp.where(m.ascends == 1, SPAWN_ROWS[1], SPAWN_ROWS[0])
+    return jnp.any((np.arange(6) == slot) & (m.balloon_row == row))
 
 
 def _climber(m: Ram, walks: jax.Array) -> tuple[jax.Array, jax.Array]:

@@ -3,6 +3,7 @@
 from ocjax.console.ram import RamMap, bcd, bits, byte, high, low
 from ocjax.console.rom import Rom
 
+LAST_ROW = 6  # of the lift; the first is 1
 ROM = Rom("pooyan", "4799a40b6e889370b7ee55c17ba65141")
 
 
@@ -48,6 +49,7 @@ class Ram(RamMap):
     round = bits(18, count=5)  # from 0
     ascends = bits(18)  # wolves come from below in this round
     rock_off = bits(18, first=6)  # it does not lie at the top
+    pushers_before = byte(21)  # when the round before ended
     lives = byte(22)  # in reserve
     state = byte(24)
     frame = byte(27)
@@ -60,6 +62,7 @@ class Ram(RamMap):
     shot_down = high(40)  # lines
     stone_row = low(41)  # 0: there is none
     stone_down = high(41)  # lines
+    rope = byte(42)  # the row where the lift's rope ended in the frame, less 6
     picture = byte(43)  # the player's; low byte of its address
     kind = byte(44, 45, 46, 47, 48, 49)  # of what is in `balloon_row`
     reach = byte(50)  # the climber's
