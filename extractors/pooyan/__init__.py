@@ -28,6 +28,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from ocjax._xla.kernels import materialize
 from ocjax.console.boxes import Box, box, choose
 from ocjax.console.ops import among, match, only, pick, when
 from ocjax.console.registers import packed_position, wrap
@@ -61,6 +62,8 @@ PINK = 86  # while there is a bait
 WOLF = 40
 ROCK = 36
 SKY = 144
+CLIFF_COLORS = (50, 52, 28, 30, 64, 66, 60, 62)  # two of each mode
+SCENERY = (SKY, PINK, *CLIFF_COLORS)  # no stone has these colours
 BALLOON_COLORS = ROM.bytes(0xFC0, 6) & 0xFE
 
 ROWS = range(1, LAST_ROW + 1)
@@ -290,32 +293,31 @@ def _bait_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
     return any_within(start, 8, 2)
 
 
-def _squares(planes: jax.Array) -> tuple[Bitmap, Bitmap]:
-    """Whatever is not sky, and squares of it."""
-    drawn = ~color_mask(planes, (SKY,))
-    return drawn, any_within(all_within(drawn, 4, 3), 4, 3)
+def _squares(planes: jax.Array) -> Bitmap:
+    """Lone squares of four pixels: stones."""
+    drawn = ~color_mask(planes, SCENERY)
+    corner = materialize(lambda m: all_within(m, 4, 4), drawn)
+    free = all_within(~drawn, 4, 1)
+    beside = shift_left(corner, 1) | shift_right(corner, 1)
+    lone = materialize(
+        lambda c, f, b: c & shift_down(f, 1) & shift_up(f, 4) & ~b, corner, free, beside
+    )
+    return any_within(lone, 4, 4)
 
 
-def _stone_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
-    """Squares of four pixels, but not those of balloons, bait and the pig that falls."""
-    squares = any_within(all_within(mask, 4, 4), 4, 4)
-    core = all_within(mask, 6, 3)
-    for i in (1, 2, 3):
-        core = core | shift_up(core, i) | shift_down(core, i)
-    below = shift_up(shift_left(all_within(mask, 6, 1), 1), 1)
-    falls = all_within(mask, 8, 1) & below
-    return squares & ~any_within(core, 6, 3) & ~any_within(falls, 8, 6)
+def _stone_pixels(_: Bitmap, squares: Bitmap) -> Bitmap:
+    return squares
 
 
-def _wolf_pixels(mask: Bitmap, search: tuple[Bitmap, Bitmap]) -> Bitmap:
+def _wolf_pixels(mask: Bitmap, squares: Bitmap) -> Bitmap:
     """What is no stone."""
-    return mask & ~(search[1] & jnp.asarray(areas(mask.shape[1], [STONE_FIELD])))
+    return mask & ~(squares & jnp.asarray(areas(mask.shape[1], [STONE_FIELD])))
 
 
 FIELD = (44, 62, 138, 188)
 LEFT_FIELD = (0, 62, 44, 188)
 SHOT_FIELD = (0, 62, 138, 188)
-STONE_FIELD = (44, 62, 144, 188)
+STONE_FIELD = (44, 62, 160, 188)
 PIG = (PIG_LEFT, 62, PIG_LEFT + 8, 188)
 CELLS = tuple(
     (x, FIRST_LINE + PITCH * row, x + 6, FIRST_LINE + PITCH * row + BALLOON_LINES)
@@ -374,7 +376,9 @@ GAME = Game(
         ),
         Category(
             "Stone",
-            Bounds((SKY, PINK, 50), STONE_FIELD, inverse=True, filters=(_stone_pixels,)),
+            Bounds(
+                SCENERY, STONE_FIELD, inverse=True, filters=(Searched(_squares, _stone_pixels),)
+            ),
             doc="a wolf's",
         ),
         Category(

@@ -112,7 +112,7 @@ def _march(
     second = (m.state == State.INTRO) & (m.tune_pause == FIRST_NOTE - 1) & stand
     x = match(
         (joins, FIRST_END - 2),
-        (walks & (begins | ((left | second) & (m.walked == 2))), STAND_X),
+        (walks & (begins | second | (left & (m.walked == 2))), STAND_X),
         (walks & moved & (at == m.walked - 1) & (at > 0), at - 1),
         otherwise=at,
     )
