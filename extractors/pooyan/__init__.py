@@ -23,7 +23,7 @@ VEM: it cannot tell a round's number from a score of 5 to 30 while there is no b
 hides a climber in its row, and a stone in its columns.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -269,55 +269,79 @@ def _rock_box(m: Ram, d: Drawn) -> Box:
 
 def _balloon_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
     """Runs of three pixels and what is above and below them."""
-    run = any_within(all_within(mask, 3, 1), 3, 1)
+    run = materialize(lambda m: any_within(all_within(m, 3, 1), 3, 1), mask)
     return run | (mask & (shift_up(run, 1) | shift_down(run, 1)))
 
 
-def _pig_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
-    """All but bait."""
-    return mask & ~any_within(all_within(mask, 8, 2), 8, 2)
+class Missiles(NamedTuple):
+    """Pixels that are found by their shape."""
+
+    stones: Bitmap
+    arrows: Bitmap
 
 
-def _arrow_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
-    """The first eight pixels of a lone run of at least as many; left of balloons, all pixels."""
+def _missiles(planes: jax.Array) -> Missiles:
+    """Lone squares of four pixels, and the first eight pixels of lone white runs."""
+    drawn = ~color_mask(planes, SCENERY)
+    corner = materialize(lambda m: all_within(m, 4, 4), drawn)
+    start = materialize(_lone_starts, color_mask(planes, (WHITE,)))
+    return Missiles(
+        any_within(materialize(_lone_corners, corner, drawn), 4, 4), any_within(start, 8, 1)
+    )
+
+
+def _lone_corners(corner: Bitmap, drawn: Bitmap) -> Bitmap:
+    """Those of squares that nothing is above or below."""
+    free = all_within(~drawn, 4, 1)
+    beside = shift_left(corner, 1) | shift_right(corner, 1)
+    return corner & shift_down(free, 1) & shift_up(free, 4) & ~beside
+
+
+def _lone_starts(mask: Bitmap) -> Bitmap:
+    """The first pixels of runs of eight pixels and more that nothing is above or below."""
     run = all_within(mask, 8, 1)
     below = shift_up(shift_left(all_within(mask, 6, 1), 1), 1)
-    lone = run & ~shift_right(mask, 1) & ~below & ~shift_down(run, 1)
-    left = mask & jnp.asarray(areas(mask.shape[1], [LEFT_FIELD]))
-    return any_within(lone, 8, 1) | left
+    return run & ~shift_right(mask, 1) & ~below & ~shift_down(run, 1)
+
+
+def _pig_pixels(mask: Bitmap, missiles: Missiles) -> Bitmap:
+    bait = any_within(materialize(lambda m: all_within(m, 8, 2), mask), 8, 2)
+    return mask & ~(bait | missiles.stones | missiles.arrows)
+
+
+def _arrow_pixels(mask: Bitmap, missiles: Missiles) -> Bitmap:
+    """Left of balloons, all pixels are the arrow's."""
+    return missiles.arrows | (mask & jnp.asarray(areas(mask.shape[1], [LEFT_FIELD])))
 
 
 def _bait_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
     """The first eight pixels of runs of at least as many, in two rows or more."""
-    start = all_within(mask, 8, 2) & ~shift_right(mask, 1)
+    start = materialize(lambda m: all_within(m, 8, 2) & ~shift_right(m, 1), mask)
     return any_within(start, 8, 2)
 
 
-def _squares(planes: jax.Array) -> Bitmap:
-    """Lone squares of four pixels: stones."""
-    drawn = ~color_mask(planes, SCENERY)
-    corner = materialize(lambda m: all_within(m, 4, 4), drawn)
-    free = all_within(~drawn, 4, 1)
-    beside = shift_left(corner, 1) | shift_right(corner, 1)
-    lone = materialize(
-        lambda c, f, b: c & shift_down(f, 1) & shift_up(f, 4) & ~b, corner, free, beside
-    )
-    return any_within(lone, 4, 4)
+def _stone_pixels(_: Bitmap, missiles: Missiles) -> Bitmap:
+    return missiles.stones
 
 
-def _stone_pixels(_: Bitmap, squares: Bitmap) -> Bitmap:
-    return squares
+def _wolf_pixels(mask: Bitmap, missiles: Missiles) -> Bitmap:
+    """All but stones in front of the climber."""
+    return mask & ~(missiles.stones & jnp.asarray(areas(mask.shape[1], (CLIMBER_FIELD,))))
 
 
-def _wolf_pixels(mask: Bitmap, squares: Bitmap) -> Bitmap:
-    """What is no stone."""
-    return mask & ~(squares & jnp.asarray(areas(mask.shape[1], [STONE_FIELD])))
+def _rock_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
+    """What is where the rock may be: stones have its colour, too."""
+    return mask & jnp.asarray(areas(mask.shape[1], ROCK_FIELDS))
 
 
-FIELD = (44, 62, 138, 188)
 LEFT_FIELD = (0, 62, 44, 188)
 SHOT_FIELD = (0, 62, 138, 188)
 STONE_FIELD = (44, 62, 160, 188)
+CLIMBER_FIELD = (CLIMBER_LEFTS[-1], 62, CLIMBER_LEFTS[0] + WOLF_WIDTH, 188)
+NO_WOLVES = tuple(
+    (left, 62, right, 188) for left, right in ((0, 44), (52, 76), (84, 108), (116, 137), (153, 160))
+)
+ROCK_FIELDS = ((0, TOP_LINE, 160, 62), (CLIFFS[1] - 8, 62, 160, 188))  # at the top; it falls
 PIG = (PIG_LEFT, 62, PIG_LEFT + 8, 188)
 CELLS = tuple(
     (x, FIRST_LINE + PITCH * row, x + 6, FIRST_LINE + PITCH * row + BALLOON_LINES)
@@ -334,7 +358,7 @@ GAME = Game(
     categories=(
         Category(
             "Player",
-            Bounds((WHITE, PINK), PIG, filters=(_pig_pixels,)),
+            Bounds((WHITE, PINK), PIG, filters=(Searched(_missiles, _pig_pixels),)),
             doc="the pig in the lift",
         ),
         Category(
@@ -357,7 +381,8 @@ GAME = Game(
                 (0, 21, 160, 202),
                 Shape(w=(3, 48), h=(6, 15)),
                 gap=(1, 1),
-                filters=(Searched(_squares, _wolf_pixels),),
+                filters=(Searched(_missiles, _wolf_pixels),),
+                ignore=NO_WOLVES,
                 then=(SideBySide(8),),
             ),
             count=17,
@@ -366,7 +391,9 @@ GAME = Game(
         ),
         Category(
             "Arrow",
-            Bounds(WHITE, SHOT_FIELD, max_size=(8, 2), filters=(_arrow_pixels,)),
+            Bounds(
+                WHITE, SHOT_FIELD, max_size=(8, 2), filters=(Searched(_missiles, _arrow_pixels),)
+            ),
             doc="the pig's",
         ),
         Category(
@@ -377,14 +404,16 @@ GAME = Game(
         Category(
             "Stone",
             Bounds(
-                SCENERY, STONE_FIELD, inverse=True, filters=(Searched(_squares, _stone_pixels),)
+                SCENERY, STONE_FIELD, inverse=True, filters=(Searched(_missiles, _stone_pixels),)
             ),
             doc="a wolf's",
         ),
         Category(
-            "Rock", Bounds(ROCK, (0, 25, 160, 188), (16, 4), (16, 11)), doc="that wolves push"
+            "Rock",
+            Bounds(ROCK, (0, 25, 160, 188), (16, 4), (16, 11), filters=(_rock_pixels,)),
+            doc="that wolves push",
         ),
-        display("PlayerScore", SCORE.rule(WHITE), doc="points"),
+        display("PlayerScore", SCORE.rule(WHITE, step=5), doc="points"),
         display("Lives", LIVES.rule(0, (37, 206, 53, 212), single=2), doc="pigs in reserve"),
     ),
 )

@@ -5,6 +5,7 @@ After the frame is drawn, wolves walk ($F9C6), the climber moves ($F950), and th
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -53,6 +54,13 @@ class Drawn:
     player_color: jax.Array
 
 
+class Begin(NamedTuple):
+    """Frames of a round's introduction before which its records are cleared."""
+
+    first: jax.Array
+    second: jax.Array
+
+
 def as_drawn(m: Ram) -> Drawn:
     """Takes back what has been done since."""
     walks = m.until_walk == 1
@@ -64,7 +72,8 @@ def as_drawn(m: Ram) -> Drawn:
     starts = (m.state == State.PLAY) & (m.tune == LAST_TUNE) & (m.tune_pause == LAST_NOTE)
     is_reset = intro & (m.tune_pause >= FIRST_NOTE - 1) & (m.frame <= RESET_FRAME + 1)
     joins = walks & (m.walked == 1) & (m.march == March.COMES) & (m.copies > Copies.ONE)
-    march_x, marchers = _march(m, walks, begins, joins)
+    second = intro & (m.tune_pause == FIRST_NOTE - 1)
+    march_x, marchers = _march(m, walks, Begin(begins, second), joins)
     strides = walks & (((m.walked & 3) == 0) | joins)
     climber_row, reach = _climber(m, walks)
     landing = lookup(np.array(LANDINGS), m.landed_column)
@@ -92,9 +101,7 @@ def column(code: jax.Array) -> jax.Array:
     return packed_position(code) - 46
 
 
-def _march(
-    m: Ram, walks: jax.Array, begins: jax.Array, joins: jax.Array
-) -> tuple[jax.Array, jax.Array]:
+def _march(m: Ram, walks: jax.Array, begin: Begin, joins: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Column and number of wolves that march; one more `joins` them after the frame."""
     stand = m.standing > 0
     alone = (m.copies == Copies.ONE) & (m.march == March.COMES) & (m.state != State.INTRO)
@@ -102,17 +109,17 @@ def _march(
     now = match((m.copies == Copies.THREE, 3), (m.copies == Copies.TWO, 2), otherwise=1)
     marchers = match(
         (joins, now - 1),
-        (begins & stand, 3),
-        (begins & walks, 0),  # where they were is not known
+        (begin.first & stand, 3),
+        (begin.first & walks, 0),  # where they were is not known
         (left & (m.walked == 1) & _takes_off(m), 3),
         otherwise=now,
     )
     at = column(m.marchers_at)
     moved = (m.march != March.STANDS) | (m.walked == LAST_END)
-    second = (m.state == State.INTRO) & (m.tune_pause == FIRST_NOTE - 1) & stand
+    stood = begin.first | (begin.second & stand)
     x = match(
         (joins, FIRST_END - 2),
-        (walks & (begins | second | (left & (m.walked == 2))), STAND_X),
+        (walks & (stood | (left & (m.walked == 2))), STAND_X),
         (walks & moved & (at == m.walked - 1) & (at > 0), at - 1),
         otherwise=at,
     )
