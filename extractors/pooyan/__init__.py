@@ -13,22 +13,23 @@ RAM: ALE's source (score, lives), OCAtari 2.2, and the ROM's code: f09d-f3d5 dra
 down to the lives. Each of the lift's six rows is drawn by one loop of 15 lines, with one sprite for
 the pig and one for a balloon, the climber or the rock: the first of them that the program finds.
 
-Covered: five rounds by writing RAM, the fall of the rock, all modes, lost lives, the end.
+Covered: all modes, five rounds by writing RAM, the fall of the rock, also in a round in which it
+does not belong (wolves that have landed push it while the pig falls), lost lives, rounds that end.
 
-Not exact: when a life is lost, the program clears its records before the frame is finished, so that
-balloons, shots, stones and the climber of this frame are not in RAM. A climber that has just drawn
-back is one step too far right for a frame.
+Not exact: when a life is lost or a round ends, the program clears its records before the frame is
+finished, so that balloons, shots, stones and the climber of this frame are not in RAM; nor is where
+wolves march, unless they stand. A climber that has just drawn back is one step too far right for a
+frame. What falls through the row of a balloon hides it, for up to two dozen frames.
 
-VEM: it cannot tell a round's number from a score of 5 to 30 while there is no balloon. A balloon
-hides a climber in its row, and a stone in its columns.
+VEM: it cannot tell the number of the fifth, tenth, ... round from a score. It misses stones that
+touch balloons, wolves and the left part of a row, where the beam is a line late.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax._xla.kernels import materialize
 from ocjax.console.boxes import Box, box, choose
 from ocjax.console.ops import among, match, only, pick, when
 from ocjax.console.registers import packed_position, wrap
@@ -36,51 +37,35 @@ from ocjax.console.rom import Pictures
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors.pooyan.drawn import Drawn, as_drawn, column
 from ocjax.extractors.pooyan.ram import LAST_ROW, ROM, Kind, Ram
-from ocjax.vision.bitmap import (
-    Bitmap,
-    all_within,
-    any_within,
-    areas,
-    color_mask,
-    shift_down,
-    shift_left,
-    shift_right,
-    shift_up,
+from ocjax.extractors.pooyan.screen import (
+    BALLOON_LINES,
+    BOTTOM_LINE,
+    CLIFFS,
+    CLIMBER_LEFTS,
+    COLUMNS,
+    FIRST_LINE,
+    GROUND_LINE,
+    PIG_LEFT,
+    PITCH,
+    ROCK,
+    ROWS,
+    TOP_LINE,
+    WHITE,
+    WOLF,
+    WOLF_WIDTH,
 )
+from ocjax.extractors.pooyan.vision import ARROW, BAIT, BALLOON, PIG, ROCK_RULE, STONE, WOLVES_RULE
 from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.filters import Searched
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Packed, SideBySide
 
 SCORE = NumberDisplay(ROM.font(0xF00, rows=9, stride=10), right=103, top=3, digits=6)
 LIVES = IconRow(left=37, top=206, width=2, height=6, pitch=4)
 MOST_LIVES = 4  # that are shown
 
-WHITE = 14
-PINK = 86  # while there is a bait
-WOLF = 40
-ROCK = 36
-SKY = 144
-CLIFF_COLORS = (50, 52, 28, 30, 64, 66, 60, 62)  # two of each mode
-SCENERY = (SKY, PINK, *CLIFF_COLORS)  # no stone has these colours
 BALLOON_COLORS = ROM.bytes(0xFC0, 6) & 0xFE
 
-ROWS = range(1, LAST_ROW + 1)
-PITCH = 21  # lines of a row
-FIRST_LINE = 41  # of row 0
 LINES = 15  # that show sprites
 CUT = 88  # column of the beam when sprites are switched off, in the last line
-BALLOON_LINES = 8
-WOLF_WIDTH = 8
-PIG_LEFT = 130
-TOP_LINE = 21  # of wolves at the top
-GROUND_LINE = 36
-BOTTOM_LINE = 186  # of wolves at the bottom
-CLIFFS = (16, 144)  # columns between them
-
-BALLOON_LEFTS = np.array((44, 44, 76, 76, 108, 108))
-CLIMBER_LEFTS = (145, 141, 137)  # by reach
+BALLOON_LEFTS = np.repeat(COLUMNS, 2)
 PUSHER_LEFTS = 55 + 8 * np.arange(6)
 MARCHERS = np.arange(3)
 MARCH_PITCH = 32  # columns
@@ -252,8 +237,19 @@ def _stone_box(m: Ram, d: Drawn) -> Box:
     beside = _beside(m, m.stone_row)
     here = jnp.any(beside)
     first = m.stone_down + 1
-    color = jnp.where(here & (first < 7), only(beside, _colors(m, d)), WOLF)
+    balloon = here & (first < BALLOON_LINES - 1)
+    color = jnp.where(balloon, only(beside, _colors(m, d)), _last_color(m, d))
     return _missile_box(x, 4, m.stone_row, first, jnp.full_like(x, 4), 52, 106, here, color=color)
+
+
+def _last_color(m: Ram, d: Drawn) -> jax.Array:
+    """Of what is drawn last above a stone: a stone has no colour of its own."""
+    rows = jnp.append(m.balloon_row, d.climber_row)
+    wolf = jnp.max(when(rows <= m.stone_row, rows))
+    rock = when(m.rock_row <= m.stone_row, m.rock_row)
+    at_top = (d.ascends == 1) & (((m.frame & 1) == 0) | (d.pushers == 0))
+    is_rock = jnp.where(wolf + rock > 0, (rock > 0) & (rock >= wolf), at_top)
+    return jnp.where(is_rock, ROCK, WOLF)
 
 
 def _rock_box(m: Ram, d: Drawn) -> Box:
@@ -267,88 +263,6 @@ def _rock_box(m: Ram, d: Drawn) -> Box:
     return box(column(m.rock_at) + 1, y, 16, 11 - when(falls, 1), there)
 
 
-def _balloon_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
-    """Runs of three pixels and what is above and below them."""
-    run = materialize(lambda m: any_within(all_within(m, 3, 1), 3, 1), mask)
-    return run | (mask & (shift_up(run, 1) | shift_down(run, 1)))
-
-
-class Missiles(NamedTuple):
-    """Pixels that are found by their shape."""
-
-    stones: Bitmap
-    arrows: Bitmap
-
-
-def _missiles(planes: jax.Array) -> Missiles:
-    """Lone squares of four pixels, and the first eight pixels of lone white runs."""
-    drawn = ~color_mask(planes, SCENERY)
-    corner = materialize(lambda m: all_within(m, 4, 4), drawn)
-    start = materialize(_lone_starts, color_mask(planes, (WHITE,)))
-    return Missiles(
-        any_within(materialize(_lone_corners, corner, drawn), 4, 4), any_within(start, 8, 1)
-    )
-
-
-def _lone_corners(corner: Bitmap, drawn: Bitmap) -> Bitmap:
-    """Those of squares that nothing is above or below."""
-    free = all_within(~drawn, 4, 1)
-    beside = shift_left(corner, 1) | shift_right(corner, 1)
-    return corner & shift_down(free, 1) & shift_up(free, 4) & ~beside
-
-
-def _lone_starts(mask: Bitmap) -> Bitmap:
-    """The first pixels of runs of eight pixels and more that nothing is above or below."""
-    run = all_within(mask, 8, 1)
-    below = shift_up(shift_left(all_within(mask, 6, 1), 1), 1)
-    return run & ~shift_right(mask, 1) & ~below & ~shift_down(run, 1)
-
-
-def _pig_pixels(mask: Bitmap, missiles: Missiles) -> Bitmap:
-    bait = any_within(materialize(lambda m: all_within(m, 8, 2), mask), 8, 2)
-    return mask & ~(bait | missiles.stones | missiles.arrows)
-
-
-def _arrow_pixels(mask: Bitmap, missiles: Missiles) -> Bitmap:
-    """Left of balloons, all pixels are the arrow's."""
-    return missiles.arrows | (mask & jnp.asarray(areas(mask.shape[1], [LEFT_FIELD])))
-
-
-def _bait_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
-    """The first eight pixels of runs of at least as many, in two rows or more."""
-    start = materialize(lambda m: all_within(m, 8, 2) & ~shift_right(m, 1), mask)
-    return any_within(start, 8, 2)
-
-
-def _stone_pixels(_: Bitmap, missiles: Missiles) -> Bitmap:
-    return missiles.stones
-
-
-def _wolf_pixels(mask: Bitmap, missiles: Missiles) -> Bitmap:
-    """All but stones in front of the climber."""
-    return mask & ~(missiles.stones & jnp.asarray(areas(mask.shape[1], (CLIMBER_FIELD,))))
-
-
-def _rock_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
-    """What is where the rock may be: stones have its colour, too."""
-    return mask & jnp.asarray(areas(mask.shape[1], ROCK_FIELDS))
-
-
-LEFT_FIELD = (0, 62, 44, 188)
-SHOT_FIELD = (0, 62, 138, 188)
-STONE_FIELD = (44, 62, 160, 188)
-CLIMBER_FIELD = (CLIMBER_LEFTS[-1], 62, CLIMBER_LEFTS[0] + WOLF_WIDTH, 188)
-NO_WOLVES = tuple(
-    (left, 62, right, 188) for left, right in ((0, 44), (52, 76), (84, 108), (116, 137), (153, 160))
-)
-ROCK_FIELDS = ((0, TOP_LINE, 160, 62), (CLIFFS[1] - 8, 62, 160, 188))  # at the top; it falls
-PIG = (PIG_LEFT, 62, PIG_LEFT + 8, 188)
-CELLS = tuple(
-    (x, FIRST_LINE + PITCH * row, x + 6, FIRST_LINE + PITCH * row + BALLOON_LINES)
-    for row in ROWS
-    for x in (44, 76, 108)
-)
-
 GAME = Game(
     name="Pooyan",
     rom=ROM,
@@ -356,63 +270,19 @@ GAME = Game(
     decode=decode,
     screen=(220, 160),
     categories=(
-        Category(
-            "Player",
-            Bounds((WHITE, PINK), PIG, filters=(Searched(_missiles, _pig_pixels),)),
-            doc="the pig in the lift",
-        ),
-        Category(
-            "Balloon",
-            Bounds(
-                (SKY, WOLF),
-                CELLS,
-                (6, 7),
-                inverse=True,
-                filters=(_balloon_pixels,),
-                then=(Packed(),),
-            ),
-            count=6,
-            doc="two of each column",
-        ),
+        Category("Player", PIG, doc="the pig in the lift"),
+        Category("Balloon", BALLOON, count=6, doc="two of each column"),
         Category(
             "Enemy",
-            Blobs(
-                WOLF,
-                (0, 21, 160, 202),
-                Shape(w=(3, 48), h=(6, 15)),
-                gap=(1, 1),
-                filters=(Searched(_missiles, _wolf_pixels),),
-                ignore=NO_WOLVES,
-                then=(SideBySide(8),),
-            ),
+            WOLVES_RULE,
             count=17,
             doc="wolves: six in the air, the climber, three that march, one that has landed, six "
             "at the rock",
         ),
-        Category(
-            "Arrow",
-            Bounds(
-                WHITE, SHOT_FIELD, max_size=(8, 2), filters=(Searched(_missiles, _arrow_pixels),)
-            ),
-            doc="the pig's",
-        ),
-        Category(
-            "Bait",
-            Bounds((WHITE, PINK), SHOT_FIELD, filters=(_bait_pixels,)),
-            doc="the pig's meat",
-        ),
-        Category(
-            "Stone",
-            Bounds(
-                SCENERY, STONE_FIELD, inverse=True, filters=(Searched(_missiles, _stone_pixels),)
-            ),
-            doc="a wolf's",
-        ),
-        Category(
-            "Rock",
-            Bounds(ROCK, (0, 25, 160, 188), (16, 4), (16, 11), filters=(_rock_pixels,)),
-            doc="that wolves push",
-        ),
+        Category("Arrow", ARROW, doc="the pig's"),
+        Category("Bait", BAIT, doc="the pig's meat"),
+        Category("Stone", STONE, doc="a wolf's"),
+        Category("Rock", ROCK_RULE, doc="that wolves push"),
         display("PlayerScore", SCORE.rule(WHITE, step=5), doc="points"),
         display("Lives", LIVES.rule(0, (37, 206, 53, 212), single=2), doc="pigs in reserve"),
     ),

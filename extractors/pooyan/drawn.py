@@ -54,44 +54,66 @@ class Drawn:
     player_color: jax.Array
 
 
-class Begin(NamedTuple):
-    """Frames of a round's introduction before which its records are cleared."""
+class Moment(NamedTuple):
+    """What the program has done after the frame."""
 
-    first: jax.Array
-    second: jax.Array
+    begins: jax.Array  # a round's introduction: records are cleared
+    continues: jax.Array  # the frame after that
+    is_lost: jax.Array  # the life, whose round begins again
+    ends: jax.Array  # the round before
+    is_reset: jax.Array
+    plays: jax.Array  # the introduction is over
+    walks: jax.Array  # wolves move
+    joins: jax.Array  # another wolf marches
+
+
+def _moment(m: Ram) -> Moment:
+    intro = (m.state == State.INTRO) & (m.tune == INTRO_TUNE)
+    begins = intro & (m.tune_pause == FIRST_NOTE) & (m.frame != RESET_FRAME)
+    continues = intro & (m.tune_pause == FIRST_NOTE - 1)
+    is_lost = begins & (_clock(m) == LOSS) & (m.rope == NO_ROPE)
+    walks = m.until_walk == 1
+    return Moment(
+        begins=begins,
+        continues=continues,
+        is_lost=is_lost,
+        ends=begins & ~is_lost,
+        is_reset=(intro & (m.frame == RESET_FRAME)) | (continues & (m.frame == RESET_FRAME + 1)),
+        plays=(m.state == State.PLAY) & (m.tune == LAST_TUNE) & (m.tune_pause == LAST_NOTE),
+        walks=walks,
+        joins=walks & (m.walked == 1) & (m.march == March.COMES) & (m.copies > Copies.ONE),
+    )
+
+
+def _clock(m: Ram) -> jax.Array:
+    """Eights of frames when the frame was drawn."""
+    return m.frames - when((m.frame & 7) == 0, 1)
 
 
 def as_drawn(m: Ram) -> Drawn:
     """Takes back what has been done since."""
-    walks = m.until_walk == 1
-    intro = (m.state == State.INTRO) & (m.tune == INTRO_TUNE)
-    begins = intro & (m.tune_pause == FIRST_NOTE) & (m.frame != RESET_FRAME)
-    clock = m.frames - when((m.frame & 7) == 0, 1)
-    is_lost = begins & (clock == LOSS) & (m.rope == NO_ROPE)
-    ends = begins & ~is_lost  # the round before
-    starts = (m.state == State.PLAY) & (m.tune == LAST_TUNE) & (m.tune_pause == LAST_NOTE)
-    is_reset = intro & (m.tune_pause >= FIRST_NOTE - 1) & (m.frame <= RESET_FRAME + 1)
-    joins = walks & (m.walked == 1) & (m.march == March.COMES) & (m.copies > Copies.ONE)
-    second = intro & (m.tune_pause == FIRST_NOTE - 1)
-    march_x, marchers = _march(m, walks, Begin(begins, second), joins)
-    strides = walks & (((m.walked & 3) == 0) | joins)
-    climber_row, reach = _climber(m, walks)
-    landing = lookup(np.array(LANDINGS), m.landed_column)
-    before = when(walks, 1)
+    now = _moment(m)
+    march_x, marchers = _march(m, now)
+    strides = now.walks & (((m.walked & 3) == 0) | now.joins)
+    climber_row, reach = _climber(m, now.walks)
+    before = when(now.walks, 1)
+    row = match(
+        (now.is_lost | now.is_reset, 0), (now.ends, m.rope + LAST_ROW & 255), otherwise=m.row
+    )
     return Drawn(
-        shows_round=((m.state == State.INTRO) & ~begins) | starts,
-        is_lost=is_lost,
-        ascends=m.ascends ^ when(ends, 1),
-        row=match((is_lost | is_reset, 0), (ends, m.rope + LAST_ROW & 255), otherwise=m.row),
-        pushers=jnp.where(ends, m.pushers_before, m.pushers),
+        shows_round=((m.state == State.INTRO) & ~now.begins) | now.plays,
+        is_lost=now.is_lost,
+        ascends=m.ascends ^ when(now.ends, 1),
+        row=row,
+        pushers=jnp.where(now.ends, m.pushers_before, m.pushers),
         climber_row=climber_row,
         reach=reach,
         march_x=march_x,
         marchers=marchers,
         stride=m.stride ^ when(strides, 1),
         landed_x=m.landed_walked - 2 - before,
-        is_landed=m.landed_walked > landing + before,
-        flash=clock << 1 & PALETTE,
+        is_landed=m.landed_walked > lookup(np.array(LANDINGS), m.landed_column) + before,
+        flash=_clock(m) << 1 & PALETTE,
         player_color=(m.player_color - when(m.state == State.END, GAME_OVER_TINT)) & PALETTE,
     )
 
@@ -101,26 +123,26 @@ def column(code: jax.Array) -> jax.Array:
     return packed_position(code) - 46
 
 
-def _march(m: Ram, walks: jax.Array, begin: Begin, joins: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """Column and number of wolves that march; one more `joins` them after the frame."""
+def _march(m: Ram, now: Moment) -> tuple[jax.Array, jax.Array]:
+    """Column and number of wolves that march."""
     stand = m.standing > 0
     alone = (m.copies == Copies.ONE) & (m.march == March.COMES) & (m.state != State.INTRO)
     left = alone & ~stand  # those that stood have all taken balloons
-    now = match((m.copies == Copies.THREE, 3), (m.copies == Copies.TWO, 2), otherwise=1)
+    march = match((m.copies == Copies.THREE, 3), (m.copies == Copies.TWO, 2), otherwise=1)
     marchers = match(
-        (joins, now - 1),
-        (begin.first & stand, 3),
-        (begin.first & walks, 0),  # where they were is not known
+        (now.joins, march - 1),
+        (now.begins & stand, 3),
+        (now.begins & now.walks, 0),  # where they were is not known
         (left & (m.walked == 1) & _takes_off(m), 3),
-        otherwise=now,
+        otherwise=march,
     )
     at = column(m.marchers_at)
     moved = (m.march != March.STANDS) | (m.walked == LAST_END)
-    stood = begin.first | (begin.second & stand)
+    stood = now.begins | (now.continues & stand) | (left & (m.walked == 2))
     x = match(
-        (joins, FIRST_END - 2),
-        (walks & (stood | (left & (m.walked == 2))), STAND_X),
-        (walks & moved & (at == m.walked - 1) & (at > 0), at - 1),
+        (now.joins, FIRST_END - 2),
+        (now.walks & stood, STAND_X),
+        (now.walks & moved & (at == m.walked - 1) & (at > 0), at - 1),
         otherwise=at,
     )
     return x, marchers
