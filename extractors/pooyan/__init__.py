@@ -209,14 +209,14 @@ def _missile_box(
     width: int,
     row: jax.Array,
     first: jax.Array,
-    lines: jax.Array,
+    height: jax.Array,
     beam: int,
     off: int,
     late: jax.Array,
     **fields: Any,
 ) -> Box:
     """A missile, whose columns left of the beam show a line later."""
-    end = first + lines
+    end = first + height
     top = first + when(x + width <= beam + when(late & (first == BALLOON_LINES), 15), 1)
     bottom = end + when(x < beam + when(late & (end == BALLOON_LINES), 15), 1)
     bottom = jnp.minimum(bottom, LINES - when(x >= off, 1))
@@ -225,30 +225,32 @@ def _missile_box(
 
 def _shot_box(m: Ram, d: Drawn) -> Box:
     x = wrap(packed_position(m.shot_at) - 47)
-    bait = m.is_bait == 1
-    first = jnp.where(bait, jnp.maximum(m.shot_down + 1, 0), 6)
+    is_bait = m.is_bait == 1
+    first = jnp.where(is_bait, jnp.maximum(m.shot_down + 1, 0), 6)
     late = jnp.any(_beside(m, m.shot_row))
-    lines = jnp.where(bait, 4, 1)
-    return _missile_box(x, 8, m.shot_row, first, lines, 28, 97, late, color=d.player_color)
+    height = jnp.where(is_bait, 4, 1)
+    return _missile_box(x, 8, m.shot_row, first, height, 28, 97, late, color=d.player_color)
 
 
 def _stone_box(m: Ram, d: Drawn) -> Box:
     x = wrap(packed_position(m.stone_at) - 47)
-    beside = _beside(m, m.stone_row)
-    here = jnp.any(beside)
+    neighbors = _beside(m, m.stone_row)
+    here = jnp.any(neighbors)
     first = m.stone_down + 1
-    balloon = here & (first < BALLOON_LINES - 1)
-    color = jnp.where(balloon, only(beside, _colors(m, d)), _last_color(m, d))
+    by_balloon = here & (first < BALLOON_LINES - 1)
+    color = jnp.where(by_balloon, only(neighbors, _colors(m, d)), _last_color(m, d))
     return _missile_box(x, 4, m.stone_row, first, jnp.full_like(x, 4), 52, 106, here, color=color)
 
 
 def _last_color(m: Ram, d: Drawn) -> jax.Array:
     """Of what is drawn last above a stone: a stone has no colour of its own."""
-    rows = jnp.append(m.balloon_row, d.climber_row)
-    wolf = jnp.max(when(rows <= m.stone_row, rows))
-    rock = when(m.rock_row <= m.stone_row, m.rock_row)
+    wolf_rows = jnp.append(m.balloon_row, d.climber_row)
+    wolf_above = jnp.max(when(wolf_rows <= m.stone_row, wolf_rows))
+    rock_above = when(m.rock_row <= m.stone_row, m.rock_row)
     at_top = (d.ascends == 1) & (((m.frame & 1) == 0) | (d.pushers == 0))
-    is_rock = jnp.where(wolf + rock > 0, (rock > 0) & (rock >= wolf), at_top)
+    is_rock = jnp.where(
+        wolf_above + rock_above > 0, (rock_above > 0) & (rock_above >= wolf_above), at_top
+    )
     return jnp.where(is_rock, ROCK, WOLF)
 
 

@@ -67,7 +67,7 @@ class Moment(NamedTuple):
     joins: jax.Array  # another wolf marches
 
 
-def _moment(m: Ram) -> Moment:
+def _done_since(m: Ram) -> Moment:
     intro = (m.state == State.INTRO) & (m.tune == INTRO_TUNE)
     begins = intro & (m.tune_pause == FIRST_NOTE) & (m.frame != RESET_FRAME)
     continues = intro & (m.tune_pause == FIRST_NOTE - 1)
@@ -92,8 +92,8 @@ def _clock(m: Ram) -> jax.Array:
 
 def as_drawn(m: Ram) -> Drawn:
     """Takes back what has been done since."""
-    now = _moment(m)
-    march_x, marchers = _march(m, now)
+    now = _done_since(m)
+    march_x, marchers = _parade(m, now)
     strides = now.walks & (((m.walked & 3) == 0) | now.joins)
     climber_row, reach = _climber(m, now.walks)
     before = when(now.walks, 1)
@@ -123,7 +123,7 @@ def column(code: jax.Array) -> jax.Array:
     return packed_position(code) - 46
 
 
-def _march(m: Ram, now: Moment) -> tuple[jax.Array, jax.Array]:
+def _parade(m: Ram, now: Moment) -> tuple[jax.Array, jax.Array]:
     """Column and number of wolves that march."""
     stand = m.standing > 0
     alone = (m.copies == Copies.ONE) & (m.march == March.COMES) & (m.state != State.INTRO)
@@ -167,6 +167,6 @@ def _climber(m: Ram, walks: jax.Array) -> tuple[jax.Array, jax.Array]:
         (moved, m.climber_row + jnp.where(m.climber_row < m.row, -1, 1)),
         otherwise=m.climber_row,
     )
-    bites = (m.until_reach == BITES) & (m.state != State.DEATH)
-    reaches = (m.until_reach == REACHES) & (m.reach == Reach.OUT)
-    return row, match((bites, Reach.OUT), (reaches, Reach.IN), otherwise=m.reach)
+    is_biting = (m.until_reach == BITES) & (m.state != State.DEATH)
+    is_reaching = (m.until_reach == REACHES) & (m.reach == Reach.OUT)
+    return row, match((is_biting, Reach.OUT), (is_reaching, Reach.IN), otherwise=m.reach)

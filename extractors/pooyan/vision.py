@@ -73,7 +73,7 @@ class Missiles(NamedTuple):
     arrows: Bitmap
 
 
-def _missiles(planes: jax.Array) -> Missiles:
+def _by_shape(planes: jax.Array) -> Missiles:
     """Lone squares of four pixels, and the first eight pixels of lone white runs."""
     drawn = ~color_mask(planes, SCENERY)
     corner = materialize(lambda m: all_within(m, 4, 4), drawn)
@@ -98,8 +98,8 @@ def _lone_starts(mask: Bitmap) -> Bitmap:
 
 
 def _pig_pixels(mask: Bitmap, missiles: Missiles) -> Bitmap:
-    bait = any_within(materialize(lambda m: all_within(m, 8, 2), mask), 8, 2)
-    return mask & ~(bait | missiles.stones | missiles.arrows)
+    meat = any_within(materialize(lambda m: all_within(m, 8, 2), mask), 8, 2)
+    return mask & ~(meat | missiles.stones | missiles.arrows)
 
 
 def _arrow_pixels(mask: Bitmap, missiles: Missiles) -> Bitmap:
@@ -127,7 +127,7 @@ def _rock_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
     return mask & jnp.asarray(areas(mask.shape[1], ROCK_FIELDS))
 
 
-PIG = Bounds((WHITE, PINK), PIG_FIELD, filters=(Searched(_missiles, _pig_pixels),))
+PIG = Bounds((WHITE, PINK), PIG_FIELD, filters=(Searched(_by_shape, _pig_pixels),))
 BALLOON = Bounds(
     (SKY, WOLF), CELLS, (6, 7), inverse=True, filters=(_balloon_pixels,), then=(Packed(),)
 )
@@ -136,11 +136,11 @@ WOLVES_RULE = Blobs(
     WOLF_FIELD,
     Shape(w=(3, 6 * WOLF_WIDTH), h=(6, 15)),
     gap=(1, 1),
-    filters=(Searched(_missiles, _wolf_pixels),),
+    filters=(Searched(_by_shape, _wolf_pixels),),
     ignore=NO_WOLVES,
     then=(SideBySide(WOLF_WIDTH),),
 )
-ARROW = Bounds(WHITE, SHOT_FIELD, max_size=(8, 2), filters=(Searched(_missiles, _arrow_pixels),))
+ARROW = Bounds(WHITE, SHOT_FIELD, max_size=(8, 2), filters=(Searched(_by_shape, _arrow_pixels),))
 BAIT = Bounds((WHITE, PINK), SHOT_FIELD, filters=(_bait_pixels,))
-STONE = Bounds(SCENERY, STONE_FIELD, inverse=True, filters=(Searched(_missiles, _stone_pixels),))
+STONE = Bounds(SCENERY, STONE_FIELD, inverse=True, filters=(Searched(_by_shape, _stone_pixels),))
 ROCK_RULE = Bounds(ROCK, (0, 25, 160, BOTTOM), (16, 4), (16, 11), filters=(_rock_pixels,))

@@ -27,6 +27,7 @@ STALE = {
     ("Gravitar", "last"): 0.95,
     ("Gravitar", "lost"): 0.96,
     ("KingKong", "lost"): 0.82,  # the climber's and the bombs' records are those of the next life
+    ("Pooyan", "lost"): 0.64,  # the records of balloons, wolves and missiles are cleared
     ("Qbert", "last"): 0.96,
     ("Robotank", "last"): 0.93,
     ("Robotank", "lost"): 0.96,
@@ -128,6 +129,7 @@ SELDOM_KNOWN = {
     ("Enduro", "Odometer"): 0.75,  # its digits roll
     ("Hero", "PowerBar"): 0.8,  # full
     ("Jamesbond", "Life"): 0.3,  # full
+    ("Pooyan", "PlayerScore"): 0.77,  # the round's number is shown before a round
     ("Qbert", "Cube"): 0.55,  # while the score is not shown, in the colour that cubes have to get
     ("RoadRunner", "Score"): 0.85,  # two rows of its digits, in which five of ten look alike
     ("Seaquest", "OxygenBar"): 0.7,  # full
