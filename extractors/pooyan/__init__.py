@@ -48,6 +48,8 @@ from ocjax.extractors.pooyan.screen import (
     PIG_LEFT,
     PITCH,
     ROCK,
+    ROCK_HEIGHT,
+    ROCK_WIDTH,
     ROWS,
     TOP_LINE,
     WHITE,
@@ -65,6 +67,17 @@ BALLOON_COLORS = ROM.bytes(0xFC0, 6) & 0xFE
 
 LINES = 15  # that show sprites
 CUT = 88  # column of the beam when sprites are switched off, in the last line
+MISSILE_SHIFT = 47  # columns
+SHOT_ON = 28  # column of the beam when shots are switched on and off, each line
+SHOT_CUT = 97  # in the last line
+STONE_ON = 52
+STONE_CUT = 106
+DELAY = 15  # columns of the beam, in the line below a balloon
+SHOT_WIDTH = 8
+ARROW_LINE = 6  # of a row
+BAIT_LINES = 4
+STONE_SIZE = 4
+ROCK_LINE = 4  # of the top or of a row
 BALLOON_LEFTS = np.repeat(COLUMNS, 2)
 PUSHER_LEFTS = 55 + 8 * np.arange(6)
 MARCHERS = np.arange(3)
@@ -142,7 +155,9 @@ def _balloon_boxes(m: Ram, d: Drawn, floats: jax.Array) -> Box:
 
 def _wolf_boxes(m: Ram, d: Drawn, floats: jax.Array) -> Box:
     """Those in the air, the climber, those that march, one that has landed, those at the rock."""
-    in_air = WOLVES.index(kind=jnp.minimum(m.kind, 5), cut=np.where(BALLOON_LEFTS >= CUT, 1, 0))
+    in_air = WOLVES.index(
+        kind=jnp.minimum(m.kind, Kind.FALLS), cut=np.where(BALLOON_LEFTS >= CUT, 1, 0)
+    )
     groups = (
         WOLVES.box(in_air, BALLOON_LEFTS, _line(m.balloon_row), valid=floats),
         CLIMBERS.box(
@@ -210,36 +225,39 @@ def _missile_box(
     row: jax.Array,
     first: jax.Array,
     height: jax.Array,
-    beam: int,
+    on: int,
     off: int,
     late: jax.Array,
     **fields: Any,
 ) -> Box:
     """A missile, whose columns left of the beam show a line later."""
     end = first + height
-    top = first + when(x + width <= beam + when(late & (first == BALLOON_LINES), 15), 1)
-    bottom = end + when(x < beam + when(late & (end == BALLOON_LINES), 15), 1)
+    top = first + when(x + width <= on + when(late & (first == BALLOON_LINES), DELAY), 1)
+    bottom = end + when(x < on + when(late & (end == BALLOON_LINES), DELAY), 1)
     bottom = jnp.minimum(bottom, LINES - when(x >= off, 1))
     return box(x, _line(row) + top, width, bottom - top, among(row, ROWS), **fields)
 
 
 def _shot_box(m: Ram, d: Drawn) -> Box:
-    x = wrap(packed_position(m.shot_at) - 47)
+    x = wrap(packed_position(m.shot_at) - MISSILE_SHIFT)
     is_bait = m.is_bait == 1
-    first = jnp.where(is_bait, jnp.maximum(m.shot_down + 1, 0), 6)
+    first = jnp.where(is_bait, m.shot_down + 1, ARROW_LINE)
     late = jnp.any(_beside(m, m.shot_row))
-    height = jnp.where(is_bait, 4, 1)
-    return _missile_box(x, 8, m.shot_row, first, height, 28, 97, late, color=d.player_color)
+    height = jnp.where(is_bait, BAIT_LINES, 1)
+    beam = (SHOT_ON, SHOT_CUT)
+    return _missile_box(x, SHOT_WIDTH, m.shot_row, first, height, *beam, late, color=d.player_color)
 
 
 def _stone_box(m: Ram, d: Drawn) -> Box:
-    x = wrap(packed_position(m.stone_at) - 47)
+    x = wrap(packed_position(m.stone_at) - MISSILE_SHIFT)
     neighbors = _beside(m, m.stone_row)
     here = jnp.any(neighbors)
     first = m.stone_down + 1
     by_balloon = here & (first < BALLOON_LINES - 1)
     color = jnp.where(by_balloon, only(neighbors, _colors(m, d)), _last_color(m, d))
-    return _missile_box(x, 4, m.stone_row, first, jnp.full_like(x, 4), 52, 106, here, color=color)
+    height = jnp.full_like(x, STONE_SIZE)
+    beam = (STONE_ON, STONE_CUT)
+    return _missile_box(x, STONE_SIZE, m.stone_row, first, height, *beam, here, color=color)
 
 
 def _last_color(m: Ram, d: Drawn) -> jax.Array:
@@ -257,12 +275,12 @@ def _last_color(m: Ram, d: Drawn) -> jax.Array:
 def _rock_box(m: Ram, d: Drawn) -> Box:
     falls = m.rock_row > 0
     y = match(
-        (falls, _line(m.rock_row) + 4),
+        (falls, _line(m.rock_row) + ROCK_LINE),
         ((m.rock_off & m.ascends) == 1, GROUND_LINE + 1),
-        otherwise=TOP_LINE + 4,
+        otherwise=TOP_LINE + ROCK_LINE,
     )
     there = jnp.where(falls, m.rock_row <= LAST_ROW, d.ascends == 1)
-    return box(column(m.rock_at) + 1, y, 16, 11 - when(falls, 1), there)
+    return box(column(m.rock_at) + 1, y, ROCK_WIDTH, ROCK_HEIGHT - when(falls, 1), there)
 
 
 GAME = Game(

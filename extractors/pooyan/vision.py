@@ -5,6 +5,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 from ocjax._xla.kernels import materialize
+from ocjax.console.boxes import WIDTH
 from ocjax.extractors.pooyan.screen import (
     BALLOON_LINES,
     CLIFF_COLORS,
@@ -16,6 +17,8 @@ from ocjax.extractors.pooyan.screen import (
     PINK,
     PITCH,
     ROCK,
+    ROCK_HEIGHT,
+    ROCK_WIDTH,
     ROWS,
     SKY,
     TOP_LINE,
@@ -44,15 +47,16 @@ TOP = FIRST_LINE + PITCH * ROWS.start
 BOTTOM = FIRST_LINE + PITCH * ROWS.stop
 LEFT_FIELD = (0, TOP, 44, BOTTOM)  # left of balloons
 SHOT_FIELD = (0, TOP, 138, BOTTOM)
-STONE_FIELD = (44, TOP, 160, BOTTOM)
+STONE_FIELD = (44, TOP, WIDTH, BOTTOM)
 PIG_FIELD = (PIG_LEFT, TOP, PIG_LEFT + 8, BOTTOM)
 CLIMBER_FIELD = (CLIMBER_LEFTS[-1], TOP, CLIMBER_LEFTS[0] + WOLF_WIDTH, BOTTOM)
-WOLF_FIELD = (0, TOP_LINE, 160, 202)
+WOLF_FIELD = (0, TOP_LINE, WIDTH, 202)
 NO_WOLVES = tuple(
     (left, TOP, right, BOTTOM)
-    for left, right in ((0, 44), (52, 76), (84, 108), (116, 137), (153, 160))
+    for left, right in ((0, 44), (52, 76), (84, 108), (116, 137), (153, WIDTH))
 )
-ROCK_FIELDS = ((0, TOP_LINE, 160, TOP), (CLIFFS[1] - 8, TOP, 160, BOTTOM))  # at the top; it falls
+ROCK_TOP_FIELD = (0, TOP_LINE, WIDTH, TOP)
+ROCK_FALL_FIELD = (CLIFFS[1] - 8, TOP, WIDTH, BOTTOM)
 CELLS = tuple(
     (x, FIRST_LINE + PITCH * row, x + 6, FIRST_LINE + PITCH * row + BALLOON_LINES)
     for row in ROWS
@@ -124,7 +128,7 @@ def _wolf_pixels(mask: Bitmap, missiles: Missiles) -> Bitmap:
 
 def _rock_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
     """What is where the rock may be: stones have its colour, too."""
-    return mask & jnp.asarray(areas(mask.shape[1], ROCK_FIELDS))
+    return mask & jnp.asarray(areas(mask.shape[1], (ROCK_TOP_FIELD, ROCK_FALL_FIELD)))
 
 
 PIG = Bounds((WHITE, PINK), PIG_FIELD, filters=(Searched(_by_shape, _pig_pixels),))
@@ -143,4 +147,10 @@ WOLVES_RULE = Blobs(
 ARROW = Bounds(WHITE, SHOT_FIELD, max_size=(8, 2), filters=(Searched(_by_shape, _arrow_pixels),))
 BAIT = Bounds((WHITE, PINK), SHOT_FIELD, filters=(_bait_pixels,))
 STONE = Bounds(SCENERY, STONE_FIELD, inverse=True, filters=(Searched(_by_shape, _stone_pixels),))
-ROCK_RULE = Bounds(ROCK, (0, 25, 160, BOTTOM), (16, 4), (16, 11), filters=(_rock_pixels,))
+ROCK_RULE = Bounds(
+    ROCK,
+    (0, TOP_LINE, WIDTH, BOTTOM),
+    (ROCK_WIDTH, 4),
+    (ROCK_WIDTH, ROCK_HEIGHT),
+    filters=(_rock_pixels,),
+)
