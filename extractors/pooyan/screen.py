@@ -14,6 +14,7 @@ PITCH = 21  # lines of a row
 FIRST_LINE = 41  # of row 0
 BALLOON_LINES = 8
 WOLF_WIDTH = 8
+ROCK_LEFT = 121  # when it falls
 ROCK_WIDTH = 16
 ROCK_HEIGHT = 11  # one less when it falls
 PIG_LEFT = 130

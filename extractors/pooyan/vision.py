@@ -9,7 +9,6 @@ from ocjax.console.boxes import WIDTH
 from ocjax.extractors.pooyan.screen import (
     BALLOON_LINES,
     CLIFF_COLORS,
-    CLIFFS,
     CLIMBER_LEFTS,
     COLUMNS,
     FIRST_LINE,
@@ -18,6 +17,7 @@ from ocjax.extractors.pooyan.screen import (
     PITCH,
     ROCK,
     ROCK_HEIGHT,
+    ROCK_LEFT,
     ROCK_WIDTH,
     ROWS,
     SKY,
@@ -56,7 +56,7 @@ NO_WOLVES = tuple(
     for left, right in ((0, 44), (52, 76), (84, 108), (116, 137), (153, WIDTH))
 )
 ROCK_TOP_FIELD = (0, TOP_LINE, WIDTH, TOP)
-ROCK_FALL_FIELD = (CLIFFS[1] - 8, TOP, WIDTH, BOTTOM)
+ROCK_FALL_FIELD = (ROCK_LEFT, TOP, ROCK_LEFT + ROCK_WIDTH, BOTTOM)
 CELLS = tuple(
     (x, FIRST_LINE + PITCH * row, x + 6, FIRST_LINE + PITCH * row + BALLOON_LINES)
     for row in ROWS
@@ -126,9 +126,10 @@ def _wolf_pixels(mask: Bitmap, missiles: Missiles) -> Bitmap:
     return mask & ~(missiles.stones & jnp.asarray(areas(mask.shape[1], (CLIMBER_FIELD,))))
 
 
-def _rock_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
-    """What is where the rock may be: stones have its colour, too."""
-    return mask & jnp.asarray(areas(mask.shape[1], (ROCK_TOP_FIELD, ROCK_FALL_FIELD)))
+def _rock_pixels(mask: Bitmap, missiles: Missiles) -> Bitmap:
+    """What is where the rock may be, without stones that have its colour."""
+    here = jnp.asarray(areas(mask.shape[1], (ROCK_TOP_FIELD, ROCK_FALL_FIELD)))
+    return mask & here & ~missiles.stones
 
 
 PIG = Bounds((WHITE, PINK), PIG_FIELD, filters=(Searched(_by_shape, _pig_pixels),))
@@ -150,7 +151,7 @@ STONE = Bounds(SCENERY, STONE_FIELD, inverse=True, filters=(Searched(_by_shape, 
 ROCK_RULE = Bounds(
     ROCK,
     (0, TOP_LINE, WIDTH, BOTTOM),
-    (ROCK_WIDTH, 4),
+    (8, 4),  # the pig covers a part
     (ROCK_WIDTH, ROCK_HEIGHT),
-    filters=(_rock_pixels,),
+    filters=(Searched(_by_shape, _rock_pixels),),
 )

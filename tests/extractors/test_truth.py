@@ -67,6 +67,7 @@ RARE = {
     "MontezumaRevenge": ("Amulet", "Beam", "Disappearing_Platform", "Ruby", "Snake", "Spider"),
     "Pacman": ("Vitamin",),
     "Pitfall": ("DiamondRing", "Fire", "GoldenBar", "MoneyBag", "Pit", "SilverBar", "Snake"),
+    "Pooyan": ("Arrow", "Bait", "Balloon", "Enemy", "Rock", "Stone"),
     "PrivateEye": (
         *("Badguy", "Badguy_Head", "Barrier", "Brick", "Dove", "Gun", "Knife", "Lizard"),
         *("Money_Bag", "Necklace", "Pottet_Plant", "Shatterd_Object", "Shoe_Sole", "Stamp"),
