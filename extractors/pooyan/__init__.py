@@ -66,10 +66,9 @@ MOST_LIVES = 4  # that are shown
 BALLOON_COLORS = ROM.bytes(0xFC0, 6) & 0xFE
 
 LINES = 15  # that show sprites
-CUT = 88  # column of the beam when sprites are switched off, in the last line
 MISSILE_SHIFT = 47  # columns
-SHOT_ON = 28  # column of the beam when shots are switched on and off, each line
-SHOT_CUT = 97  # in the last line
+SHOT_ON = 28  # column of the beam when shots are switched on and off
+SHOT_CUT = 97  # when they are switched off, in the last line
 STONE_ON = 52
 STONE_CUT = 106
 DELAY = 15  # columns of the beam, in the line below a balloon
@@ -88,7 +87,7 @@ CLIMBS = ROM.bytes(0xFE1, 3)
 BALLOONS = Pictures.of(
     [ROM.rows(0xE00 + low, LINES)[:BALLOON_LINES] & 0xFC for low in FLIGHTS.tolist()],
 )
-# Each also without its last line.
+# Each also without its last line, in which sprites are switched off before the right column.
 WOLVES = Pictures.of(
     [
         np.where(np.arange(LINES) >= BALLOON_LINES, ROM.rows(0xE00 + low, LINES), 0)[:end]
@@ -156,7 +155,7 @@ def _balloon_boxes(m: Ram, d: Drawn, floats: jax.Array) -> Box:
 def _wolf_boxes(m: Ram, d: Drawn, floats: jax.Array) -> Box:
     """Those in the air, the climber, those that march, one that has landed, those at the rock."""
     in_air = WOLVES.index(
-        kind=jnp.minimum(m.kind, Kind.FALLS), cut=np.where(BALLOON_LEFTS >= CUT, 1, 0)
+        kind=jnp.minimum(m.kind, Kind.FALLS), cut=when(BALLOON_LEFTS == COLUMNS[-1], 1)
     )
     groups = (
         WOLVES.box(in_air, BALLOON_LEFTS, _line(m.balloon_row), valid=floats),

@@ -14,19 +14,14 @@ class State:  # of `Ram.state`
     PLAY = 130
 
 
-class Kind:  # of `Ram.kind`
-    WOLF = 0  # under a balloon
-    BARE = 1  # a balloon alone
+class Kind:  # of `Ram.kind`: 0 is a wolf under a balloon, 1 a balloon alone; 3 and 4 the same, popped
     ARCHER = 2  # a wolf with a bow
-    POPPED = 3  # a wolf and what is left of its balloon
-    BARE_POPPED = 4
     FALLS = 5  # a wolf
 
 
 class Reach:  # of `Ram.reach`
     IN = 0
-    OUT = 1
-    BITES = 2
+    OUT = 1  # and 2, as it bites
 
 
 class March:  # of `Ram.march`
@@ -45,7 +40,6 @@ class Ram(RamMap):
     tune_pause = byte(4)  # frames of the note that are left
     score = bcd((8, 9, 10))
     pushers = byte(14)  # wolves that have come up
-    wolves = byte(16)  # that are still to come in this round
     round = bits(18, count=5)  # from 0
     ascends = bits(18)  # wolves come from below in this round
     rock_off = bits(18, first=6)  # it does not lie at the top
@@ -80,11 +74,9 @@ class Ram(RamMap):
     walked = byte(85)  # columns of wolves that march up
     marchers_at = byte(86)
     landed_walked = byte(88)  # columns of a wolf that has landed; 0: there is none
-    landed_at = byte(89)
     seen_row = byte(90)  # the player's, when the climber began to wait
     march = byte(91)
     copies = byte(92)  # of a marching wolf
-    step_frames = byte(94)  # that the climber waits
     stride = bits(97, first=4)  # picture of wolves that walk
     standing = byte(99)  # marching wolves that stand, a bit each
     landed_column = bits(100, count=2)

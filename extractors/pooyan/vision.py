@@ -17,7 +17,7 @@ from ocjax.extractors.pooyan.screen import (
     PITCH,
     ROCK,
     ROCK_HEIGHT,
-    ROCK_LEFT,
+    ROCK_LEFTS,
     ROCK_WIDTH,
     ROWS,
     SKY,
@@ -56,7 +56,7 @@ NO_WOLVES = tuple(
     for left, right in ((0, 44), (52, 76), (84, 108), (116, 137), (153, WIDTH))
 )
 ROCK_TOP_FIELD = (0, TOP_LINE, WIDTH, TOP)
-ROCK_FALL_FIELD = (ROCK_LEFT, TOP, ROCK_LEFT + ROCK_WIDTH, BOTTOM)
+ROCK_FALL_FIELD = (ROCK_LEFTS[0], TOP, ROCK_LEFTS[1] + ROCK_WIDTH, BOTTOM)
 CELLS = tuple(
     (x, FIRST_LINE + PITCH * row, x + 6, FIRST_LINE + PITCH * row + BALLOON_LINES)
     for row in ROWS
