@@ -78,6 +78,7 @@ BAIT_LINES = 4
 STONE_SIZE = 4
 ROCK_LINE = 4  # of the top or of a row
 BALLOON_LEFTS = np.repeat(COLUMNS, 2)
+BALLOON_CUTS = np.repeat((0, 0, 1), 2)  # lines
 PUSHER_LEFTS = 55 + 8 * np.arange(6)
 MARCHERS = np.arange(3)
 MARCH_PITCH = 32  # columns
@@ -154,9 +155,7 @@ def _balloon_boxes(m: Ram, d: Drawn, floats: jax.Array) -> Box:
 
 def _wolf_boxes(m: Ram, d: Drawn, floats: jax.Array) -> Box:
     """Those in the air, the climber, those that march, one that has landed, those at the rock."""
-    in_air = WOLVES.index(
-        kind=jnp.minimum(m.kind, Kind.FALLS), cut=when(BALLOON_LEFTS == COLUMNS[-1], 1)
-    )
+    in_air = WOLVES.index(kind=jnp.minimum(m.kind, Kind.FALLS), cut=BALLOON_CUTS)
     groups = (
         WOLVES.box(in_air, BALLOON_LEFTS, _line(m.balloon_row), valid=floats),
         CLIMBERS.box(

@@ -14,7 +14,7 @@ class State:  # of `Ram.state`
     PLAY = 130
 
 
-class Kind:  # of `Ram.kind`: 0 is a wolf under a balloon, 1 a balloon alone; 3 and 4 the same, popped
+class Kind:  # of `Ram.kind`; 0: a wolf under a balloon, 1: a balloon, 3 and 4: popped
     ARCHER = 2  # a wolf with a bow
     FALLS = 5  # a wolf
 
