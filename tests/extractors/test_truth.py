@@ -26,6 +26,7 @@ STALE = {
     ("Defender", "last"): 0.68,  # all records are those of the next game
     ("Gravitar", "last"): 0.95,
     ("Gravitar", "lost"): 0.96,
+    ("KeystoneKapers", "lost"): 0.6,  # the scene's records are those of the next life
     ("KingKong", "lost"): 0.82,  # the climber's and the bombs' records are those of the next life
     ("Pooyan", "lost"): 0.64,  # the records of balloons, wolves and missiles are cleared
     ("Qbert", "last"): 0.96,
@@ -109,6 +110,7 @@ ICONS = {
     "Centipede": (("Life",), 1),
     "CrazyClimber": (("Life",), 0),
     "Gopher": (("Carrot",), 0),
+    "KeystoneKapers": (("BonusKops",), 0),
     "KingKong": (("Life",), 1),
     "Krull": (("Life_HUD",), 1),
     "UpNDown": (("Life",), 1),
