@@ -28,6 +28,7 @@ STALE = {
     ("Gravitar", "lost"): 0.96,
     ("KeystoneKapers", "lost"): 0.6,  # the scene's records are those of the next life
     ("KingKong", "lost"): 0.82,  # the climber's and the bombs' records are those of the next life
+    ("Pooyan", "lost"): 0.64,  # the records of balloons, wolves and missiles are cleared
     ("Qbert", "last"): 0.96,
     ("Robotank", "last"): 0.93,
     ("Robotank", "lost"): 0.96,
@@ -68,6 +69,7 @@ RARE = {
     "MontezumaRevenge": ("Amulet", "Beam", "Disappearing_Platform", "Ruby", "Snake", "Spider"),
     "Pacman": ("Vitamin",),
     "Pitfall": ("DiamondRing", "Fire", "GoldenBar", "MoneyBag", "Pit", "SilverBar", "Snake"),
+    "Pooyan": ("Arrow", "Bait", "Balloon", "Enemy", "Rock", "Stone"),
     "PrivateEye": (
         *("Badguy", "Badguy_Head", "Barrier", "Brick", "Dove", "Gun", "Knife", "Lizard"),
         *("Money_Bag", "Necklace", "Pottet_Plant", "Shatterd_Object", "Shoe_Sole", "Stamp"),
@@ -131,6 +133,7 @@ SELDOM_KNOWN = {
     ("Enduro", "Odometer"): 0.75,  # its digits roll
     ("Hero", "PowerBar"): 0.8,  # full
     ("Jamesbond", "Life"): 0.3,  # full
+    ("Pooyan", "PlayerScore"): 0.77,  # the round's number is shown before a round
     ("Qbert", "Cube"): 0.55,  # while the score is not shown, in the colour that cubes have to get
     ("RoadRunner", "Score"): 0.85,  # two rows of its digits, in which five of ten look alike
     ("Seaquest", "OxygenBar"): 0.7,  # full
