@@ -48,7 +48,8 @@ UNUSUAL = {
     "PrivateEye": 0.95,
     "Venture": 0.93,
 }
-SCORED_OTHERWISE = {"Bowling": {"PlayerScore": 1}, "Jamesbond": {"Score": 1}}  # unusual states: of two players, and with no score shown
+# Samples of unusual states whose score is another one: of two players, or while no score is shown.
+SCORED_OTHERWISE = {"Bowling": {"PlayerScore": 1}, "Jamesbond": {"Score": 1}, "MarioBros": {"Score": 9}}
 # Objects that the other recordings hardly show, or that are easily taken for others.
 RARE = {
     "BankHeist": ("Points", "Police"),
