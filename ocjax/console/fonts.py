@@ -94,6 +94,7 @@ class Digits:
             game shows other things in the number's place.
         free: left columns of cells that hold nothing while the number is shown. The value is unknown where one of them does.
         centered: whether shorter numbers leave cells on the right empty, too.
+        step: what every number is a multiple of. The value is unknown where it is not; use this if the game shows other numbers there.
     """
 
     font: Font
@@ -104,6 +105,7 @@ class Digits:
     required: bool = False
     centered: bool = False
     free: tuple[int, ...] = ()
+    step: int = 1
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "lefts", tuple(self.lefts))

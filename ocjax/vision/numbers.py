@@ -57,6 +57,8 @@ def _read(digits: Sequence[Digits], mask: Bitmap) -> list[Reading]:
         if own.free:
             taken = jnp.any(shown[end : end + len(own.free)] != EMPTY, axis=0)
             unread, matched = unread | taken, matched & ~taken
+        if own.step > 1:
+            unread = unread | (value % own.step != 0)
         readings.append(Reading(jnp.where(unread, UNKNOWN_VALUE, value), matched))
     return readings
 

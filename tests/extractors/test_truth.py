@@ -26,7 +26,9 @@ STALE = {
     ("Defender", "last"): 0.68,  # all records are those of the next game
     ("Gravitar", "last"): 0.95,
     ("Gravitar", "lost"): 0.96,
+    ("KeystoneKapers", "lost"): 0.6,  # the scene's records are those of the next life
     ("KingKong", "lost"): 0.82,  # the climber's and the bombs' records are those of the next life
+    ("Pooyan", "lost"): 0.64,  # the records of balloons, wolves and missiles are cleared
     ("Qbert", "last"): 0.96,
     ("Robotank", "last"): 0.93,
     ("Robotank", "lost"): 0.96,
@@ -48,7 +50,8 @@ UNUSUAL = {
     "PrivateEye": 0.95,
     "Venture": 0.93,
 }
-SCORED_OTHERWISE = {"Bowling": {"PlayerScore": 1}, "Jamesbond": {"Score": 1}}  # unusual states: of two players, and with no score shown
+# Samples of unusual states whose score is another one: of two players, or while no score is shown.
+SCORED_OTHERWISE = {"Bowling": {"PlayerScore": 1}, "Jamesbond": {"Score": 1}, "MarioBros": {"Score": 9}}
 # Objects that the other recordings hardly show, or that are easily taken for others.
 RARE = {
     "BankHeist": ("Points", "Police"),
@@ -68,6 +71,7 @@ RARE = {
     "MontezumaRevenge": ("Amulet", "Beam", "Disappearing_Platform", "Ruby", "Snake", "Spider"),
     "Pacman": ("Vitamin",),
     "Pitfall": ("DiamondRing", "Fire", "GoldenBar", "MoneyBag", "Pit", "SilverBar", "Snake"),
+    "Pooyan": ("Arrow", "Bait", "Balloon", "Enemy", "Rock", "Stone"),
     "PrivateEye": (
         *("Badguy", "Badguy_Head", "Barrier", "Brick", "Dove", "Gun", "Knife", "Lizard"),
         *("Money_Bag", "Necklace", "Pottet_Plant", "Shatterd_Object", "Shoe_Sole", "Stamp"),
@@ -109,6 +113,7 @@ ICONS = {
     "Centipede": (("Life",), 1),
     "CrazyClimber": (("Life",), 0),
     "Gopher": (("Carrot",), 0),
+    "KeystoneKapers": (("BonusKops",), 0),
     "KingKong": (("Life",), 1),
     "Krull": (("Life_HUD",), 1),
     "UpNDown": (("Life",), 1),
@@ -130,6 +135,7 @@ SELDOM_KNOWN = {
     ("Enduro", "Odometer"): 0.75,  # its digits roll
     ("Hero", "PowerBar"): 0.8,  # full
     ("Jamesbond", "Life"): 0.3,  # full
+    ("Pooyan", "PlayerScore"): 0.77,  # the round's number is shown before a round
     ("Qbert", "Cube"): 0.55,  # while the score is not shown, in the colour that cubes have to get
     ("RoadRunner", "Score"): 0.85,  # two rows of its digits, in which five of ten look alike
     ("Seaquest", "OxygenBar"): 0.7,  # full

@@ -1,0 +1,203 @@
+"""Galaxian: a ship below a formation of aliens, some of which dive at it and drop bombs.
+
+Screen: The frame around the field is scenery, explosions are no objects. An alien of the formation
+has two or three colours; its `rgb` is that of its upper part.
+
+Slots: EnemyShip is row * 7 + column, rows from the top, columns as the game counts them: when the
+leftmost one is empty, the others move one to the left. DivingEnemy has the game's five records,
+then a flagship's three escorts, for which one record stands. EnemyMissile has the bombs from the
+top down: a new one moves those below it to the next slot.
+
+RAM: ALE's source (score, lives), and the ROM's code: f000-f9a1 draws from positions on the stack,
+after which d000-d943 moves what is drawn next, a part on each of eight frames: divers on even ones
+and on 5, the formation on 1, bombs a line down on 1, 3 and 7. The chip's one player shows the ships
+of a row by copies; divers share the other one and flicker where more than two are on a line.
+
+Covered: all modes and difficulties, launches, returns, escorts, hits, lost lives, new rounds with
+one and two digits, the end of the game, odd and even frame skips.
+
+Not exact: a diver that has just reached its place in the formation, where no ship is drawn until
+the game makes the rows up anew; bombs on the frame on which one between them is dropped or hits.
+
+VEM: it sees no bomb that touches a diver or a ship of the formation, or that has a colour of the
+ship's explosion, and less of divers that ships of the formation cover. It takes white stars of
+explosions that touch a ship of the formation for flagships, and red or white pieces of the ship's
+explosion for divers.
+"""
+
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from ocjax.console.boxes import Box, box
+from ocjax.console.ops import among, lookup, only, when
+from ocjax.extraction.game import Category, Game, display
+from ocjax.extractors.galaxian.divers import (
+    DIVER_PICTURES,
+    ESCORT_BITS,
+    PICTURE_ROWS,
+    ROW_LINES,
+    Divers,
+    divers_as_drawn,
+)
+from ocjax.extractors.galaxian.formation import (
+    FORMATION_TOP,
+    ROW_COLORS,
+    formation_boxes,
+)
+from ocjax.extractors.galaxian.ram import BANK, ROM, Death, Kind, NewLife, Ram, Release, Turn
+from ocjax.vision.displays import IconRow, NumberDisplay
+from ocjax.vision.rules import Blobs, Bounds, Run, Runs
+from ocjax.vision.shapes import Shape
+
+FONT = ROM.font(BANK + 0xF00, rows=7, stride=8)
+SCORE = NumberDisplay(FONT, right=103, top=4, digits=6)
+ROUND = NumberDisplay(replace(FONT, pitch=9), right=145, top=188, digits=2)
+LIVES = IconRow(left=19, top=188, width=3, height=7, pitch=5)
+
+FIELD = (16, 16, 144, 184)
+LEFT = FIELD[0]
+TOP = FIELD[1]
+RIGHT = FIELD[2]
+BOTTOM = FIELD[3]
+WHITE = 0x0E
+YELLOW = 0xFC  # of the score
+GOLD = 0x2A  # of the ship's shot
+GRAY = 0x0C  # of the displays below
+PINK = 0x4A  # of bombs
+RED = 0x48
+PURPLE = 0x6A
+GREEN = 0xD8
+DIVER_COLORS = (WHITE, RED, PURPLE, GREEN)  # by kind
+
+ESCORT_LEFTS = np.array((-16, 0, 16))
+PLAYER_TOP = 170
+SHOT_TOP = 16
+SHOT_LOWEST = 168
+BOMB_TOP = 24
+BOMB_LINES = 4
+BOMB_ROWS = np.arange(1, 14)  # of `Ram.bombs`, three steps each
+HIGH_ROWS = 10  # of them in the first word
+BITS = 30  # of a word
+SLOTS = np.arange(8)  # of bombs
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    divers = divers_as_drawn(m)
+    new_life = _begins(m)
+    flies = among(m.missile_y, range(1, SHOT_LOWEST)) & ~new_life
+    return {
+        "Player": box(m.player_x + 8, PLAYER_TOP, 8, 14, _ship_shown(m)),
+        "EnemyShip": formation_boxes(m, divers),
+        "DivingEnemy": _diver_boxes(m, divers),
+        "PlayerMissile": box(m.missile_x + 2, m.missile_y + SHOT_TOP, 1, 3, flies),
+        "EnemyMissile": _bomb_boxes(m),
+        "Score": SCORE.box(m.score),
+        "Lives": LIVES.box(m.lives + when(new_life, 1), value=m.lives + 1),
+        "Round": ROUND.box(m.round),
+    }
+
+
+def _begins(m: Ram) -> jax.Array:
+    """Whether a life was set up after this frame."""
+    return (m.player_x == NewLife.X) & (m.player_code != NewLife.CODE) & (m.dead == 0)
+
+
+def _ship_shown(m: Ram) -> jax.Array:
+    hit_now = (m.death == Death.BEGINS) & (m.death_tune == Death.FIRST_NOTE)
+    return ((m.dead == 0) & ~_begins(m)) | hit_now
+
+
+def _diver_boxes(m: Ram, d: Divers) -> Box:
+    """The records, then the escorts, which fly side by side; one record stands for all three."""
+    escort_x, escort_y, escort_picture = (only(d.escorting, v) for v in (d.x, d.y, d.picture))
+    x = jnp.concatenate([d.x, escort_x + ESCORT_LEFTS]) + 8
+    y = jnp.concatenate([d.y, jnp.repeat(escort_y, 3)]) + TOP
+    picture = jnp.concatenate([d.picture, jnp.repeat(escort_picture, 3)])
+    escorted = jnp.any(d.escorting & d.there) & ((d.escorts & ESCORT_BITS) > 0)
+    there = jnp.concatenate([d.there & ~d.escorting, escorted])
+    below = jnp.clip(y + PICTURE_ROWS - BOTTOM, 0, PICTURE_ROWS)
+    above = jnp.clip(TOP - y, 0, PICTURE_ROWS)
+    index = DIVER_PICTURES.index(picture=picture, cut=PICTURE_ROWS + below - above)
+    color = lookup(DIVER_COLORS, jnp.append(m.kind, np.full(3, Kind.ESCORT)))
+    return DIVER_PICTURES.box(index, x, y, valid=there, color=color).clip(*FIELD)
+
+
+def _bomb_boxes(m: Ram) -> Box:
+    step = _bomb_steps(m) - when(among(m.turn, Turn.BOMBS), 1)
+    dropped = (m.turn == Turn.RELEASE) & ~among(m.release, Release.NONE)
+    there = ~(dropped & (m.above_new + 1 == SLOTS))
+    y = BOMB_TOP + BOMB_LINES * step
+    return box(m.bomb_x + 11, y, 1, BOMB_LINES, there, color=PINK).clip(*FIELD)
+
+
+def _bomb_steps(m: Ram) -> jax.Array:
+    """The step of each bomb, from the top: the places of bits that are set in two words.
+
+    Without a bomb, the step is below the field.
+    """
+    in_rows = when(m.lowest < BOMB_ROWS, m.bombs)
+    shift = BITS - 3 - 3 * np.arange(HIGH_ROWS)
+    high = jnp.sum(in_rows[:HIGH_ROWS] << shift)
+    low = jnp.sum(in_rows[HIGH_ROWS:] << shift[: len(BOMB_ROWS) - HIGH_ROWS])
+    steps = []
+    for _ in SLOTS:
+        steps.append(jnp.where(high > 0, lax.clz(high), BITS + lax.clz(low)) + 1)
+        in_high = high > 0
+        high, low = _without_first(high), jnp.where(in_high, low, _without_first(low))
+    return jnp.stack(steps)
+
+
+def _without_first(word: jax.Array) -> jax.Array:
+    """The word without its highest bit."""
+    return word & ~(jnp.int32(1) << 31 - lax.clz(word))
+
+
+def _ship_runs() -> tuple[Run, ...]:
+    """The second line of ships: two pixels, or four with the wings down."""
+    runs = []
+    for row, color in enumerate(ROW_COLORS.tolist()):
+        line = FORMATION_TOP + ROW_LINES * row + 1
+        runs += [
+            Run(color, line, left=(LEFT, RIGHT - 2), width=2, height=8, before=2, above=1, after=2),
+            Run(color, line, left=(LEFT, RIGHT - 2), width=4, height=8, before=1, after=1),
+        ]
+    return tuple(runs)
+
+
+SHIPS = Runs(_ship_runs(), most=7, gap=2, columns=(LEFT, RIGHT))
+DIVER_SHAPES = (
+    Shape(w=(2, 8), h=(1, 10), pixels=(1, 86)),
+    Shape(w=(2, 20), h=(11, 22), split=(8, 10)),
+    Shape(w=(9, 20), h=(1, 10), split=(8, 10)),
+)
+COLORED = (GREEN, PURPLE, RED)
+# A flagship has more pixels than the ships of its row in the formation, gaps included.
+FLAGSHIP = Shape(w=(6, 8), h=(9, 10), pixels=(74, 86))
+FLAGSHIPS = Blobs(WHITE, (LEFT, TOP, RIGHT, 168), FLAGSHIP, gap=(2, 1))
+DIVING = Blobs(COLORED, FIELD, DIVER_SHAPES, gap=(2, 1), also=(FLAGSHIPS,))
+BOMB_COLORS = (PINK, WHITE, *COLORED)  # a bomb has a diver's colour if one is on its lines
+BOMBS = Blobs(BOMB_COLORS, (LEFT, 32, RIGHT, BOTTOM), Shape(w=1, h=4))
+MISSILE = Bounds(GOLD, FIELD, max_size=(1, 3))
+SHIP_AREA = (LEFT, PLAYER_TOP, RIGHT, BOTTOM)
+SHIP_SIZE = (8, 14)
+SHIP = Bounds(WHITE, SHIP_AREA, SHIP_SIZE, SHIP_SIZE, exclude=("EnemyMissile",))
+
+GAME = Game(
+    name="Galaxian",
+    rom=ROM,
+    ram=Ram,
+    decode=decode,
+    categories=(
+        Category("Player", SHIP, doc="the ship"),
+        Category("EnemyShip", SHIPS, count=42, doc="in the formation: row * 7 + column"),
+        Category("DivingEnemy", DIVING, count=8, doc="five records, three escorts"),
+        Category("PlayerMissile", MISSILE, doc="the ship's shot"),
+        Category("EnemyMissile", BOMBS, count=8, doc="bombs"),
+        display("Score", SCORE.rule(YELLOW), doc="points"),
+        display("Lives", LIVES.rule(GRAY, (16, 188, 40, 195), single=2), doc="ships"),
+        display("Round", ROUND.rule(GRAY), doc="the round"),
+    ),
+)

@@ -1,0 +1,138 @@
+"""Galaxian's divers as they were drawn: their step after that is taken back."""
+
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.console.ops import among, lookup, match, when
+from ocjax.console.rom import Pictures
+from ocjax.extractors.galaxian.ram import BANK, ROM, Hit, Kind, Place, Ram, State, Turn
+
+ROW_LINES = 12  # of the formation
+RECORDS = np.arange(5)
+ESCORT_BITS = np.array((4, 2, 1))
+PICTURE_ROWS = 10
+PICTURE_PAGE = BANK + 0xE00
+PLACES = (0x50, 0x66, 0x7C, 0x92, 0xA8, 0xBE, 0xD4, 0xEA)  # of the divers' pictures in the page
+DIVER_ROWS = ROM.rows([PICTURE_PAGE + at for at in PLACES], PICTURE_ROWS, top_first=True)
+LINE = np.arange(PICTURE_ROWS)
+# The pictures' lines within the field, for so many lines that are beyond its bottom (-: its top).
+DIVER_PICTURES = Pictures.of(
+    (
+        np.where((cut + LINE >= 0) & (cut + LINE < PICTURE_ROWS), rows, 0)
+        for rows in DIVER_ROWS
+        for cut in range(-PICTURE_ROWS, PICTURE_ROWS + 1)
+    ),
+    picture=len(PLACES),
+    cut=2 * PICTURE_ROWS + 1,
+)
+
+
+def _picture_numbers() -> np.ndarray:
+    """Numbers of pictures: by state, then of those that return by fours of lines that are left."""
+    start, dive, back = ROM.bytes(0xEBA, 8), ROM.bytes(0xEB2, 8), ROM.bytes(0xEC6, 5)
+    state = np.arange(128)
+    turn = np.minimum((state & 63) >> 2, 7)
+    low = start[np.where(state & 64, turn, 7 - turn)]
+    return np.searchsorted(PLACES, np.concatenate([low, dive.repeat(16), back])).astype(np.int32)
+
+
+NUMBERS_BY_STATE = _picture_numbers()
+RETURNING = 256  # the first picture's number of a diver that returns
+UPRIGHT = 4  # the last one
+
+
+def _steps() -> np.ndarray:
+    """What a step of each plan moves: 2 * (columns to the right + 16), + 1 where it goes up.
+
+    The first four plans are of dives, flat to wide; the last one is that of the loop before.
+    """
+    paths, turns, amounts = ROM.bytes(0xECB, 64), ROM.bytes(0xF0B, 64), ROM.bytes(0xF4B, 16)
+    amounts = (amounts ^ 128) - 128
+    weave = paths & 3
+    columns = np.stack(
+        [
+            amounts[np.where(weave == 3, 7, weave)],
+            amounts[paths >> 2 & 7],
+            amounts[paths >> 5],
+            amounts[turns >> 4],
+            -np.roll(amounts[turns & 15], 1),
+        ]
+    )
+    up = np.zeros((5, 64), int)
+    up[4] = np.roll(ROM.bytes(0xF2B, 64) >> 2 & 1, 1)
+    return (2 * (columns + 16) + up).ravel().astype(np.int32)
+
+
+MOVES = _steps()
+
+
+class Plan:  # of `MOVES`
+    FLAT = 0
+    STEEP = 1
+    WIDE = 2
+    LOOP = 4
+
+
+@dataclass(frozen=True)
+class Divers:
+    """The divers when the frame was drawn."""
+
+    x: jax.Array
+    y: jax.Array  # line of the field
+    picture: jax.Array
+    there: jax.Array
+    launched: jax.Array  # after this frame
+    escorting: jax.Array  # stands for a flagship's escorts
+    escorts: jax.Array  # a bit each
+
+
+def divers_as_drawn(m: Ram) -> Divers:
+    moved = ((m.turn & 1) == 0) | (m.turn == Turn.DIVERS)
+    escorting = m.escort_record == RECORDS
+    launched = moved & ((m.state & ~State.MIRRORED) == 0) & (m.explodes == 0) & (m.y > Place.NONE)
+    returns = (m.dives == 0) & (m.state >= State.DIVES)
+    bursts = (m.explodes == 1) & ~escorting
+    hit_now = _struck(m, escorting, moved)
+    still = ~moved | bursts
+    columns, lines = _moved_by(m, returns)
+    y = ROW_LINES * (m.y >> 4) + (m.y & 15) - 9 - when(~still, lines)
+    back = (m.state - 1 & State.DIVES - 1) | (m.state & State.DIVES)
+    state = jnp.where(still | returns, m.state, back)
+    arrives = returns & moved & (m.y == 1)
+    seen = (m.y > Place.NONE) & (m.y < Place.GONE) & ~launched & ~arrives & (~bursts | hit_now)
+    return Divers(
+        x=m.x - when(~still, columns),
+        y=y,
+        picture=lookup(NUMBERS_BY_STATE, jnp.where(returns, _of_return(m, y), state)),
+        there=seen,
+        launched=launched,
+        escorting=escorting,
+        escorts=m.escorts | when(jnp.any(hit_now & escorting), ESCORT_BITS[0] >> m.escort_hit),
+    )
+
+
+def _struck(m: Ram, escorting: jax.Array, moved: jax.Array) -> jax.Array:
+    """Which divers, or groups of escorts, were hit after this frame."""
+    since = jnp.where(escorting, m.escort_time, m.state)
+    return (m.hit == Hit.DIVER) & (m.explodes == 1) & (since == when(moved, 1))
+
+
+def _moved_by(m: Ram, returns: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """By how many columns and lines each diver has moved, if it has."""
+    loops = m.state < State.DIVES
+    flat = match(
+        (m.kind > Kind.PURPLE, Plan.FLAT), (m.kind == Kind.PURPLE, Plan.WIDE), otherwise=Plan.STEEP
+    )
+    plan = jnp.where(loops, Plan.LOOP, flat + m.fast)
+    step = lookup(MOVES, 64 * plan + (m.state & 63))
+    columns = ((step >> 1) - 16) * jnp.where((m.state & State.MIRRORED) > 0, -1, 1)
+    with_formation = when((m.clock & 15) == 0, 1 - 2 * m.goes_left)
+    return jnp.where(returns, with_formation, columns), jnp.where(loops & ((step & 1) == 1), -1, 1)
+
+
+def _of_return(m: Ram, y: jax.Array) -> jax.Array:
+    """Index of the picture of a diver that returns: it turns over on its last lines."""
+    left = (m.state & 63) - y
+    return RETURNING + jnp.where(among(left, range(4 * UPRIGHT)), left >> 2, UPRIGHT)

@@ -1,0 +1,143 @@
+"""The Kop as the frame shows him: what the game has moved after it drew the frame is taken back."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from ocjax.console.ops import among, match, when
+from ocjax.extractors.keystonekapers.ram import Pose, Ram, Ride
+
+FREEZE = 8  # `pause` when it begins
+FREEZES = 5  # `sound` from which on nobody moves
+PENALTY = 5  # `sound` while time runs fast
+ROUND = 50  # seconds
+KILLED = 6
+TICK = 127  # bits of `clock`
+FAST_TICK = 3
+STEPS = 5  # poses of a step, from 1 on
+JUMP_STARTS = 18  # steps of a jump
+RISES = 9  # until so many steps are left
+HANGS = (6, 7, 8, 9, 10, 11)  # steps that take four frames
+LAST_FAST = 11  # of the steps before these
+LAST_FAST_PAUSE = 9  # of the jump's sound on the frame of that step
+LANDS = 1  # low bits of `clock`, because the last slow step is taken when they are 0
+FLOOR_HEIGHT = 32
+RIGHT_EDGE = 0x9A  # `kop_x` of who has come from the right
+LEFT_EDGE = 8
+LAST_SECTION = 0  # at the right end of the building
+FIRST_SECTION = 7  # at its left end
+RIGHT_WALL = 0x99  # column to which he is put back at the edge
+LEFT_WALL = 9
+
+
+class Drawn(NamedTuple):
+    """The Kop on the frame."""
+
+    x: jax.Array
+    height: jax.Array
+    floor: jax.Array
+    pose: jax.Array
+    section: jax.Array
+    time: jax.Array
+
+
+def as_drawn(m: Ram) -> Drawn:
+    """Take back what the Kop has done since the frame was drawn."""
+    dx, dy = _step(m)
+    height = m.height - dy
+    below = height < 0  # the frame shows the end of an escalator, from the floor below
+    x, section = _across(m, kop_column(m) - dx)
+    return Drawn(
+        x=x,
+        height=jnp.where(below, height + FLOOR_HEIGHT, height),
+        floor=(m.place >> 3) - when(below, 1),
+        pose=_pose_before(m),
+        section=section,
+        time=m.time + when(_ticked(m) & (section == m.section), 1),
+    )
+
+
+def has_begun_anew(m: Ram) -> jax.Array:
+    """Whether a life has just been lost: the RAM is that of the next one, and the frame is not."""
+    return (m.clock == 0) & (m.time == ROUND) & (m.age != 0)
+
+
+def _ticked(m: Ram) -> jax.Array:
+    """Whether a second has just passed."""
+    second = jnp.where(m.sound == PENALTY, FAST_TICK, TICK)
+    return (m.plays == 1) & (m.sound != KILLED) & (m.time < ROUND) & (m.clock & second == 0)
+
+
+def kop_column(m: Ram) -> jax.Array:
+    """The Kop's column on his own floor."""
+    floor = m.place >> 3
+    return sum((when(floor == i, m.kop_x[i]) for i in range(4)), jnp.int32(0))
+
+
+def _across(m: Ram, x: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Column and section before a Kop who has just come into a section."""
+    walks = _moves_aside(m)
+    left = m.faces_left == 1
+    right = ~left
+    came_left = walks & left & (x > RIGHT_EDGE)
+    came_right = walks & right & (x < LEFT_EDGE)
+    at_right_wall = (
+        walks & (m.faces_left == 0) & (m.section == LAST_SECTION) & (x == RIGHT_WALL - 1)
+    )
+    at_left_wall = walks & (m.faces_left == 1) & (m.section == FIRST_SECTION) & (x == LEFT_WALL + 1)
+    before = match(
+        (came_left | at_left_wall, LEFT_EDGE),
+        (came_right | at_right_wall, RIGHT_EDGE),
+        otherwise=x,
+    )
+    return before, m.section - when(came_left, 1) + when(came_right, 1)
+
+
+def _step(m: Ram) -> tuple[jax.Array, jax.Array]:
+    """Columns and rows that the Kop has moved."""
+    rides = (m.ride == Ride.ESCALATOR) & (m.clock & 3 == 0)
+    up = jnp.where(m.rides_left == 1, -1, 1)
+    ahead = jnp.where(m.faces_left == 1, -1, 1)
+    dx = match((rides, up), (_moves_aside(m), ahead), otherwise=0)
+    dy = match((rides, 1), (_in_air(m), _jump_step(m)), otherwise=0)
+    dx, dy = (jnp.where(_is_frozen(m), 0, moved) for moved in (dx, dy))
+    return dx, dy
+
+
+def _is_frozen(m: Ram) -> jax.Array:
+    """Whether a collision keeps everybody from moving, but for its own frame."""
+    begins = (m.pause == FREEZE) & (m.clock & 3 == 1)
+    return (m.sound >= FREEZES) & ~begins
+
+
+def _moves_aside(m: Ram) -> jax.Array:
+    """Whether the Kop has walked or flown a column aside."""
+    pushed = (m.stick_down == 1) & ((m.stick_left == 0) | (m.stick_right == 0))
+    walked = among(m.pose, range(1, STEPS + 1))
+    return (m.ride == Ride.NONE) & ~_is_frozen(m) & jnp.where(_in_air(m), pushed, walked)
+
+
+def _in_air(m: Ram) -> jax.Array:
+    """Whether the frame shows a jump, or its beginning."""
+    return (m.ride == Ride.NONE) & ((m.jump > 0) | _landed(m))
+
+
+def _landed(m: Ram) -> jax.Array:
+    """Whether a jump has just ended."""
+    down = (m.jump == 0) & (m.pose == Pose.JUMPS) & (m.height == 0)
+    return down & (m.button == 1) & (m.clock & 3 == LANDS)
+
+
+def _jump_step(m: Ram) -> jax.Array:
+    """Rows that the Kop has risen."""
+    waits = among(m.jump, HANGS) & (m.clock & 3 != 0)
+    arrived = (m.jump == LAST_FAST) & (m.pause == LAST_FAST_PAUSE)
+    still = (m.jump == JUMP_STARTS) | (waits & ~arrived)
+    return match((still, 0), (m.jump >= RISES, 1), otherwise=-1)
+
+
+def _pose_before(m: Ram) -> jax.Array:
+    """The pose before a step: it changes on odd columns."""
+    walked = among(m.pose, range(1, STEPS + 1)) & ~_in_air(m) & (m.ride == Ride.NONE)
+    stepped = walked & (kop_column(m) & 1 == 1) & ~_is_frozen(m)
+    return jnp.where(stepped, jnp.where(m.pose == 1, STEPS, m.pose - 1), m.pose)

@@ -1,0 +1,62 @@
+"""Keystone Kapers' RAM. Floors are the ground floor, the first, the second and the roof."""
+
+from ocjax.console.ram import RamMap, bcd, bits, byte
+
+
+class Thing:  # what a floor holds, of `Ram.thing`
+    RADIO = 6
+    RADIO_SOUNDS = 7
+    BALL = 8
+    CART = 9
+    BIPLANE = 10
+    BIPLANE_TURNS = 11  # its propeller
+    SUITCASE = 15
+    MONEYBAG = 16
+
+
+class Pose:  # of `Ram.pose`
+    JUMPS = 2  # and one of the steps 1-5
+    STANDS = 6
+    DUCKS = 7
+
+
+class Ride:  # of `Ram.ride`
+    NONE = 0
+    ESCALATOR = 2
+    ELEVATOR = 3
+
+
+class Ram(RamMap):
+    ride = bits(0, first=6, count=2)
+    rides_left = bits(0, first=5)  # the escalator goes up to the left
+    faces_left = bits(0, first=3)
+    pause = byte(6)  # frames of a sound left
+    over = bits(7, first=7)  # the round is over
+    plays = bits(8, first=7)
+    sound = byte(11)
+    button = bits(12, first=7)  # held
+    jump = byte(13)  # steps left
+    clock = byte(14)
+    krook_x = byte(16)
+    height = bits(17, count=5)  # of the Kop above the floor
+    place = byte(18)  # of the Kop: eight sections a floor
+    section = byte(19)  # that is on the screen
+    krook_place = byte(20)
+    pose = byte(21)
+    lives = byte(22)
+    idle = byte(25)
+    score = bcd((26, 27, 28))
+    time = bcd(29)
+    kop_x = byte(*range(32, 36))  # on each floor
+    thing_x = byte(*range(36, 40))
+    thing_top = byte(*range(40, 44))  # row of its picture on the floor's first line
+    thing = byte(*range(44, 48))
+    copies = bits(*range(48, 52), count=3)
+    thing_left = bits(*range(48, 52), first=3)  # looks to the left
+    doors = byte(*range(56, 59))  # the playfield of each floor but the roof
+    krook_left = bits(76, first=3)
+    stick_right = bits(97, first=7)  # 0: pushed when the jump began
+    stick_left = bits(97, first=6)
+    stick_down = bits(97, first=5)
+    krook_pose = byte(98)
+    age = byte(114)  # frames of the game, but for those of lost lives

@@ -1,0 +1,359 @@
+"""Mario Bros.: Mario knocks pests over from below and kicks them off four floors.
+
+Screen: Player 0 is Mario. Player 1 is the pest of a floor, set anew below each of three platforms,
+or on some frames the fireball instead, so that it and the pest of its floor flicker. The missiles
+are two coins that roll and turn. In a bonus phase, player 1 shows four coins at the left and four
+at the right in turn. The top shows the score, or for a while the lives. Pipes are scenery.
+
+Slots: Pest has one a floor, from the top down. BonusCoin has those at the left, then those at the
+right, each from the top down. Platform goes by lines, each from the left. Level is the number at
+the bottom: in a bonus phase, the seconds that are left.
+
+RAM: ALE's source (score, lives), OCAtari 2.2, and the ROM's code: f24d-fb58 of its second half, and
+b00b-b7e9 of its first. Pests and coins move after the frame is drawn. Where pests are drawn follows
+from the pointers and the codes for the video chip; a coin's step is taken back. An object that
+flickers is valid if this frame shows it or the one before did.
+
+Covered: all modes, 24 levels up to level 39 and two bonus phases by writing RAM, all pests, lost
+lives, the end of the game.
+
+Not exact: a pest that the fireball hides is up to two columns ahead. A coin that has just landed
+may be a column off. On the frame on which Mario dies, the lives are already one less.
+
+VEM: it sees no coin that has a colour of the scenery in one of its rows, as the game leaves their
+colours to chance. It misses Mario where he falls off the screen, and whoever touches someone of his
+colours. At an edge, it sees both parts of what REM tells the larger part of.
+"""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.console.boxes import Box, box, edges
+from ocjax.console.compass import EAST, WEST
+from ocjax.console.ops import among, lookup, pick, reached, when
+from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.console.registers import EDGE_CUTS, packed_position
+from ocjax.console.rom import Pictures, Rom
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision.displays import IconRow, NumberDisplay
+from ocjax.vision.rules import Blobs, Bounds
+from ocjax.vision.shapes import Shape
+
+ROM = Rom("mario_bros", "e908611d99890733be31733a979c62d8")
+FONT = ROM.font(0x1F00, rows=7, stride=7)
+SCORE = NumberDisplay(FONT, right=103, top=13, digits=6, leading_zeros=True)
+COUNTER = NumberDisplay(FONT, right=87, top=180, digits=2, leading_zeros=True)
+CAPS = IconRow(left=96, top=13, width=7, height=7, pitch=-8)
+
+BLACK = 0x00
+BLUE = 0x74  # displays, icy floors
+MARIO_BLUE = 0x76  # and coins of bonus phases
+SKIN = 0x3E
+BROWN = 0x34  # shirts, the ground
+BOOTS = 0xF4
+ORANGE = 0x3A  # the fireball
+GREEN = 0xC4  # pipes
+RED = 0x4A  # floors
+YELLOW = 0xEC  # the level
+PEST_COLORS = tuple(ROM.bytes(0x1C1F, 4).tolist())  # turtles, crabs, flies, slipices
+POW_COLORS = tuple(range(0x0A, 0x2C, 2))
+
+PICTURE_ROWS = 23  # of a picture
+FIRST_LINE = 14  # line of the screen on which a picture begins whose `y` is 0
+PLACE_OFFSET = 6  # columns to the right of a picture at which its `x` is
+SCREEN_WIDTH = 160
+FIELD = (0, 26, SCREEN_WIDTH, 175)
+EVERY_FLOOR = np.arange(4)
+FLOOR_AREAS = (
+    (0, 57, 64, 60),
+    (96, 57, 160, 60),
+    (0, 95, 16, 98),
+    (32, 95, 128, 98),
+    (144, 95, 160, 98),
+    (0, 135, 48, 138),
+    (112, 135, 160, 138),
+)
+POW_AREA = (72, 141, 88, 148)
+LATE_FLOOR = 2  # below whose pests, on `LATE_LINE`, the beam meets the row before
+LATE_LINE = 135
+LATE_COLUMNS = 2  # so many columns
+PAGE_COLUMNS = 3  # and these if reading the picture crosses a page
+
+COIN_TOP = FIRST_LINE + 12
+COIN_ROWS = 12
+COIN_WIDTHS = (1, 2, 4, 8)
+COIN_OFFSETS = (0, -1, -2, -4)
+COIN_RATE = 0x64  # of 256 frames
+FLOOR_YS = (2, 20, 58, 98, 138)  # `y` on a floor
+FALL_LINES = 2  # lines a frame
+BONUS_SIZE = (7, 11)
+LEFT_HIDDEN = 3  # low bits of `frame`
+RIGHT_HIDDEN = 7
+
+
+Extent = tuple[jax.Array, jax.Array, jax.Array, jax.Array]  # left, top, width and height
+
+
+class Phase:  # of `Ram.phase`
+    PESTS = 2
+    BONUS = 3
+
+
+class Ram(RamMap):
+    frame = byte(1)
+    phase = byte(3)
+    turn = bits(4, count=2)  # the number of the falling pest that is drawn
+    fire_turn = bits(4, first=2)  # the fireball is drawn instead of its floor's pest
+    counter = bcd(5)  # the level, or in a bonus phase the seconds left
+    lives = byte(7)
+    score = bcd((9, 10))
+    faces_left = bits(27, first=5)
+    caps_shown = byte(29)  # frames left in which lives are shown instead of the score
+    plays = bits(38, first=7)
+    y = byte(42)
+    x = byte(44)
+    picture_low = byte(48)  # where Mario's picture would be that began on line 0
+    picture_high = byte(49)
+    pest_code = byte(*range(65, 69))  # HMP1 and the turns of the loop before RESP1; 0: not drawn
+    pest_low = byte(*range(69, 77, 2))  # where the picture would be that began on line 0
+    pest_high = byte(*range(70, 77, 2))
+    pest_y = byte(*range(89, 93))
+    coin_y = byte(93, 94)
+    pest_x = byte(*range(95, 99))
+    coin_x = byte(99, 100)
+    right_coin = byte(*range(101, 105))  # of a bonus phase
+    coin_part = byte(105, 106)  # of a step
+    pest = byte(*range(107, 111))
+    coin = byte(111, 112)
+    fire_on = bits(113, first=7)
+    fire_left = bits(113, first=4)
+    fire_pose = bits(113, count=4)
+    fire_part = byte(114)  # of a step
+    fire_x = byte(115)
+    fire_y = byte(116)
+    fire_floor = byte(117)
+    floor_color = byte(118, 119, 120)
+    pow_color = byte(121)
+
+
+def _addresses(low: int, high: int, count: int) -> list[int]:
+    """Places in the ROM of pictures whose addresses are in two tables."""
+    pages = ROM.bytes(high, count).astype(int)
+    return ((pages << 8 | ROM.bytes(low, count)) & 0xFFF).tolist()
+
+
+def _at_edges(places: list[int]) -> Pictures:
+    """Pictures of which an edge hides some columns, as in `EDGE_CUTS`."""
+    rows = [ROM.rows(place, PICTURE_ROWS, top_first=True) for place in places]
+    return Pictures.of(
+        (r & cut for r in rows for cut in EDGE_CUTS), picture=len(rows), beyond=len(EDGE_CUTS)
+    )
+
+
+POSES = sorted(set(_addresses(0x1C53, 0x1C63, 16)))
+MARIO_PICTURES = _at_edges(POSES)
+FIRE_PICTURES = _at_edges(_addresses(0x6B3, 0x6BF, 12))
+
+
+def _last_row_left(place: int) -> int:
+    """The first column of a picture's last row."""
+    rows = ROM.rows(place, PICTURE_ROWS, top_first=True)
+    return 8 - int(rows[np.flatnonzero(rows)[-1]]).bit_length()
+
+
+BY_STATE = _addresses(0x1BCF, 0x1BF7, 40)
+PEST_PLACES = sorted(set(BY_STATE))
+PEST_PICTURES = _at_edges(PEST_PLACES)
+LAST_ROW_LEFTS = [_last_row_left(place) for place in PEST_PLACES]
+PICTURE_OF = [PEST_PLACES.index(place) for place in BY_STATE]
+PEST_PAGES = range(0xB00, 0xE00)
+PICTURE_BEFORE = [
+    max([i for i, p in enumerate(PEST_PLACES) if p <= at], default=0) for at in PEST_PAGES
+]
+BANK = 0xB000
+TURN_TABLE = ROM.bytes(0x1BB7, 24).tolist()
+ROWS_OF_TURNS = ROM.bytes(0x1FE3, 4).tolist()
+FIRE_RATES = ROM.bytes(0x69B, 12).tolist()
+
+
+def _bonus_places() -> tuple[list[int], list[int]]:
+    """Columns and lines of the coins of a bonus phase: at the left, then at the right."""
+    codes = ROM.bytes(0x779, 8).astype(int)
+    fine = (codes >> 4 ^ 8) - 8
+    x = np.where(codes & 15 == 0, 9 - fine, 15 * (codes & 15) - fine) - PLACE_OFFSET
+    masks = (ROM.bytes(0x789, 4).astype(int) << 8) + ROM.bytes(0x785, 4)
+    y = 0xB9EF - masks + FIRST_LINE + 1
+    return x.tolist(), np.tile(y, 2).tolist()
+
+
+BONUS_X, BONUS_Y = _bonus_places()
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    earlier = _turn_before(m)
+    return {
+        "Player": _player(m),
+        "Pest": _pests(m, earlier).where(m.phase == Phase.PESTS),
+        "Fireball": _fireball(m, earlier).where(m.phase == Phase.PESTS),
+        "BonusBlock": _coins(m).where(m.phase == Phase.PESTS),
+        "BonusCoin": _bonus_boxes(m).where(m.phase == Phase.BONUS),
+        "PowBlock": edges(*POW_AREA, valid=m.pow_color > 0, color=m.pow_color & 0xFE),
+        "Platform": _platforms(m),
+        "Level": COUNTER.box(m.counter),
+        "Score": SCORE.box(m.score * 100, valid=m.caps_shown == 0),
+        "Life": CAPS.box(m.lives - 1, m.caps_shown > 0, value=m.lives),
+    }
+
+
+def _begin(x: jax.Array) -> jax.Array:
+    """The column at which a sprite begins; in the first turn of its loop, it is a column late."""
+    column = x - PLACE_OFFSET + when(x < 8, 1)
+    return column + when(column < -4, SCREEN_WIDTH)
+
+
+def _figure(
+    pictures: Pictures,
+    picture: jax.Array,
+    x: jax.Array,
+    y: jax.Array,
+    mirrored: jax.Array | bool = False,
+) -> Extent:
+    """The larger part of a picture that an edge may cut in two."""
+    column = _begin(x)
+    beyond = jnp.clip(column + 8 - SCREEN_WIDTH, 0, 8) - jnp.clip(-column, 0, 8)
+    if mirrored is not False:
+        beyond = jnp.where(mirrored, -beyond, beyond)
+    index = pictures.index(picture=picture, beyond=beyond + len(EDGE_CUTS) // 2)
+    left, top, width, height = pictures.extent(index, mirrored=mirrored)
+    return column + left, y + FIRST_LINE + top, width, height
+
+
+def _player(m: Ram) -> Box:
+    is_left = m.faces_left == 1
+    compass = jnp.where(is_left, WEST, EAST)
+    at = (m.picture_high << 8 | m.picture_low) + m.y - BANK
+    pose = reached(at, POSES[1:])
+    place = _figure(MARIO_PICTURES, pose, m.x, m.y, is_left)
+    return box(*place, m.plays == 1, orientation=compass).clip(*FIELD)
+
+
+def _turn_before(m: Ram) -> jax.Array:
+    """What was drawn in the frame before, like `turn` and `fire_turn`."""
+    falling = jnp.sum(m.pest >> 6 == 3, axis=0, dtype=jnp.int32)
+    turns = lookup(TURN_TABLE, pick(falling, ROWS_OF_TURNS) + (m.frame - 2 & 7))
+    return jnp.where(m.fire_on == 1, turns >> 4, turns & 15)
+
+
+def _pests(m: Ram, earlier: jax.Array) -> Box:
+    """Those that this frame shows, or else the one before."""
+    under_fire = (m.fire_turn == 1) & (m.fire_on == 1) & (m.fire_floor == EVERY_FLOOR)
+    drawn = (m.pest_code != 0) & ~under_fire
+    falls = m.pest >> 6 == 3
+    rank = jnp.cumsum(when(falls, 1), axis=0)
+    waits = jnp.where(falls, earlier & 3 == rank, under_fire & (earlier & 4 == 0))
+    picture, x, y = _as_drawn(m, drawn)
+    left, top, width, height = _figure(PEST_PICTURES, picture, x, y)
+    late = drawn & (EVERY_FLOOR == LATE_FLOOR) & (top + height == LATE_LINE)
+    crosses = m.pest_low + LATE_LINE - FIRST_LINE > 0xFF
+    late &= _begin(x) + pick(picture, LAST_ROW_LEFTS) < LATE_COLUMNS + when(crosses, PAGE_COLUMNS)
+    color = pick(m.pest >> 4 & 3, PEST_COLORS)
+    there = drawn | (waits & (m.pest != 0))
+    return box(left, top, width, height + when(late, 1), there, color=color).clip(*FIELD)
+
+
+def _as_drawn(m: Ram, drawn: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
+    """Picture, x and y of pests: drawn ones by the pointers, others by their records."""
+    state = m.pest & 0x3F
+    turned = (state & 0x31 == 0) & (m.pest & 1 == 0)
+    own = lookup(PICTURE_OF, (state >> 1) + when(turned, 32))
+    record_y = jnp.where(m.pest != 0, m.pest_y, jnp.roll(m.pest_y, -1, axis=0))
+    pointer = (m.pest_high << 8 | m.pest_low) - BANK
+    picture = jnp.where(drawn, lookup(PICTURE_BEFORE, pointer + record_y - PEST_PAGES.start), own)
+    y = jnp.where(drawn, lookup(PEST_PLACES, picture) - pointer, m.pest_y)
+    first_turn = m.pest_code & 15 == 0
+    x = packed_position(m.pest_code) - jnp.where(first_turn, -1, 7)
+    return picture, jnp.where(drawn, x, m.pest_x), y
+
+
+def _fireball(m: Ram, earlier: jax.Array) -> Box:
+    """The fireball where this frame shows it, or the one before."""
+    moved = (m.counter >= 10) | (m.fire_part < lookup(FIRE_RATES, m.fire_pose))
+    since = moved & (m.fire_turn == 0)
+    x = m.fire_x + when(since, jnp.where(m.fire_left == 1, 1, -1))
+    before = jnp.where(m.fire_pose == 0, 3, m.fire_pose - 1)
+    place = _figure(FIRE_PICTURES, jnp.where(since, before, m.fire_pose), x, m.fire_y)
+    shown = (m.fire_turn == 1) | (earlier & 4 != 0)
+    return box(*place, shown & (m.fire_on == 1)).clip(*FIELD)
+
+
+def _coins(m: Ram) -> Box:
+    """Coins that roll along the floors; they turn about themselves."""
+    size = (m.frame - 1 & 15) >> 2
+    stands = among(m.coin_y, FLOOR_YS)
+    rolled = stands & (m.coin_part < COIN_RATE)
+    x = m.coin_x - when(rolled, jnp.where(m.coin & 1 == 1, -1, 1))
+    y = m.coin_y - when(~stands, FALL_LINES) + COIN_TOP
+    there = among(m.coin >> 6, (1, 2))
+    return box(x + pick(size, COIN_OFFSETS), y, pick(size, COIN_WIDTHS), COIN_ROWS, there).clip(
+        *FIELD
+    )
+
+
+def _bonus_boxes(m: Ram) -> Box:
+    """The coins of both sides, which take turns; each is hidden twice in a row once in eight."""
+    left = (m.pest != 0) & (m.frame & 7 != LEFT_HIDDEN)
+    right = (m.right_coin != 0) & (m.frame & 7 != RIGHT_HIDDEN)
+    return box(np.array(BONUS_X), np.array(BONUS_Y), *BONUS_SIZE, jnp.concatenate([left, right]))
+
+
+def _platforms(m: Ram) -> Box:
+    floor = np.array([0, 0, 1, 1, 1, 2, 2])
+    left, top, right, bottom = np.array(FLOOR_AREAS).T
+    return edges(left, top, right, bottom, color=m.floor_color[floor])
+
+
+PLAYER_RULE = Blobs(
+    (MARIO_BLUE, BLUE, SKIN, BROWN, BOOTS), FIELD, Shape(w=(4, 8), h=(12, 23)), gap=(1, 1)
+)
+PEST_SHAPES = (
+    Shape(w=(4, 8), h=(5, 11)),
+    Shape(w=(4, 8), h=12, pixels=(1, 95)),  # a coin has more
+    Shape(w=(4, 8), h=(13, 18)),
+)
+PEST_RULE = Blobs(PEST_COLORS, FIELD, PEST_SHAPES, gap=(1, 1))
+FIRE_RULE = Blobs(ORANGE, FIELD, Shape(w=(4, 8), h=(5, 16)), gap=(2, 2))
+SCENERY = (BLACK, GREEN, RED, *POW_COLORS)
+COIN_COLORS = tuple(c for c in range(0, 256, 2) if c not in SCENERY)
+COIN_SHAPES = tuple(Shape(w=w, h=(10, 12), pixels=(10 * w, 12 * w)) for w in COIN_WIDTHS)
+COIN_RULE = Blobs(COIN_COLORS, FIELD, COIN_SHAPES)
+BONUS_RULE = Blobs(MARIO_BLUE, FIELD, Shape(w=BONUS_SIZE[0], h=BONUS_SIZE[1]))
+
+GAME = Game(
+    name="MarioBros",
+    rom=ROM,
+    ram=Ram,
+    decode=decode,
+    screen=(210, 160),
+    categories=(
+        Category(
+            "Player", PLAYER_RULE, attributes=("orientation",), rgb=(104, 72, 198), doc="Mario"
+        ),
+        Category("Pest", PEST_RULE, count=4, doc="turtles, crabs, flies, slipices"),
+        Category("Fireball", FIRE_RULE, doc="fireball"),
+        Category("BonusBlock", COIN_RULE, count=2, doc="rolling coins"),
+        Category("BonusCoin", BONUS_RULE, count=8, doc="coins of a bonus phase"),
+        Category("PowBlock", Bounds(POW_COLORS, POW_AREA), doc="POW block"),
+        Category(
+            "Platform", Bounds((RED, BLUE), FLOOR_AREAS, min_size=(8, 3)), count=7, doc="floors"
+        ),
+        display("Level", COUNTER.rule(YELLOW), doc="level, or in a bonus phase the seconds left"),
+        display(
+            "Score", Bounds(BLUE, SCORE.area, (46, 7), value=SCORE.rule(BLUE).value), doc="points"
+        ),
+        display(
+            "Life",
+            CAPS.rule(BLUE, (56, 13, 104, 20), single=2, max_size=(45, 7)),
+            doc="lives; one has no cap",
+        ),
+    ),
+)
