@@ -32,6 +32,8 @@ STALE = {
     ("Qbert", "last"): 0.96,
     ("Robotank", "last"): 0.93,
     ("Robotank", "lost"): 0.96,
+    ("Solaris", "last"): 0.3,  # all records are those of the next game
+    ("Solaris", "lost"): 0.96,  # fuel, ships left and the target are those of the next life
     ("Venture", "lost"): 0.75,
 }
 # Least F1 of the methods in unusual states, where some objects are covered or blink, or the frame is older than the RAM.
@@ -146,6 +148,7 @@ SELDOM_KNOWN = {
 CLOCKS = {("Skiing", "Score")}
 FRAME_OF_A_CLOCK = 2  # hundredths of a second
 NEVER_KNOWN = {
+    "Solaris": ("ChartSymbol",),  # symbols differ in their pictures alone, and a grid's cells have no pictures
     "SpaceInvaders": ("Player", "Player2"),  # the value of a cannon is on the screen before a life begins, in Lives
     "WizardOfWor": ("Lives",),  # who is in the dungeon counts, too, but is drawn on every other frame
 }

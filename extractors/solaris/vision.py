@@ -1,0 +1,83 @@
+"""Solaris' frames: which screen they show, and the dark edges of blue planets."""
+
+import functools
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+from ocjax.extractors.solaris.pictures import BOTTOM, GROUND, TOP
+from ocjax.vision.bitmap import Bitmap
+from ocjax.vision.detected import Detected, boxes
+from ocjax.vision.filters import Searched
+from ocjax.vision.steps import Context, Step
+
+SPACE = 0
+PLANET = 1
+CHART = 2
+WARP = 3
+BAR_LEFT = (30, 50)  # column and row in the bar at the chart's left side
+BAR_RIGHT = (130, 50)
+BESIDE_BAR = (20, 50)
+BELOW_BAR = (30, 120)
+WARP_STARS = ((69, 16), (125, 23), (157, 27), (21, 30))  # stars that stand still
+ON_GROUND = ((12, 140), (12, 160), (12, 120))
+
+
+def _bits_at(planes: jax.Array, place: tuple[int, int]) -> jax.Array:
+    """The bits of a pixel's colour: uint32 `[7, B]`, 0 or 1."""
+    x, y = place
+    return planes[:, x // 32, y] >> (31 - x % 32) & 1
+
+
+def _is(pixel: jax.Array, color: int) -> jax.Array:
+    bits = [(color >> bit & 1) for bit in range(1, 8)]
+    return functools.reduce(jnp.logical_and, [pixel[i] == bit for i, bit in enumerate(bits)])
+
+
+def _which_screen(planes: jax.Array) -> jax.Array:
+    """Which screen a frame shows: int32 `[B]`."""
+    left, right, below = (_bits_at(planes, at) for at in (BAR_LEFT, BAR_RIGHT, BELOW_BAR))
+    differs = jnp.any(left != _bits_at(planes, BESIDE_BAR), axis=0)
+    is_chart = jnp.all(left == right, axis=0) & jnp.all(left == below, axis=0) & differs
+    grounds = [_is(_bits_at(planes, at), GROUND) for at in ON_GROUND]
+    is_planet = functools.reduce(jnp.logical_or, grounds)
+    stars = [
+        jnp.any(_bits_at(planes, (x, y)) != _bits_at(planes, (x - 9, y)), axis=0)
+        for x, y in WARP_STARS
+    ]
+    is_warp = functools.reduce(jnp.logical_and, stars)
+    flies = jnp.where(is_planet, PLANET, SPACE)
+    return jnp.where(is_chart, CHART, jnp.where(is_warp, WARP, flies))
+
+
+@dataclass(frozen=True)
+class _On:
+    """The pixels of frames that show one screen."""
+
+    screen: int
+
+    def __call__(self, mask: Bitmap, screen: jax.Array) -> Bitmap:
+        return jnp.where(screen == self.screen, mask, 0)
+
+
+IN_SPACE = Searched(_which_screen, _On(SPACE))
+ON_PLANET = Searched(_which_screen, _On(PLANET))
+ON_CHART = Searched(_which_screen, _On(CHART))
+
+# Rows above and below the bright part of a blue planet, by its width: colours that space has, too.
+EDGE_ROWS = {16: (3, 6), 14: (2, 5), 12: (0, 3), 10: (0, 1)}
+
+
+@dataclass(frozen=True)
+class DarkEdges(Step):
+    """Boxes of blue planets with their dark edges."""
+
+    def __call__(self, found: Detected, context: Context) -> Detected:
+        """The objects after the step."""
+        above = sum(jnp.where(found.w == w, up, 0) for w, (up, _) in EDGE_ROWS.items())
+        below = sum(jnp.where(found.w == w, down, 0) for w, (_, down) in EDGE_ROWS.items())
+        first_row = jnp.maximum(found.y - above, TOP)
+        end_row = jnp.minimum(found.y + found.h + below, BOTTOM)
+        return found._replace(
+            box=boxes(found.x, first_row, found.w, end_row - first_row, found.valid)
+        )
