@@ -71,7 +71,7 @@ def train(game: str, frames: int, seed: int) -> tuple[networks.Network, ppo.Lear
     env = wrapped(imitation(game))
     obs, state = jax.jit(jax.vmap(env.reset))(jax.random.split(jax.random.key(seed), H.num_envs))
     num_inputs = features(obs).shape[-1]
-    network = networks.mlp(num_inputs, len(env.ACTION_SET))
+    network = networks.mlp(num_inputs, int(env.action_space().n))
     learner, update = ppo.init(network, H, num_inputs, seed), ppo.make_update(network, H, standardize=True)
     collect = make_collect(env, network)
     key, total = jax.random.key(seed + 1), -(-frames // (H.num_envs * H.horizon * FRAME_SKIP))

@@ -165,21 +165,33 @@ def _nth_bit(word: jax.Array, n: jax.Array) -> jax.Array:
 # ------------------------------------------------------------------------------------------------------------ filling
 
 
-def _windows(layout: Layout, board: Bitmap, offset: jax.Array, column: jax.Array) -> jax.Array:
-    """The board from the row above each candidate down, `reach_x` columns to both sides: uint32 `[rows, words, candidates]`."""
-    left = column - layout.reach_x
+def _windows(layout: Layout, board: Bitmap, offset: jax.Array, column: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """The board from the row above each candidate down, `before` columns to the left of it and as wide as the layout's windows.
+
+    Returns:
+        uint32 `[rows, words, candidates]`; and for each row, in the highest bit of uint32 `[rows, candidates]`, the column left of those.
+    """
+    left = column - layout.before - 1
     word, shift = (left >> 5)[None] + jnp.arange(layout.window_words + 1)[:, None], (left & 31).astype(U)
     rows = jnp.arange(layout.reach_y + 2)[:, None, None] * layout.lanes
     cut = board.ravel().at[offset[None] + rows].get(mode="promise_in_bounds")
     cut = jnp.where(((word >= 0) & (word < layout.n_words))[None], cut, U(0))
-    return (cut[:, :-1] << shift[None, None]) | ((cut[:, 1:] >> 1) >> (31 - shift)[None, None])
+    windows = (cut[:, :-1] << shift[None, None] << 1) | (cut[:, 1:] >> (31 - shift)[None, None])
+    return windows, cut[:, 0] << shift[None]
 
 
 def _offsets(layout: Layout, found: _Candidates) -> jax.Array:
     """Where on the flat board the words of each window's first row are, int32 `[words, candidates]`."""
-    word = ((found.column - layout.reach_x) >> 5)[None] + jnp.arange(layout.window_words + 1)[:, None]
+    word = ((found.column - layout.before - 1) >> 5)[None] + jnp.arange(layout.window_words + 1)[:, None]
     row = jnp.clip(word, 0, layout.n_words - 1) * layout.n_rows + (found.row - 1)[None]
     return row * layout.lanes + (found.segment % layout.lanes)[None]
+
+
+def _leaves_left(filled: jax.Array, outside: jax.Array, corners: jax.Array) -> jax.Array:
+    """Whether a component goes on in the column to the left of its window, given the highest bits of both, uint32 `[rows, n]`."""
+    beside = jnp.pad(filled, ((1, 1), (0, 0)))
+    touched = filled | ((beside[:-2] | beside[2:]) & corners[None])
+    return bm.or_rows((touched & outside)[None])[0] >> 31 != 0
 
 
 class _Measured(NamedTuple):
@@ -198,19 +210,20 @@ def _measure(layout: Layout, board: Bitmap, found: _Candidates, offset: jax.Arra
 
     `corners` are words with all bits set where corners connect, or none.
     """
-    reach = layout.reach_x
-    cut = _windows(layout, board, offset, found.column)
-    seed = jnp.zeros(cut[1:].shape, U).at[0, reach // 32].set(U(1 << (31 - reach % 32)))
+    reach, before = layout.reach_x, layout.before
+    cut, outside = _windows(layout, board, offset, found.column)
+    seed = jnp.zeros(cut[1:].shape, U).at[0, before // 32].set(U(1 << (31 - before % 32)))
     filled = fill(cut[1:], seed & cut[1:], corners, reach)
     by_word = jnp.moveaxis(filled, 1, 0)
     first, last, _, bottom = extent(by_word)
     head, _ = bm.columns(filled[0])
     near = bm.spread_words(list(filled[0]), corners)
     above = bm.any_of(a & b for a, b in zip(near, cut[0], strict=True)) != 0
-    inside = (first > 0) & (last < 2 * reach) & (bottom < layout.reach_y)
+    leaves = first == 0 if layout.has_margin else _leaves_left(filled[:, 0], outside[1:], corners)
+    inside = ~leaves & (last < before + reach) & (bottom < layout.reach_y)
     area = jnp.sum(bm.popcount(filled), axis=(0, 1), dtype=jnp.int32)
-    left, right = found.column + first - reach, found.column + last - reach
-    return _Measured(~above & (head == reach), inside, left, right, bottom + 1, area), by_word
+    left, right = found.column + first - before, found.column + last - before
+    return _Measured(~above & (head == before), inside, left, right, bottom + 1, area), by_word
 
 
 def _measure_large(layout: Layout, board: Bitmap, found: _Candidates, measured: _Measured, wanted: jax.Array) -> _Measured:
@@ -289,11 +302,11 @@ def _parted(
     layout: Layout, found: _Candidates, accepted: _Accepted, parts: jax.Array, filled: jax.Array, entries: Entries
 ) -> tuple[_Accepted, jax.Array]:
     """The same, with two boxes for each component that is larger than its search's pictures and in which one of them fits."""
-    begin = found.column - layout.reach_x
+    begin = found.column - layout.before
     edges = Edges(entries.left - found.column, entries.right - found.column, entries.bottom - found.row)
     n_parts = accepted.parts
     for i, pictures in enumerate(layout.pictures):
-        both = part(filled, layout.reach_x, edges, pictures)
+        both = part(filled, layout.before, edges, pictures)
         width, height = largest(pictures)
         eligible = ((accepted.w > width) | (accepted.h > height)) & (n_parts > 0) & (entries.pictures == i)
         n_parts, parts = materialize(in_two, n_parts, parts, eligible, begin, accepted.y, *both, small=0)

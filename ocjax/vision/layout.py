@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ocjax.vision.bitmap import Bitmap
-from ocjax.vision.search import UNLIMITED, Search
+from ocjax.vision.search import UNLIMITED, Search, words_across
 from ocjax.vision.shapes import Shape, limits
 
 BLOCK = 8  # rows that candidates are counted in
@@ -71,7 +71,11 @@ class Layout:
         heights = [-(-(m.shape[1] + s.gap[1] + 1) // BLOCK) * BLOCK for m, s in zip(masks, searches, strict=True)]
         self.begins = np.cumsum([0, *heights])  # first row of each mask's part; an empty row separates parts
         self.n_rows = int(self.begins[-1]) + self.reach_y + 1
-        self.window_words = -(-(2 * self.reach_x + 1) // 32)
+        # To see that a component goes on to the left of its window takes an eighth more time than a blank column there. So a window does
+        # without the column only where it would need another word.
+        self.window_words = words_across(self.reach_x)
+        self.has_margin = 2 * self.reach_x < 32 * self.window_words
+        self.before = self.reach_x - (not self.has_margin)
         self.n_candidates = max(MIN_CANDIDATES, CANDIDATES_PER_FRAME * self.lanes)
         self.pictures = tuple(dict.fromkeys(s.pictures for s in searches if s.pictures))
         self.n_shapes = max(len(s.shapes) for s in searches)

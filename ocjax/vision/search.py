@@ -46,4 +46,9 @@ class Search:
     def window_words(self) -> int:
         """Words of the first window and its margins, 32 columns each."""
         reach_x, reach_y = (side + gap for side, gap in zip(self.window, self.gap, strict=True))
-        return -(-(2 * reach_x + 1) // 32) * (reach_y + 1)
+        return words_across(reach_x) * (reach_y + 1)
+
+
+def words_across(reach: int) -> int:
+    """Words of a row of windows that hold components up to so wide; the first pixel of a component may be at its left or its right."""
+    return -(-2 * reach // 32)

@@ -165,6 +165,7 @@ SEARCHES = {
     "any size": Search(12),
     "small": Search(700, (Shape(w=(1, 8), h=(1, 10)),)),
     "wide": Search(40, (Shape(w=(2, 40), h=(2, 12)),)),
+    "as wide as a word allows": Search(700, (Shape(w=(1, 16), h=(1, 10)),)),
     "joined": Search(30, (Shape(w=(1, 20), h=(1, 10)),), gap=(3, 1)),
     "split": Search(40, (Shape(w=(1, 30), h=(1, 20), split=(8, 7)),)),
     "joined, any size": Search(30, gap=(2, 5)),
@@ -189,6 +190,21 @@ def test_worst_cases(search):
 @pytest.mark.parametrize("search", SEARCHES)
 def test_real_frames(search, name, colors):
     check([np.isin(excerpt(name)["screens"][::4], colors)], (SEARCHES[search],))
+
+
+@pytest.mark.parametrize("connectivity", [4, 8])
+@pytest.mark.parametrize("most", [15, 16, 17, 31, 32, 33])
+def test_widest_objects(most, connectivity):
+    """Components of the greatest width and one column wider that begin at their right, left or middle, on every column of the screen."""
+    masks = []
+    for width in (most, most + 1):
+        for first in (0, width // 2, width - 1):
+            for diagonal in (0, 1):
+                figure = np.zeros((3, width + 2 * diagonal), bool)
+                figure[0, first + diagonal] = figure[1, diagonal : width + diagonal] = True
+                figure[2, [0, -1]] = True  # beside the row above, or below its ends
+                masks += [np.pad(figure, ((5, H - 8), (x, W - x - figure.shape[1]))) for x in range(W - figure.shape[1] + 1)]
+    check([np.stack(masks)], (Search(5, (Shape(w=(1, most), h=(1, 10)),), connectivity=connectivity),))
 
 
 @st.composite
