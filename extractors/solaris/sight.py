@@ -8,7 +8,7 @@ from typing import Any
 
 from ocjax.extractors.solaris.panel import COLORS, LEFT_CELL, RIGHT_CELL, WINDOW
 from ocjax.extractors.solaris.pictures import BOTTOM, TOP
-from ocjax.extractors.solaris.vision import DarkEdges, Look, Looks, in_space, on_planet
+from ocjax.extractors.solaris.vision import DarkEdges, Look, Looks, OfRows, in_space, on_planet
 from ocjax.vision.filters import ShortRuns
 from ocjax.vision.rules import Blobs, Bounds
 from ocjax.vision.shapes import Shape
@@ -21,7 +21,7 @@ SHIP_COLORS = (0x92, 0x76, 0x78, 0x6A, 0x6C)
 GROUND_SHIP_COLORS = (0x42, 0x34, 0x26, 0x28, 0x1A, 0x1C)
 
 # The colours of both screens' pictures of a kind, where their parts are joined alike.
-SHOT = Look(all=(0x08, 0x0E))
+SHOT = Look(all=(0x0E, 0x08))
 ENEMY_SHOT = Look(all=(0x9E, 0x7E, 0x6E))
 FIGHTER = Look(space=(0x56, 0x58, 0x5A, 0x5C, 0x5E), planet=(0x1A, 0x4E, 0xAC))
 PIRATE = Look(space=(0x14, 0x16, 0x18, 0x1A, 0x1E))
@@ -47,17 +47,16 @@ BLOCKADER = Look(
     space=(0x86, 0x88, 0xC6, 0xCA, 0xCC, 0xCE),
     planet=(0x56, 0x58, 0x5A, 0x5C, 0x5E, 0x8C),  # towers
 )
-BLAST = Look(space=(0x8E, 0xAA))
-GROUND_BLAST = Look(planet=(0xBC, 0x1E))
+BLAST = Look(space=(0x8E, 0xAA), planet=(0xBC, 0x1E))
 FLASH = Look(space=(0x1E,))
 RING = Look(space=(0x66, 0x68, 0xA2))
 CRATER = Look(planet=(0x60, 0x00))
-BLUE = Look(space=(0x86, 0x88, 0x8A, 0x8C, 0x8E))
 BLUE_DOT = Look(space=(0x8A,))
+BLUE = Look(space=(0x86, 0x88, 0x8A, 0x8C, 0x8E))
 LOOKS = Looks(
     (
         *(SHOT, ENEMY_SHOT, FIGHTER, PIRATE, WARP, DARTER, JUMPER, MAN, KILLER, BLOCKADER),
-        *(BLAST, GROUND_BLAST, FLASH, RING, CRATER, BLUE, BLUE_DOT),
+        *(BLAST, FLASH, RING, CRATER, BLUE, BLUE_DOT),
     )
 )
 Shapes = Shape | tuple[Shape, ...]
@@ -102,13 +101,13 @@ BLUE_SHAPES = (
 )
 DOTS = _space(BLUE_DOT, Shape(1, 1))
 BLUE_PLANETS = _space(BLUE, BLUE_SHAPES, also=(DOTS,), then=(DarkEdges(),))
-RINGS = _space(RING, Shape((2, 16), (2, 14)), gap=(1, 1))
+RINGS = _space(RING, Shape((2, 16), (2, 14)))
 CRATERS = Blobs(
     CRATER.planet,
     GROUND_VIEW,
     Shape((6, 28), (1, 9)),
     gap=(3, 1),
-    filters=(LOOKS.of(CRATER), ShortRuns(30, across=True)),
+    filters=(LOOKS.of(CRATER), OfRows(ShortRuns(30, across=True), 82, BOTTOM)),
 )
 
 GROUND_FIGHTERS = _ground(FIGHTER, _shapes((8, 9, 32), (6, 6, 16), (4, 3, 6)))
@@ -138,8 +137,13 @@ BLOCKADER_SHAPES = _shapes((8, 9, 34), (3, 9, 17), (5, 5, 11), (3, 3, 4))
 BLOCKADERS = _space(BLOCKADER, (*BLOCKADER_SHAPES, Shape(4, 7, (13, 15))))
 TOWERS = _ground(BLOCKADER, (Shape(8, 10, (40, 41)), Shape(6, 8, (26, 28)), Shape(4, 5, 14)))
 FLASHES = _space(FLASH, _shapes((8, 10, 61), (5, 6, 24), (3, 4, 8)))
-GROUND_BLASTS = _ground(GROUND_BLAST, Shape((5, 16), (6, 16)), gap=(3, 3))
-EXPLOSIONS = _space(BLAST, Shape((6, 28), (9, 28)), gap=(7, 4), also=(FLASHES, GROUND_BLASTS))
+GROUND_BLASTS = _ground(BLAST, Shape((5, 16), (6, 16)), gap=(7, 4))
+EXPLOSIONS = _space(
+    BLAST,
+    Shape((6, 28), (9, 28)),
+    gap=(7, 4),
+    also=(FLASHES, GROUND_BLASTS),
+)
 
 WINDOW_COLORS = tuple(sorted(set(COLORS)))
 SCANNER = Bounds(WINDOW_COLORS, WINDOW, min_size=(40, 15))

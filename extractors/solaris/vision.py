@@ -11,7 +11,7 @@ from ocjax.console.ops import match
 from ocjax.extractors.solaris.pictures import BOTTOM, GROUND, TOP
 from ocjax.vision.bitmap import Bitmap, color_mask
 from ocjax.vision.detected import Detected, boxes
-from ocjax.vision.filters import Searched
+from ocjax.vision.filters import Filter, Searched
 from ocjax.vision.steps import Context, Step
 
 SPACE = 0
@@ -126,6 +126,20 @@ class _Of:
 
     def __call__(self, _: Bitmap, masks: dict[Look, Bitmap]) -> Bitmap:
         return masks[self.look]
+
+
+@dataclass(frozen=True)
+class OfRows:
+    """What a filter lets count in some rows, and nothing in others."""
+
+    only: Filter
+    top: int
+    bottom: int
+
+    def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
+        """The pixels that count."""
+        part = self.only(mask[:, self.top : self.bottom], planes[:, :, self.top : self.bottom])
+        return jnp.pad(part, ((0, 0), (self.top, mask.shape[1] - self.bottom), (0, 0)))
 
 
 # Rows above and below the bright part of a blue planet, by its width: colours that space has, too.

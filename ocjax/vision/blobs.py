@@ -10,7 +10,6 @@ import jax.numpy as jnp
 from jax import lax
 
 from ocjax.console.boxes import WIDTH, Area
-from ocjax.vision import bitmap as bm
 from ocjax.vision.components import components
 from ocjax.vision.detected import Detected
 from ocjax.vision.rules import Blobs

@@ -34,8 +34,8 @@ class Searched:
     Args:
         search: a function of the bits of all colours.
         pixels: a function of a bitmap and of the search's result, that returns the pixels of the bitmap that count.
-        whole: whether those pixels follow from the search's result alone, whatever the bitmap, so that the rule's colours are not looked for.
-            Rules that begin with the same such filter look at the same pixels, and are searched together.
+        whole: whether those pixels follow from the search's result alone, whatever the bitmap, so that the rule's colours need not be
+            looked for. Rules that begin with the same such filter look at the same pixels, and are searched together.
     """
 
     search: _Search

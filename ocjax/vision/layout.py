@@ -131,7 +131,10 @@ def _limits(shape: Shape) -> Limits:
 
 
 def _sharing(masks: Sequence[Bitmap], searches: Sequence[Search]) -> list[tuple[int, ...]]:
-    """The searches that share a mask and connect its pixels alike, by their indices; masks of equal gaps, which are bridged together, in turn."""
+    """The searches that share a mask and connect its pixels alike, by their indices.
+
+    Masks of equal gaps, which are bridged together, come one after the other.
+    """
     groups: dict[Any, list[int]] = {}
     for i, (mask, search) in enumerate(zip(masks, searches, strict=True)):
         shares = not search.pictures and not search.unlimited
