@@ -33,7 +33,14 @@ from ocjax.console.ops import among, lookup, match, pick, when
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors.solaris import sight
 from ocjax.extractors.solaris.panel import BANK_1, FONT, LEFT_CELL, RIGHT_CELL, scanned
-from ocjax.extractors.solaris.pictures import BLUE_COLOR_ROW, CUTS, MOST_ROWS, TABLE, TOP
+from ocjax.extractors.solaris.pictures import (
+    BLUE_COLOR_ROW,
+    CUTS,
+    GROUND_TOP,
+    MOST_ROWS,
+    TABLE,
+    TOP,
+)
 from ocjax.extractors.solaris.ram import RECORDS, ROM, Kind, Picture, Ram
 from ocjax.extractors.solaris.vision import ON_CHART
 from ocjax.vision.displays import IconRow, NumberDisplay
@@ -109,7 +116,7 @@ def _worlds(m: Ram, things: Box) -> dict[str, Box]:
         "RingedPlanet": _ringed(m, things).where((m.on_planet == 0) & rings),
         "BluePlanet": planets.where(m.picture < Picture.RED_PLANET),
         "RedPlanet": planets.where(m.picture >= Picture.RED_PLANET),
-        "Crater": things.where((m.on_planet == 1) & rings),
+        "Crater": things.where((m.on_planet == 1) & rings & (things.y >= GROUND_TOP)),
     }
 
 

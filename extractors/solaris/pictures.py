@@ -18,6 +18,7 @@ CUTS = 2 * MOST_ROWS + 1  # how many rows are above the panel, then how many are
 BANK_SIZE = 4096
 
 GROUND = 0x62  # colour
+GROUND_TOP = 85  # row of a planet's ground; the rows above are black, as craters are
 BIT_7 = 0x80
 KINDS_AROUND_MIDDLE = -4  # columns from an object's place to the left edge of large pictures
 

@@ -7,15 +7,14 @@ those apart.
 from typing import Any
 
 from ocjax.extractors.solaris.panel import COLORS, LEFT_CELL, RIGHT_CELL, WINDOW
-from ocjax.extractors.solaris.pictures import BOTTOM, TOP
-from ocjax.extractors.solaris.vision import DarkEdges, Look, Looks, OfRows, in_space, on_planet
-from ocjax.vision.filters import ShortRuns
+from ocjax.extractors.solaris.pictures import BOTTOM, GROUND_TOP, TOP
+from ocjax.extractors.solaris.vision import DarkEdges, Look, Looks, in_space, no_lines, on_planet
 from ocjax.vision.rules import Blobs, Bounds
 from ocjax.vision.shapes import Shape
 from ocjax.vision.steps import Raised
 
 VIEW = (8, TOP, 160, BOTTOM)
-GROUND_VIEW = (8, 82, 160, BOTTOM)  # below the hills
+GROUND_VIEW = (8, GROUND_TOP, 160, BOTTOM)
 SHIP_ROWS = (8, 144, 160, 151)  # its colours are in them; two rows above are dark
 SHIP_COLORS = (0x92, 0x76, 0x78, 0x6A, 0x6C)
 GROUND_SHIP_COLORS = (0x42, 0x34, 0x26, 0x28, 0x1A, 0x1C)
@@ -106,8 +105,8 @@ CRATERS = Blobs(
     CRATER.planet,
     GROUND_VIEW,
     Shape((6, 28), (1, 9)),
-    gap=(3, 1),
-    filters=(LOOKS.of(CRATER), OfRows(ShortRuns(30, across=True), 82, BOTTOM)),
+    gap=(4, 1),
+    filters=(LOOKS.of(CRATER), no_lines),
 )
 
 GROUND_FIGHTERS = _ground(FIGHTER, _shapes((8, 9, 32), (6, 6, 16), (4, 3, 6)))

@@ -8,10 +8,10 @@ import jax
 import jax.numpy as jnp
 from ocjax._xla.kernels import materialize
 from ocjax.console.ops import match
-from ocjax.extractors.solaris.pictures import BOTTOM, GROUND, TOP
+from ocjax.extractors.solaris.pictures import BOTTOM, GROUND, GROUND_TOP, TOP
 from ocjax.vision.bitmap import Bitmap, color_mask
 from ocjax.vision.detected import Detected, boxes
-from ocjax.vision.filters import Filter, Searched
+from ocjax.vision.filters import Searched, ShortRuns
 from ocjax.vision.steps import Context, Step
 
 SPACE = 0
@@ -23,6 +23,7 @@ BAR_RIGHT = (130, 50)
 BESIDE_BAR = (20, 50)
 BELOW_BAR = (30, 120)
 WARP_STARS = ((69, 16), (125, 23), (157, 27), (21, 30))  # stars that stand still
+WITHOUT_LINES = ShortRuns(30, across=True)  # no crater is wider than that
 ON_GROUND = ((12, 140), (12, 160), (12, 120))
 
 
@@ -128,18 +129,13 @@ class _Of:
         return masks[self.look]
 
 
-@dataclass(frozen=True)
-class OfRows:
-    """What a filter lets count in some rows, and nothing in others."""
-
-    only: Filter
-    top: int
-    bottom: int
-
-    def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
-        """The pixels that count."""
-        part = self.only(mask[:, self.top : self.bottom], planes[:, :, self.top : self.bottom])
-        return jnp.pad(part, ((0, 0), (self.top, mask.shape[1] - self.bottom), (0, 0)))
+def no_lines(mask: Bitmap, planes: jax.Array) -> Bitmap:
+    """The pixels of craters that are not in the black lines of the ground."""
+    ground = mask[:, GROUND_TOP:BOTTOM]
+    lines = ground & ~WITHOUT_LINES(ground, planes)
+    black = color_mask(planes[:, :, GROUND_TOP:BOTTOM], (0,))
+    around = ((0, 0), (GROUND_TOP, mask.shape[1] - BOTTOM), (0, 0))
+    return jnp.pad(ground & ~(lines & black), around)
 
 
 # Rows above and below the bright part of a blue planet, by its width: colours that space has, too.
