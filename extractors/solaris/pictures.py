@@ -124,8 +124,8 @@ def _cut(rows: list[Row], shown: list[bool], color_row: int, above: int, count: 
         return 0
     first = rows[above].x - rows[0].x  # the kernel starts with the first row that it draws
     moved = [Row(r.x - first, r.dot, r.dots, r.color) for r in rows]
-    left = [seen and above <= i < count for i, seen in enumerate(shown)]
-    return _packed(moved, left, color_row)
+    inside = [seen and above <= i < count for i, seen in enumerate(shown)]
+    return _packed(moved, inside, color_row)
 
 
 def _all_packed() -> np.ndarray:
@@ -138,9 +138,8 @@ def _all_packed() -> np.ndarray:
             rows = [] if unused or beyond else (_on_planet if planet else _in_space)(picture)
             blue = Picture.PLANET <= picture < Picture.RED_PLANET
             look = rows, _visible(picture, rows, planet), BLUE_COLOR_ROW if blue else 0
-            cuts = [(0, count) for count in range(MOST_ROWS + 1)]
-            cuts += [(above, MOST_ROWS) for above in range(1, MOST_ROWS + 1)]
-            out += [_cut(*look, *cut) for cut in cuts]
+            out += [_cut(*look, 0, count) for count in range(MOST_ROWS + 1)]
+            out += [_cut(*look, above, MOST_ROWS) for above in range(1, MOST_ROWS + 1)]
     return np.array(out, np.int64).astype(np.int32)
 
 

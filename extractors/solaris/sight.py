@@ -52,35 +52,35 @@ RING = Look(space=(0x66, 0x68, 0xA2))
 CRATER = Look(planet=(0x60, 0x00))
 BLUE_DOT = Look(space=(0x8A,))
 BLUE = Look(space=(0x86, 0x88, 0x8A, 0x8C, 0x8E))
-LOOKS = Looks(
+SEARCHED = Looks(
     (
         *(SHOT, ENEMY_SHOT, FIGHTER, PIRATE, WARP, DARTER, JUMPER, MAN, KILLER, BLOCKADER),
         *(BLAST, FLASH, RING, CRATER, BLUE, BLUE_DOT),
     )
 )
-Shapes = Shape | tuple[Shape, ...]
+Outline = Shape | tuple[Shape, ...]
 
 
-def _space(look: Look, shapes: Shapes, **more: Any) -> Blobs:
+def _space(look: Look, like: Outline, **more: Any) -> Blobs:
     """What a look shows in space."""
-    return Blobs(look.space, VIEW, shapes, filters=(LOOKS.of(look),), frames=in_space, **more)
+    return Blobs(look.space, VIEW, like, filters=(SEARCHED.of(look),), frames=in_space, **more)
 
 
-def _ground(look: Look, shapes: Shapes, **more: Any) -> Blobs:
+def _ground(look: Look, like: Outline, **more: Any) -> Blobs:
     """What a look shows on planets."""
-    return Blobs(look.planet, VIEW, shapes, filters=(LOOKS.of(look),), frames=on_planet, **more)
+    return Blobs(look.planet, VIEW, like, filters=(SEARCHED.of(look),), frames=on_planet, **more)
 
 
 def _shapes(*sizes: tuple[int, int, int]) -> tuple[Shape, ...]:
-    """Shapes by width, height and number of pixels."""
+    """Outline by width, height and number of pixels."""
     return tuple(Shape(w, h, pixels) for w, h, pixels in sizes)
 
 
 SHIP = Bounds(SHIP_COLORS, SHIP_ROWS, (9, 7), (11, 7), then=(Raised(2),))
 GROUND_SHIP = Bounds(GROUND_SHIP_COLORS, SHIP_ROWS, (9, 7), (11, 7), then=(Raised(2),))
-SHOTS = Blobs(SHOT.all, VIEW, Shape((1, 8), (1, 8)), gap=(3, 3), filters=(LOOKS.of(SHOT),))
+SHOTS = Blobs(SHOT.all, VIEW, Shape((1, 8), (1, 8)), gap=(3, 3), filters=(SEARCHED.of(SHOT),))
 ENEMY_SHOTS = Blobs(
-    ENEMY_SHOT.all, VIEW, Shape((1, 5), (1, 7)), gap=(1, 1), filters=(LOOKS.of(ENEMY_SHOT),)
+    ENEMY_SHOT.all, VIEW, Shape((1, 5), (1, 7)), gap=(1, 1), filters=(SEARCHED.of(ENEMY_SHOT),)
 )
 
 RED_SHAPES = (
@@ -106,7 +106,7 @@ CRATERS = Blobs(
     GROUND_VIEW,
     Shape((6, 28), (1, 9)),
     gap=(4, 1),
-    filters=(LOOKS.of(CRATER), no_lines),
+    filters=(SEARCHED.of(CRATER), no_lines),
 )
 
 GROUND_FIGHTERS = _ground(FIGHTER, _shapes((8, 9, 32), (6, 6, 16), (4, 3, 6)))

@@ -131,11 +131,11 @@ class _Of:
 
 def no_lines(mask: Bitmap, planes: jax.Array) -> Bitmap:
     """The pixels of craters that are not in the black lines of the ground."""
-    ground = mask[:, GROUND_TOP:BOTTOM]
-    lines = ground & ~WITHOUT_LINES(ground, planes)
+    found = mask[:, GROUND_TOP:BOTTOM]
+    lines = found & ~WITHOUT_LINES(found, planes)
     black = color_mask(planes[:, :, GROUND_TOP:BOTTOM], (0,))
     around = ((0, 0), (GROUND_TOP, mask.shape[1] - BOTTOM), (0, 0))
-    return jnp.pad(ground & ~(lines & black), around)
+    return jnp.pad(found & ~(lines & black), around)
 
 
 # Rows above and below the bright part of a blue planet, by its width: colours that space has, too.
