@@ -16,9 +16,10 @@ Flames of the ship, stars, hills, lines of the ground, the planet in a planet's 
 grid and words are no objects. Neither are the streaks that the ship flies through while it jumps.
 
 Not exact: what is behind another picture; pictures that overlap, which VEM sees as one; blockaders
-of one dot, which VEM does not tell from stars. The state that a reset returns comes before the ROM
-has derived anything from its records; `Ram` then has what the first frame shows. At the end of a
-game, all records are those of the next one already, beside a frame of the last one.
+of one dot, which VEM does not tell from stars; black rows of craters on the ground's black lines,
+which VEM does not see. The state that a reset returns comes before the ROM has derived anything
+from its records; `Ram` then has what the first frame shows. At the end of a game, all records are
+those of the next one already, beside a frame of the last one.
 """
 
 import functools

@@ -1,6 +1,7 @@
 """Connected components of bitmaps, with exact bounding boxes, for a whole batch at once.
 
-All masks of a game are stacked into one board, one below the other, and searched together:
+All masks of a game are stacked into one board, one below the other, and searched together. A mask in which several rules search is there
+once, and each component is measured once for all of them:
 
 1. `_starts`: a component's first pixel in raster order starts a run of a row that touches nothing in the row above. A few word operations
    find all such pixels of a batch: an addition whose carry runs through a run and stops where the row above touches. Words are judged
