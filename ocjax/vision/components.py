@@ -47,12 +47,32 @@ from ocjax.vision.splitting import Edges, in_two, part
 
 # ------------------------------------------------------------------------------------------------------------ the board
 
+# Masks up to which they are written to the board one by one. At once, Solaris' 13 take 4 us a frame less, and Ms. Pac-Man's 2 us more.
+MANY = 12
+
 
 def _board(layout: Layout, masks: Sequence[Bitmap]) -> Bitmap:
-    """All masks, one below the other, with an empty row above each, and the parts of each component connected.
+    """All masks, one below the other, with an empty row above each, and the parts of each component connected."""
+    return (_joined if len(masks) > MANY else _written)(layout, masks)
 
-    Pieces are joined at once: writing them one by one takes 4 us a frame longer for the 21 pieces of Solaris.
-    """
+
+def _written(layout: Layout, masks: Sequence[Bitmap]) -> Bitmap:
+    """The board, with masks written to it one by one."""
+    board = jnp.zeros((layout.n_words, layout.n_rows, layout.lanes), U)
+    for mask, begin in zip(masks, layout.begins.tolist(), strict=False):
+        board = lax.dynamic_update_slice(board, mask, (0, begin + 1, 0))
+    parts = zip(layout.gaps, itertools.pairwise(layout.begins.tolist()), strict=True)
+    for gap, neighbours in itertools.groupby(parts, key=lambda part: part[0]):
+        if gap != (0, 0):
+            spans = [span for _, span in neighbours]
+            first, end = spans[0][0], spans[-1][1]
+            bridged = materialize(lambda b, first=first, end=end, gap=gap: bm.stretched(b[:, first:end], gap), board)
+            board = lax.dynamic_update_slice(board, bridged, (0, first, 0))
+    return board
+
+
+def _joined(layout: Layout, masks: Sequence[Bitmap]) -> Bitmap:
+    """The board, with many masks joined at once."""
     pieces = []
     of_masks = zip(masks, layout.gaps, np.diff(layout.begins).tolist(), strict=True)
     for gap, neighbours in itertools.groupby(of_masks, key=lambda of_mask: of_mask[1]):
