@@ -16,9 +16,10 @@ Flames of the ship, stars, hills, lines of the ground, the planet in a planet's 
 grid and words are no objects. Neither are the streaks that the ship flies through while it jumps.
 
 Not exact: what is behind another picture; pictures that overlap, which VEM sees as one; blockaders
-of one dot, which VEM does not tell from stars. The state that a reset returns comes before the ROM
-has derived anything from its records; `Ram` then has what the first frame shows. At the end of a
-game, all records are those of the next one already, beside a frame of the last one.
+of one dot, which VEM does not tell from stars; black rows of craters on the ground's black lines,
+which VEM does not see. The state that a reset returns comes before the ROM has derived anything
+from its records; `Ram` then has what the first frame shows. At the end of a game, all records are
+those of the next one already, beside a frame of the last one.
 """
 
 import functools
@@ -33,7 +34,14 @@ from ocjax.console.ops import among, lookup, match, pick, when
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors.solaris import sight
 from ocjax.extractors.solaris.panel import BANK_1, FONT, LEFT_CELL, RIGHT_CELL, scanned
-from ocjax.extractors.solaris.pictures import CUTS, MOST_ROWS, TABLE, TOP
+from ocjax.extractors.solaris.pictures import (
+    BLUE_COLOR_ROW,
+    CUTS,
+    GROUND_TOP,
+    MOST_ROWS,
+    TABLE,
+    TOP,
+)
 from ocjax.extractors.solaris.ram import RECORDS, ROM, Kind, Picture, Ram
 from ocjax.extractors.solaris.vision import ON_CHART
 from ocjax.vision.displays import IconRow, NumberDisplay
@@ -43,6 +51,7 @@ SCORE = NumberDisplay(FONT, right=105, top=5, digits=6)
 JUMP = NumberDisplay(FONT, right=105, top=152, digits=2, leading_zeros=True)
 LINE = 170  # line + height above the panel, of a picture's first row
 HIGHEST = 0x99  # from here on, a record is above the view
+SHIP_COLOR_ROW = 6  # of the ship's box: its colour is there
 DRAWN_FIRST = 4  # columns to the right: of darters that the ship's sprite shows
 PICTURE_TILTED = 0xD7  # low byte of the address of a picture of the ship
 PICTURE_WIDE = 0xEB  # likewise
@@ -60,6 +69,7 @@ SYMBOL_PICTURES = BANK_1 + 0x100
 CELL_X = 36 + 16 * np.tile(np.arange(6), 8)  # of the chart's sectors
 CELL_Y = 46 + 13 * np.repeat(np.arange(8), 6)
 CHART_COLORS = ROM.bytes(0x37F0, 16) | 0x0E  # of the symbols, by quadrant
+JUMP_COLORS = [int(color) - 14 + 200 & 254 for color in CHART_COLORS]  # likewise, of the time
 CHART_OPENS = 64  # frame count while the chart is not drawn yet
 
 
@@ -71,7 +81,7 @@ def decode(m: Ram) -> dict[str, Box]:
         **_flying(m, things),
         **_worlds(m, things),
         "ChartSymbol": _symbol_boxes(m),
-        "JumpTimer": JUMP.box(m.jump_timer, valid=_shows_chart(m)),
+        "JumpTimer": _jump_timer(m),
         **_displays(m),
     }
 
@@ -107,7 +117,7 @@ def _worlds(m: Ram, things: Box) -> dict[str, Box]:
         "RingedPlanet": _ringed(m, things).where((m.on_planet == 0) & rings),
         "BluePlanet": planets.where(m.picture < Picture.RED_PLANET),
         "RedPlanet": planets.where(m.picture >= Picture.RED_PLANET),
-        "Crater": things.where((m.on_planet == 1) & rings),
+        "Crater": things.where((m.on_planet == 1) & rings & (things.y >= GROUND_TOP)),
     }
 
 
@@ -251,6 +261,12 @@ def _symbol_boxes(m: Ram) -> Box:
     )
 
 
+def _jump_timer(m: Ram) -> Box:
+    """The time left, in the colour of the quadrant."""
+    color = lookup(JUMP_COLORS, m.quadrant)
+    return JUMP.box(m.jump_timer, valid=_shows_chart(m), color=color)
+
+
 def _shows_chart(m: Ram) -> jax.Array:
     return (m.on_chart == 1) & (m.frame != CHART_OPENS)
 
@@ -262,8 +278,7 @@ DISTANCE = Bounds(
     (LEFT_CELL, 181, RIGHT_CELL + 8, 188),
     value=Digits(FONT, (LEFT_CELL, RIGHT_CELL), 181),
 )
-JUMP_COLORS = tuple(sorted({int(color) - 14 + 200 & 254 for color in CHART_COLORS}))
-JUMP_RULE = replace(JUMP.rule(JUMP_COLORS), filters=(ON_CHART,))
+JUMP_RULE = replace(JUMP.rule(tuple(sorted(set(JUMP_COLORS)))), filters=(ON_CHART,))
 SYMBOL_COLORS = tuple(sorted(set(CHART_COLORS.tolist())))
 SYMBOL_CELLS = Cells(
     SYMBOL_COLORS, tuple(CELL_X.tolist()), tuple(CELL_Y.tolist()), 8, 8, whole=False
@@ -287,7 +302,11 @@ GAME = Game(
     decode=decode,
     categories=(
         Category(
-            "Player", sight.SHIP, otherwise=sight.GROUND_SHIP, doc="the ship, without its flames"
+            "Player",
+            sight.SHIP,
+            otherwise=sight.GROUND_SHIP,
+            color_row=SHIP_COLOR_ROW,
+            doc="the ship, without its flames",
         ),
         Category("PlayerMissile", sight.SHOTS, count=2, blinks=True, doc=SHOT_DOC),
         five("Fighter", sight.FIGHTERS, doc="Zylon fighters, in space and on planets"),
@@ -304,7 +323,12 @@ GAME = Game(
         five("EnemyMissile", sight.ENEMY_SHOTS, doc="shots of the enemies"),
         five("Explosion", sight.EXPLOSIONS, doc="what is left of what the ship hit"),
         five("RingedPlanet", sight.RINGS, doc="rings, with the planet inside"),
-        five("BluePlanet", sight.BLUE_PLANETS, doc="blue planets, from afar and near"),
+        five(
+            "BluePlanet",
+            sight.BLUE_PLANETS,
+            color_row=BLUE_COLOR_ROW,
+            doc="blue planets, from afar and near",
+        ),
         five("RedPlanet", sight.RED_PLANETS, doc="red planets, from afar and near"),
         five("Crater", sight.CRATERS, doc="craters of planets"),
         CHART_SYMBOL,

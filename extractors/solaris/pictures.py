@@ -13,10 +13,12 @@ from ocjax.extractors.solaris.ram import ROM, Picture
 TOP = 23  # the first row in which the kernel can draw an object
 BOTTOM = 168  # the row below the last one
 MOST_ROWS = 28  # of the largest picture
+BLUE_COLOR_ROW = 6  # of blue planets: their colour is there, where they are bright
 CUTS = 2 * MOST_ROWS + 1  # how many rows are above the panel, then how many are above the view
 BANK_SIZE = 4096
 
 GROUND = 0x62  # colour
+GROUND_TOP = 85  # row of a planet's ground; the rows above are black, as craters are
 BIT_7 = 0x80
 KINDS_AROUND_MIDDLE = -4  # columns from an object's place to the left edge of large pictures
 
@@ -103,7 +105,7 @@ def _visible(picture: int, rows: Sequence[Row], planet: bool) -> list[bool]:
     return [r.dots > 0 and (crater or r.color > 1) and r.color & ~1 != unseen for r in rows]
 
 
-def _packed(rows: Sequence[Row], shown: Sequence[bool]) -> int:
+def _packed(rows: Sequence[Row], shown: Sequence[bool], color_row: int) -> int:
     """First column + 32, first row, width, height and colour of what is shown of a picture."""
     used = [i for i, seen in enumerate(shown) if seen]
     if not used:
@@ -112,17 +114,18 @@ def _packed(rows: Sequence[Row], shown: Sequence[bool]) -> int:
     last = [(rows[i].dots & -rows[i].dots).bit_length() - 1 for i in used]
     right = max(rows[i].x + rows[i].dot * (8 - bit) for i, bit in zip(used, last, strict=True))
     height = used[-1] + 1 - used[0]
-    color = rows[used[0]].color >> 1
+    color = rows[used[min(color_row, len(used) - 1)]].color >> 1
     return left + 32 | used[0] << 7 | right - left << 12 | height << 18 | color << 23
 
 
-def _cut(rows: list[Row], shown: list[bool], above: int, count: int) -> int:
+def _cut(rows: list[Row], shown: list[bool], color_row: int, above: int, count: int) -> int:
     """A picture of which `above` rows are above the view, and rows from `count` on below it."""
     if above >= len(rows):
         return 0
     first = rows[above].x - rows[0].x  # the kernel starts with the first row that it draws
     moved = [Row(r.x - first, r.dot, r.dots, r.color) for r in rows]
-    return _packed(moved, [seen and above <= i < count for i, seen in enumerate(shown)])
+    inside = [seen and above <= i < count for i, seen in enumerate(shown)]
+    return _packed(moved, inside, color_row)
 
 
 def _all_packed() -> np.ndarray:
@@ -133,9 +136,10 @@ def _all_packed() -> np.ndarray:
             unused = picture in (0x11, 0x12, 0x13, 0x30, 0x31)
             beyond = planet and picture >= Picture.PLANET
             rows = [] if unused or beyond else (_on_planet if planet else _in_space)(picture)
-            shown = _visible(picture, rows, planet)
-            out += [_cut(rows, shown, 0, count) if rows else 0 for count in range(MOST_ROWS + 1)]
-            out += [_cut(rows, shown, above, MOST_ROWS) for above in range(1, MOST_ROWS + 1)]
+            blue = Picture.PLANET <= picture < Picture.RED_PLANET
+            look = rows, _visible(picture, rows, planet), BLUE_COLOR_ROW if blue else 0
+            out += [_cut(*look, 0, count) for count in range(MOST_ROWS + 1)]
+            out += [_cut(*look, above, MOST_ROWS) for above in range(1, MOST_ROWS + 1)]
     return np.array(out, np.int64).astype(np.int32)
 
 

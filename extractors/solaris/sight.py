@@ -4,38 +4,84 @@ Most pictures have several colours, and share them with others; sizes and number
 those apart.
 """
 
-import functools
+from typing import Any
 
 from ocjax.extractors.solaris.panel import COLORS, LEFT_CELL, RIGHT_CELL, WINDOW
-from ocjax.extractors.solaris.pictures import BOTTOM, TOP
-from ocjax.extractors.solaris.vision import IN_SPACE, ON_PLANET, DarkEdges
-from ocjax.vision.filters import ShortRuns
+from ocjax.extractors.solaris.pictures import BOTTOM, GROUND_TOP, TOP
+from ocjax.extractors.solaris.vision import DarkEdges, Look, Looks, in_space, no_lines, on_planet
 from ocjax.vision.rules import Blobs, Bounds
 from ocjax.vision.shapes import Shape
 from ocjax.vision.steps import Raised
 
 VIEW = (8, TOP, 160, BOTTOM)
-GROUND_VIEW = (8, 82, 160, BOTTOM)  # below the hills
+GROUND_VIEW = (8, GROUND_TOP, 160, BOTTOM)
 SHIP_ROWS = (8, 144, 160, 151)  # its colours are in them; two rows above are dark
-WHITE = (0x08, 0x0E)
-BLUES = (0x86, 0x88, 0x8A, 0x8C, 0x8E)
-REDS = (0x40, 0x42, 0x44, 0x46, 0x48)
 SHIP_COLORS = (0x92, 0x76, 0x78, 0x6A, 0x6C)
 GROUND_SHIP_COLORS = (0x42, 0x34, 0x26, 0x28, 0x1A, 0x1C)
-CRATER_COLORS = (0x60, 0x00)
 
-space = functools.partial(Blobs, region=VIEW, filters=(IN_SPACE,))
-ground = functools.partial(Blobs, region=VIEW, filters=(ON_PLANET,))
+# The colours of both screens' pictures of a kind, where their parts are joined alike.
+SHOT = Look(all=(0x0E, 0x08))
+ENEMY_SHOT = Look(all=(0x9E, 0x7E, 0x6E))
+FIGHTER = Look(space=(0x56, 0x58, 0x5A, 0x5C, 0x5E), planet=(0x1A, 0x4E, 0xAC))
+PIRATE = Look(space=(0x14, 0x16, 0x18, 0x1A, 0x1E))
+WARP = Look(space=(0x46, 0x48, 0x8A, 0x8C, 0x8E))
+DARTER = Look(
+    space=(0x40, 0x42, 0x44, 0x46, 0x48),
+    planet=(0x1E, 0x46, 0x48, 0x4A, 0x4C, 0x84, 0x86, 0x88, 0x8A, 0x8C),  # raiders
+)
+JUMPER = Look(
+    space=(
+        *(0x42, 0x44, 0x46, 0x48, 0x4C),
+        *(0x84, 0x86, 0x88, 0x8A, 0x8C, 0x8E),
+        *(0xC4, 0xC6, 0xC8, 0xCA),
+    ),
+    planet=(0x46, 0x48, 0x4A, 0x4C, 0x5A, 0x6A),  # pirates
+)
+MAN = Look(planet=(0x18, 0x1C, 0x46, 0x48, 0x4C, 0x88, 0x8A))
+KILLER = Look(
+    space=(0xA4, 0xA6, 0xA8, 0xAA, 0xAC, 0xAE),
+    planet=(0x46, 0x48, 0x4A, 0x4C, 0x4E),  # landing zones
+)
+BLOCKADER = Look(
+    space=(0x86, 0x88, 0xC6, 0xCA, 0xCC, 0xCE),
+    planet=(0x56, 0x58, 0x5A, 0x5C, 0x5E, 0x8C),  # towers
+)
+BLAST = Look(space=(0x8E, 0xAA), planet=(0xBC, 0x1E))
+FLASH = Look(space=(0x1E,))
+RING = Look(space=(0x66, 0x68, 0xA2))
+CRATER = Look(planet=(0x60, 0x00))
+BLUE_DOT = Look(space=(0x8A,))
+BLUE = Look(space=(0x86, 0x88, 0x8A, 0x8C, 0x8E))
+SEARCHED = Looks(
+    (
+        *(SHOT, ENEMY_SHOT, FIGHTER, PIRATE, WARP, DARTER, JUMPER, MAN, KILLER, BLOCKADER),
+        *(BLAST, FLASH, RING, CRATER, BLUE, BLUE_DOT),
+    )
+)
+Outline = Shape | tuple[Shape, ...]
+
+
+def _space(look: Look, like: Outline, **more: Any) -> Blobs:
+    """What a look shows in space."""
+    return Blobs(look.space, VIEW, like, filters=(SEARCHED.of(look),), frames=in_space, **more)
+
+
+def _ground(look: Look, like: Outline, **more: Any) -> Blobs:
+    """What a look shows on planets."""
+    return Blobs(look.planet, VIEW, like, filters=(SEARCHED.of(look),), frames=on_planet, **more)
 
 
 def _shapes(*sizes: tuple[int, int, int]) -> tuple[Shape, ...]:
-    """Shapes by width, height and number of pixels."""
+    """Outline by width, height and number of pixels."""
     return tuple(Shape(w, h, pixels) for w, h, pixels in sizes)
 
 
 SHIP = Bounds(SHIP_COLORS, SHIP_ROWS, (9, 7), (11, 7), then=(Raised(2),))
 GROUND_SHIP = Bounds(GROUND_SHIP_COLORS, SHIP_ROWS, (9, 7), (11, 7), then=(Raised(2),))
-SHOTS = Blobs(WHITE, VIEW, Shape((1, 8), (1, 8)), gap=(3, 3))
+SHOTS = Blobs(SHOT.all, VIEW, Shape((1, 8), (1, 8)), gap=(3, 3), filters=(SEARCHED.of(SHOT),))
+ENEMY_SHOTS = Blobs(
+    ENEMY_SHOT.all, VIEW, Shape((1, 5), (1, 7)), gap=(1, 1), filters=(SEARCHED.of(ENEMY_SHOT),)
+)
 
 RED_SHAPES = (
     Shape(1, 1),
@@ -46,87 +92,54 @@ RED_SHAPES = (
     Shape(5, (2, 6), pixels=(14, 30)),
     Shape((6, 16), (1, 24)),
 )
-RED_PLANETS = space(REDS, shapes=RED_SHAPES)
-DOTS = space(0x8A, shapes=Shape(1, 1))
+RED_PLANETS = _space(DARTER, RED_SHAPES)
 BLUE_SHAPES = (
     Shape(2, 2, pixels=4),
     Shape((3, 4), (2, 5), pixels=(6, 20)),
     Shape((5, 16), (2, 24), pixels=(10, 304)),
 )
-BLUE_PLANETS = space(BLUES, shapes=BLUE_SHAPES, also=(DOTS,), then=(DarkEdges(),))
-RINGS = space((0x66, 0x68, 0xA2), shapes=Shape((2, 16), (2, 14)), gap=(1, 1))
+DOTS = _space(BLUE_DOT, Shape(1, 1))
+BLUE_PLANETS = _space(BLUE, BLUE_SHAPES, also=(DOTS,), then=(DarkEdges(),))
+RINGS = _space(RING, Shape((2, 16), (2, 14)))
 CRATERS = Blobs(
-    CRATER_COLORS,
+    CRATER.planet,
     GROUND_VIEW,
     Shape((6, 28), (1, 9)),
-    gap=(3, 1),
-    filters=(ON_PLANET, ShortRuns(30, across=True)),
+    gap=(4, 1),
+    filters=(SEARCHED.of(CRATER), no_lines),
 )
 
-GROUND_FIGHTERS = ground((0x1A, 0x4E, 0xAC), shapes=_shapes((8, 9, 32), (6, 6, 16), (4, 3, 6)))
-FIGHTERS = space(
-    (0x56, 0x58, 0x5A, 0x5C, 0x5E), shapes=Shape((1, 8), (1, 12)), also=(GROUND_FIGHTERS,)
+GROUND_FIGHTERS = _ground(FIGHTER, _shapes((8, 9, 32), (6, 6, 16), (4, 3, 6)))
+FIGHTERS = _space(FIGHTER, Shape((1, 8), (1, 12)), also=(GROUND_FIGHTERS,))
+GROUND_PIRATES = _ground(JUMPER, (Shape(8, 10, (32, 34)), Shape(6, 8, (22, 24)), Shape(4, 5, 10)))
+PIRATES = _space(PIRATE, Shape((1, 8), (1, 9)), gap=(2, 2), also=(GROUND_PIRATES,))
+WARPS = _space(WARP, Shape(8, 8, 18), gap=(1, 1))
+DARTERS = _space(DARTER, (Shape(2, 1), Shape(5, 5, pixels=13), Shape(3, 3, pixels=5)))
+RAIDERS = _ground(DARTER, _shapes((7, 8, 30), (3, 5, 12)))
+JUMPERS = _space(JUMPER, _shapes((8, 10, 54), (6, 8, 32), (5, 6, 21), (3, 3, 7)))
+MEN = _ground(MAN, (Shape((5, 8), (6, 11), (15, 40)), Shape(3, 5, (7, 9))), gap=(0, 1))
+KILLERS = _space(
+    KILLER, (Shape(2, 1), Shape((4, 16), (2, 12))), first=(0xA4, 0xA6, 0xA8, 0xAC, 0xAE)
 )
-GROUND_PIRATES = ground(
-    (0x46, 0x48, 0x4A, 0x4C, 0x5A, 0x6A),
-    shapes=(Shape(8, 10, (32, 34)), Shape(6, 8, (22, 24)), Shape(4, 5, 10)),
+ZONE_SHAPES = _shapes(
+    (16, 10, 112),
+    (14, 8, 82),
+    (12, 7, 64),
+    (10, 6, 46),
+    (8, 5, 32),
+    (6, 4, 20),
+    (4, 3, 10),
+    (3, 2, 6),
 )
-PIRATES = space(
-    (0x14, 0x16, 0x18, 0x1A, 0x1E),
-    shapes=Shape((1, 8), (1, 9)),
-    gap=(2, 2),
-    also=(GROUND_PIRATES,),
-)
-WARPS = space((0x46, 0x48, 0x8A, 0x8C, 0x8E), shapes=Shape(8, 8, 18), gap=(1, 1))
-DARTERS = space(REDS, shapes=(Shape(2, 1), Shape(5, 5, pixels=13), Shape(3, 3, pixels=5)))
-JUMPERS = space(
-    (0x42, 0x44, 0x46, 0x48, 0x4C, 0x84, 0x86, 0x88, 0x8A, 0x8C, 0x8E, 0xC4, 0xC6, 0xC8, 0xCA),
-    shapes=_shapes((8, 10, 54), (6, 8, 32), (5, 6, 21), (3, 3, 7)),
-)
-KILLER_COLORS = (0xA4, 0xA6, 0xA8, 0xAA, 0xAC, 0xAE)
-KILLER_SHAPES = (Shape(2, 1), Shape((4, 16), (2, 12)))
-FIVE_ROWS = space(KILLER_COLORS, shapes=Shape(6, 5, pixels=18), first=0xAA)
-KILLERS = space(
-    KILLER_COLORS,
-    shapes=KILLER_SHAPES,
-    first=(0xA4, 0xA6, 0xA8, 0xAC, 0xAE),
-    also=(FIVE_ROWS,),
-)
-BLOCKADERS = space(
-    (0x86, 0x88, 0xC6, 0xCA, 0xCC, 0xCE),
-    shapes=(*_shapes((8, 9, 34), (3, 9, 17), (5, 5, 11), (3, 3, 4)), Shape(4, 7, (13, 15))),
-)
-RAIDER_COLORS = (0x1E, 0x46, 0x48, 0x4A, 0x4C, 0x84, 0x86, 0x88, 0x8A, 0x8C)
-RAIDERS = ground(RAIDER_COLORS, shapes=_shapes((7, 8, 30), (3, 5, 12)))
-MEN = ground(
-    (0x18, 0x1C, 0x46, 0x48, 0x4C, 0x88, 0x8A),
-    shapes=(Shape((5, 8), (6, 11), (15, 40)), Shape(3, 5, (7, 9))),
-    gap=(0, 1),
-)
-ZONE_COLORS = (0x46, 0x48, 0x4A, 0x4C, 0x4E)
-ZONES = ground(
-    ZONE_COLORS,
-    shapes=_shapes(
-        (16, 10, 112),
-        (14, 8, 82),
-        (12, 7, 64),
-        (10, 6, 46),
-        (8, 5, 32),
-        (6, 4, 20),
-        (4, 3, 10),
-        (3, 2, 6),
-    ),
-)
-TOWERS = ground(
-    (0x56, 0x58, 0x5A, 0x5C, 0x5E, 0x8C),
-    shapes=(Shape(8, 10, (40, 41)), Shape(6, 8, (26, 28)), Shape(4, 5, 14)),
-)
-ENEMY_SHOTS = Blobs((0x9E, 0x7E, 0x6E), VIEW, Shape((1, 5), (1, 7)), gap=(1, 1))
-FLASHES = space(0x1E, shapes=_shapes((8, 10, 61), (5, 6, 24), (3, 4, 8)))
-GROUND_BLASTS = ground((0xBC, 0x1E), shapes=Shape((5, 16), (6, 16)), gap=(3, 3))
-EXPLOSIONS = space(
-    (0x8E, 0xAA),
-    shapes=Shape((6, 28), (9, 28)),
+ZONES = _ground(KILLER, ZONE_SHAPES)
+BLOCKADER_SHAPES = _shapes((8, 9, 34), (3, 9, 17), (5, 5, 11), (3, 3, 4))
+BLOCKADERS = _space(BLOCKADER, (*BLOCKADER_SHAPES, Shape(4, 7, (13, 15))))
+TOWERS = _ground(BLOCKADER, (Shape(8, 10, (40, 41)), Shape(6, 8, (26, 28)), Shape(4, 5, 14)))
+FLASHES = _space(FLASH, _shapes((8, 10, 61), (5, 6, 24), (3, 4, 8)))
+GROUND_BLASTS = _ground(BLAST, Shape((5, 16), (6, 16)), gap=(7, 4))
+EXPLOSIONS = _space(
+    BLAST,
+    Shape((6, 28), (9, 28)),
     gap=(7, 4),
     also=(FLASHES, GROUND_BLASTS),
 )

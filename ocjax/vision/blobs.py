@@ -10,7 +10,6 @@ import jax.numpy as jnp
 from jax import lax
 
 from ocjax.console.boxes import WIDTH, Area
-from ocjax.vision import bitmap as bm
 from ocjax.vision.components import components
 from ocjax.vision.detected import Detected
 from ocjax.vision.rules import Blobs
@@ -32,12 +31,15 @@ def detect_blobs(scene: Scene, rules: Mapping[str, tuple[Blobs, int]], *, heads:
     if not rules:
         return {}
     searched = [(name, rule, count) for name, (first, count) in rules.items() for rule in first.rules]
-    masks = [bm.cut(scene.counted(rule, rule.own_palette), scene.region(rule)) for _, rule, _ in searched]
+    masks = [scene.cut(rule) for _, rule, _ in searched]
     searches = [_search(rule, count, scene.region(rule)) for _, rule, count in searched]
     found: dict[int, Detected] = {}
     for board in _boards(searches):
         objects = components([masks[i] for i in board], [searches[i] for i in board], heads=heads)
         found |= dict(zip(board, objects, strict=True))
+    for i, (_, rule, _) in enumerate(searched):
+        if rule.frames is not None:
+            found[i] = found[i].where(scene.search(rule.frames)[None])
     lists: dict[str, list[Detected]] = {name: [] for name in rules}
     for i, (name, _, _) in enumerate(searched):
         lists[name].append(found[i])

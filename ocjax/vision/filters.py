@@ -34,10 +34,13 @@ class Searched:
     Args:
         search: a function of the bits of all colours.
         pixels: a function of a bitmap and of the search's result, that returns the pixels of the bitmap that count.
+        whole: whether those pixels follow from the search's result alone, whatever the bitmap, so that the rule's colours need not be
+            looked for. Rules that begin with the same such filter look at the same pixels, and are searched together.
     """
 
     search: _Search
     pixels: Callable[[Bitmap, Any], Bitmap]
+    whole: bool = False
 
     def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
         """The pixels that count."""

@@ -52,6 +52,7 @@ class Entries(NamedTuple):
 
 
 NO_SHAPE = Limits(UNLIMITED, UNLIMITED, 0, 0, 0, 0, UNLIMITED, UNLIMITED)  # no component has it
+NO_SEARCH = Search(0, ())  # in place of a further search of a mask that has none
 
 
 class Layout:
@@ -59,14 +60,16 @@ class Layout:
 
     def __init__(self, masks: Sequence[Bitmap], searches: Sequence[Search]) -> None:
         ends = np.cumsum([0, *(s.count for s in searches)])
-        self.slots = list(itertools.pairwise(ends.tolist()))  # of each mask, in the caller's order
-        self.order = sorted(range(len(searches)), key=lambda i: searches[i].gap)  # masks of equal gaps are bridged together
-        first_slots = ends[self.order].tolist()
-        masks, self.searches = [masks[i] for i in self.order], [searches[i] for i in self.order]  # all that follows has this order
-        searches = self.searches
+        self.slots = list(itertools.pairwise(ends.tolist()))  # of each search, in the caller's order
+        self.order = _sharing(masks, searches)
+        masks = [masks[own[0]] for own in self.order]  # all that follows has this order
+        searched, searches = searches, [searches[own[0]] for own in self.order]  # gaps and corners are those of all searches of a mask
+        self.n_masks = len(masks)
+        self.splits = any(search.splits for search in searched)
+        self.gaps = [search.gap for search in searches]
         self.lanes = masks[0].shape[2]
-        self.reach_x = max(s.window[0] + s.gap[0] for s in searches)
-        self.reach_y = max(s.window[1] + s.gap[1] for s in searches)
+        self.reach_x = max(s.window[0] + s.gap[0] for s in searched)
+        self.reach_y = max(s.window[1] + s.gap[1] for s in searched)
         self.n_words = masks[0].shape[0] + any(s.gap[0] for s in searches)
         heights = [-(-(m.shape[1] + s.gap[1] + 1) // BLOCK) * BLOCK for m, s in zip(masks, searches, strict=True)]
         self.begins = np.cumsum([0, *heights])  # first row of each mask's part; an empty row separates parts
@@ -78,13 +81,18 @@ class Layout:
         self.before = self.reach_x - (not self.has_margin)
         self.n_candidates = max(MIN_CANDIDATES, CANDIDATES_PER_FRAME * self.lanes)
         self.pictures = tuple(dict.fromkeys(s.pictures for s in searches if s.pictures))
-        self.n_shapes = max(len(s.shapes) for s in searches)
-        self.reads_pixels = [any(len(s.shapes) > i and s.shapes[i].pixels is not None for s in searches) for i in range(self.n_shapes)]
-        of_masks = zip(searches, masks, self.begins.tolist(), first_slots, strict=False)
-        self.tables: Entries = jax.tree.map(lambda *v: np.array(v, np.int32), *(self._entries(*of_mask) for of_mask in of_masks))
+        self.n_shapes = max(len(s.shapes) for s in searched)
+        self.reads_pixels = [any(len(s.shapes) > i and s.shapes[i].pixels is not None for s in searched) for i in range(self.n_shapes)]
+        self.tables: list[Entries] = []  # of the first search of each mask, of the second one, and so on
+        for own in itertools.zip_longest(*self.order):
+            rows = [
+                self._entries(*((NO_SEARCH, 0) if i is None else (searched[i], int(ends[i]))), mask, begin)
+                for i, mask, begin in zip(own, masks, self.begins.tolist(), strict=False)
+            ]
+            self.tables.append(jax.tree.map(lambda *v: np.array(v, np.int32), *rows))
 
-    def _entries(self, search: Search, mask: Bitmap, begin: int, first_slot: int) -> Entries:
-        """The entries of one mask, integers."""
+    def _entries(self, search: Search, first_slot: int, mask: Bitmap, begin: int) -> Entries:
+        """The entries of one search of a mask, integers."""
         shapes = [_limits(shape) for shape in search.shapes]
         left, right = search.columns
         return Entries(
@@ -102,20 +110,37 @@ class Layout:
             bottom=begin + 1 + mask.shape[1] if self.pictures else None,
         )
 
-    def look_up(self, mask: jax.Array) -> Entries:
-        """The entries of each candidate's mask, int32 `[n]` each, in one gather."""
-        tables, structure = jax.tree.flatten(self.tables)
+    def look_up(self, mask: jax.Array, rank: int) -> Entries:
+        """The entries of one of the searches of each candidate's mask, int32 `[n]` each, in one gather."""
+        tables, structure = jax.tree.flatten(self.tables[rank])
         differ = [i for i, table in enumerate(tables) if (table != table[0]).any()]
         rows = dict(zip(differ, jnp.asarray(np.stack([tables[i] for i in differ]))[:, mask], strict=True)) if differ else {}
         return structure.unflatten([rows[i] if i in rows else jnp.full_like(mask, table[0]) for i, table in enumerate(tables)])
 
+    def by_search(self, of_masks: jax.Array) -> jax.Array:
+        """What is known of the first search of all masks, then of the second ones, and so on, in the caller's order of searches."""
+        rows = {i: rank * self.n_masks + mask for mask, own in enumerate(self.order) for rank, i in enumerate(own)}
+        return of_masks[np.array([rows[i] for i in sorted(rows)])]
+
     def corners_by_row(self) -> np.ndarray:
         """Whether corners connect in each row of the board: words with all bits set, or none, uint32 `[1, rows, 1]`."""
         heights = np.diff([*self.begins[:-1], self.n_rows])
-        return np.repeat(self.tables.corners.view(np.uint32), heights)[None, :, None]
+        return np.repeat(self.tables[0].corners.view(np.uint32), heights)[None, :, None]
 
 
 def _limits(shape: Shape) -> Limits:
     """The limits of a shape as integers."""
     pixels = ANY_PIXELS if shape.pixels is None else limits(shape.pixels)
     return Limits(*shape.min_size, *(shape.max_size or ANY_SIZE), *pixels, *(shape.split or ANY_SIZE))
+
+
+def _sharing(masks: Sequence[Bitmap], searches: Sequence[Search]) -> list[tuple[int, ...]]:
+    """The searches that share a mask and connect its pixels alike, by their indices.
+
+    Masks of equal gaps, which are bridged together, come one after the other.
+    """
+    groups: dict[Any, list[int]] = {}
+    for i, (mask, search) in enumerate(zip(masks, searches, strict=True)):
+        shares = not search.pictures and not search.unlimited
+        groups.setdefault((id(mask), search.gap, search.connectivity) if shares else i, []).append(i)
+    return sorted((tuple(own) for own in groups.values()), key=lambda own: searches[own[0]].gap)

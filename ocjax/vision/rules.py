@@ -5,10 +5,11 @@ Colours are ALE palette indices (0-255), one or several. Where a rule has severa
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import jax
 import numpy as np
 
 from ocjax.console.boxes import WIDTH, Area, check_area
@@ -178,6 +179,8 @@ class Blobs:
         then: steps after the boxes are found (`ocjax.vision.steps`).
         also: further rules, without steps; what they find belongs to the category, too. They look at other pixels: of other colours, in
             another region, or with another filter.
+        frames: a search, such as those of filters, that tells on which frames the rule holds, bool `[B]`. Rules of different screens that
+            look at the same pixels are searched together.
     """
 
     colors: Colors
@@ -192,6 +195,7 @@ class Blobs:
     exclude: tuple[str, ...] = ()
     then: tuple[Step, ...] = ()
     also: tuple[Blobs, ...] = ()
+    frames: Callable[[jax.Array], jax.Array] | None = None
 
     @property
     def rules(self) -> tuple[Blobs, ...]:

@@ -52,7 +52,8 @@ class Scene:
         self._planes = bm.planes(frames)
         self._masks: dict[tuple[int, ...], Bitmap] = {}
         self._searches: dict[Callable[[jax.Array], Any], Any] = {}
-        self._counted: dict[tuple[int, tuple[int, ...]], Bitmap] = {}
+        self._counted: dict[Any, Bitmap] = {}
+        self._cuts: dict[Any, Bitmap] = {}
 
     def mask(self, colors: tuple[int, ...], *, materialize: bool = True) -> Bitmap:
         """The pixels that have one of the colours."""
@@ -68,10 +69,17 @@ class Scene:
 
     def counted(self, rule: Bounds | Blobs, colors: tuple[int, ...]) -> Bitmap:
         """The pixels of the colours that count for a rule."""
-        key = id(rule), colors
+        key = _counts_alike(rule, colors)
         if key not in self._counted:
             self._counted[key] = self._count(rule, colors)
         return self._counted[key]
+
+    def cut(self, rule: Blobs) -> Bitmap:
+        """The pixels that count for a rule, in the rows of its region. Rules that look at the same pixels have one array."""
+        key = _counts_alike(rule, rule.own_palette), self.region(rule)
+        if key not in self._cuts:
+            self._cuts[key] = bm.cut(self.counted(rule, rule.own_palette), self.region(rule))
+        return self._cuts[key]
 
     def cell_mask(self, rule: Cells) -> Bitmap:
         """The pixels of the colours that count for cells."""
@@ -93,7 +101,7 @@ class Scene:
         region = self.region(rule) if isinstance(rule, Blobs) else (0, 0, WIDTH, self.frames.shape[1])
 
         def pixels() -> Bitmap:
-            return bm.cut(self.counted(rule, rule.own_palette) if isinstance(rule, Blobs) else self.mask(rule.palette), region)
+            return self.cut(rule) if isinstance(rule, Blobs) else bm.cut(self.mask(rule.palette), region)
 
         context = Context(pixels, region[1], self.found, count)
         for step in steps:
@@ -116,7 +124,8 @@ class Scene:
         return bm.boxes(found.x, found.y, found.w, found.h, found.valid, self.frames.shape[1])
 
     def _count(self, rule: Bounds | Blobs, colors: tuple[int, ...]) -> Bitmap:
-        mask = self.mask(colors, materialize=not self._read_once(rule, colors))
+        read_once = _is_whole(rule) or self._read_once(rule, colors)
+        mask = self.mask(colors, materialize=not read_once)
         if isinstance(rule, Bounds) and rule.inverse:
             mask = ~mask
         if rule.ignore:
@@ -126,10 +135,10 @@ class Scene:
             inside = cell_pixels(other, self.mask(other.palette)) if isinstance(other, Cells) else self._inside(name)
             mask = mask & ~inside
         for only in rule.filters:
-            mask = only.pixels(mask, self._search(only.search)) if isinstance(only, Searched) else only(mask, self._planes)
+            mask = only.pixels(mask, self.search(only.search)) if isinstance(only, Searched) else only(mask, self._planes)
         return mask
 
-    def _search(self, search: Callable[[jax.Array], Any]) -> Any:
+    def search(self, search: Callable[[jax.Array], Any]) -> Any:
         """What a search of filters finds, each search done once."""
         if search not in self._searches:
             self._searches[search] = search(self._planes)
@@ -140,6 +149,18 @@ class Scene:
         if isinstance(rule, Blobs):
             return rule.gap == (0, 0) and not rule.filters
         return self._bounds[colors] <= FEW and not rule.digits and not rule.filters
+
+
+def _is_whole(rule: Bounds | Blobs) -> bool:
+    """Whether a rule's first filter tells its pixels without its colours."""
+    first = rule.filters[0] if rule.filters else None
+    return isinstance(first, Searched) and first.whole and not rule.ignore and not rule.exclude
+
+
+def _counts_alike(rule: Bounds | Blobs, colors: tuple[int, ...]) -> tuple[Any, ...]:
+    """The same for rules for which the same pixels count."""
+    inverse = isinstance(rule, Bounds) and rule.inverse
+    return () if _is_whole(rule) else colors, inverse, rule.ignore, rule.exclude, rule.filters
 
 
 def _shade_bits(shades: Shades, frames: jax.Array) -> jax.Array:

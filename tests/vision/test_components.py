@@ -113,6 +113,25 @@ def check(masks, searches):
             assert not boxes.valid[len(want) :, b].any()
 
 
+def test_searches_of_one_mask_find_what_each_finds_alone():
+    searches = (
+        Search(6, (Shape((1, 4), (1, 4)),)),
+        Search(2, (Shape((1, 9), (1, 9), pixels=(3, 30)), Shape(1, 1))),
+        Search(5, (Shape((2, 12), (1, 8)),), gap=(2, 1)),
+        Search(3, (Shape((1, 20), (1, 20), split=(4, 4)),)),
+    )
+
+    @jax.jit
+    def both(frames):
+        masks = [bitmap.color_mask(bitmap.planes(frames), (2,)) for _ in searches]
+        return components(masks[:1] * len(searches), searches), components(masks, searches)
+
+    mask = np.random.default_rng(3).random((5, H, W)) < np.array([0, 0.02, 0.1, 0.3, 0.5])[:, None, None]
+    together, alone = both(jnp.asarray(2 * mask, jnp.uint8))
+    assert jax.tree.all(jax.tree.map(lambda a, b: bool((a == b).all()), together, alone))
+    assert all(boxes.valid.any() for boxes in together)
+
+
 def spiral(step):
     mask = np.zeros((H, W), bool)
     top, left, bottom, right = 0, 0, H - 1, W - 1

@@ -6,7 +6,9 @@ import pytest
 
 from ocjax.extraction.categories import Category
 from ocjax.extraction.detection import detect
+from ocjax.vision.bitmap import color_mask
 from ocjax.vision.blobs import _boards
+from ocjax.vision.filters import Searched
 from ocjax.vision.pictures import picture
 from ocjax.vision.rules import Blobs, Bounds, Cells
 from ocjax.vision.search import Search
@@ -172,6 +174,23 @@ def test_a_picture_is_at_most_16_columns_wide():
     assert picture(np.array([[0, 1], [1, 1]])) == (1 << 14, 3 << 14)
     with pytest.raises(ValueError, match=r"at most 16 columns, got shape \(2, 17\)"):
         picture(np.ones((2, 17)))
+
+
+def test_rules_of_different_screens_share_their_pixels():
+    def is_dark(planes):
+        return planes[5, 0, 0] >> 31 == 0  # bit 6 of the first pixel's colour
+
+    both = Searched(lambda planes: color_mask(planes, (20, 30)), lambda _, pixels: pixels, whole=True)
+    small, large = Shape((1, 4), (1, 4)), Shape((1, 8), (1, 8))
+    categories = (
+        Category("Dark", Blobs(20, shapes=small, filters=(both,), frames=is_dark), count=2),
+        Category("Light", Blobs(30, shapes=large, filters=(both,), frames=lambda planes: ~is_dark(planes)), count=2),
+    )
+    frame = np.zeros((210, 160), np.uint8)
+    frame[20:24, 20:24], frame[50:58, 20:28] = 30, 20
+    assert found(categories, frame)[0] == [[[20, 20, 4, 4]], []]
+    frame[0, 0] = 64
+    assert found(categories, frame)[0] == [[], [[20, 20, 4, 4], [20, 50, 8, 8]]]
 
 
 def test_large_windows_have_a_board_of_their_own():
