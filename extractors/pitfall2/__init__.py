@@ -5,13 +5,13 @@ from typing import Any, TypeVar
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.ops import among, mod, only
+from ocjax.console.boxes import Box, box, choose, edges
+from ocjax.console.ops import among, mod, only, pick
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors.pitfall2.drawn import SLOT, as_drawn, floor_line
 from ocjax.extractors.pitfall2.pictures import BALLOON, HARRYS, PICTURES
 from ocjax.extractors.pitfall2.ram import ROM, Balloon, Kind, Pose, Rail, Ram
-from ocjax.extractors.pitfall2.vision import NextTo
+from ocjax.extractors.pitfall2.vision import Clawed, NextTo
 from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.filters import ShortRuns
 from ocjax.vision.rules import Blobs, Bounds
@@ -19,8 +19,9 @@ from ocjax.vision.shapes import Shape
 from ocjax.vision.steps import Raised
 
 FONT = ROM.font([0x20F8 - 8 * digit for digit in range(10)], rows=8, top_first=True)
-SCORE = NumberDisplay(FONT, right=69, top=9, digits=6)
-VIEW = (8, 29, 160, 181)
+SCORE = NumberDisplay(FONT, right=70, top=10, digits=6)
+VIEW = (8, 32, 160, 184)
+LEFT, TOP, RIGHT, BOTTOM = VIEW
 
 EVERYWHERE = {  # what may live on several floors in view
     "Scorpion": (Kind.SCORPION,),
@@ -44,6 +45,9 @@ BLINKS = 8  # a bit of the clock
 LADDER_LEFT = 78
 LADDER_RISE = 1  # lines of a ladder above its floor's first line
 LADDER_ROWS = 26
+RUNG_PITCH = 4  # two rows of a rung and two between them
+TO_RUNG = (0, 0, 2, 1)  # rows down to a rung, by the rows of a pitch that are cut off
+BELOW_RUNG = (2, 0, 0, 1)  # rows below a rung, by the rows of a pitch that are in view
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -65,8 +69,15 @@ def _harry_box(m: Ram) -> Box:
 
 
 def _ladder_boxes(m: Ram) -> Box:
-    top = floor_line(m) - LADDER_RISE
-    return box(LADDER_LEFT, top, 4, LADDER_ROWS, m.rail == Rail.LADDER).clip(*VIEW)
+    """Ladders, from the first rung in view to the last one."""
+    first = floor_line(m) - LADDER_RISE
+    cut = jnp.maximum(TOP - first, 0)
+    top = first + cut + pick(cut & RUNG_PITCH - 1, TO_RUNG)
+    rows = jnp.minimum(BOTTOM - first, LADDER_ROWS)
+    bottom = first + rows - pick(rows & RUNG_PITCH - 1, BELOW_RUNG)
+    return edges(
+        LADDER_LEFT, top, LADDER_LEFT + 4, bottom, (m.rail == Rail.LADDER) & (bottom > top)
+    )
 
 
 def _creature_boxes(m: Ram) -> dict[str, Box]:
@@ -118,25 +129,25 @@ SHIRT = 0xC8
 LEGS = 0xD2
 RUNG = 0x12
 DULL = 0x32  # crosses
-CAT = 0x16
+CAT = (0x16, 0x1A, 0x14)
 WHITE = 0x0E
 BAT = 0x04
 BLACK = 0x00
+BLUE = 0x84  # water
 FEATHERS = (0x26, 0x28, 0x2A)
 BEAK = 0x14
-CLAWS = 0x12
 GOLD = 0x1E
 GRAY = 0x0A  # the rat
 FROG = (0xD4, 0xD6)
 FROG_EYE = 0xD2
 DRESS = 0xD8
+GIRL = (DRESS, 0x32, FACE, LEGS, 0xD6, 0xD0, 0x14)
 INK = 0x0C  # the score
-LEFT, TOP, RIGHT, BOTTOM = VIEW
 look = functools.partial(Blobs, region=VIEW)
 HARRY = look(
     (SHIRT, LEGS, FACE, HAIR),
     shapes=Shape(w=(2, 8), h=(6, 21)),
-    gap=(1, 1),
+    gap=(1, 6),
     filters=(NextTo(HAIR, FACE),),
 )
 LADDER = Blobs(
@@ -146,21 +157,22 @@ LADDER = Blobs(
     gap=(0, 10),
     filters=(ShortRuns(4, across=True), ShortRuns(2)),
 )
-SCORPION = look(WHITE, shapes=Shape(w=(7, 8), h=(10, 11)))
+SCORPION = look(WHITE, shapes=Shape(w=(7, 8), h=(4, 11)))
 EEL_SHAPE = Shape(w=8, h=(2, 3))
-DARK_EEL = look(BLACK, shapes=EEL_SHAPE, filters=(ShortRuns(3),))
+IN_WATER = (NextTo(BLACK, BLUE), NextTo(BLACK, BLUE, above=True))
+DARK_EEL = look(BLACK, shapes=EEL_SHAPE, filters=IN_WATER)
 EEL = look(WHITE, shapes=EEL_SHAPE, also=(DARK_EEL,))
-BATS = look(BAT, shapes=Shape(w=(5, 7), h=(6, 9)), gap=(1, 1))
+BATS = look(BAT, shapes=Shape(w=(1, 7), h=(1, 9)), gap=(1, 1))
 CONDOR = look(
-    (*FEATHERS, BEAK, WHITE, CLAWS),
-    shapes=Shape(w=(6, 8), h=(6, 8)),
-    filters=(NextTo(CLAWS, BEAK, above=True),),
+    (*FEATHERS, BEAK, WHITE),
+    shapes=Shape(w=(5, 8), h=(4, 8)),
+    then=(Clawed(7),),
 )
-BARS = look(GOLD, shapes=Shape(w=7, h=(6, 14)), gap=(2, 2))
+BARS = look(GOLD, shapes=Shape(w=7, h=(1, 14)), gap=(2, 2))
 FROGS = Blobs(
     (*FROG, FROG_EYE),
     (64, TOP, 96, BOTTOM),
-    shapes=Shape(w=(7, 8), h=(6, 9)),
+    shapes=Shape(w=(5, 8), h=(3, 9)),
     filters=(NextTo(FROG_EYE, FROG[0]),),
 )
 
@@ -178,7 +190,7 @@ GAME = Game(
     categories=(
         Category("Player", HARRY, rgb=(92, 186, 92), doc="Harry"),
         Category("Ladder", LADDER, count=5, doc="one a floor"),
-        Category("Cross", _at(DULL, 40, (7, 3)), doc="where Harry begins again"),
+        Category("Cross", _at(DULL, 40, (4, 3)), doc="where Harry begins again"),
         Category("Scorpion", SCORPION, count=5, doc="on a floor"),
         Category("Bat", BATS, count=5, doc="flies up and down"),
         Category("Condor", CONDOR, count=5, doc="flies up and down"),
@@ -186,8 +198,12 @@ GAME = Game(
         Category("ElectricEel", EEL, doc="swims"),
         Category("GoldBar", BARS, count=5, doc="5,000 points"),
         Category("Rat", Bounds(GRAY, VIEW, min_size=(6, 6)), doc="15,000 points"),
-        Category("Rhonda", _at((DRESS, 0xD6), 32, (2, 4)), doc="Harry's niece, 10,000 points"),
-        Category("Quickclaw", _at(CAT, 32, (4, 8)), doc="her cat, 10,000 points"),
+        Category(
+            "Rhonda", _at(GIRL, 32, (2, 6), exclude=("Player",)), doc="Harry's niece, 10,000 points"
+        ),
+        Category(
+            "Quickclaw", _at(CAT, 32, (4, 8), then=(Raised(2),)), doc="her cat, 10,000 points"
+        ),
         Category("Ring", _at(GOLD, 72, (5, 6), then=(Raised(3),)), doc="20,000 points"),
         Category("Balloon", Bounds((0x42, 0x44, DRESS), VIEW, (5, 8)), doc="takes Harry up"),
         display("PlayerScore", SCORE.rule(INK), doc="points"),

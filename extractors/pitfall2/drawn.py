@@ -17,6 +17,8 @@ RAT_STAYS = 0x94  # column where the rat stays
 HARRY_LINES = 29  # from `harry_y` to the line that tells his floor
 FROG_LEFT = 68  # column
 FROG_TURNS = 0x60  # of the clock
+EEL_STRIDE = 8  # from one picture to the next of the same colour
+IN_VIEW = slice(1, 4)  # slots that are in view for sure
 SLOT = np.array(SLOTS)
 
 
@@ -38,6 +40,7 @@ class Traits(NamedTuple):
     steps: jax.Array  # of the clock: it moves where 0
     pace: jax.Array  # columns a step
     swings: jax.Array  # up and down, so many lines
+    top: jax.Array  # low byte of where the first picture begins
 
 
 def as_drawn(m: Ram) -> Drawn:
@@ -45,19 +48,21 @@ def as_drawn(m: Ram) -> Drawn:
     kind = jnp.where((m.kind == Kind.BAT) & (m.background == Water.COLOR), Kind.EEL, m.kind)
     traits = _traits(kind)
     moved = _moves(m) & ((m.clock + SLOT) & 1 == 1)
-    then = m.clock - jnp.where(moved, 2, 1)
+    then = m.clock - 2
     frog = kind == Kind.FROG
     lines = (m.start - m.top & 0xFF) >> 1
     lines_before = lines + _lift(m, then, traits, frog) - _lift(m, m.clock, traits, frog)
-    blank = (m.start == 0) & (m.top == 1)
-    waits = (m.intro > 0) | (m.waits == Wait.FOR_STICK)
+    blank = ~moved & (m.start == 0) & (m.top == 1)
+    ahead = m.top - traits.top
+    changed = jnp.where(kind == Kind.EEL, ahead & EEL_STRIDE, ahead) != 0
+    comes = blank[IN_VIEW].any()  # Harry has just come in: the frame has nobody yet
     return Drawn(
         kind=kind,
         x=jnp.where(moved, _column_before(m, kind, traits), m.x),
         y=floor_line(m) + jnp.where(moved, lines_before, lines),
-        picture=when((then & traits.phases == 0) & ~waits & _roams(m, kind), 1),
+        picture=jnp.where(moved, _changes(m, then, traits, kind), changed).astype(jnp.int32),
         mirrored=jnp.where(moved & frog, then - FROG_TURNS & 128, m.mirrored) > 0,
-        valid=~among(m.loads, (Loads.FIRST, Loads.LAST)) & (moved | ~blank),
+        valid=~(blank | comes | among(m.loads, (Loads.FIRST, Loads.LAST))),
     )
 
 
@@ -69,7 +74,9 @@ def floor_line(m: Ram) -> jax.Array:
 
 def _traits(kind: jax.Array) -> Traits:
     packed = lookup(TRAITS, kind)
-    return Traits(packed & 0xFF, packed >> 8 & 0xFF, packed >> 16 & 3, packed >> 18)
+    return Traits(
+        packed & 0xFF, packed >> 8 & 0xFF, packed >> 16 & 3, packed >> 18 & 63, packed >> 24 & 0xFF
+    )
 
 
 def _moves(m: Ram) -> jax.Array:
@@ -84,6 +91,11 @@ def _roams(m: Ram, kind: jax.Array) -> jax.Array:
     line = m.harry_y + m.scroll + HARRY_LINES
     slot = div(line, FLOOR_LINES) - when(m.scroll >= FIRST_SCROLL, 1)
     return (kind != Kind.RAT) | ((slot == SLOT) & (m.x < RAT_STAYS))
+
+
+def _changes(m: Ram, then: jax.Array, traits: Traits, kind: jax.Array) -> jax.Array:
+    """Whether a creature had its second picture."""
+    return (then & traits.phases == 0) & _roams(m, kind)
 
 
 def _column_before(m: Ram, kind: jax.Array, traits: Traits) -> jax.Array:

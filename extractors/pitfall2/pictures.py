@@ -1,7 +1,7 @@
-"""What the display data of the cartridge's second chip hold: pictures, one byte a line of colour
-and one of dots by turns.
+"""What the display data of the cartridge's second chip hold.
 
-A fetcher counts down through the data. The ROM file has the byte for a count of 0 last.
+A creature's picture has a byte of colour and one of dots a row; Harry's have dots alone. Fetchers
+count down through the data, so that the ROM has the byte for a count of 0 last.
 """
 
 import numpy as np
@@ -27,7 +27,7 @@ PACE = 3  # bits of it: columns a step
 LEAPS = 0xFF  # or all of it
 NEVER = 0xFF  # of `STEP_MASKS`
 SWINGS = np.where((WAYS > 128) & (WAYS != LEAPS), (WAYS & 0x60) >> 1, 1)  # up and down
-TRAITS = PHASES | STEP_MASKS << 8 | (WAYS & PACE) << 16 | SWINGS << 18  # in one number
+TRAITS = PHASES | STEP_MASKS << 8 | (WAYS & PACE) << 16 | SWINGS << 18 | TOPS << 24  # in one
 
 
 def _creature(kind: int, picture: int) -> np.ndarray:
