@@ -55,7 +55,7 @@ def as_drawn(m: Ram) -> Drawn:
     blank = ~moved & (m.start == 0) & (m.top == 1)
     ahead = m.top - traits.top
     changed = jnp.where(kind == Kind.EEL, ahead & EEL_STRIDE, ahead) != 0
-    comes = blank[IN_VIEW].any()  # Harry has just come in: the frame has nobody yet
+    comes = _moves(m) & blank[IN_VIEW].any()  # Harry has just come in: the frame has nobody yet
     return Drawn(
         kind=kind,
         x=jnp.where(moved, _column_before(m, kind, traits), m.x),
