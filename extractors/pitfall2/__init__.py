@@ -11,7 +11,7 @@ from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors.pitfall2.drawn import SLOT, as_drawn, floor_line
 from ocjax.extractors.pitfall2.pictures import BALLOON, HARRYS, PICTURES
 from ocjax.extractors.pitfall2.ram import ROM, Balloon, Kind, Pose, Rail, Ram
-from ocjax.extractors.pitfall2.vision import Clawed, NextTo
+from ocjax.extractors.pitfall2.vision import Above, Between, Completed
 from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.filters import ShortRuns
 from ocjax.vision.rules import Blobs, Bounds
@@ -39,6 +39,7 @@ SINGLE = {
     "Ring": Kind.RING,
     "Balloon": Kind.BALLOON,
 }
+START = 4000  # points of a new game
 HARRY_TOP = 11  # line of Harry's first row, less `harry_y`
 BALLOON_TOP = -16  # likewise, of a balloon above him
 BLINKS = 8  # a bit of the clock
@@ -55,7 +56,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Player": _harry_box(m),
         "Ladder": _in_slots(m, _ladder_boxes(m)),
         **_creature_boxes(m),
-        "PlayerScore": SCORE.box(m.score),
+        "PlayerScore": SCORE.box(m.score, value=m.score - START),
     }
 
 
@@ -139,7 +140,6 @@ BEAK = 0x14
 GOLD = 0x1E
 GRAY = 0x0A  # the rat
 FROG = (0xD4, 0xD6)
-FROG_EYE = 0xD2
 DRESS = 0xD8
 GIRL = (DRESS, 0x32, FACE, LEGS, 0xD6, 0xD0, 0x14)
 INK = 0x0C  # the score
@@ -148,32 +148,31 @@ HARRY = look(
     (SHIRT, LEGS, FACE, HAIR),
     shapes=Shape(w=(2, 8), h=(6, 21)),
     gap=(1, 6),
-    filters=(NextTo(HAIR, FACE),),
+    filters=(Above(HAIR, FACE),),
 )
 LADDER = Blobs(
     RUNG,
-    (70, TOP, 90, BOTTOM),
-    shapes=Shape(w=4, h=(2, 26)),
+    (LADDER_LEFT, TOP, LADDER_LEFT + 4, BOTTOM),
+    shapes=Shape(w=(1, 4), h=(3, 26)),
     gap=(0, 10),
-    filters=(ShortRuns(4, across=True), ShortRuns(2)),
+    filters=(ShortRuns(2),),
 )
 SCORPION = look(WHITE, shapes=Shape(w=(7, 8), h=(4, 11)))
 EEL_SHAPE = Shape(w=8, h=(2, 3))
-IN_WATER = (NextTo(BLACK, BLUE), NextTo(BLACK, BLUE, above=True))
-DARK_EEL = look(BLACK, shapes=EEL_SHAPE, filters=IN_WATER)
+DARK_EEL = look(BLACK, shapes=EEL_SHAPE, filters=(Between(BLUE),))
 EEL = look(WHITE, shapes=EEL_SHAPE, also=(DARK_EEL,))
 BATS = look(BAT, shapes=Shape(w=(1, 7), h=(1, 9)), gap=(1, 1))
 CONDOR = look(
     (*FEATHERS, BEAK, WHITE),
     shapes=Shape(w=(5, 8), h=(4, 8)),
-    then=(Clawed(7),),
+    then=(Completed(7, above=False),),
 )
 BARS = look(GOLD, shapes=Shape(w=7, h=(1, 14)), gap=(2, 2))
 FROGS = Blobs(
-    (*FROG, FROG_EYE),
+    FROG,
     (64, TOP, 96, BOTTOM),
     shapes=Shape(w=(5, 8), h=(3, 9)),
-    filters=(NextTo(FROG_EYE, FROG[0]),),
+    then=(Completed(5, above=True),),
 )
 
 
@@ -206,6 +205,6 @@ GAME = Game(
         ),
         Category("Ring", _at(GOLD, 72, (5, 6), then=(Raised(3),)), doc="20,000 points"),
         Category("Balloon", Bounds((0x42, 0x44, DRESS), VIEW, (5, 8)), doc="takes Harry up"),
-        display("PlayerScore", SCORE.rule(INK), doc="points"),
+        display("PlayerScore", SCORE.rule(INK, base=-START), doc="points"),
     ),
 )

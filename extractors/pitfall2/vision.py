@@ -11,33 +11,53 @@ from ocjax.vision.steps import Context, Step
 
 
 @dataclass(frozen=True)
-class NextTo:
-    """A filter: of the pixels of one colour, only those count that have another below or above.
+class Above:
+    """A filter: of the pixels of one colour, only those count that are just above another.
 
     Args:
         color: palette index.
-        other: the colour that is next to it.
-        above: whether that is above; otherwise it is below.
+        other: the colour of the pixel below.
     """
 
     color: int
     other: int
-    above: bool = False
 
     def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
         """The pixels that count."""
-        move = bm.shift_down if self.above else bm.shift_up
-        near = move(bm.color_mask(planes, (self.other,)), 1)
+        near = bm.shift_up(bm.color_mask(planes, (self.other,)), 1)
         return mask & (~bm.color_mask(planes, (self.color,)) | near)
 
 
 @dataclass(frozen=True)
-class Clawed(Step):
-    """Boxes of one height are one row higher, for a row of claws in the colour of the ground."""
+class Between:
+    """A filter: only those pixels count that have one colour just above and just below.
+
+    Args:
+        color: palette index.
+    """
+
+    color: int
+
+    def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
+        """The pixels that count."""
+        around = bm.color_mask(planes, (self.color,))
+        return mask & bm.shift_up(around, 1) & bm.shift_down(around, 1)
+
+
+@dataclass(frozen=True)
+class Completed(Step):
+    """Boxes of one height get another row, for dots in the colour of scenery or of other objects.
+
+    Args:
+        height: without the row.
+        above: whether it is the first one; otherwise it is the last one.
+    """
 
     height: int
+    above: bool
 
     def __call__(self, found: Detected, context: Context) -> Detected:
         """The objects after the step."""
-        h = found.h + jnp.where(found.h == self.height, 1, 0)
-        return found._replace(box=boxes(found.x, found.y, found.w, h, found.valid))
+        rows = jnp.where(found.h == self.height, 1, 0)
+        y = found.y - rows if self.above else found.y
+        return found._replace(box=boxes(found.x, y, found.w, found.h + rows, found.valid))
