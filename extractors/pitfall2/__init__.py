@@ -43,6 +43,10 @@ START = 4000  # points of a new game
 HARRY_TOP = 11  # line of Harry's first row, less `harry_y`
 BALLOON_TOP = -16  # likewise, of a balloon above him
 BLINKS = 8  # a bit of the clock
+ROOF = 34  # line of a floor where the roof of the next one begins
+ROOF_LINES = 7
+NEAR_LADDER = range(72, 82)  # columns of Harry below a hole
+LADDER_TOP = 33  # the first line that may show a ladder
 LADDER_LEFT = 78
 LADDER_RISE = 1  # lines of a ladder above its floor's first line
 LADDER_ROWS = 26
@@ -66,13 +70,22 @@ def _harry_box(m: Ram) -> Box:
     whole = HARRYS.box(
         m.pose, m.harry_x, m.harry_y + HARRY_TOP, mirrored=m.harry_mirrored == 1, valid=~hidden
     )
-    return whole.clip(*VIEW)
+    beside = among(m.harry_x, NEAR_LADDER)
+    roofs = floor_line(m)[:-1] + ROOF  # the first lines of what hides who climbs through it
+    there = beside & (m.rail[1:] == Rail.LADDER)
+    top, bottom = whole.y, whole.y + whole.h
+    hides_top = there & (top >= roofs) & (top < roofs + ROOF_LINES)
+    hides_bottom = there & (bottom > roofs) & (bottom <= roofs + ROOF_LINES)
+    first = jnp.where(hides_top.any(), only(hides_top, roofs + ROOF_LINES), top)
+    last = jnp.where(hides_bottom.any(), only(hides_bottom, roofs), bottom)
+    seen = edges(whole.x, first, whole.x + whole.w, last, whole.valid & (last > first))
+    return seen.clip(*VIEW)
 
 
 def _ladder_boxes(m: Ram) -> Box:
     """Ladders, from the first rung in view to the last one."""
     first = floor_line(m) - LADDER_RISE
-    cut = jnp.maximum(TOP - first, 0)
+    cut = jnp.maximum(LADDER_TOP - first, 0)
     top = first + cut + pick(cut & RUNG_PITCH - 1, TO_RUNG)
     rows = jnp.minimum(BOTTOM - first, LADDER_ROWS)
     bottom = first + rows - pick(rows & RUNG_PITCH - 1, BELOW_RUNG)
@@ -147,7 +160,7 @@ look = functools.partial(Blobs, region=VIEW)
 HARRY = look(
     (SHIRT, LEGS, FACE, HAIR),
     shapes=Shape(w=(2, 8), h=(6, 21)),
-    gap=(1, 6),
+    gap=(1, 7),
     filters=(Above(HAIR, FACE),),
 )
 LADDER = Blobs(
