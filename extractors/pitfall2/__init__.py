@@ -11,9 +11,8 @@ from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors.pitfall2.drawn import SLOT, as_drawn, floor_line
 from ocjax.extractors.pitfall2.pictures import BALLOON, HARRYS, PICTURES
 from ocjax.extractors.pitfall2.ram import ROM, Balloon, Kind, Pose, Rail, Ram
-from ocjax.extractors.pitfall2.vision import Above, Between, Completed
+from ocjax.extractors.pitfall2.vision import Above, Between, Completed, Rungs
 from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.filters import ShortRuns
 from ocjax.vision.rules import Blobs, Bounds
 from ocjax.vision.shapes import Shape
 from ocjax.vision.steps import Raised
@@ -165,10 +164,10 @@ HARRY = look(
 )
 LADDER = Blobs(
     RUNG,
-    (LADDER_LEFT, TOP, LADDER_LEFT + 4, BOTTOM),
+    (LADDER_LEFT - 4, TOP, LADDER_LEFT + 8, BOTTOM),
     shapes=Shape(w=(1, 4), h=(3, 26)),
     gap=(0, 10),
-    filters=(ShortRuns(2),),
+    filters=(Rungs(4, FACE),),
 )
 SCORPION = look(WHITE, shapes=Shape(w=(7, 8), h=(4, 11)))
 EEL_SHAPE = Shape(w=8, h=(2, 3))

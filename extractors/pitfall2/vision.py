@@ -45,6 +45,24 @@ class Between:
 
 
 @dataclass(frozen=True)
+class Rungs:
+    """A filter: pixels count that are in no run of more columns than a rung, and not above a face.
+
+    Args:
+        width: columns of a rung.
+        face: the colour below hair.
+    """
+
+    width: int
+    face: int
+
+    def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
+        """The pixels that count."""
+        beside = bm.shift_left(mask, self.width) | bm.shift_right(mask, self.width)
+        return mask & ~beside & ~bm.shift_up(bm.color_mask(planes, (self.face,)), 1)
+
+
+@dataclass(frozen=True)
 class Completed(Step):
     """Boxes of one height get another row, for dots in the colour of scenery or of other objects.
 
