@@ -1,6 +1,34 @@
-"""Pitfall II: Harry looks for treasure in a cavern of eight columns and 27 floors."""
+"""Pitfall II: Harry looks for Rhonda, Quickclaw, a rat, a ring and gold in a cavern.
+
+Screen: the cavern has eight columns and 31 floors of 45 lines. The screen shows one column, and
+three to four floors of it, which scroll by lines. Sprite 1 is what lives on each floor, sprite 0
+Harry. A second chip in the cartridge feeds the drawing loop with pictures and colours (`pictures`).
+A balloon that carries Harry is a part of his picture, and an object all the same.
+
+Slots: of ladders, gold and beasts, each stands for the floors whose numbers leave the same rest
+when divided by five. There are no lives: whoever is bitten goes back to the last cross.
+
+RAM: no map of it was known; all was read from the ROM's code. The drawing loop is at $F128-$F60D of
+bank 1. Harry and the scroll move before the frame is drawn, the beasts of every second floor after
+it ($D9D2 of bank 0), which `drawn` takes back.
+
+Scenery: the ground, walls, ledges, holes, water and waterfall, and the maker's name.
+
+Covered: random play, and 3,300 frames of all columns and floors, to which Harry was put by writing
+RAM. All kinds of objects were among them, also eels (130 frames), and balloons (500) on their own
+and with Harry below. The treasures were seen in their places and not taken, but for gold.
+
+Not exact: on two frames after Harry comes into a column or goes back to a cross, some floors show
+nobody yet, which RAM tells of one of them. A frog or gold of which the view's edge cuts off rows
+keeps rows that are blank. Harry's rows behind the ground count, unless he is on a ladder. An eel's
+colour is that of the next frame.
+
+VEM: it misses rows of hair and claws on ground of their colour, parts behind Harry, and condors and
+scorpions of which the view's edge leaves few rows.
+"""
 
 import functools
+from dataclasses import replace
 from typing import Any, TypeVar
 
 import jax
@@ -19,8 +47,9 @@ from ocjax.vision.steps import Raised
 
 FONT = ROM.font([0x20F8 - 8 * digit for digit in range(10)], rows=8, top_first=True)
 SCORE = NumberDisplay(FONT, right=70, top=10, digits=6)
-VIEW = (8, 32, 160, 184)
-LEFT, TOP, RIGHT, BOTTOM = VIEW
+VIEW_TOP = 32
+VIEW_BOTTOM = 184
+VIEW = (8, VIEW_TOP, 160, VIEW_BOTTOM)
 
 EVERYWHERE = {  # what may live on several floors in view
     "Scorpion": (Kind.SCORPION,),
@@ -35,7 +64,7 @@ SINGLE = {
     "Rat": Kind.RAT,
     "Rhonda": Kind.RHONDA,
     "Quickclaw": Kind.QUICKCLAW,
-    "Ring": Kind.RING,
+    "DiamondRing": Kind.RING,
     "Balloon": Kind.BALLOON,
 }
 START = 4000  # points of a new game
@@ -86,7 +115,7 @@ def _ladder_boxes(m: Ram) -> Box:
     first = floor_line(m) - LADDER_RISE
     cut = jnp.maximum(LADDER_TOP - first, 0)
     top = first + cut + pick(cut & RUNG_PITCH - 1, TO_RUNG)
-    rows = jnp.minimum(BOTTOM - first, LADDER_ROWS)
+    rows = jnp.minimum(VIEW_BOTTOM - first, LADDER_ROWS)
     bottom = first + rows - pick(rows & RUNG_PITCH - 1, BELOW_RUNG)
     return edges(
         LADDER_LEFT, top, LADDER_LEFT + 4, bottom, (m.rail == Rail.LADDER) & (bottom > top)
@@ -103,6 +132,9 @@ def _creature_boxes(m: Ram) -> dict[str, Box]:
     out = {name: boxes.where(among(kind, kinds)) for name, kinds in EVERYWHERE.items()}
     out |= {name: _single(boxes, kind == only_kind) for name, only_kind in SINGLE.items()}
     ridden = (m.balloon == Balloon.RIDDEN) & (m.pose == Pose.FLIES)
+    eel = (drawn.kind == Kind.EEL) & drawn.bright
+    color = jnp.where(eel.any(), WHITE, BLACK)
+    out["ElectricEel"] = replace(out["ElectricEel"], color=color)
     out["Balloon"] = choose(ridden, _ridden_box(m), out["Balloon"])
     return out
 
@@ -137,7 +169,7 @@ def _in_slots(m: Ram, parts: _Slots) -> _Slots:
 
 
 HAIR = 0x12
-FACE = 0x4A
+FACES = (0x4A, 0x48)  # the other one below a balloon
 SHIRT = 0xC8
 LEGS = 0xD2
 RUNG = 0x12
@@ -153,21 +185,22 @@ GOLD = 0x1E
 GRAY = 0x0A  # the rat
 FROG = (0xD4, 0xD6)
 DRESS = 0xD8
-GIRL = (DRESS, 0x32, FACE, LEGS, 0xD6, 0xD0, 0x14)
+GIRL = (DRESS, 0x32, 0x4A, LEGS, 0xD6, 0xD0, 0x14)
+CLOTH = (0x44, 0x42, DRESS, 0x40, 0x08)  # the balloon and its string
 INK = 0x0C  # the score
 look = functools.partial(Blobs, region=VIEW)
 HARRY = look(
-    (SHIRT, LEGS, FACE, HAIR),
+    (SHIRT, LEGS, *FACES, HAIR),
     shapes=Shape(w=(2, 8), h=(6, 21)),
     gap=(1, 7),
-    filters=(Above(HAIR, FACE),),
+    filters=(Above(HAIR, FACES),),
 )
 LADDER = Blobs(
     RUNG,
-    (LADDER_LEFT - 4, TOP, LADDER_LEFT + 8, BOTTOM),
-    shapes=Shape(w=(1, 4), h=(3, 26)),
+    (LADDER_LEFT - 4, VIEW_TOP, LADDER_LEFT + 8, VIEW_BOTTOM),
+    shapes=Shape(w=(2, 4), h=(1, 26)),
     gap=(0, 10),
-    filters=(Rungs(4, FACE),),
+    filters=(Rungs(4, FACES),),
 )
 SCORPION = look(WHITE, shapes=Shape(w=(7, 8), h=(4, 11)))
 EEL_SHAPE = Shape(w=8, h=(2, 3))
@@ -182,7 +215,7 @@ CONDOR = look(
 BARS = look(GOLD, shapes=Shape(w=7, h=(1, 14)), gap=(2, 2))
 FROGS = Blobs(
     FROG,
-    (64, TOP, 96, BOTTOM),
+    (64, VIEW_TOP, 96, VIEW_BOTTOM),
     shapes=Shape(w=(5, 8), h=(3, 9)),
     then=(Completed(5, above=True),),
 )
@@ -190,8 +223,17 @@ FROGS = Blobs(
 
 def _at(colors: int | tuple[int, ...], x: int, size: tuple[int, int], **options: Any) -> Bounds:
     """A rule for something that stands in its place."""
-    return Bounds(colors, (x, TOP, x + 8, BOTTOM), min_size=size, max_size=(8, 27), **options)
+    return Bounds(
+        colors, (x, VIEW_TOP, x + 8, VIEW_BOTTOM), min_size=size, max_size=(8, 27), **options
+    )
 
+
+CROSS = _at(DULL, 40, (4, 3))
+RHONDA = _at(GIRL, 32, (2, 6), exclude=("Player",))
+QUICKCLAW = _at(CAT, 32, (4, 8), then=(Raised(2),))
+RING = _at(GOLD, 72, (5, 6), then=(Raised(3),))
+RAT = Bounds(GRAY, VIEW, (6, 6))
+BALLOON_RULE = Bounds(CLOTH, VIEW, (5, 8), (8, 27))
 
 GAME = Game(
     name="Pitfall2",
@@ -200,23 +242,19 @@ GAME = Game(
     decode=decode,
     categories=(
         Category("Player", HARRY, rgb=(92, 186, 92), doc="Harry"),
-        Category("Ladder", LADDER, count=5, doc="one a floor"),
-        Category("Cross", _at(DULL, 40, (4, 3)), doc="where Harry begins again"),
-        Category("Scorpion", SCORPION, count=5, doc="on a floor"),
-        Category("Bat", BATS, count=5, doc="flies up and down"),
-        Category("Condor", CONDOR, count=5, doc="flies up and down"),
-        Category("Frog", FROGS, count=5, doc="leaps across a ladder"),
-        Category("ElectricEel", EEL, doc="swims"),
-        Category("GoldBar", BARS, count=5, doc="5,000 points"),
-        Category("Rat", Bounds(GRAY, VIEW, min_size=(6, 6)), doc="15,000 points"),
-        Category(
-            "Rhonda", _at(GIRL, 32, (2, 6), exclude=("Player",)), doc="Harry's niece, 10,000 points"
-        ),
-        Category(
-            "Quickclaw", _at(CAT, 32, (4, 8), then=(Raised(2),)), doc="her cat, 10,000 points"
-        ),
-        Category("Ring", _at(GOLD, 72, (5, 6), then=(Raised(3),)), doc="20,000 points"),
-        Category("Balloon", Bounds((0x42, 0x44, DRESS), VIEW, (5, 8)), doc="takes Harry up"),
-        display("PlayerScore", SCORE.rule(INK, base=-START), doc="points"),
+        Category("Ladder", LADDER, count=5, rgb=(105, 105, 15), doc="one a floor"),
+        Category("Cross", CROSS, rgb=(163, 57, 21), doc="where Harry begins again"),
+        Category("Scorpion", SCORPION, count=5, rgb=(236, 236, 236), doc="on the ground"),
+        Category("Bat", BATS, count=5, rgb=(111, 111, 111), doc="flies up and down"),
+        Category("Condor", CONDOR, count=5, rgb=(180, 122, 48), doc="flies up and down"),
+        Category("Frog", FROGS, count=5, rgb=(82, 126, 45), doc="leaps across a hole"),
+        Category("ElectricEel", EEL, doc="swims, black or white"),
+        Category("GoldBar", BARS, count=5, rgb=(252, 252, 84), doc="5,000 points"),
+        Category("Rat", RAT, rgb=(192, 192, 192), doc="15,000 points"),
+        Category("Rhonda", RHONDA, rgb=(135, 183, 84), doc="Harry's niece, 10,000 points"),
+        Category("Quickclaw", QUICKCLAW, rgb=(162, 162, 42), doc="her cat, 10,000 points"),
+        Category("DiamondRing", RING, rgb=(252, 252, 84), doc="20,000 points"),
+        Category("Balloon", BALLOON_RULE, rgb=(66, 72, 200), doc="takes Harry up"),
+        display("PlayerScore", SCORE.rule(INK, base=-START), doc="points won"),
     ),
 )

@@ -10,7 +10,7 @@ from ocjax.extractors.pitfall2.pictures import NEVER, TRAITS
 from ocjax.extractors.pitfall2.ram import SLOTS, Kind, Loads, Ram, Wait, Water
 
 FLOOR_LINES = 45
-TOP = 36  # line of the first floor's beginning
+FIRST_LINE = 36  # line of the first floor's beginning
 FIRST_SCROLL = 14  # `scroll` while the first floor's beginning is there
 WRAPS = 160  # column from which on a creature begins anew at the left edge
 RAT_STAYS = 0x94  # column where the rat stays
@@ -18,6 +18,7 @@ HARRY_LINES = 29  # from `harry_y` to the line that tells his floor
 FROG_LEFT = 68  # column
 FROG_TURNS = 0x60  # of the clock
 EEL_STRIDE = 8  # from one picture to the next of the same colour
+EEL_BRIGHT = 16  # from black pictures to white ones
 IN_VIEW = slice(1, 4)  # slots that are in view for sure
 SLOT = np.array(SLOTS)
 
@@ -30,6 +31,7 @@ class Drawn(NamedTuple):
     y: jax.Array  # first line of its picture
     picture: jax.Array
     mirrored: jax.Array
+    bright: jax.Array  # whether it is an eel of the other colour
     valid: jax.Array
 
 
@@ -62,6 +64,7 @@ def as_drawn(m: Ram) -> Drawn:
         y=floor_line(m) + jnp.where(moved, lines_before, lines),
         picture=jnp.where(moved, _changes(m, then, traits, kind), changed).astype(jnp.int32),
         mirrored=jnp.where(moved & frog, then - FROG_TURNS & 128, m.mirrored) > 0,
+        bright=ahead & EEL_BRIGHT > 0,
         valid=~(blank | comes | among(m.loads, (Loads.FIRST, Loads.LAST))),
     )
 
@@ -69,7 +72,7 @@ def as_drawn(m: Ram) -> Drawn:
 def floor_line(m: Ram) -> jax.Array:
     """The line where each floor begins."""
     gone = m.scroll - FIRST_SCROLL + when(m.scroll < FIRST_SCROLL, FLOOR_LINES)
-    return TOP - gone + FLOOR_LINES * SLOT
+    return FIRST_LINE - gone + FLOOR_LINES * SLOT
 
 
 def _traits(kind: jax.Array) -> Traits:

@@ -12,19 +12,19 @@ from ocjax.vision.steps import Context, Step
 
 @dataclass(frozen=True)
 class Above:
-    """A filter: of the pixels of one colour, only those count that are just above another.
+    """A filter: of the pixels of one colour, only those count that are just above some others.
 
     Args:
         color: palette index.
-        other: the colour of the pixel below.
+        others: the colours of the pixel below.
     """
 
     color: int
-    other: int
+    others: tuple[int, ...]
 
     def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
         """The pixels that count."""
-        near = bm.shift_up(bm.color_mask(planes, (self.other,)), 1)
+        near = bm.shift_up(bm.color_mask(planes, self.others), 1)
         return mask & (~bm.color_mask(planes, (self.color,)) | near)
 
 
@@ -50,16 +50,16 @@ class Rungs:
 
     Args:
         width: columns of a rung.
-        face: the colour below hair.
+        faces: the colours below hair.
     """
 
     width: int
-    face: int
+    faces: tuple[int, ...]
 
     def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
         """The pixels that count."""
         beside = bm.shift_left(mask, self.width) | bm.shift_right(mask, self.width)
-        return mask & ~beside & ~bm.shift_up(bm.color_mask(planes, (self.face,)), 1)
+        return mask & ~beside & ~bm.shift_up(bm.color_mask(planes, self.faces), 1)
 
 
 @dataclass(frozen=True)
