@@ -34,10 +34,10 @@ from typing import Any, TypeVar
 import jax
 import jax.numpy as jnp
 from ocjax.console.boxes import Box, box, choose, edges
-from ocjax.console.ops import among, mod, only, pick
+from ocjax.console.ops import among, match, mod, only, pick
 from ocjax.extraction.game import Category, Game, display
-from ocjax.extractors.pitfall2.drawn import SLOT, as_drawn, floor_line
-from ocjax.extractors.pitfall2.pictures import BALLOON, HARRYS, PICTURES
+from ocjax.extractors.pitfall2.drawn import SLOT, Drawn, as_drawn, floor_line
+from ocjax.extractors.pitfall2.pictures import CUTS, HARRYS, PICTURES
 from ocjax.extractors.pitfall2.ram import ROM, Balloon, Kind, Pose, Rail, Ram
 from ocjax.extractors.pitfall2.vision import Above, Between, Completed, Rungs
 from ocjax.vision.displays import NumberDisplay
@@ -125,9 +125,7 @@ def _ladder_boxes(m: Ram) -> Box:
 def _creature_boxes(m: Ram) -> dict[str, Box]:
     """What lives on the floors, by kind."""
     drawn = as_drawn(m)
-    index = PICTURES.index(kind=drawn.kind, picture=drawn.picture)
-    whole = PICTURES.box(index, drawn.x, drawn.y, mirrored=drawn.mirrored, valid=drawn.valid)
-    boxes = _in_slots(m, whole.clip(*VIEW))
+    boxes = _in_slots(m, _shown(drawn))
     kind = _in_slots(m, drawn.kind)
     out = {name: boxes.where(among(kind, kinds)) for name, kinds in EVERYWHERE.items()}
     out |= {name: _single(boxes, kind == only_kind) for name, only_kind in SINGLE.items()}
@@ -139,11 +137,23 @@ def _creature_boxes(m: Ram) -> dict[str, Box]:
     return out
 
 
+def _shown(drawn: Drawn) -> Box:
+    """What shows of creatures in the view."""
+    y = drawn.y
+    above = jnp.clip(VIEW_TOP - y, 0, len(CUTS))
+    rows = jnp.clip(VIEW_BOTTOM - y, 1, len(CUTS) + 1)
+    cut = match((above > 0, above), (rows <= len(CUTS), len(CUTS) + rows), otherwise=0)
+    index = PICTURES.index(kind=drawn.kind, picture=drawn.picture, cut=cut)
+    boxes = PICTURES.box(index, drawn.x, y, mirrored=drawn.mirrored, valid=drawn.valid)
+    return boxes.clip(*VIEW)
+
+
 def _ridden_box(m: Ram) -> Box:
-    """The balloon above Harry, which his sprite shows."""
+    """The balloon above Harry, which his sprite shows: the picture of a free one, mirrored."""
     top = m.harry_y + BALLOON_TOP
-    whole = BALLOON.box(jnp.int32(0), m.harry_x, top, mirrored=m.harry_mirrored == 1)
-    return whole.clip(*VIEW)
+    zero = jnp.zeros_like(top)
+    mirrored, there = m.harry_mirrored == 0, jnp.ones_like(top, bool)
+    return _shown(Drawn(zero + Kind.BALLOON, m.harry_x, top, zero, mirrored, ~there, there))
 
 
 def _single(boxes: Box, there: jax.Array) -> Box:
@@ -187,6 +197,7 @@ FROG = (0xD4, 0xD6)
 DRESS = 0xD8
 GIRL = (DRESS, 0x32, 0x4A, LEGS, 0xD6, 0xD0, 0x14)
 CLOTH = (0x44, 0x42, DRESS, 0x40, 0x08)  # the balloon and its string
+RING_LEFT = 72
 INK = 0x0C  # the score
 look = functools.partial(Blobs, region=VIEW)
 HARRY = look(
@@ -210,14 +221,15 @@ BATS = look(BAT, shapes=Shape(w=(1, 7), h=(1, 9)), gap=(1, 1))
 CONDOR = look(
     (*FEATHERS, BEAK, WHITE),
     shapes=Shape(w=(5, 8), h=(4, 8)),
-    then=(Completed(7, above=False),),
+    then=(Completed(7, above=False, edge=VIEW_BOTTOM),),
 )
-BARS = look(GOLD, shapes=Shape(w=7, h=(1, 14)), gap=(2, 2))
+BESIDE_RING = (RING_LEFT, VIEW_TOP, RING_LEFT + 8, VIEW_BOTTOM)
+BARS = look(GOLD, shapes=Shape(w=(1, 7), h=(1, 14)), gap=(2, 2), ignore=(BESIDE_RING,))
 FROGS = Blobs(
     FROG,
     (64, VIEW_TOP, 96, VIEW_BOTTOM),
     shapes=Shape(w=(5, 8), h=(3, 9)),
-    then=(Completed(5, above=True),),
+    then=(Completed(5, above=True, edge=VIEW_TOP),),
 )
 
 
@@ -231,7 +243,7 @@ def _at(colors: int | tuple[int, ...], x: int, size: tuple[int, int], **options:
 CROSS = _at(DULL, 40, (4, 3))
 RHONDA = _at(GIRL, 32, (2, 6), exclude=("Player",))
 QUICKCLAW = _at(CAT, 32, (4, 8), then=(Raised(2),))
-RING = _at(GOLD, 72, (5, 6), then=(Raised(3),))
+RING = _at(GOLD, RING_LEFT, (5, 6), then=(Raised(3),))
 RAT = Bounds(GRAY, VIEW, (6, 6))
 BALLOON_RULE = Bounds(CLOTH, VIEW, (5, 8), (8, 27))
 

@@ -6,13 +6,13 @@ count down through the data, so that the ROM has the byte for a count of 0 last.
 
 import numpy as np
 from ocjax.console.rom import Pictures
-from ocjax.extractors.pitfall2.ram import ROM, Kind, Pose
+from ocjax.extractors.pitfall2.ram import ROM, Kind
 
 DISPLAY = ROM.bytes(0x2000, 0x800)[::-1]  # by count
 LOWS = 0x1A16  # in the ROM: counts of Harry's poses
 POSES = 14
 TALL = 21  # rows of a pose
-WITH_BALLOON = 48  # rows
+CUTS = range(1, 32)  # rows of a picture above the view, or in it at its lower edge
 HARRY_HIGHS = 0x1A24
 
 STARTS = ROM.bytes(0xE03, Kind.KINDS)  # by kind, low byte
@@ -47,16 +47,22 @@ def _harry(pose: int) -> np.ndarray:
     return DISPLAY[_first_count(pose) + TALL - np.arange(TALL)]
 
 
-def _balloon() -> np.ndarray:
-    """The balloon above Harry."""
-    first = _first_count(Pose.FLIES)
-    return DISPLAY[first + WITH_BALLOON - np.arange(WITH_BALLOON - TALL)]
+def _cut(rows: np.ndarray) -> list[np.ndarray]:
+    """A picture whole, without its first rows, and with its first rows alone."""
+    tops = [np.where(np.arange(len(rows)) < n, 0, rows) for n in CUTS]
+    bottoms = [np.where(np.arange(len(rows)) < n, rows, 0) for n in CUTS]
+    return [rows, *tops, *bottoms]
 
 
 PICTURES = Pictures.of(
-    (_creature(kind, picture) for kind in range(Kind.KINDS) for picture in range(2)),
+    (
+        rows
+        for kind in range(Kind.KINDS)
+        for picture in range(2)
+        for rows in _cut(_creature(kind, picture))
+    ),
     kind=Kind.KINDS,
     picture=2,
+    cut=1 + 2 * len(CUTS),
 )
 HARRYS = Pictures.of(_harry(pose) for pose in range(POSES))
-BALLOON = Pictures.of([_balloon()])

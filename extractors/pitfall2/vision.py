@@ -69,13 +69,16 @@ class Completed(Step):
     Args:
         height: without the row.
         above: whether it is the first one; otherwise it is the last one.
+        edge: of the view, where boxes that touch it stay as they are.
     """
 
     height: int
     above: bool
+    edge: int
 
     def __call__(self, found: Detected, context: Context) -> Detected:
         """The objects after the step."""
-        rows = jnp.where(found.h == self.height, 1, 0)
+        touches = (found.y if self.above else found.y + found.h) == self.edge
+        rows = jnp.where((found.h == self.height) & ~touches, 1, 0)
         y = found.y - rows if self.above else found.y
         return found._replace(box=boxes(found.x, y, found.w, found.h + rows, found.valid))
