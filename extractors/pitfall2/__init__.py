@@ -37,7 +37,7 @@ from ocjax.console.boxes import Box, box, choose, edges
 from ocjax.console.ops import among, match, mod, only, pick
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors.pitfall2.drawn import SLOT, Drawn, as_drawn, floor_line
-from ocjax.extractors.pitfall2.pictures import CUTS, HARRYS, PICTURES
+from ocjax.extractors.pitfall2.pictures import CREATURES, CUTS, HARRYS
 from ocjax.extractors.pitfall2.ram import ROM, Balloon, Kind, Pose, Rail, Ram
 from ocjax.extractors.pitfall2.vision import Above, Between, Completed, Rungs
 from ocjax.vision.displays import NumberDisplay
@@ -128,10 +128,10 @@ def _creature_boxes(m: Ram) -> dict[str, Box]:
     boxes = _in_slots(m, _shown(drawn))
     kind = _in_slots(m, drawn.kind)
     out = {name: boxes.where(among(kind, kinds)) for name, kinds in EVERYWHERE.items()}
-    out |= {name: _single(boxes, kind == only_kind) for name, only_kind in SINGLE.items()}
+    out |= {name: _the_one(boxes, kind == only_kind) for name, only_kind in SINGLE.items()}
     ridden = (m.balloon == Balloon.RIDDEN) & (m.pose == Pose.FLIES)
-    eel = (drawn.kind == Kind.EEL) & drawn.bright
-    color = jnp.where(eel.any(), WHITE, BLACK)
+    is_bright = (drawn.kind == Kind.EEL) & drawn.bright
+    color = jnp.where(is_bright.any(), WHITE, BLACK)
     out["ElectricEel"] = replace(out["ElectricEel"], color=color)
     out["Balloon"] = choose(ridden, _ridden_box(m), out["Balloon"])
     return out
@@ -143,8 +143,8 @@ def _shown(drawn: Drawn) -> Box:
     above = jnp.clip(VIEW_TOP - y, 0, len(CUTS))
     rows = jnp.clip(VIEW_BOTTOM - y, 1, len(CUTS) + 1)
     cut = match((above > 0, above), (rows <= len(CUTS), len(CUTS) + rows), otherwise=0)
-    index = PICTURES.index(kind=drawn.kind, picture=drawn.picture, cut=cut)
-    boxes = PICTURES.box(index, drawn.x, y, mirrored=drawn.mirrored, valid=drawn.valid)
+    index = CREATURES.index(kind=drawn.kind, picture=drawn.picture, cut=cut)
+    boxes = CREATURES.box(index, drawn.x, y, mirrored=drawn.mirrored, valid=drawn.valid)
     return boxes.clip(*VIEW)
 
 
@@ -156,7 +156,7 @@ def _ridden_box(m: Ram) -> Box:
     return _shown(Drawn(zero + Kind.BALLOON, m.harry_x, top, zero, mirrored, ~there, there))
 
 
-def _single(boxes: Box, there: jax.Array) -> Box:
+def _the_one(boxes: Box, there: jax.Array) -> Box:
     """The one of the boxes that is there."""
     valid = there & boxes.valid
     x, y, w, h = (only(valid, part) for part in (boxes.x, boxes.y, boxes.w, boxes.h))
@@ -168,8 +168,8 @@ _Slots = TypeVar("_Slots", Box, jax.Array)
 
 def _in_slots(m: Ram, parts: _Slots) -> _Slots:
     """What is given by floor on the screen, by the floor's number instead."""
-    slot = mod(m.floor + SLOT, len(SLOT))
-    here = slot[None] == SLOT[:, None]
+    numbered = mod(m.floor + SLOT, len(SLOT))
+    here = numbered[None] == SLOT[:, None]
 
     def moved(part: jax.Array) -> jax.Array:
         by_slot = jnp.sum(jnp.where(here, part[None].astype(jnp.int32), 0), axis=1)

@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.ops import among, div, lookup, match, when
-from ocjax.extractors.pitfall2.pictures import NEVER, TRAITS
+from ocjax.extractors.pitfall2.pictures import NEVER, PACKED_TRAITS
 from ocjax.extractors.pitfall2.ram import SLOTS, Kind, Loads, Ram, Wait, Water
 
 FLOOR_LINES = 45
@@ -35,7 +35,7 @@ class Drawn(NamedTuple):
     valid: jax.Array
 
 
-class Traits(NamedTuple):
+class Habits(NamedTuple):
     """What a kind does."""
 
     phases: jax.Array  # of the clock: it has its second picture where 0
@@ -48,21 +48,21 @@ class Traits(NamedTuple):
 def as_drawn(m: Ram) -> Drawn:
     """Take back what creatures have done since the frame was drawn."""
     kind = jnp.where((m.kind == Kind.BAT) & (m.background == Water.COLOR), Kind.EEL, m.kind)
-    traits = _traits(kind)
+    habits = _habits_of(kind)
     moved = _moves(m) & ((m.clock + SLOT) & 1 == 1)
     then = m.clock - 2
     frog = kind == Kind.FROG
     lines = (m.start - m.top & 0xFF) >> 1
-    lines_before = lines + _lift(m, then, traits, frog) - _lift(m, m.clock, traits, frog)
+    lines_before = lines + _lift(m, then, habits, frog) - _lift(m, m.clock, habits, frog)
     blank = ~moved & (m.start == 0) & (m.top == 1)
-    ahead = m.top - traits.top
+    ahead = m.top - habits.top
     changed = jnp.where(kind == Kind.EEL, ahead & EEL_STRIDE, ahead) != 0
     comes = _moves(m) & blank[IN_VIEW].any()  # Harry has just come in: the frame has nobody yet
     return Drawn(
         kind=kind,
-        x=jnp.where(moved, _column_before(m, kind, traits), m.x),
+        x=jnp.where(moved, _column_before(m, kind, habits), m.x),
         y=floor_line(m) + jnp.where(moved, lines_before, lines),
-        picture=jnp.where(moved, _changes(m, then, traits, kind), changed).astype(jnp.int32),
+        picture=jnp.where(moved, _changes(m, then, habits, kind), changed).astype(jnp.int32),
         mirrored=jnp.where(moved & frog, then - FROG_TURNS & 128, m.mirrored) > 0,
         bright=ahead & EEL_BRIGHT > 0,
         valid=~(blank | comes | among(m.loads, (Loads.FIRST, Loads.LAST))),
@@ -75,9 +75,9 @@ def floor_line(m: Ram) -> jax.Array:
     return FIRST_LINE - gone + FLOOR_LINES * SLOT
 
 
-def _traits(kind: jax.Array) -> Traits:
-    packed = lookup(TRAITS, kind)
-    return Traits(
+def _habits_of(kind: jax.Array) -> Habits:
+    packed = lookup(PACKED_TRAITS, kind)
+    return Habits(
         packed & 0xFF, packed >> 8 & 0xFF, packed >> 16 & 3, packed >> 18 & 63, packed >> 24 & 0xFF
     )
 
@@ -92,19 +92,19 @@ def _moves(m: Ram) -> jax.Array:
 def _roams(m: Ram, kind: jax.Array) -> jax.Array:
     """Whether a creature moves: all but a rat that Harry is far from, or that stays at last."""
     line = m.harry_y + m.scroll + HARRY_LINES
-    slot = div(line, FLOOR_LINES) - when(m.scroll >= FIRST_SCROLL, 1)
-    return (kind != Kind.RAT) | ((slot == SLOT) & (m.x < RAT_STAYS))
+    here = div(line, FLOOR_LINES) - when(m.scroll >= FIRST_SCROLL, 1)
+    return (kind != Kind.RAT) | ((here == SLOT) & (m.x < RAT_STAYS))
 
 
-def _changes(m: Ram, then: jax.Array, traits: Traits, kind: jax.Array) -> jax.Array:
+def _changes(m: Ram, then: jax.Array, habits: Habits, kind: jax.Array) -> jax.Array:
     """Whether a creature had its second picture."""
-    return (then & traits.phases == 0) & _roams(m, kind)
+    return (then & habits.phases == 0) & _roams(m, kind)
 
 
-def _column_before(m: Ram, kind: jax.Array, traits: Traits) -> jax.Array:
+def _column_before(m: Ram, kind: jax.Array, habits: Habits) -> jax.Array:
     """The column before a step."""
-    steps = (m.clock & traits.steps == 0) & (traits.steps != NEVER) & _roams(m, kind)
-    ahead = jnp.where(m.mirrored == 1, -traits.pace, traits.pace)
+    steps = (m.clock & habits.steps == 0) & (habits.steps != NEVER) & _roams(m, kind)
+    ahead = jnp.where(m.mirrored == 1, -habits.pace, habits.pace)
     before = jnp.where((m.x == 0) & (ahead > 0), WRAPS, m.x) - ahead
     return match(
         (kind == Kind.FROG, FROG_LEFT + (_leap(m.clock - 2) >> 2)),
@@ -119,10 +119,10 @@ def _leap(clock: jax.Array) -> jax.Array:
     return jnp.where(clock & 128 > 0, way, way ^ 0x3F)
 
 
-def _lift(m: Ram, clock: jax.Array, traits: Traits, frog: jax.Array) -> jax.Array:
+def _lift(m: Ram, clock: jax.Array, habits: Habits, frog: jax.Array) -> jax.Array:
     """Lines by which a creature's picture is lower."""
-    way = (clock >> 1) & 2 * traits.swings - 2
-    swung = jnp.where(way >= traits.swings, way ^ 2 * traits.swings - 2, way)
-    leap = jnp.where(clock & 0x40 > 0, 0, clock & 0x3F)
-    leap = jnp.where(leap >= 0x20, leap ^ 0x3F, leap) ^ 0x1F
-    return jnp.where(frog, leap, swung) >> 1
+    way = (clock >> 1) & 2 * habits.swings - 2
+    swung = jnp.where(way >= habits.swings, way ^ 2 * habits.swings - 2, way)
+    jump = jnp.where(clock & 0x40 > 0, 0, clock & 0x3F)
+    jump = jnp.where(jump >= 0x20, jump ^ 0x3F, jump) ^ 0x1F
+    return jnp.where(frog, jump, swung) >> 1

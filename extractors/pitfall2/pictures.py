@@ -27,7 +27,7 @@ PACE = 3  # bits of it: columns a step
 LEAPS = 0xFF  # or all of it
 NEVER = 0xFF  # of `STEP_MASKS`
 SWINGS = np.where((WAYS > 128) & (WAYS != LEAPS), (WAYS & 0x60) >> 1, 1)  # up and down
-TRAITS = PHASES | STEP_MASKS << 8 | (WAYS & PACE) << 16 | SWINGS << 18 | TOPS << 24  # in one
+PACKED_TRAITS = PHASES | STEP_MASKS << 8 | (WAYS & PACE) << 16 | SWINGS << 18 | TOPS << 24  # in one
 
 
 def _creature(kind: int, picture: int) -> np.ndarray:
@@ -49,12 +49,12 @@ def _harry(pose: int) -> np.ndarray:
 
 def _cut(rows: np.ndarray) -> list[np.ndarray]:
     """A picture whole, without its first rows, and with its first rows alone."""
-    tops = [np.where(np.arange(len(rows)) < n, 0, rows) for n in CUTS]
-    bottoms = [np.where(np.arange(len(rows)) < n, rows, 0) for n in CUTS]
-    return [rows, *tops, *bottoms]
+    lower = [np.where(np.arange(len(rows)) < n, 0, rows) for n in CUTS]
+    upper = [np.where(np.arange(len(rows)) < n, rows, 0) for n in CUTS]
+    return [rows, *lower, *upper]
 
 
-PICTURES = Pictures.of(
+CREATURES = Pictures.of(
     (
         rows
         for kind in range(Kind.KINDS)
