@@ -1,0 +1,272 @@
+"""Pitfall II: Harry looks for Rhonda, Quickclaw, a rat, a ring and gold in a cavern.
+
+Screen: the cavern has eight columns and 31 floors of 45 lines. The screen shows one column, and
+three to four floors of it, which scroll by lines. Sprite 1 is what lives on each floor, sprite 0
+Harry. A second chip in the cartridge feeds the drawing loop with pictures and colours (`pictures`).
+A balloon that carries Harry is a part of his picture, and an object all the same.
+
+Slots: of ladders, gold and beasts, each stands for the floors whose numbers leave the same rest
+when divided by five. There are no lives: whoever is bitten goes back to the last cross.
+
+RAM: no map of it was known; all was read from the ROM's code. The drawing loop is at $F128-$F60D of
+bank 1. Harry and the scroll move before the frame is drawn, the beasts of every second floor after
+it ($D9D2 of bank 0), which `drawn` takes back.
+
+Scenery: the ground, walls, ledges, holes, water and waterfall, and the maker's name.
+
+Covered: random play, and 3,300 frames of all columns and floors, to which Harry was put by writing
+RAM. All kinds of objects were among them, also eels (130 frames), and balloons (500) on their own
+and with Harry below. The treasures were seen in their places and not taken, but for gold.
+
+Not exact: on two frames after Harry comes into a column or goes back to a cross, some floors show
+nobody yet, which RAM tells of one of them. A frog or gold of which the view's edge cuts off rows
+keeps rows that are blank. Harry's rows behind the ground count, unless he is on a ladder. An eel's
+colour is that of the next frame.
+
+VEM: it misses rows of hair and claws on ground of their colour, parts behind Harry, and condors and
+scorpions of which the view's edge leaves few rows.
+"""
+
+import functools
+from dataclasses import replace
+from typing import Any, TypeVar
+
+import jax
+import jax.numpy as jnp
+from ocjax.console.boxes import Box, box, choose, edges
+from ocjax.console.ops import among, match, mod, only, pick
+from ocjax.extraction.game import Category, Game, display
+from ocjax.extractors.pitfall2.drawn import SLOT, Drawn, as_drawn, floor_line
+from ocjax.extractors.pitfall2.pictures import CREATURES, CUTS, HARRYS
+from ocjax.extractors.pitfall2.ram import ROM, Balloon, Kind, Pose, Rail, Ram
+from ocjax.extractors.pitfall2.vision import Above, Between, Completed, Rungs
+from ocjax.vision.displays import NumberDisplay
+from ocjax.vision.rules import Blobs, Bounds
+from ocjax.vision.shapes import Shape
+from ocjax.vision.steps import Raised
+
+FONT = ROM.font([0x20F8 - 8 * digit for digit in range(10)], rows=8, top_first=True)
+SCORE = NumberDisplay(FONT, right=70, top=10, digits=6)
+VIEW_TOP = 32
+VIEW_BOTTOM = 184
+VIEW = (8, VIEW_TOP, 160, VIEW_BOTTOM)
+
+EVERYWHERE = {  # what may live on several floors in view
+    "Scorpion": (Kind.SCORPION,),
+    "Bat": (Kind.BAT,),
+    "Condor": (Kind.CONDOR,),
+    "Frog": (Kind.FROG,),
+    "GoldBar": (Kind.GOLD_BAR, Kind.RIGHT_GOLD_BAR),
+}
+SINGLE = {
+    "Cross": Kind.CROSS,
+    "ElectricEel": Kind.EEL,
+    "Rat": Kind.RAT,
+    "Rhonda": Kind.RHONDA,
+    "Quickclaw": Kind.QUICKCLAW,
+    "DiamondRing": Kind.RING,
+    "Balloon": Kind.BALLOON,
+}
+START = 4000  # points of a new game
+HARRY_TOP = 11  # line of Harry's first row, less `harry_y`
+BALLOON_TOP = -16  # likewise, of a balloon above him
+BLINKS = 8  # a bit of the clock
+ROOF = 34  # line of a floor where the roof of the next one begins
+ROOF_LINES = 7
+NEAR_LADDER = range(72, 82)  # columns of Harry below a hole
+LADDER_TOP = 33  # the first line that may show a ladder
+LADDER_LEFT = 78
+LADDER_RISE = 1  # lines of a ladder above its floor's first line
+LADDER_ROWS = 26
+RUNG_PITCH = 4  # two rows of a rung and two between them
+TO_RUNG = (0, 0, 2, 1)  # rows down to a rung, by the rows of a pitch that are cut off
+BELOW_RUNG = (2, 0, 0, 1)  # rows below a rung, by the rows of a pitch that are in view
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    return {
+        "Player": _harry_box(m),
+        "Ladder": _in_slots(m, _ladder_boxes(m)),
+        **_creature_boxes(m),
+        "PlayerScore": SCORE.box(m.score, value=m.score - START),
+    }
+
+
+def _harry_box(m: Ram) -> Box:
+    """Harry, who blinks while he goes back to a cross."""
+    hidden = (m.dead > 0) & ((m.clock ^ m.dead) & BLINKS == 0)
+    whole = HARRYS.box(
+        m.pose, m.harry_x, m.harry_y + HARRY_TOP, mirrored=m.harry_mirrored == 1, valid=~hidden
+    )
+    beside = among(m.harry_x, NEAR_LADDER)
+    roofs = floor_line(m)[:-1] + ROOF  # the first lines of what hides who climbs through it
+    there = beside & (m.rail[1:] == Rail.LADDER)
+    top, bottom = whole.y, whole.y + whole.h
+    hides_top = there & (top >= roofs) & (top < roofs + ROOF_LINES)
+    hides_bottom = there & (bottom > roofs) & (bottom <= roofs + ROOF_LINES)
+    first = jnp.where(hides_top.any(), only(hides_top, roofs + ROOF_LINES), top)
+    last = jnp.where(hides_bottom.any(), only(hides_bottom, roofs), bottom)
+    seen = edges(whole.x, first, whole.x + whole.w, last, whole.valid & (last > first))
+    return seen.clip(*VIEW)
+
+
+def _ladder_boxes(m: Ram) -> Box:
+    """Ladders, from the first rung in view to the last one."""
+    first = floor_line(m) - LADDER_RISE
+    cut = jnp.maximum(LADDER_TOP - first, 0)
+    top = first + cut + pick(cut & RUNG_PITCH - 1, TO_RUNG)
+    rows = jnp.minimum(VIEW_BOTTOM - first, LADDER_ROWS)
+    bottom = first + rows - pick(rows & RUNG_PITCH - 1, BELOW_RUNG)
+    return edges(
+        LADDER_LEFT, top, LADDER_LEFT + 4, bottom, (m.rail == Rail.LADDER) & (bottom > top)
+    )
+
+
+def _creature_boxes(m: Ram) -> dict[str, Box]:
+    """What lives on the floors, by kind."""
+    drawn = as_drawn(m)
+    boxes = _in_slots(m, _shown(drawn))
+    kind = _in_slots(m, drawn.kind)
+    out = {name: boxes.where(among(kind, kinds)) for name, kinds in EVERYWHERE.items()}
+    out |= {name: _the_one(boxes, kind == only_kind) for name, only_kind in SINGLE.items()}
+    ridden = (m.balloon == Balloon.RIDDEN) & (m.pose == Pose.FLIES)
+    is_bright = (drawn.kind == Kind.EEL) & drawn.bright
+    color = jnp.where(is_bright.any(), WHITE, BLACK)
+    out["ElectricEel"] = replace(out["ElectricEel"], color=color)
+    out["Balloon"] = choose(ridden, _ridden_box(m), out["Balloon"])
+    return out
+
+
+def _shown(drawn: Drawn) -> Box:
+    """What shows of creatures in the view."""
+    y = drawn.y
+    above = jnp.clip(VIEW_TOP - y, 0, len(CUTS))
+    rows = jnp.clip(VIEW_BOTTOM - y, 1, len(CUTS) + 1)
+    cut = match((above > 0, above), (rows <= len(CUTS), len(CUTS) + rows), otherwise=0)
+    index = CREATURES.index(kind=drawn.kind, picture=drawn.picture, cut=cut)
+    boxes = CREATURES.box(index, drawn.x, y, mirrored=drawn.mirrored, valid=drawn.valid)
+    return boxes.clip(*VIEW)
+
+
+def _ridden_box(m: Ram) -> Box:
+    """The balloon above Harry, which his sprite shows: the picture of a free one, mirrored."""
+    top = m.harry_y + BALLOON_TOP
+    zero = jnp.zeros_like(top)
+    mirrored, there = m.harry_mirrored == 0, jnp.ones_like(top, bool)
+    return _shown(Drawn(zero + Kind.BALLOON, m.harry_x, top, zero, mirrored, ~there, there))
+
+
+def _the_one(boxes: Box, there: jax.Array) -> Box:
+    """The one of the boxes that is there."""
+    valid = there & boxes.valid
+    x, y, w, h = (only(valid, part) for part in (boxes.x, boxes.y, boxes.w, boxes.h))
+    return box(x, y, w, h, valid.any())
+
+
+_Slots = TypeVar("_Slots", Box, jax.Array)
+
+
+def _in_slots(m: Ram, parts: _Slots) -> _Slots:
+    """What is given by floor on the screen, by the floor's number instead."""
+    numbered = mod(m.floor + SLOT, len(SLOT))
+    here = numbered[None] == SLOT[:, None]
+
+    def moved(part: jax.Array) -> jax.Array:
+        by_slot = jnp.sum(jnp.where(here, part[None].astype(jnp.int32), 0), axis=1)
+        return by_slot.astype(part.dtype) if part.ndim else part
+
+    return jax.tree.map(moved, parts)
+
+
+HAIR = 0x12
+FACES = (0x4A, 0x48)  # the other one below a balloon
+SHIRT = 0xC8
+LEGS = 0xD2
+RUNG = 0x12
+DULL = 0x32  # crosses
+CAT = (0x16, 0x1A, 0x14)
+WHITE = 0x0E
+BAT = 0x04
+BLACK = 0x00
+BLUE = 0x84  # water
+FEATHERS = (0x26, 0x28, 0x2A)
+BEAK = 0x14
+GOLD = 0x1E
+GRAY = 0x0A  # the rat
+FROG = (0xD4, 0xD6)
+DRESS = 0xD8
+GIRL = (DRESS, 0x32, 0x4A, LEGS, 0xD6, 0xD0, 0x14)
+CLOTH = (0x44, 0x42, DRESS, 0x40, 0x08)  # the balloon and its string
+RING_LEFT = 72
+INK = 0x0C  # the score
+look = functools.partial(Blobs, region=VIEW)
+HARRY = look(
+    (SHIRT, LEGS, *FACES, HAIR),
+    shapes=Shape(w=(2, 8), h=(6, 21)),
+    gap=(1, 7),
+    filters=(Above(HAIR, FACES),),
+)
+LADDER = Blobs(
+    RUNG,
+    (LADDER_LEFT - 4, VIEW_TOP, LADDER_LEFT + 8, VIEW_BOTTOM),
+    shapes=Shape(w=(2, 4), h=(1, 26)),
+    gap=(0, 10),
+    filters=(Rungs(4, FACES),),
+)
+SCORPION = look(WHITE, shapes=Shape(w=(7, 8), h=(4, 11)))
+EEL_SHAPE = Shape(w=8, h=(2, 3))
+DARK_EEL = look(BLACK, shapes=EEL_SHAPE, filters=(Between(BLUE),))
+EEL = look(WHITE, shapes=EEL_SHAPE, also=(DARK_EEL,))
+BATS = look(BAT, shapes=Shape(w=(1, 7), h=(1, 9)), gap=(1, 1))
+CONDOR = look(
+    (*FEATHERS, BEAK, WHITE),
+    shapes=Shape(w=(5, 8), h=(4, 8)),
+    then=(Completed(7, above=False, edge=VIEW_BOTTOM),),
+)
+BESIDE_RING = (RING_LEFT, VIEW_TOP, RING_LEFT + 8, VIEW_BOTTOM)
+BARS = look(GOLD, shapes=Shape(w=(1, 7), h=(1, 14)), gap=(2, 2), ignore=(BESIDE_RING,))
+FROGS = Blobs(
+    FROG,
+    (64, VIEW_TOP, 96, VIEW_BOTTOM),
+    shapes=Shape(w=(5, 8), h=(3, 9)),
+    then=(Completed(5, above=True, edge=VIEW_TOP),),
+)
+
+
+def _at(colors: int | tuple[int, ...], x: int, size: tuple[int, int], **options: Any) -> Bounds:
+    """A rule for something that stands in its place."""
+    return Bounds(
+        colors, (x, VIEW_TOP, x + 8, VIEW_BOTTOM), min_size=size, max_size=(8, 27), **options
+    )
+
+
+CROSS = _at(DULL, 40, (4, 3))
+RHONDA = _at(GIRL, 32, (2, 6), exclude=("Player",))
+QUICKCLAW = _at(CAT, 32, (4, 8), then=(Raised(2),))
+RING = _at(GOLD, RING_LEFT, (5, 6), then=(Raised(3),))
+RAT = Bounds(GRAY, VIEW, (6, 6))
+BALLOON_RULE = Bounds(CLOTH, VIEW, (5, 8), (8, 27))
+
+GAME = Game(
+    name="Pitfall2",
+    rom=ROM,
+    ram=Ram,
+    decode=decode,
+    categories=(
+        Category("Player", HARRY, rgb=(92, 186, 92), doc="Harry"),
+        Category("Ladder", LADDER, count=5, rgb=(105, 105, 15), doc="one a floor"),
+        Category("Cross", CROSS, rgb=(163, 57, 21), doc="where Harry begins again"),
+        Category("Scorpion", SCORPION, count=5, rgb=(236, 236, 236), doc="on the ground"),
+        Category("Bat", BATS, count=5, rgb=(111, 111, 111), doc="flies up and down"),
+        Category("Condor", CONDOR, count=5, rgb=(180, 122, 48), doc="flies up and down"),
+        Category("Frog", FROGS, count=5, rgb=(82, 126, 45), doc="leaps across a hole"),
+        Category("ElectricEel", EEL, doc="swims, black or white"),
+        Category("GoldBar", BARS, count=5, rgb=(252, 252, 84), doc="5,000 points"),
+        Category("Rat", RAT, rgb=(192, 192, 192), doc="15,000 points"),
+        Category("Rhonda", RHONDA, rgb=(135, 183, 84), doc="Harry's niece, 10,000 points"),
+        Category("Quickclaw", QUICKCLAW, rgb=(162, 162, 42), doc="her cat, 10,000 points"),
+        Category("DiamondRing", RING, rgb=(252, 252, 84), doc="20,000 points"),
+        Category("Balloon", BALLOON_RULE, rgb=(66, 72, 200), doc="takes Harry up"),
+        display("PlayerScore", SCORE.rule(INK, base=-START), doc="points won"),
+    ),
+)

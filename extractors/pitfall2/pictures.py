@@ -1,0 +1,68 @@
+"""What the display data of the cartridge's second chip hold.
+
+A creature's picture has a byte of colour and one of dots a row; Harry's have dots alone. Fetchers
+count down through the data, so that the ROM has the byte for a count of 0 last.
+"""
+
+import numpy as np
+from ocjax.console.rom import Pictures
+from ocjax.extractors.pitfall2.ram import ROM, Kind
+
+DISPLAY = ROM.bytes(0x2000, 0x800)[::-1]  # by count
+LOWS = 0x1A16  # in the ROM: counts of Harry's poses
+POSES = 14
+TALL = 21  # rows of a pose
+CUTS = range(1, 32)  # rows of a picture above the view, or in it at its lower edge
+HARRY_HIGHS = 0x1A24
+
+STARTS = ROM.bytes(0xE03, Kind.KINDS)  # by kind, low byte
+HIGHS = ROM.bytes(0xE14, Kind.KINDS) & 7
+ENDS = ROM.bytes(0xE25, Kind.KINDS)
+TOPS = ROM.bytes(0xE36, Kind.KINDS)
+STRIDES = ROM.bytes(0xE7A, Kind.KINDS)  # from one picture to the next
+PHASES = ROM.bytes(0xEAD, Kind.KINDS)  # of the clock: a kind has its second picture where 0
+STEP_MASKS = ROM.bytes(0xE8B, Kind.KINDS)  # of the clock: it moves where 0; 128 and more: never
+WAYS = ROM.bytes(0xE9C, Kind.KINDS)  # how it moves
+PACE = 3  # bits of it: columns a step
+LEAPS = 0xFF  # or all of it
+NEVER = 0xFF  # of `STEP_MASKS`
+SWINGS = np.where((WAYS > 128) & (WAYS != LEAPS), (WAYS & 0x60) >> 1, 1)  # up and down
+PACKED_TRAITS = PHASES | STEP_MASKS << 8 | (WAYS & PACE) << 16 | SWINGS << 18 | TOPS << 24  # in one
+
+
+def _creature(kind: int, picture: int) -> np.ndarray:
+    """The dots of a creature's rows."""
+    stride = STRIDES[kind] * picture
+    first = 256 * HIGHS[kind] + STARTS[kind] - (STARTS[kind] - TOPS[kind] & 0xFF)
+    counts = first + stride - 1 - np.arange(0, (TOPS[kind] - ENDS[kind] & 0xFF) - 1, 2)
+    return DISPLAY[counts & 0x7FF]
+
+
+def _first_count(pose: int) -> int:
+    return int(ROM.bytes(LOWS, POSES)[pose]) + 256 * int(ROM.bytes(HARRY_HIGHS, POSES)[pose])
+
+
+def _harry(pose: int) -> np.ndarray:
+    """The dots of Harry's rows."""
+    return DISPLAY[_first_count(pose) + TALL - np.arange(TALL)]
+
+
+def _cut(rows: np.ndarray) -> list[np.ndarray]:
+    """A picture whole, without its first rows, and with its first rows alone."""
+    lower = [np.where(np.arange(len(rows)) < n, 0, rows) for n in CUTS]
+    upper = [np.where(np.arange(len(rows)) < n, rows, 0) for n in CUTS]
+    return [rows, *lower, *upper]
+
+
+CREATURES = Pictures.of(
+    (
+        rows
+        for kind in range(Kind.KINDS)
+        for picture in range(2)
+        for rows in _cut(_creature(kind, picture))
+    ),
+    kind=Kind.KINDS,
+    picture=2,
+    cut=1 + 2 * len(CUTS),
+)
+HARRYS = Pictures.of(_harry(pose) for pose in range(POSES))

@@ -1,0 +1,80 @@
+"""Pitfall II's RAM. A slot is a floor on the screen, the highest first; the fifth is below it."""
+
+from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.console.rom import Rom
+
+ROM = Rom("pitfall2", "6d842c96d5a01967be9680080dd5be54")
+SLOTS = range(5)
+
+
+class Kind:  # of `Ram.kind`: what lives on a floor
+    NONE = 0
+    CROSS = 1
+    LEFT_LEDGE = 2
+    QUICKCLAW = 3
+    SCORPION = 4
+    BAT = 5
+    CONDOR = 6
+    GOLD_BAR = 7
+    RAT = 8
+    WATERFALL = 9
+    RIGHT_LEDGE = 10
+    RHONDA = 11
+    RING = 12
+    BALLOON = 13
+    FROG = 14
+    RIGHT_GOLD_BAR = 15
+    EEL = 16  # a bat of `Water.COLOR`
+    KINDS = 17
+    DEADLY = (4, 5, 6, 14)
+
+
+class Pose:  # of `Ram.pose`
+    FLIES = 13  # below a balloon
+
+
+class Loads:  # of `Ram.loads`: the floors have nobody yet
+    FIRST = 2
+    LAST = 3
+
+
+class Water:  # of `Ram.background`
+    COLOR = 0x84
+
+
+class Rail:  # low bytes of `Ram.rail`
+    LADDER = 0xFA
+
+
+class Wait:  # of `Ram.waits`
+    FOR_STICK = 1
+
+
+class Balloon:  # of `Ram.balloon`
+    RIDDEN = 2
+
+
+class Ram(RamMap):
+    clock = byte(0)  # frames
+    waits = byte(1)
+    kind = bits(*range(23, 28), first=4, count=4)
+    mirrored = bits(*range(23, 28), first=3)
+    start = byte(*range(18, 23))  # where the fetcher begins that reads the picture, low byte
+    top = byte(*range(33, 38))  # where in it the picture begins
+    x = byte(*range(38, 43))
+    rail = byte(*range(43, 48))  # low byte of the address of a floor's ladder or wall
+    background = byte(*range(58, 63))
+    touched = bits(*range(63, 68), first=7)  # by Harry
+    demo = bits(69, first=7)
+    intro = byte(70)  # frames left, in eighths
+    score = bcd((71, 72, 73))
+    scroll = byte(86)  # lines
+    balloon = byte(92)
+    loads = byte(93)
+    dead = byte(96)  # not 0: Harry goes back to the last cross
+    harry_x = byte(103)
+    column = byte(104)  # of the cavern
+    harry_y = byte(105)
+    floor = byte(106)  # of the first slot
+    pose = byte(108)
+    harry_mirrored = bits(110, first=3)

@@ -1,0 +1,84 @@
+"""How VEM tells dots of an object from scenery of the same colour."""
+
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+from ocjax.vision import bitmap as bm
+from ocjax.vision.bitmap import Bitmap
+from ocjax.vision.detected import Detected, boxes
+from ocjax.vision.steps import Context, Step
+
+
+@dataclass(frozen=True)
+class Above:
+    """A filter: of the pixels of one colour, only those count that are just above some others.
+
+    Args:
+        color: palette index.
+        others: the colours of the pixel below.
+    """
+
+    color: int
+    others: tuple[int, ...]
+
+    def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
+        """The pixels that count."""
+        near = bm.shift_up(bm.color_mask(planes, self.others), 1)
+        return mask & (~bm.color_mask(planes, (self.color,)) | near)
+
+
+@dataclass(frozen=True)
+class Between:
+    """A filter: only those pixels count that have one colour just above and just below.
+
+    Args:
+        color: palette index.
+    """
+
+    color: int
+
+    def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
+        """The pixels that count."""
+        around = bm.color_mask(planes, (self.color,))
+        return mask & bm.shift_up(around, 1) & bm.shift_down(around, 1)
+
+
+@dataclass(frozen=True)
+class Rungs:
+    """A filter: pixels count that are in no run of more columns than a rung, and not above a face.
+
+    Args:
+        width: columns of a rung.
+        faces: the colours below hair.
+    """
+
+    width: int
+    faces: tuple[int, ...]
+
+    def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
+        """The pixels that count."""
+        beside = bm.shift_left(mask, self.width) | bm.shift_right(mask, self.width)
+        return mask & ~beside & ~bm.shift_up(bm.color_mask(planes, self.faces), 1)
+
+
+@dataclass(frozen=True)
+class Completed(Step):
+    """Boxes of one height get another row, for dots in the colour of scenery or of other objects.
+
+    Args:
+        height: without the row.
+        above: whether it is the first one; otherwise it is the last one.
+        edge: of the view, where boxes that touch it stay as they are.
+    """
+
+    height: int
+    above: bool
+    edge: int
+
+    def __call__(self, found: Detected, context: Context) -> Detected:
+        """The objects after the step."""
+        touches = (found.y if self.above else found.y + found.h) == self.edge
+        rows = jnp.where((found.h == self.height) & ~touches, 1, 0)
+        y = found.y - rows if self.above else found.y
+        return found._replace(box=boxes(found.x, y, found.w, found.h + rows, found.valid))
