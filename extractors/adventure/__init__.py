@@ -1,0 +1,146 @@
+"""Adventure: a square in a land of castles and mazes, who is to bring home a chalice.
+"""
+
+import functools
+
+import jax
+import jax.numpy as jnp
+from ocjax.console.boxes import Box, box
+from ocjax.console.ops import lookup
+from ocjax.console.registers import modulo_screen
+from ocjax.extraction.game import Category, Game
+from ocjax.extractors.adventure import ram as thing
+from ocjax.extractors.adventure.drawn import Drawn, as_drawn, player_box, thing_boxes, things
+from ocjax.extractors.adventure.ram import ROM, Ram, Wait
+from ocjax.extractors.adventure.rooms import COLORS, VIEW, row_of, walls_at
+from ocjax.extractors.adventure.vision import COLORED, IS_DOT, NO_WALLS, PLAYER
+from ocjax.vision.rules import Blobs, Bounds
+from ocjax.vision.shapes import Shape
+
+RAILS = (0, 24)  # columns of the bridge's rails
+RAIL_WIDTH = 8
+BRIDGE_HEIGHT = 48
+SAVES = 128  # from here on, `saver` is on
+SAVER_MASK = 0xF6
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    drawn = as_drawn(m)
+    boxes = thing_boxes(m, drawn)
+    flash = _flash(m)
+    return {
+        "Player": _colored(player_box(drawn), lookup(COLORS, drawn.room)),
+        "RedDragon": boxes[thing.RED_DRAGON],
+        "YellowDragon": boxes[thing.YELLOW_DRAGON],
+        "GreenDragon": boxes[thing.GREEN_DRAGON],
+        "DragonSword": boxes[thing.SWORD],
+        "BridgeEdge": _rails(m, drawn),
+        "YellowKey": boxes[thing.YELLOW_KEY],
+        "WhiteKey": boxes[thing.WHITE_KEY],
+        "BlackKey": boxes[thing.BLACK_KEY],
+        "BlackBat": boxes[thing.BAT],
+        "Magnet": boxes[thing.MAGNET],
+        "Chalice": _colored(boxes[thing.CHALICE], flash),
+        "Gate": boxes[: thing.AUTHOR],
+        "Dot": _dot(m, drawn, boxes[thing.DOT]),
+        "Level": boxes[thing.LEVEL],
+        "Author": _colored(boxes[thing.AUTHOR], flash),
+    }
+
+
+def _colored(of: Box, color: jax.Array) -> Box:
+    return box(of.x, of.y, of.w, of.h, of.valid, color=color)
+
+
+def _flash(m: Ram) -> jax.Array:
+    """The colour of what flashes: it changes before the first frame of a turn."""
+    ahead = jnp.where(m.wait == Wait.THIRD, 1, jnp.where(m.wait == Wait.WON, 2, 0))
+    return 2 * (m.flash - ahead) & 255
+
+
+def _rails(m: Ram, drawn: Drawn) -> Box:
+    all_things = things(m, drawn)
+    x, y, there = (
+        field[thing.BRIDGE] for field in (all_things.x, all_things.y, all_things.there)
+    )
+    left = modulo_screen(x + 1 + jnp.array(RAILS))
+    return box(left, y, RAIL_WIDTH, BRIDGE_HEIGHT, there).clip(*VIEW)
+
+
+def _dot(m: Ram, drawn: Drawn, of: Box) -> Box:
+    """It has the background's colour and shows on walls alone, or in a dark room on the light."""
+    on_wall = walls_at(drawn.room, row_of(of.y), of.x) >= 128
+    x, y = of.x - m.light_x, of.y - (238 - 2 * m.light_y)
+    lit = (x >= 0) & (x < 32) & (y >= 0) & (y < 64)
+    return of.where(jnp.where(drawn.dark, lit & ~on_wall, on_wall))
+
+
+RED = 0x66
+YELLOW = 0x2A
+GREEN = 0x58
+PURPLE = 0x86
+WHITE = 0x0E
+BLACK = 0x00
+GREY = 0x08
+FLASHES = (0xCA, *(color for color in range(0, 256, 2) if color not in (GREY, 0xCA)))
+WALL_COLORS = tuple(dict.fromkeys(COLORS.tolist()))
+
+field = functools.partial(Blobs, region=VIEW, filters=(NO_WALLS,))
+DRAGON_SHAPES = (
+    Shape(8, (7, 9)),
+    Shape(8, 10, pixels=(30, 80)),
+    Shape(8, (11, 44)),
+)
+GREEN_SHAPES = (Shape(8, (6, 44)),)
+KEY_SHAPE = Shape(8, 6, pixels=30)
+SWORD_SHAPE = Shape(8, 10, pixels=24)
+MAGNET_SHAPE = Shape(8, 16, pixels=72)
+GATE_SHAPE = Shape(7, (8, 32))
+CHALICE_SHAPE = Shape(8, 18, pixels=68)
+LEVEL_SHAPE = Shape((3, 5), 14)
+BAT_SHAPES = (Shape(8, 14, pixels=(56, 80)), Shape(8, 22))
+
+
+GAME = Game(
+    name="Adventure",
+    rom=ROM,
+    ram=Ram,
+    decode=decode,
+    screen=(250, 160),
+    pal=True,
+    categories=(
+        Category(
+            "Player",
+            Blobs(WALL_COLORS, VIEW, Shape((1, 4), (1, 8)), filters=(PLAYER,)),
+            doc="the square, in the colour of the walls",
+        ),
+        Category("RedDragon", field(RED, shapes=DRAGON_SHAPES), doc="Rhindle"),
+        Category("YellowDragon", field(YELLOW, shapes=DRAGON_SHAPES), doc="Yorgle"),
+        Category("GreenDragon", field(GREEN, shapes=GREEN_SHAPES), doc="Grundle"),
+        Category("DragonSword", field(YELLOW, shapes=SWORD_SHAPE), doc="it kills dragons"),
+        Category(
+            "BridgeEdge",
+            field(PURPLE, shapes=Shape(8, (10, 48))),
+            count=2,
+            doc="the rails of the bridge",
+        ),
+        Category("YellowKey", field(YELLOW, shapes=KEY_SHAPE), doc="of the yellow castle"),
+        Category("WhiteKey", field(WHITE, shapes=KEY_SHAPE), doc="of the white castle"),
+        Category("BlackKey", field(BLACK, shapes=KEY_SHAPE), doc="of the black castle"),
+        Category("BlackBat", field(BLACK, shapes=BAT_SHAPES, gap=(1, 2)), doc="it steals"),
+        Category("Magnet", field(BLACK, shapes=MAGNET_SHAPE), doc="it draws things near"),
+        Category(
+            "Chalice",
+            Blobs(FLASHES, VIEW, CHALICE_SHAPE, filters=(COLORED,)),
+            doc="it flashes",
+        ),
+        Category("Gate", field(BLACK, shapes=GATE_SHAPE), count=3, doc="of the castles"),
+        Category("Dot", Blobs(GREY, VIEW, Shape(1, 2), filters=(IS_DOT,)), doc="the secret key"),
+        Category("Level", field(GREEN, shapes=LEVEL_SHAPE), doc="the number on the menu"),
+        Category(
+            "Author",
+            Bounds(FLASHES, (79, 28, 87, 221), (8, 180), filters=(COLORED,)),
+            doc="the name in the secret room",
+        ),
+    ),
+)

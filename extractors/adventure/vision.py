@@ -1,0 +1,97 @@
+"""Adventure's frames: which pixels are walls, and which are the player, who has their colour.
+
+The walls' colour is that of the upper left corner. A wall is a cell of four columns and 32 lines
+without a pixel of the background, which is grey; in dark rooms, where walls are grey themselves,
+the light round the player is that background.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.extractors.adventure import rooms
+from ocjax.vision import bitmap as bm
+from ocjax.vision.bitmap import Bitmap
+from ocjax.vision.filters import Searched
+
+GREY = 8
+LIGHT = 0x48
+CORNER_LINE = 29  # of a pixel that is a wall in all rooms, in column 0
+STARTS = (27, 44, 76, 108, 140, 172, 204, 221)  # of the rows of walls, and the end
+FIRST_OF_CELL = np.uint32(0x11111111)
+
+
+class Seen(NamedTuple):
+    """Pixels of frames."""
+
+    walls: Bitmap
+    player: Bitmap  # pixels of the walls' colour that are no walls
+    dot: Bitmap
+
+
+def _like_corner(planes: jax.Array) -> Bitmap:
+    """The pixels that have the walls' colour."""
+    corner = -(planes[:, :1, CORNER_LINE : CORNER_LINE + 1] >> 31)
+    differs = planes ^ corner
+    other = differs[0]
+    for plane in differs[1:]:
+        other = other | plane
+    return ~other
+
+
+def _spread_cells(line: jax.Array) -> jax.Array:
+    """The columns of all cells that have a pixel in a line."""
+    any_pixel = line | line >> 1 | line >> 2 | line >> 3
+    return (any_pixel & FIRST_OF_CELL) * 15
+
+
+def _open_cells(background: Bitmap) -> Bitmap:
+    """The pixels of all cells that show the background."""
+    words, height, lanes = background.shape
+    blank = jnp.zeros((words, STARTS[0], lanes), background.dtype)
+    parts = [blank]
+    for start, stop in zip(STARTS[:-1], STARTS[1:], strict=True):
+        line = _spread_cells(bm.or_rows(background[:, start:stop]))
+        parts.append(jnp.broadcast_to(line[:, None], (words, stop - start, lanes)))
+    parts.append(jnp.zeros((words, height - STARTS[-1], lanes), background.dtype))
+    return jnp.concatenate(parts, axis=1)
+
+
+def look(planes: jax.Array) -> Seen:
+    """Find walls, the player and the dot."""
+    same = _like_corner(planes)
+    grey, light = bm.color_mask(planes, (GREY,)), bm.color_mask(planes, (LIGHT,))
+    dark = (grey[:1, CORNER_LINE : CORNER_LINE + 1] >> 31) > 0
+    background = jnp.where(dark, light, grey)
+    lit = jnp.any(light > 0, axis=0, keepdims=True) | ~dark
+    is_open = _open_cells(background)
+    alone = same & is_open & jnp.where(lit, bm.ALL, 0)
+    beside = jnp.where(dark, light, same)
+    near = bm.shift_left(beside, 1) & bm.shift_right(beside, 1)
+    far = bm.shift_left(beside, 2) & bm.shift_right(beside, 2)
+    dot = grey & near & far
+    return Seen(same & ~is_open, alone & ~dot, dot)
+
+
+def _no_walls(mask: Bitmap, seen: Seen) -> Bitmap:
+    return mask & ~seen.walls
+
+
+def _player(_: Bitmap, seen: Seen) -> Bitmap:
+    return seen.player
+
+
+def _dot(_: Bitmap, seen: Seen) -> Bitmap:
+    return seen.dot
+
+
+def _colored(mask: Bitmap, seen: Seen) -> Bitmap:
+    return mask & ~seen.walls & ~seen.player
+
+
+NO_WALLS = Searched(look, _no_walls)
+PLAYER = Searched(look, _player)
+IS_DOT = Searched(look, _dot)
+COLORED = Searched(look, _colored)
+VIEW = rooms.VIEW
