@@ -87,18 +87,18 @@ WALL_COLORS = tuple(dict.fromkeys(COLORS.tolist()))
 
 field = functools.partial(Blobs, region=VIEW, filters=(NO_WALLS,))
 DRAGON_SHAPES = (
-    Shape(8, (7, 9)),
-    Shape(8, 10, pixels=(30, 80)),
-    Shape(8, (11, 44)),
+    Shape((5, 8), (7, 9)),
+    Shape((5, 8), 10, pixels=(30, 80)),
+    Shape((2, 8), (11, 44)),
 )
-GREEN_SHAPES = (Shape(8, (6, 44)),)
+GREEN_SHAPES = (Shape((6, 8), (6, 44)), Shape((2, 8), (15, 44)))
 KEY_SHAPE = Shape(8, 6, pixels=30)
 SWORD_SHAPE = Shape(8, 10, pixels=24)
 MAGNET_SHAPE = Shape(8, 16, pixels=72)
 GATE_SHAPE = Shape(7, (8, 32))
 CHALICE_SHAPE = Shape(8, 18, pixels=68)
 LEVEL_SHAPE = Shape((3, 5), 14)
-BAT_SHAPES = (Shape(8, 14, pixels=(56, 80)), Shape(8, 22))
+BAT_SHAPES = (Shape(8, 14), Shape(8, 22))
 
 
 GAME = Game(

@@ -19,6 +19,9 @@ GREY = 8
 LIGHT = 0x48
 CORNER_LINE = 29  # of a pixel that is a wall in all rooms, in column 0
 STARTS = (27, 44, 76, 108, 140, 172, 204, 221)  # of the rows of walls, and the end
+THIN_LEFT = bm.areas(1, ((11, 0, 12, 1), (148, 0, 149, 1)))  # columns of the thin walls
+THIN_RIGHT = bm.areas(1, ((12, 0, 13, 1), (149, 0, 150, 1)))
+THIN_LINE = 27  # walls begin on it, and things on the next one
 FIRST_OF_CELL = np.uint32(0x11111111)
 
 
@@ -28,6 +31,7 @@ class Seen(NamedTuple):
     walls: Bitmap
     player: Bitmap  # pixels of the walls' colour that are no walls
     dot: Bitmap
+    thin: Bitmap  # the columns of a thin wall, which has the first thing's colour, or the second's
 
 
 def _like_corner(planes: jax.Array) -> Bitmap:
@@ -70,12 +74,17 @@ def look(planes: jax.Array) -> Seen:
     beside = jnp.where(dark, light, same)
     near = bm.shift_left(beside, 1) & bm.shift_right(beside, 1)
     far = bm.shift_left(beside, 2) & bm.shift_right(beside, 2)
-    dot = grey & near & far
-    return Seen(same & ~is_open, alone & ~dot, dot)
+    above_below = bm.shift_up(beside, 2) & bm.shift_down(beside, 2)
+    dot = grey & near & far & above_below
+    thin = ~same[:, THIN_LINE : THIN_LINE + 1] & (THIN_LEFT | THIN_RIGHT)
+    return Seen(same & ~is_open, alone & ~dot, dot, thin)
 
 
 def _no_walls(mask: Bitmap, seen: Seen) -> Bitmap:
-    return mask & ~seen.walls
+    free = mask & ~seen.walls
+    beside = bm.shift_right(free, 1) & THIN_LEFT | bm.shift_left(free, 1) & THIN_RIGHT
+    wide = bm.shift_left(beside, 1) | bm.shift_right(beside, 1) | beside
+    return free & (wide | ~seen.thin)
 
 
 def _player(_: Bitmap, seen: Seen) -> Bitmap:
