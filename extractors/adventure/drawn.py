@@ -126,6 +126,9 @@ def _whole(first: int) -> np.ndarray:
 
 
 EXTENTS = Pictures.of(_whole(first) for first in range(len(PICTURES)))
+FOUR_ROWS = np.lib.stride_tricks.sliding_window_view(np.append(PICTURES, (0, 0, 0)), 4) @ (
+    1 << 8 * np.arange(4)
+)  # from each byte on, packed
 TOP_Y = 0x69  # things further up are moved down to it
 BOTTOM_Y = 9  # nothing is drawn of things further down
 FAR_Y = 0xE8  # nor of those beyond
@@ -191,14 +194,27 @@ def thing_boxes(m: Ram, drawn: Drawn) -> Box:
     return boxes.where(all_things.there).clip(*rooms.VIEW)
 
 
+def _dots(picture: jax.Array) -> jax.Array:
+    """The rows of a picture: `[24]`."""
+    fours = lookup(FOUR_ROWS, picture + np.arange(0, TALLEST, 4))
+    return (fours[:, None] >> (8 * np.arange(4))[None] & 255).reshape(-1)
+
+
+def _walls_before(line: jax.Array, x: jax.Array, drawn: Drawn) -> jax.Array:
+    """The walls in each line of a thing, which lies in three rows of walls at most."""
+    row = rooms.row_of(line)
+    first, second, third = rooms.walls_at(drawn.room, row[0] + np.arange(3), x)
+    return match((row == row[0], first), (row == row[0] + 1, second), otherwise=third)
+
+
 def _cut(thing_x: jax.Array, thing_y: jax.Array, address: jax.Array, drawn: Drawn) -> Box:
     """What the walls of a dark room leave of a thing."""
     row, picture = np.arange(TALLEST), address - PICTURES_AT
     x, y = thing_x - 1, _top(thing_y)
-    dots, line = lookup(PICTURES, picture + row), y + ROW_LINES * row
+    line = y + ROW_LINES * row
     *_, height = EXTENTS.extent(picture)
-    walls = rooms.walls_at(drawn.room, rooms.row_of(line), x)
-    seen = jnp.where((row < height) & (line < rooms.VIEW[3]), dots & ~walls, 0)
+    visible = (row < height) & (line < rooms.VIEW[3])
+    seen = jnp.where(visible, _dots(picture) & ~_walls_before(line, x, drawn), 0)
     top, bottom = extremes(seen > 0, line, line + ROW_LINES)
     ink = jax.lax.reduce(seen, np.int32(0), jax.lax.bitwise_or, (0,))
     left = match(*((ink >= 128 >> i, i) for i in range(8)), otherwise=8)

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from ocjax._xla.kernels import materialize
 from ocjax.extractors.adventure import rooms
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap
@@ -30,7 +31,7 @@ class Seen(NamedTuple):
 
     walls: Bitmap
     player: Bitmap  # pixels of the walls' colour that are no walls
-    dot: Bitmap
+    dot: Bitmap  # single dots of the walls' colour on the background, or the other way round
     thin: Bitmap  # the columns of a thin wall, which has the first thing's colour, or the second's
 
 
@@ -64,20 +65,30 @@ def _open_cells(background: Bitmap) -> Bitmap:
 
 def look(planes: jax.Array) -> Seen:
     """Find walls, the player and the dot."""
-    same = _like_corner(planes)
-    grey, light = bm.color_mask(planes, (GREY,)), bm.color_mask(planes, (LIGHT,))
+    same, ground = materialize(_masks, planes)
+    return materialize(_seen, same, ground, materialize(_open_cells, ground))
+
+
+def _masks(planes: jax.Array) -> tuple[Bitmap, Bitmap]:
+    """The pixels of the walls' colour and of the background."""
+    same, grey = _like_corner(planes), bm.color_mask(planes, (GREY,))
     dark = (grey[:1, CORNER_LINE : CORNER_LINE + 1] >> 31) > 0
-    background = jnp.where(dark, light, grey)
-    lit = jnp.any(light > 0, axis=0, keepdims=True) | ~dark
-    is_open = _open_cells(background)
-    alone = same & is_open & jnp.where(lit, bm.ALL, 0)
-    beside = jnp.where(dark, light, same)
-    near = bm.shift_left(beside, 1) & bm.shift_right(beside, 1)
-    far = bm.shift_left(beside, 2) & bm.shift_right(beside, 2)
-    above_below = bm.shift_up(beside, 2) & bm.shift_down(beside, 2)
-    dot = grey & near & far & above_below
+    light = bm.color_mask(planes, (LIGHT,))
+    return same, jnp.where(dark, light, grey)
+
+
+def _within(pixels: Bitmap) -> Bitmap:
+    """Where all pixels two columns and two lines away, and those next in the line, are these."""
+    across = [bm.shift_left(pixels, n) & bm.shift_right(pixels, n) for n in (1, 2)]
+    return across[0] & across[1] & bm.shift_up(pixels, 2) & bm.shift_down(pixels, 2)
+
+
+def _seen(same: Bitmap, ground: Bitmap, is_open: Bitmap) -> Seen:
+    lit = jnp.any(ground > 0, axis=0, keepdims=True)
+    dot = (ground & _within(same)) | (same & _within(ground))
+    player = jnp.where(lit, same & is_open & ~dot, 0)
     thin = ~same[:, THIN_LINE : THIN_LINE + 1] & (THIN_LEFT | THIN_RIGHT)
-    return Seen(same & ~is_open, alone & ~dot, dot, thin)
+    return Seen(same & ~is_open, player, dot, thin)
 
 
 def _no_walls(mask: Bitmap, seen: Seen) -> Bitmap:
@@ -91,8 +102,8 @@ def _player(_: Bitmap, seen: Seen) -> Bitmap:
     return seen.player
 
 
-def _dot(_: Bitmap, seen: Seen) -> Bitmap:
-    return seen.dot
+def _dot(mask: Bitmap, seen: Seen) -> Bitmap:
+    return mask & seen.dot
 
 
 def _colored(mask: Bitmap, seen: Seen) -> Bitmap:
