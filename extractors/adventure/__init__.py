@@ -5,12 +5,13 @@ import functools
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from ocjax.console.boxes import Box, box
 from ocjax.console.ops import lookup
 from ocjax.console.registers import modulo_screen
 from ocjax.extraction.game import Category, Game
 from ocjax.extractors.adventure import ram as thing
-from ocjax.extractors.adventure.drawn import Drawn, as_drawn, player_box, thing_boxes, things
+from ocjax.extractors.adventure.drawn import Drawn, as_drawn, cuts, place, player_box, thing_box
 from ocjax.extractors.adventure.ram import ROM, Ram, Wait
 from ocjax.extractors.adventure.rooms import COLORS, VIEW, row_of, walls_at
 from ocjax.extractors.adventure.vision import COLORED, IS_DOT, NO_WALLS, PLAYER
@@ -26,25 +27,25 @@ SAVER_MASK = 0xF6
 
 def decode(m: Ram) -> dict[str, Box]:
     drawn = as_drawn(m)
-    boxes = thing_boxes(m, drawn)
+    boxes = functools.partial(thing_box, m, drawn, cuts(m, drawn))
     flash = _flash(m)
     return {
         "Player": _colored(player_box(drawn), lookup(COLORS, drawn.room)),
-        "RedDragon": boxes[thing.RED_DRAGON],
-        "YellowDragon": boxes[thing.YELLOW_DRAGON],
-        "GreenDragon": boxes[thing.GREEN_DRAGON],
-        "DragonSword": boxes[thing.SWORD],
+        "RedDragon": boxes(thing.RED_DRAGON),
+        "YellowDragon": boxes(thing.YELLOW_DRAGON),
+        "GreenDragon": boxes(thing.GREEN_DRAGON),
+        "DragonSword": boxes(thing.SWORD),
         "BridgeEdge": _rails(m, drawn),
-        "YellowKey": boxes[thing.YELLOW_KEY],
-        "WhiteKey": boxes[thing.WHITE_KEY],
-        "BlackKey": boxes[thing.BLACK_KEY],
-        "BlackBat": boxes[thing.BAT],
-        "Magnet": boxes[thing.MAGNET],
-        "Chalice": _colored(boxes[thing.CHALICE], flash),
-        "Gate": boxes[: thing.AUTHOR],
-        "Dot": _dot(m, drawn, boxes[thing.DOT]),
-        "Level": boxes[thing.LEVEL],
-        "Author": _colored(boxes[thing.AUTHOR], flash),
+        "YellowKey": boxes(thing.YELLOW_KEY),
+        "WhiteKey": boxes(thing.WHITE_KEY),
+        "BlackKey": boxes(thing.BLACK_KEY),
+        "BlackBat": boxes(thing.BAT),
+        "Magnet": boxes(thing.MAGNET),
+        "Chalice": _colored(boxes(thing.CHALICE), flash),
+        "Gate": _stacked([boxes(gate) for gate in thing.GATES]),
+        "Dot": _dot(m, drawn, boxes(thing.DOT)),
+        "Level": boxes(thing.LEVEL),
+        "Author": _colored(boxes(thing.AUTHOR), flash),
     }
 
 
@@ -59,12 +60,13 @@ def _flash(m: Ram) -> jax.Array:
 
 
 def _rails(m: Ram, drawn: Drawn) -> Box:
-    all_things = things(m, drawn)
-    x, y, there = (
-        field[thing.BRIDGE] for field in (all_things.x, all_things.y, all_things.there)
-    )
-    left = modulo_screen(x + 1 + jnp.array(RAILS))
-    return box(left, y, RAIL_WIDTH, BRIDGE_HEIGHT, there).clip(*VIEW)
+    at = place(m, drawn, thing.BRIDGE)
+    left = modulo_screen(at.x + 1 + np.array(RAILS))
+    return box(left, at.y, RAIL_WIDTH, BRIDGE_HEIGHT, at.there).clip(*VIEW)
+
+
+def _stacked(boxes: list[Box]) -> Box:
+    return jax.tree.map(lambda *sides: jnp.stack(sides), *boxes)
 
 
 def _dot(m: Ram, drawn: Drawn, of: Box) -> Box:

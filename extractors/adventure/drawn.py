@@ -17,9 +17,25 @@ from ocjax.console.registers import larger_part
 from ocjax.console.rom import Pictures
 from ocjax.extractors.adventure import rooms
 from ocjax.extractors.adventure.ram import (
+    AUTHOR,
+    BAT,
+    BLACK_GATE,
+    BLACK_KEY,
+    BRIDGE,
+    CHALICE,
+    DOT,
+    DRAGONS,
     ENTRY,
+    GATES,
+    LEVEL,
+    MAGNET,
+    RED_DRAGON,
     ROM,
-    THINGS,
+    SWORD,
+    WHITE_GATE,
+    WHITE_KEY,
+    YELLOW_GATE,
+    YELLOW_KEY,
     Mouth,
     Push,
     Ram,
@@ -87,35 +103,145 @@ def player_box(drawn: Drawn) -> Box:
     return edges(x + left, top, x + right, bottom, free > 0).clip(*rooms.VIEW)
 
 
-class Things(NamedTuple):
-    """All things: `[17]`."""
+class Place(NamedTuple):
+    """Where a thing is, as this frame shows it."""
 
     x: jax.Array
     y: jax.Array
-    picture: jax.Array  # address in PICTURES
+    picture: jax.Array  # low byte of the address
     there: jax.Array
-    shown: jax.Array  # whether this frame shows them
+
+
+class Size(NamedTuple):
+    """What the picture of a thing covers."""
+
+    left: int | jax.Array
+    width: int | jax.Array
+    rows: int | jax.Array
 
 
 # fmt: off
-FIXED_ROOM = np.array((0x11, 0x0F, 0x10, 0x1E, 0x00))  # the gates, the author's name, the level
-FIXED_X = np.array((0x4D, 0x4D, 0x4D, 0x50, 0x50))
-FIXED_Y = np.array((0x31, 0x31, 0x31, 0x69, 0x40))
+FIXED = {  # things that stay: room, x and y
+    YELLOW_GATE: (0x11, 0x4D, 0x31),
+    WHITE_GATE:  (0x0F, 0x4D, 0x31),
+    BLACK_GATE:  (0x10, 0x4D, 0x31),
+    AUTHOR:      (0x1E, 0x50, 0x69),
+    LEVEL:       (0x00, 0x50, 0x40),
+}
+SIZES = {  # of things with one picture
+    AUTHOR:      Size(0, 8, 95),
+    SWORD:       Size(0, 8, 5),
+    BRIDGE:      Size(0, 8, 24),
+    YELLOW_KEY:  Size(0, 8, 3),
+    WHITE_KEY:   Size(0, 8, 3),
+    BLACK_KEY:   Size(0, 8, 3),
+    DOT:         Size(0, 1, 1),
+    CHALICE:     Size(0, 8, 9),
+    MAGNET:      Size(0, 8, 8),
+}
 # fmt: on
-ENTRIES = ENTRY * np.arange(1, THINGS + 1)
-END_PICTURE = 0xFB24  # of the last step of an open gate; others begin two rows earlier a step
+
+
+class Picture:  # low bytes of the addresses of things with several pictures
+    OPEN_GATE = 0x24  # a gate that is less open begins earlier
+    GATE_END = 0x28
+    DRAGON = 0x3A
+    BITING_DRAGON = 0x66
+    DEAD_DRAGON = 0x4F
+    BAT_UP = 0x1A
+    BAT_DOWN = 0x22
+    LEVELS = (0xF4, 0xF4, 0x04, 0x04, 0x0C)  # by `Ram.level`
+
+
 GATE_STEPS = 12
-DRAGON = 0xFD3A
-BITING_DRAGON = 0xFD66
-DEAD_DRAGON = 0xFD4F
-BAT_UP = 0xFD1A
-BAT_DOWN = 0xFD22
 BAT_UP_MOST = 3  # `Ram.bat` of the first picture
-LEVELS = (0xFCF4, 0xFCF4, 0xFD04, 0xFD04, 0xFD0C)  # by `Ram.level`
-AUTHOR_PICTURE = 0xFD88
-# From the sword on: sword, bridge, three keys; and after the bat: dot, chalice, magnet.
-BEFORE_BAT = np.array((0xFD7C, 0xFCDB, 0xFD00, 0xFD00, 0xFD00))
-AFTER_BAT = np.array((0xFD86, 0xFDF3, 0xFE12))
+TOP_Y = 0x69  # things further up are moved down to it
+BOTTOM_Y = 9  # nothing is drawn of things further down
+FAR_Y = 0xE8  # nor of those beyond
+
+
+def _picture(m: Ram, number: int) -> jax.Array | int:
+    """Which picture a thing's state asks for."""
+    if number in GATES:
+        step = jnp.clip((m.gate[number] + 3 >> 2) - 1, 0, GATE_STEPS)
+        return Picture.OPEN_GATE - 2 * jnp.minimum(step, GATE_STEPS - step)
+    if number in DRAGONS:
+        state = m.dragon[number - RED_DRAGON]
+        return match(
+            ((state == Mouth.ROAMS) | (state == Mouth.FULL), Picture.DRAGON),
+            (state == Mouth.OPEN, Picture.BITING_DRAGON),
+            otherwise=Picture.DEAD_DRAGON,
+        )
+    if number == BAT:
+        return jnp.where(m.bat <= BAT_UP_MOST, Picture.BAT_UP, Picture.BAT_DOWN)
+    return pick(m.level, Picture.LEVELS)
+
+
+def _size(number: int, picture: jax.Array) -> Size:
+    """What a thing's picture covers."""
+    if number in GATES:
+        return Size(0, 7, Picture.GATE_END - picture)
+    if number in DRAGONS:
+        rows = match(
+            (picture == Picture.BITING_DRAGON, 17),
+            (picture == Picture.DEAD_DRAGON, 22),
+            otherwise=20,
+        )
+        return Size(0, 8, rows)
+    if number == BAT:
+        return Size(0, 8, jnp.where(picture == Picture.BAT_UP, 7, 11))
+    if number == LEVEL:
+        is_one = picture == Picture.LEVELS[0]
+        return Size(jnp.where(is_one, 4, 3), jnp.where(is_one, 3, 5), 7)
+    return SIZES[number]
+
+
+def place(m: Ram, drawn: Drawn, number: int) -> Place:
+    """Where a thing is: from what was copied if this frame shows it."""
+    entry, at = ENTRY * (number + 1), number - RED_DRAGON
+    first, second = m.first == entry, m.second == entry
+    moves = number >= RED_DRAGON
+    room, x, y = (
+        (m.thing_room[at], m.thing_x[at], m.thing_y[at]) if moves else FIXED[number]
+    )
+    x, y, picture = (
+        match((first, one), (second, other), otherwise=own)
+        for one, other, own in (
+            (m.first_x, m.second_x, x),
+            (m.first_y, m.second_y, y),
+            (m.first_picture, m.second_picture, _picture(m, number)),
+        )
+    )
+    there = first | second | ((drawn.room == room) & (m.second != Shown.NOTHING))
+    return Place(x - 1, _top(y), picture, there & (y >= BOTTOM_Y) & (y <= FAR_Y))
+
+
+def _top(y: jax.Array) -> jax.Array:
+    return 238 - 2 * jnp.minimum(y, TOP_Y)
+
+
+class Cuts(NamedTuple):
+    """What a dark room shows of the two things that are drawn."""
+
+    first: Box
+    second: Box
+
+
+def cuts(m: Ram, drawn: Drawn) -> Cuts:
+    return Cuts(
+        _cut(m.first_x, m.first_y, m.first_page << 8 | m.first_picture, drawn),
+        _cut(m.second_x, m.second_y, m.second_page << 8 | m.second_picture, drawn),
+    )
+
+
+def thing_box(m: Ram, drawn: Drawn, cut: Cuts, number: int) -> Box:
+    """A thing other than the bridge: in a dark room what shows of it, if this frame shows it."""
+    at, entry = place(m, drawn, number), ENTRY * (number + 1)
+    left, width, rows = _size(number, at.picture)
+    whole = box(larger_part(at.x, 8) + left, at.y, width, ROW_LINES * rows)
+    of_second = choose(drawn.dark & (m.second == entry), cut.second, whole)
+    shown = choose(drawn.dark & (m.first == entry), cut.first, of_second)
+    return shown.where(at.there).clip(*rooms.VIEW)
 
 
 def _whole(first: int) -> np.ndarray:
@@ -129,69 +255,6 @@ EXTENTS = Pictures.of(_whole(first) for first in range(len(PICTURES)))
 FOUR_ROWS = np.lib.stride_tricks.sliding_window_view(np.append(PICTURES, (0, 0, 0)), 4) @ (
     1 << 8 * np.arange(4)
 )  # from each byte on, packed
-TOP_Y = 0x69  # things further up are moved down to it
-BOTTOM_Y = 9  # nothing is drawn of things further down
-FAR_Y = 0xE8  # nor of those beyond
-
-
-def _pictures(m: Ram) -> jax.Array:
-    """Where the pictures of all things begin, by their states."""
-    step = jnp.clip((m.gate + 3 >> 2) - 1, 0, GATE_STEPS)
-    gates = END_PICTURE - 2 * jnp.minimum(step, GATE_STEPS - step)
-    dragons = match(
-        ((m.dragon == 0) | (m.dragon == Mouth.FULL), DRAGON),
-        (m.dragon == Mouth.OPEN, BITING_DRAGON),
-        otherwise=DEAD_DRAGON,
-    )
-    bat = jnp.where(m.bat <= BAT_UP_MOST, BAT_UP, BAT_DOWN)
-    single = jnp.stack((jnp.int32(AUTHOR_PICTURE), pick(m.level, LEVELS)))
-    return jnp.concatenate((gates, single, dragons, BEFORE_BAT, bat[None], AFTER_BAT))
-
-
-def _top(y: jax.Array) -> jax.Array:
-    return 238 - 2 * jnp.minimum(y, TOP_Y)
-
-
-def things(m: Ram, drawn: Drawn) -> Things:
-    """What is in the room, as this frame shows it."""
-    first, second = m.first == ENTRIES, m.second == ENTRIES
-    room, x, y = (
-        jnp.concatenate((fixed, place))
-        for fixed, place in (
-            (FIXED_ROOM, m.thing_room),
-            (FIXED_X, m.thing_x),
-            (FIXED_Y, m.thing_y),
-        )
-    )
-    x, y, picture = (
-        match((first, one), (second, other), otherwise=own)
-        for one, other, own in (
-            (m.first_x, m.second_x, x),
-            (m.first_y, m.second_y, y),
-            (
-                m.first_page << 8 | m.first_picture,
-                m.second_page << 8 | m.second_picture,
-                _pictures(m),
-            ),
-        )
-    )
-    shown = first | second
-    others = (room == drawn.room) & (m.second != Shown.NOTHING)
-    there = (shown | others) & (y >= BOTTOM_Y) & (y <= FAR_Y)
-    return Things(x - 1, _top(y), picture - PICTURES_AT, there, shown)
-
-
-def thing_boxes(m: Ram, drawn: Drawn) -> Box:
-    """All things but the bridge, `[17]`: in dark rooms what shows of those that this frame shows."""
-    all_things = things(m, drawn)
-    left, _, width, height = EXTENTS.extent(all_things.picture)
-    x = larger_part(all_things.x, 8) + left
-    whole = box(x, all_things.y, width, ROW_LINES * height, all_things.there)
-    first = _cut(m.first_x, m.first_y, m.first_page << 8 | m.first_picture, drawn)
-    second = _cut(m.second_x, m.second_y, m.second_page << 8 | m.second_picture, drawn)
-    of_second = choose(drawn.dark & (m.second == ENTRIES), second, whole)
-    boxes = choose(drawn.dark & (m.first == ENTRIES), first, of_second)
-    return boxes.where(all_things.there).clip(*rooms.VIEW)
 
 
 def _dots(picture: jax.Array) -> jax.Array:

@@ -1,6 +1,5 @@
 """Adventure's RAM."""
 
-import numpy as np
 from ocjax.console.ram import RamMap, byte
 from ocjax.console.rom import Rom
 
@@ -24,7 +23,8 @@ BAT = 13
 DOT = 14
 CHALICE = 15
 MAGNET = 16
-THINGS = 17
+GATES = (YELLOW_GATE, WHITE_GATE, BLACK_GATE)
+DRAGONS = (RED_DRAGON, YELLOW_DRAGON, GREEN_DRAGON)
 
 ENTRY = 9  # bytes of the table that each has; `Ram.first` and `Ram.second` count in them
 
@@ -49,6 +49,7 @@ class Push:  # bits of `Ram.stick`; 0 where it is pushed
 
 
 class Mouth:  # of `Ram.dragon`
+    ROAMS = 0
     OPEN = 1  # about to bite; further states look like one that roams, or a dead one
     FULL = 2
 
@@ -84,6 +85,3 @@ class Ram(RamMap):
     flash = byte(101)  # counts turns: half the colour of what flashes
     saver = byte(102)  # what colours are XORed with, from 128 on
     wait = byte(126)
-
-
-MOVABLE = np.arange(RED_DRAGON, THINGS)
