@@ -11,6 +11,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.lax import clz
 from ocjax.console.boxes import Box, box, choose, edges
 from ocjax.console.ops import extremes, lookup, match, pick, when
 from ocjax.console.registers import larger_part
@@ -51,7 +52,6 @@ WRAPPED = 0xF0  # from here on, `x` is less than 0
 # The pictures of things, all of which end with an empty row.
 PICTURES_AT = 0xFB18
 PICTURES = ROM.bytes(0xB18, 0x304)
-TALLEST = 24  # rows
 ROW_LINES = 2
 
 
@@ -254,32 +254,37 @@ def _whole(first: int) -> np.ndarray:
 EXTENTS = Pictures.of(_whole(first) for first in range(len(PICTURES)))
 FOUR_ROWS = np.lib.stride_tricks.sliding_window_view(np.append(PICTURES, (0, 0, 0)), 4) @ (
     1 << 8 * np.arange(4)
-)  # from each byte on, packed
+)  # from each byte on, packed, the first one lowest
+FOURS = np.arange(0, 24, 4)  # rows of the tallest thing in a dark room
+EACH_ROW = 0x01010101
 
 
-def _dots(picture: jax.Array) -> jax.Array:
-    """The rows of a picture: `[24]`."""
-    fours = lookup(FOUR_ROWS, picture + np.arange(0, TALLEST, 4))
-    return (fours[:, None] >> (8 * np.arange(4))[None] & 255).reshape(-1)
+def _until(row: jax.Array) -> jax.Array:
+    """The rows of FOURS that are above a row, as words that have their bits set."""
+    rows = jnp.clip(row - FOURS, 0, 4)
+    return jnp.where(rows == 4, -1, (1 << 8 * (rows & 3)) - 1)
 
 
-def _walls_before(line: jax.Array, x: jax.Array, drawn: Drawn) -> jax.Array:
-    """The walls in each line of a thing, which lies in three rows of walls at most."""
-    row = rooms.row_of(line)
-    first, second, third = rooms.walls_at(drawn.room, row[0] + np.arange(3), x)
-    return match((row == row[0], first), (row == row[0] + 1, second), otherwise=third)
+def _seen(picture: jax.Array, x: jax.Array, y: jax.Array, drawn: Drawn) -> jax.Array:
+    """What the walls of a dark room leave of the rows of a picture: four in each of six words."""
+    row = rooms.row_of(y)
+    first, second, third = rooms.walls_at(drawn.room, row + np.arange(3), x) * EACH_ROW
+    second_from = (rooms.ROW * (row + 1) + rooms.BEFORE_ROWS - y) >> 1
+    above_second, above_third = _until(second_from), _until(second_from + rooms.ROW // ROW_LINES)
+    walls = first & above_second | ~above_second & (second & above_third | third & ~above_third)
+    *_, rows = EXTENTS.extent(picture)
+    visible = _until(jnp.minimum(rows, (rooms.VIEW[3] - y) >> 1))
+    return lookup(FOUR_ROWS, picture + FOURS) & ~walls & visible
 
 
 def _cut(thing_x: jax.Array, thing_y: jax.Array, address: jax.Array, drawn: Drawn) -> Box:
     """What the walls of a dark room leave of a thing."""
-    row, picture = np.arange(TALLEST), address - PICTURES_AT
     x, y = thing_x - 1, _top(thing_y)
-    line = y + ROW_LINES * row
-    *_, height = EXTENTS.extent(picture)
-    visible = (row < height) & (line < rooms.VIEW[3])
-    seen = jnp.where(visible, _dots(picture) & ~_walls_before(line, x, drawn), 0)
-    top, bottom = extremes(seen > 0, line, line + ROW_LINES)
+    seen = _seen(address - PICTURES_AT, x, y, drawn)
+    first, last = FOURS + (31 - clz(seen & -seen) >> 3), FOURS + (31 - clz(seen) >> 3)
+    top, bottom = extremes(seen != 0, first, last + 1)
     ink = jax.lax.reduce(seen, np.int32(0), jax.lax.bitwise_or, (0,))
-    left = match(*((ink >= 128 >> i, i) for i in range(8)), otherwise=8)
-    right = match(*((ink & (1 << i) > 0, 8 - i) for i in range(8)), otherwise=0)
-    return edges(x + left, top, x + right, bottom, ink > 0)
+    ink = (ink | ink >> 16) & 0xFFFF
+    ink = (ink | ink >> 8) & 0xFF
+    left, right = clz(ink) - 24, 8 - (31 - clz(ink & -ink))
+    return edges(x + left, y + 2 * top, x + right, y + 2 * bottom, ink > 0)
