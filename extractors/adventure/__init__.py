@@ -1,5 +1,4 @@
-"""Adventure: a square in a land of castles and mazes, who is to bring home a chalice.
-"""
+"""Adventure: a square in a land of castles and mazes, who is to bring home a chalice."""
 
 import functools
 
@@ -84,17 +83,22 @@ PURPLE = 0x86
 WHITE = 0x0E
 BLACK = 0x00
 GREY = 0x08
-FLASHES = (0xCA, *(color for color in range(0, 256, 2) if color not in (GREY, 0xCA)))
+OTHERS = (RED, YELLOW, GREEN, GREY)  # dragons that the lower edge cuts off may have its shape
+FLASHES = tuple(color for color in range(0, 256, 2) if color not in OTHERS)
 WALL_COLORS = tuple(dict.fromkeys(COLORS.tolist()))
 
 field = functools.partial(Blobs, region=VIEW, filters=(NO_WALLS,))
+gate = functools.partial(Blobs, region=(76, 140, 83, 172), filters=(NO_WALLS,))
 DRAGON_SHAPES = (
     Shape((5, 8), (7, 9)),
     Shape((5, 8), 10, pixels=(30, 80)),
     Shape((2, 8), (11, 44)),
 )
+RED_SHAPES = (Shape((5, 8), (2, 44)), Shape((1, 8), (9, 44)))
 GREEN_SHAPES = (Shape((6, 8), (6, 44)), Shape((2, 8), (15, 44)))
 KEY_SHAPE = Shape(8, 6, pixels=30)
+KEY_SHAPES = (KEY_SHAPE, Shape((5, 7), 6, pixels=(14, 26)))
+WHITE_SHAPE = Shape((1, 8), (2, 6))
 SWORD_SHAPE = Shape(8, 10, pixels=24)
 MAGNET_SHAPE = Shape(8, 16, pixels=72)
 GATE_SHAPE = Shape(7, (8, 32))
@@ -116,32 +120,53 @@ GAME = Game(
             Blobs(WALL_COLORS, VIEW, Shape((1, 4), (1, 8)), filters=(PLAYER,)),
             doc="the square, in the colour of the walls",
         ),
-        Category("RedDragon", field(RED, shapes=DRAGON_SHAPES), doc="Rhindle"),
-        Category("YellowDragon", field(YELLOW, shapes=DRAGON_SHAPES), doc="Yorgle"),
-        Category("GreenDragon", field(GREEN, shapes=GREEN_SHAPES), doc="Grundle"),
-        Category("DragonSword", field(YELLOW, shapes=SWORD_SHAPE), doc="it kills dragons"),
+        Category("RedDragon", field(RED, shapes=RED_SHAPES), blinks=True, doc="Rhindle"),
+        Category("YellowDragon", field(YELLOW, shapes=DRAGON_SHAPES), blinks=True, doc="Yorgle"),
+        Category("GreenDragon", field(GREEN, shapes=GREEN_SHAPES), blinks=True, doc="Grundle"),
+        Category(
+            "DragonSword", field(YELLOW, shapes=SWORD_SHAPE), blinks=True, doc="it kills dragons"
+        ),
         Category(
             "BridgeEdge",
-            field(PURPLE, shapes=Shape(8, (10, 48))),
+            field(PURPLE, shapes=Shape((4, 8), (10, 48))),
             count=2,
+            blinks=True,
             doc="the rails of the bridge",
         ),
-        Category("YellowKey", field(YELLOW, shapes=KEY_SHAPE), doc="of the yellow castle"),
-        Category("WhiteKey", field(WHITE, shapes=KEY_SHAPE), doc="of the white castle"),
-        Category("BlackKey", field(BLACK, shapes=KEY_SHAPE), doc="of the black castle"),
-        Category("BlackBat", field(BLACK, shapes=BAT_SHAPES, gap=(1, 2)), doc="it steals"),
-        Category("Magnet", field(BLACK, shapes=MAGNET_SHAPE), doc="it draws things near"),
+        Category(
+            "YellowKey", field(YELLOW, shapes=KEY_SHAPES), blinks=True, doc="of the yellow castle"
+        ),
+        Category(
+            "WhiteKey", field(WHITE, shapes=WHITE_SHAPE), blinks=True, doc="of the white castle"
+        ),
+        Category(
+            "BlackKey", field(BLACK, shapes=KEY_SHAPE), blinks=True, doc="of the black castle"
+        ),
+        Category(
+            "BlackBat", field(BLACK, shapes=BAT_SHAPES, gap=(1, 2)), blinks=True, doc="it steals"
+        ),
+        Category(
+            "Magnet", field(BLACK, shapes=MAGNET_SHAPE), blinks=True, doc="it draws things near"
+        ),
         Category(
             "Chalice",
             Blobs(FLASHES, VIEW, CHALICE_SHAPE, filters=(COLORED,)),
+            blinks=True,
             doc="it flashes",
         ),
-        Category("Gate", field(BLACK, shapes=GATE_SHAPE), count=3, doc="of the castles"),
-        Category("Dot", Blobs(GREY, VIEW, Shape(1, 2), filters=(IS_DOT,)), doc="the secret key"),
+        Category(
+            "Gate", gate(BLACK, shapes=GATE_SHAPE), count=3, blinks=True, doc="of the castles"
+        ),
+        Category(
+            "Dot",
+            Blobs(GREY, VIEW, Shape(1, 2), filters=(IS_DOT,)),
+            blinks=True,
+            doc="the secret key",
+        ),
         Category("Level", field(GREEN, shapes=LEVEL_SHAPE), doc="the number on the menu"),
         Category(
             "Author",
-            Bounds(FLASHES, (79, 28, 87, 221), (8, 180), filters=(COLORED,)),
+            Bounds(FLASHES, (79, 28, 87, 220), (8, 180), filters=(COLORED,)),
             doc="the name in the secret room",
         ),
     ),

@@ -156,6 +156,7 @@ class Picture:  # low bytes of the addresses of things with several pictures
 GATE_STEPS = 12
 BAT_UP_MOST = 3  # `Ram.bat` of the first picture
 TOP_Y = 0x69  # things further up are moved down to it
+SECOND_TOP_Y = 0x68  # of the second thing that is drawn
 BOTTOM_Y = 9  # nothing is drawn of things further down
 FAR_Y = 0xE8  # nor of those beyond
 
@@ -201,9 +202,7 @@ def place(m: Ram, drawn: Drawn, number: int) -> Place:
     entry, at = ENTRY * (number + 1), number - RED_DRAGON
     first, second = m.first == entry, m.second == entry
     moves = number >= RED_DRAGON
-    room, x, y = (
-        (m.thing_room[at], m.thing_x[at], m.thing_y[at]) if moves else FIXED[number]
-    )
+    room, x, y = (m.thing_room[at], m.thing_x[at], m.thing_y[at]) if moves else FIXED[number]
     x, y, picture = (
         match((first, one), (second, other), otherwise=own)
         for one, other, own in (
@@ -213,11 +212,8 @@ def place(m: Ram, drawn: Drawn, number: int) -> Place:
         )
     )
     there = first | second | ((drawn.room == room) & (m.second != Shown.NOTHING))
-    return Place(x - 1, _top(y), picture, there & (y >= BOTTOM_Y) & (y <= FAR_Y))
-
-
-def _top(y: jax.Array) -> jax.Array:
-    return 238 - 2 * jnp.minimum(y, TOP_Y)
+    top = 238 - 2 * jnp.minimum(y, jnp.where(second, SECOND_TOP_Y, TOP_Y))
+    return Place(x - 1, top, picture, there & (y >= BOTTOM_Y) & (y <= FAR_Y))
 
 
 class Cuts(NamedTuple):
@@ -228,9 +224,10 @@ class Cuts(NamedTuple):
 
 
 def cuts(m: Ram, drawn: Drawn) -> Cuts:
+    first, second = jnp.minimum(m.first_y, TOP_Y), jnp.minimum(m.second_y, SECOND_TOP_Y)
     return Cuts(
-        _cut(m.first_x, m.first_y, m.first_page << 8 | m.first_picture, drawn),
-        _cut(m.second_x, m.second_y, m.second_page << 8 | m.second_picture, drawn),
+        _cut(m.first_x, first, m.first_page << 8 | m.first_picture, drawn),
+        _cut(m.second_x, second, m.second_page << 8 | m.second_picture, drawn),
     )
 
 
@@ -279,7 +276,7 @@ def _seen(picture: jax.Array, x: jax.Array, y: jax.Array, drawn: Drawn) -> jax.A
 
 def _cut(thing_x: jax.Array, thing_y: jax.Array, address: jax.Array, drawn: Drawn) -> Box:
     """What the walls of a dark room leave of a thing."""
-    x, y = thing_x - 1, _top(thing_y)
+    x, y = thing_x - 1, 238 - 2 * thing_y
     seen = _seen(address - PICTURES_AT, x, y, drawn)
     first, last = FOURS + (31 - clz(seen & -seen) >> 3), FOURS + (31 - clz(seen) >> 3)
     top, bottom = extremes(seen != 0, first, last + 1)

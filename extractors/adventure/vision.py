@@ -84,9 +84,10 @@ def _within(pixels: Bitmap) -> Bitmap:
 
 
 def _seen(same: Bitmap, ground: Bitmap, is_open: Bitmap) -> Seen:
-    lit = jnp.any(ground > 0, axis=0, keepdims=True)
+    lines = jnp.any(ground > 0, axis=0, keepdims=True)
+    columns = bm.or_rows(ground)[:, None]
     dot = (ground & _within(same)) | (same & _within(ground))
-    player = jnp.where(lit, same & is_open & ~dot, 0)
+    player = jnp.where(lines, same & is_open & columns & ~dot, 0)
     thin = ~same[:, THIN_LINE : THIN_LINE + 1] & (THIN_LEFT | THIN_RIGHT)
     return Seen(same & ~is_open, player, dot, thin)
 
