@@ -1,12 +1,38 @@
-"""Adventure: a square in a land of castles and mazes, who is to bring home a chalice."""
+"""Adventure: a square in a land of castles and mazes, who is to bring home a chalice.
+
+Screen: a room, whose walls have one colour on grey; Player is a square of their colour. Dragons, a
+bat, keys and what else there is are sprites before the walls. Each castle has a Gate. Dark rooms
+have walls as grey as the ground: what lights them round the player is a sprite, too, and scenery,
+and walls hide things. BridgeEdge is a rail of the bridge. Dot is grey and shows only before walls
+or light. Level is the number on the menu, and Author the name in the secret room. Thin walls at
+the sides are scenery.
+
+Slots: a Gate is the yellow, the white and the black castle's. A bridge has its left rail first.
+
+RAM: J. Kogekar's disassembly names the bytes; the ROM's code tells when they change. Two things are
+drawn, for three frames (a turn); if a room has more, they take turns. Things that this turn does
+not show are where their records are now. The last byte of the stack tells the frame of the turn,
+and so how far the player has moved since (F32B-F362).
+
+Covered: all rooms with all things put into them, three games, all difficulties, both endings.
+
+Not exact: into a corner, the third frame of a turn may have shown the player four columns aside.
+Neither a thing that hides a part of another, or of the player, nor a wall of its own colour behind
+it makes its box smaller. Bridges in dark rooms have whole rails. Without input for half an hour,
+colours change, which is not followed.
+
+VEM: it does not see the player where less than four lines of him show, things before a wall of
+their own colour, and few parts of things, where the edge or a dark room's walls cut them.
+"""
 
 import functools
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
-from ocjax.console.ops import lookup
+from ocjax.console.ops import lookup, match
 from ocjax.console.registers import modulo_screen
 from ocjax.extraction.game import Category, Game
 from ocjax.extractors.adventure import ram as thing
@@ -20,8 +46,6 @@ from ocjax.vision.shapes import Shape
 RAILS = (0, 24)  # columns of the bridge's rails
 RAIL_WIDTH = 8
 BRIDGE_HEIGHT = 48
-SAVES = 128  # from here on, `saver` is on
-SAVER_MASK = 0xF6
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -29,7 +53,7 @@ def decode(m: Ram) -> dict[str, Box]:
     boxes = functools.partial(thing_box, m, drawn, cuts(m, drawn))
     flash = _flash(m)
     return {
-        "Player": _colored(player_box(drawn), lookup(COLORS, drawn.room)),
+        "Player": _of_color(player_box(drawn), lookup(COLORS, drawn.room)),
         "RedDragon": boxes(thing.RED_DRAGON),
         "YellowDragon": boxes(thing.YELLOW_DRAGON),
         "GreenDragon": boxes(thing.GREEN_DRAGON),
@@ -40,21 +64,21 @@ def decode(m: Ram) -> dict[str, Box]:
         "BlackKey": boxes(thing.BLACK_KEY),
         "BlackBat": boxes(thing.BAT),
         "Magnet": boxes(thing.MAGNET),
-        "Chalice": _colored(boxes(thing.CHALICE), flash),
+        "Chalice": _of_color(boxes(thing.CHALICE), flash),
         "Gate": _stacked([boxes(gate) for gate in thing.GATES]),
         "Dot": _dot(m, drawn, boxes(thing.DOT)),
         "Level": boxes(thing.LEVEL),
-        "Author": _colored(boxes(thing.AUTHOR), flash),
+        "Author": _of_color(boxes(thing.AUTHOR), flash),
     }
 
 
-def _colored(of: Box, color: jax.Array) -> Box:
-    return box(of.x, of.y, of.w, of.h, of.valid, color=color)
+def _of_color(of: Box, color: jax.Array) -> Box:
+    return replace(of, color=color)
 
 
 def _flash(m: Ram) -> jax.Array:
     """The colour of what flashes: it changes before the first frame of a turn."""
-    ahead = jnp.where(m.wait == Wait.THIRD, 1, jnp.where(m.wait == Wait.WON, 2, 0))
+    ahead = match((m.wait == Wait.THIRD, 1), (m.wait == Wait.WON, 2), otherwise=0)
     return 2 * (m.flash - ahead) & 255
 
 
@@ -88,7 +112,6 @@ FLASHES = tuple(color for color in range(0, 256, 2) if color not in OTHERS)
 WALL_COLORS = tuple(dict.fromkeys(COLORS.tolist()))
 
 field = functools.partial(Blobs, region=VIEW, filters=(NO_WALLS,))
-gate = functools.partial(Blobs, region=(76, 140, 83, 172), filters=(NO_WALLS,))
 DRAGON_SHAPES = (
     Shape((5, 8), (7, 9)),
     Shape((5, 8), 10, pixels=(30, 80)),
@@ -101,6 +124,7 @@ KEY_SHAPES = (KEY_SHAPE, Shape((5, 7), 6, pixels=(14, 26)))
 WHITE_SHAPE = Shape((1, 8), (2, 6))
 SWORD_SHAPE = Shape(8, 10, pixels=24)
 MAGNET_SHAPE = Shape(8, 16, pixels=72)
+GATE_VIEW = (76, 140, 83, 172)
 GATE_SHAPE = Shape(7, (8, 32))
 CHALICE_SHAPE = Shape(8, 18, pixels=68)
 LEVEL_SHAPE = Shape((3, 5), 14)
@@ -117,7 +141,7 @@ GAME = Game(
     categories=(
         Category(
             "Player",
-            Blobs(WALL_COLORS, VIEW, Shape((1, 4), (1, 8)), filters=(PLAYER,)),
+            Blobs(WALL_COLORS, VIEW, Shape((1, 4), (4, 8)), filters=(PLAYER,)),
             doc="the square, in the colour of the walls",
         ),
         Category("RedDragon", field(RED, shapes=RED_SHAPES), blinks=True, doc="Rhindle"),
@@ -155,7 +179,11 @@ GAME = Game(
             doc="it flashes",
         ),
         Category(
-            "Gate", gate(BLACK, shapes=GATE_SHAPE), count=3, blinks=True, doc="of the castles"
+            "Gate",
+            replace(field(BLACK, shapes=GATE_SHAPE), region=GATE_VIEW),
+            count=3,
+            blinks=True,
+            doc="of the castles",
         ),
         Category(
             "Dot",

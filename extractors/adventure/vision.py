@@ -5,6 +5,7 @@ without a pixel of the background, which is grey; in dark rooms, where walls are
 the light round the player is that background.
 """
 
+import itertools
 from typing import NamedTuple
 
 import jax
@@ -56,7 +57,7 @@ def _open_cells(background: Bitmap) -> Bitmap:
     words, height, lanes = background.shape
     blank = jnp.zeros((words, STARTS[0], lanes), background.dtype)
     parts = [blank]
-    for start, stop in zip(STARTS[:-1], STARTS[1:], strict=True):
+    for start, stop in itertools.pairwise(STARTS):
         line = _spread_cells(bm.or_rows(background[:, start:stop]))
         parts.append(jnp.broadcast_to(line[:, None], (words, stop - start, lanes)))
     parts.append(jnp.zeros((words, height - STARTS[-1], lanes), background.dtype))
