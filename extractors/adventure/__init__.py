@@ -9,7 +9,7 @@ the sides are scenery.
 
 Slots: a Gate is the yellow, the white and the black castle's. A bridge has its left rail first.
 
-RAM: J. Kogekar's disassembly names the bytes; the ROM's code tells when they change. Two things are
+RAM: the disassembly in milnak/atari-vcs-disassembly names the bytes; the ROM's code tells when they change. Two things are
 drawn, for three frames (a turn); if a room has more, they take turns. Things that this turn does
 not show are where their records are now. The last byte of the stack tells the frame of the turn,
 and so how far the player has moved since (F32B-F362).
@@ -36,10 +36,17 @@ from ocjax.console.ops import lookup, match
 from ocjax.console.registers import modulo_screen
 from ocjax.extraction.game import Category, Game
 from ocjax.extractors.adventure import ram as thing
-from ocjax.extractors.adventure.drawn import Drawn, as_drawn, cuts, place, player_box, thing_box
+from ocjax.extractors.adventure.drawn import (
+    Drawn,
+    as_drawn,
+    cut_things,
+    place_of,
+    player_box,
+    thing_box,
+)
 from ocjax.extractors.adventure.ram import ROM, Ram, Wait
 from ocjax.extractors.adventure.rooms import COLORS, VIEW, row_of, walls_at
-from ocjax.extractors.adventure.vision import COLORED, IS_DOT, NO_WALLS, PLAYER
+from ocjax.extractors.adventure.vision import COLORED, IS_DOT, NOT_WALLS, IS_PLAYER
 from ocjax.vision.rules import Blobs, Bounds
 from ocjax.vision.shapes import Shape
 
@@ -50,15 +57,15 @@ BRIDGE_HEIGHT = 48
 
 def decode(m: Ram) -> dict[str, Box]:
     drawn = as_drawn(m)
-    boxes = functools.partial(thing_box, m, drawn, cuts(m, drawn))
-    flash = _flash(m)
+    boxes = functools.partial(thing_box, m, drawn, cut_things(m, drawn))
+    flash = _flash_color(m)
     return {
         "Player": _of_color(player_box(drawn), lookup(COLORS, drawn.room)),
         "RedDragon": boxes(thing.RED_DRAGON),
         "YellowDragon": boxes(thing.YELLOW_DRAGON),
         "GreenDragon": boxes(thing.GREEN_DRAGON),
         "DragonSword": boxes(thing.SWORD),
-        "BridgeEdge": _rails(m, drawn),
+        "BridgeEdge": _bridge_box(m, drawn),
         "YellowKey": boxes(thing.YELLOW_KEY),
         "WhiteKey": boxes(thing.WHITE_KEY),
         "BlackKey": boxes(thing.BLACK_KEY),
@@ -76,14 +83,14 @@ def _of_color(of: Box, color: jax.Array) -> Box:
     return replace(of, color=color)
 
 
-def _flash(m: Ram) -> jax.Array:
+def _flash_color(m: Ram) -> jax.Array:
     """The colour of what flashes: it changes before the first frame of a turn."""
     ahead = match((m.wait == Wait.THIRD, 1), (m.wait == Wait.WON, 2), otherwise=0)
     return 2 * (m.flash - ahead) & 255
 
 
-def _rails(m: Ram, drawn: Drawn) -> Box:
-    at = place(m, drawn, thing.BRIDGE)
+def _bridge_box(m: Ram, drawn: Drawn) -> Box:
+    at = place_of(m, drawn, thing.BRIDGE)
     left = modulo_screen(at.x + 1 + np.array(RAILS))
     return box(left, at.y, RAIL_WIDTH, BRIDGE_HEIGHT, at.there).clip(*VIEW)
 
@@ -107,11 +114,11 @@ PURPLE = 0x86
 WHITE = 0x0E
 BLACK = 0x00
 GREY = 0x08
-OTHERS = (RED, YELLOW, GREEN, GREY)  # dragons that the lower edge cuts off may have its shape
+OTHERS = (RED, YELLOW, GREEN, GREY)  # dragons that the lower edge cut_things off may have its shape
 FLASHES = tuple(color for color in range(0, 256, 2) if color not in OTHERS)
 WALL_COLORS = tuple(dict.fromkeys(COLORS.tolist()))
 
-field = functools.partial(Blobs, region=VIEW, filters=(NO_WALLS,))
+field = functools.partial(Blobs, region=VIEW, filters=(NOT_WALLS,))
 DRAGON_SHAPES = (
     Shape((5, 8), (7, 9)),
     Shape((5, 8), 10, pixels=(30, 80)),
@@ -141,7 +148,7 @@ GAME = Game(
     categories=(
         Category(
             "Player",
-            Blobs(WALL_COLORS, VIEW, Shape((1, 4), (4, 8)), filters=(PLAYER,)),
+            Blobs(WALL_COLORS, VIEW, Shape((1, 4), (4, 8)), filters=(IS_PLAYER,)),
             doc="the square, in the colour of the walls",
         ),
         Category("RedDragon", field(RED, shapes=RED_SHAPES), blinks=True, doc="Rhindle"),

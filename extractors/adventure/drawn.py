@@ -26,7 +26,7 @@ from ocjax.extractors.adventure.ram import (
     CHALICE,
     DOT,
     DRAGONS,
-    ENTRY,
+    ENTRY_BYTES,
     GATES,
     LEVEL,
     MAGNET,
@@ -44,14 +44,14 @@ from ocjax.extractors.adventure.ram import (
     Wait,
 )
 
-STEP = 4
+STRIDE = 4
 LEAST_X = 3  # the player's `x` in a room
 MOST_X = 0x9E
 WRAPPED = 0xF0  # from here on, `x` is less than 0
 
 # The pictures of things, all of which end with an empty row.
-PICTURES_AT = 0xFB18
-PICTURES = ROM.bytes(0xB18, 0x304)
+PICTURE_ROWS_AT = 0xFB18
+PICTURE_ROWS = ROM.bytes(0xB18, 0x304)
 ROW_LINES = 2
 
 
@@ -74,7 +74,7 @@ def as_drawn(m: Ram) -> Drawn:
 
 def _player_x(m: Ram) -> jax.Array:
     right, left = ((m.stick & bit) == 0 for bit in (Push.RIGHT, Push.LEFT))
-    moved = m.last_x + when(right, STEP) - when(left, STEP)
+    moved = m.last_x + when(right, STRIDE) - when(left, STRIDE)
     turned = match(
         ((moved < LEAST_X) | (moved >= WRAPPED), MOST_X), (moved > MOST_X, LEAST_X), otherwise=moved
     )
@@ -96,7 +96,7 @@ def player_box(drawn: Drawn) -> Box:
     free = free_above | free_below
     left = match(*((free >= limit, i) for i, limit in enumerate((8, 4, 2))), otherwise=3)
     right = match(*((free & (1 << i) > 0, 4 - i) for i in range(4)), otherwise=0)
-    next_row = rooms.ROW * lower + rooms.BEFORE_ROWS
+    next_row = rooms.ROW_HEIGHT * lower + rooms.BEFORE_ROWS
     top = jnp.where(free_above > 0, y, next_row)
     bottom = jnp.where((free_below > 0) | (upper == lower), y + 8, next_row)
     return edges(x + left, top, x + right, bottom, free > 0).clip(*rooms.VIEW)
@@ -141,7 +141,7 @@ SIZES = {  # of things with one picture
 # fmt: on
 
 
-class Picture:  # low bytes of the addresses of things with several pictures
+class Low:  # low bytes of the addresses of things with several pictures
     OPEN_GATE = 0x24  # a gate that is less open begins earlier
     GATE_END = 0x28
     DRAGON = 0x3A
@@ -160,45 +160,45 @@ BOTTOM_Y = 9  # nothing is drawn of things further down
 FAR_Y = 0xE8  # nor of those beyond
 
 
-def _picture(m: Ram, number: int) -> jax.Array | int:
+def _by_state(m: Ram, number: int) -> jax.Array | int:
     """Which picture a thing's state asks for."""
     if number in GATES:
         step = jnp.clip((m.gate[number] + 3 >> 2) - 1, 0, GATE_STEPS)
-        return Picture.OPEN_GATE - 2 * jnp.minimum(step, GATE_STEPS - step)
+        return Low.OPEN_GATE - 2 * jnp.minimum(step, GATE_STEPS - step)
     if number in DRAGONS:
         state = m.dragon[number - RED_DRAGON]
         return match(
-            ((state == Mouth.ROAMS) | (state == Mouth.FULL), Picture.DRAGON),
-            (state == Mouth.OPEN, Picture.BITING_DRAGON),
-            otherwise=Picture.DEAD_DRAGON,
+            ((state == Mouth.ROAMS) | (state == Mouth.FULL), Low.DRAGON),
+            (state == Mouth.OPEN, Low.BITING_DRAGON),
+            otherwise=Low.DEAD_DRAGON,
         )
     if number == BAT:
-        return jnp.where(m.bat <= BAT_UP_MOST, Picture.BAT_UP, Picture.BAT_DOWN)
-    return pick(m.level, Picture.LEVELS)
+        return jnp.where(m.bat <= BAT_UP_MOST, Low.BAT_UP, Low.BAT_DOWN)
+    return pick(m.level, Low.LEVELS)
 
 
-def _size(number: int, picture: jax.Array) -> Size:
+def _size_of(number: int, picture: jax.Array) -> Size:
     """What a thing's picture covers."""
     if number in GATES:
-        return Size(0, 7, Picture.GATE_END - picture)
+        return Size(0, 7, Low.GATE_END - picture)
     if number in DRAGONS:
         rows = match(
-            (picture == Picture.BITING_DRAGON, 17),
-            (picture == Picture.DEAD_DRAGON, 22),
+            (picture == Low.BITING_DRAGON, 17),
+            (picture == Low.DEAD_DRAGON, 22),
             otherwise=20,
         )
         return Size(0, 8, rows)
     if number == BAT:
-        return Size(0, 8, jnp.where(picture == Picture.BAT_UP, 7, 11))
+        return Size(0, 8, jnp.where(picture == Low.BAT_UP, 7, 11))
     if number == LEVEL:
-        is_one = picture == Picture.LEVELS[0]
+        is_one = picture == Low.LEVELS[0]
         return Size(jnp.where(is_one, 4, 3), jnp.where(is_one, 3, 5), 7)
     return SIZES[number]
 
 
-def place(m: Ram, drawn: Drawn, number: int) -> Place:
+def place_of(m: Ram, drawn: Drawn, number: int) -> Place:
     """Where a thing is: from what was copied if this frame shows it."""
-    entry, at = ENTRY * (number + 1), number - RED_DRAGON
+    entry, at = ENTRY_BYTES * (number + 1), number - RED_DRAGON
     first, second = m.first == entry, m.second == entry
     moves = number >= RED_DRAGON
     room, x, y = (m.thing_room[at], m.thing_x[at], m.thing_y[at]) if moves else FIXED[number]
@@ -207,7 +207,7 @@ def place(m: Ram, drawn: Drawn, number: int) -> Place:
         for one, other, own in (
             (m.first_x, m.second_x, x),
             (m.first_y, m.second_y, y),
-            (m.first_picture, m.second_picture, _picture(m, number)),
+            (m.first_picture, m.second_picture, _by_state(m, number)),
         )
     )
     there = first | second | ((drawn.room == room) & (m.second != Shown.NOTHING))
@@ -222,33 +222,33 @@ class Cuts(NamedTuple):
     second: Box
 
 
-def cuts(m: Ram, drawn: Drawn) -> Cuts:
+def cut_things(m: Ram, drawn: Drawn) -> Cuts:
     first, second = jnp.minimum(m.first_y, TOP_Y), jnp.minimum(m.second_y, SECOND_TOP_Y)
     return Cuts(
-        _cut(m.first_x, first, m.first_page << 8 | m.first_picture, drawn),
-        _cut(m.second_x, second, m.second_page << 8 | m.second_picture, drawn),
+        _uncovered(m.first_x, first, m.first_page << 8 | m.first_picture, drawn),
+        _uncovered(m.second_x, second, m.second_page << 8 | m.second_picture, drawn),
     )
 
 
 def thing_box(m: Ram, drawn: Drawn, cut: Cuts, number: int) -> Box:
     """A thing other than the bridge: in a dark room what shows of it, if this frame shows it."""
-    at, entry = place(m, drawn, number), ENTRY * (number + 1)
-    left, width, rows = _size(number, at.picture)
+    at, entry = place_of(m, drawn, number), ENTRY_BYTES * (number + 1)
+    left, width, rows = _size_of(number, at.picture)
     whole = box(larger_part(at.x, 8) + left, at.y, width, ROW_LINES * rows)
     of_second = choose(drawn.dark & (m.second == entry), cut.second, whole)
     shown = choose(drawn.dark & (m.first == entry), cut.first, of_second)
     return shown.where(at.there).clip(*rooms.VIEW)
 
 
-def _whole(first: int) -> np.ndarray:
+def _until_empty(first: int) -> np.ndarray:
     """The rows of the picture that begins there, up to the empty one."""
-    rest = PICTURES[first:]
+    rest = PICTURE_ROWS[first:]
     ends = np.flatnonzero(rest == 0)
     return rest[: ends[0]] if len(ends) else rest
 
 
-EXTENTS = Pictures.of(_whole(first) for first in range(len(PICTURES)))
-FOUR_ROWS = np.lib.stride_tricks.sliding_window_view(np.append(PICTURES, (0, 0, 0)), 4) @ (
+EXTENTS = Pictures.of(_until_empty(first) for first in range(len(PICTURE_ROWS)))
+FOUR_ROWS = np.lib.stride_tricks.sliding_window_view(np.append(PICTURE_ROWS, (0, 0, 0)), 4) @ (
     1 << 8 * np.arange(4)
 )  # from each byte on, packed, the first one lowest
 FOURS = np.arange(0, 24, 4)  # rows of the tallest thing in a dark room
@@ -261,22 +261,25 @@ def _until(row: jax.Array) -> jax.Array:
     return jnp.where(rows == 4, -1, (1 << 8 * (rows & 3)) - 1)
 
 
-def _seen(picture: jax.Array, x: jax.Array, y: jax.Array, drawn: Drawn) -> jax.Array:
+def _rows_left(picture: jax.Array, x: jax.Array, y: jax.Array, drawn: Drawn) -> jax.Array:
     """What the walls of a dark room leave of the rows of a picture: four in each of six words."""
     row = rooms.row_of(y)
     first, second, third = rooms.walls_at(drawn.room, row + np.arange(3), x) * EACH_ROW
-    second_from = (rooms.ROW * (row + 1) + rooms.BEFORE_ROWS - y) >> 1
-    above_second, above_third = _until(second_from), _until(second_from + rooms.ROW // ROW_LINES)
+    second_from = (rooms.ROW_HEIGHT * (row + 1) + rooms.BEFORE_ROWS - y) >> 1
+    above_second, above_third = (
+        _until(second_from),
+        _until(second_from + rooms.ROW_HEIGHT // ROW_LINES),
+    )
     walls = first & above_second | ~above_second & (second & above_third | third & ~above_third)
     *_, rows = EXTENTS.extent(picture)
     visible = _until(jnp.minimum(rows, (rooms.VIEW[3] - y) >> 1))
     return lookup(FOUR_ROWS, picture + FOURS) & ~walls & visible
 
 
-def _cut(thing_x: jax.Array, thing_y: jax.Array, address: jax.Array, drawn: Drawn) -> Box:
+def _uncovered(thing_x: jax.Array, thing_y: jax.Array, address: jax.Array, drawn: Drawn) -> Box:
     """What the walls of a dark room leave of a thing."""
     x, y = thing_x - 1, 238 - 2 * thing_y
-    seen = _seen(address - PICTURES_AT, x, y, drawn)
+    seen = _rows_left(address - PICTURE_ROWS_AT, x, y, drawn)
     first, last = FOURS + (31 - clz(seen & -seen) >> 3), FOURS + (31 - clz(seen) >> 3)
     top, bottom = extremes(seen != 0, first, last + 1)
     ink = jax.lax.reduce(seen, np.int32(0), jax.lax.bitwise_or, (0,))

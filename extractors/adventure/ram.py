@@ -26,7 +26,7 @@ MAGNET = 16
 GATES = (YELLOW_GATE, WHITE_GATE, BLACK_GATE)
 DRAGONS = (RED_DRAGON, YELLOW_DRAGON, GREEN_DRAGON)
 
-ENTRY = 9  # bytes of the table that each has; `Ram.first` and `Ram.second` count in them
+ENTRY_BYTES = 9  # bytes of the table that each has; `Ram.first` and `Ram.second` count in them
 
 
 class Shown:  # of `Ram.first` and `Ram.second`, beside the things

@@ -17,8 +17,8 @@ from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap
 from ocjax.vision.filters import Searched
 
-GREY = 8
-LIGHT = 0x48
+GRAY = 8
+LAMP = 0x48
 CORNER_LINE = 29  # of a pixel that is a wall in all rooms, in column 0
 STARTS = (27, 44, 76, 108, 140, 172, 204, 221)  # of the rows of walls, and the end
 THIN_LEFT = bm.areas(1, ((11, 0, 12, 1), (148, 0, 149, 1)))  # columns of the thin walls
@@ -67,14 +67,14 @@ def _open_cells(background: Bitmap) -> Bitmap:
 def look(planes: jax.Array) -> Seen:
     """Find walls, the player and the dot."""
     same, ground = materialize(_masks, planes)
-    return materialize(_seen, same, ground, materialize(_open_cells, ground))
+    return materialize(_sort_out, same, ground, materialize(_open_cells, ground))
 
 
 def _masks(planes: jax.Array) -> tuple[Bitmap, Bitmap]:
     """The pixels of the walls' colour and of the background."""
-    same, grey = _like_corner(planes), bm.color_mask(planes, (GREY,))
+    same, grey = _like_corner(planes), bm.color_mask(planes, (GRAY,))
     dark = (grey[:1, CORNER_LINE : CORNER_LINE + 1] >> 31) > 0
-    light = bm.color_mask(planes, (LIGHT,))
+    light = bm.color_mask(planes, (LAMP,))
     return same, jnp.where(dark, light, grey)
 
 
@@ -84,7 +84,7 @@ def _within(pixels: Bitmap) -> Bitmap:
     return across[0] & across[1] & bm.shift_up(pixels, 2) & bm.shift_down(pixels, 2)
 
 
-def _seen(same: Bitmap, ground: Bitmap, is_open: Bitmap) -> Seen:
+def _sort_out(same: Bitmap, ground: Bitmap, is_open: Bitmap) -> Seen:
     lines = jnp.any(ground > 0, axis=0, keepdims=True)
     columns = bm.or_rows(ground)[:, None]
     dot = (ground & _within(same)) | (same & _within(ground))
@@ -100,20 +100,20 @@ def _no_walls(mask: Bitmap, seen: Seen) -> Bitmap:
     return free & (wide | ~seen.thin)
 
 
-def _player(_: Bitmap, seen: Seen) -> Bitmap:
+def _player_pixels(_: Bitmap, seen: Seen) -> Bitmap:
     return seen.player
 
 
-def _dot(mask: Bitmap, seen: Seen) -> Bitmap:
+def _dots_alone(mask: Bitmap, seen: Seen) -> Bitmap:
     return mask & seen.dot
 
 
-def _colored(mask: Bitmap, seen: Seen) -> Bitmap:
+def _neither(mask: Bitmap, seen: Seen) -> Bitmap:
     return mask & ~seen.walls & ~seen.player
 
 
-NO_WALLS = Searched(look, _no_walls)
-PLAYER = Searched(look, _player)
-IS_DOT = Searched(look, _dot)
-COLORED = Searched(look, _colored)
+NOT_WALLS = Searched(look, _no_walls)
+IS_PLAYER = Searched(look, _player_pixels)
+IS_DOT = Searched(look, _dots_alone)
+COLORED = Searched(look, _neither)
 VIEW = rooms.VIEW
