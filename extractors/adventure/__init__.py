@@ -9,10 +9,10 @@ the sides are scenery.
 
 Slots: a Gate is the yellow, the white and the black castle's. A bridge has its left rail first.
 
-RAM: the disassembly in milnak/atari-vcs-disassembly names the bytes; the ROM's code tells when they change. Two things are
-drawn, for three frames (a turn); if a room has more, they take turns. Things that this turn does
-not show are where their records are now. The last byte of the stack tells the frame of the turn,
-and so how far the player has moved since (F32B-F362).
+RAM: the disassembly in milnak/atari-vcs-disassembly names the bytes, and the ROM's code tells when
+they change. Two things are drawn, for three frames (a turn); if a room has more, they take turns.
+Things that this turn does not show are where their records are now. A return address on the stack
+tells the frame of the turn, and so how far the player has moved since (F32B-F362).
 
 Covered: all rooms with all things put into them, three games, all difficulties, both endings.
 
@@ -46,7 +46,7 @@ from ocjax.extractors.adventure.drawn import (
 )
 from ocjax.extractors.adventure.ram import ROM, Ram, Wait
 from ocjax.extractors.adventure.rooms import COLORS, VIEW, row_of, walls_at
-from ocjax.extractors.adventure.vision import COLORED, IS_DOT, NOT_WALLS, IS_PLAYER
+from ocjax.extractors.adventure.vision import COLORED, IS_DOT, IS_PLAYER, NOT_WALLS
 from ocjax.vision.rules import Blobs, Bounds
 from ocjax.vision.shapes import Shape
 

@@ -69,7 +69,7 @@ def as_drawn(m: Ram) -> Drawn:
     known = lookup(rooms.ADDRESSES & 0xFFF, m.room) == (m.walls_low | m.walls_high << 8) & 0xFFF
     room = jnp.where((m.wait == Wait.THIRD) | ~known, m.last_room, m.room)
     room = jnp.minimum(room, rooms.ROOMS - 1)
-    return Drawn(room, rooms.hides(m, room), _player_x(m) - 2, 230 - 2 * m.drawn_y)
+    return Drawn(room, rooms.hides_things(room), _player_x(m) - 2, 230 - 2 * m.drawn_y)
 
 
 def _player_x(m: Ram) -> jax.Array:

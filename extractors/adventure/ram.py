@@ -75,8 +75,8 @@ class Ram(RamMap):
     thing_x = byte(37, 42, 47, 55, 61, 64, 67, 70, 76, 34, 58, 52)
     thing_y = byte(38, 43, 48, 56, 62, 65, 68, 71, 77, 35, 59, 53)
     dragon = byte(40, 45, 50)
-    gate = byte(72, 73, 74)  # counts four frames for each of the steps in which it opens and closes
-    bat = byte(79)  # counts frames up to 8: it flaps
+    gate = byte(72, 73, 74)  # counts turns while it opens and closes, four a step
+    bat = byte(79)  # counts turns up to 8: it flaps
     light_x = byte(90)  # of what lights a dark room
     light_y = byte(91)  # as `first_y`
     level = byte(93)  # twice the game's number, less 2

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.ops import lookup
-from ocjax.extractors.adventure.ram import ROM, Ram
+from ocjax.extractors.adventure.ram import ROM
 
 ROOMS = 31
 ROOM_TABLE = ROM.bytes(0xE1B, 9 * ROOMS).reshape(ROOMS, 9)
@@ -62,6 +62,6 @@ def walls_at(room: jax.Array, row: jax.Array, x: jax.Array) -> jax.Array:
     return span >> (CELL_WIDTH - (x & 3)) & 255
 
 
-def hides(m: Ram, room: jax.Array) -> jax.Array:
+def hides_things(room: jax.Array) -> jax.Array:
     """Whether a room is dark, its walls unseen and before all things."""
     return lookup(CONTROLS & IN_FRONT, room) > 0
