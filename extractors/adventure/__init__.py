@@ -46,7 +46,7 @@ from ocjax.extractors.adventure.drawn import (
 )
 from ocjax.extractors.adventure.ram import ROM, Ram, Wait
 from ocjax.extractors.adventure.rooms import COLORS, VIEW, row_of, walls_at
-from ocjax.extractors.adventure.vision import COLORED, IS_DOT, IS_PLAYER, NOT_WALLS
+from ocjax.extractors.adventure.vision import COLORED, IS_DOT, IS_PLAYER, NOT_WALLS, SMALL
 from ocjax.vision.rules import Blobs, Bounds
 from ocjax.vision.shapes import Shape
 
@@ -119,10 +119,13 @@ FLASHES = tuple(color for color in range(0, 256, 2) if color not in OTHERS)
 WALL_COLORS = tuple(dict.fromkeys(COLORS.tolist()))
 
 field = functools.partial(Blobs, region=VIEW, filters=(NOT_WALLS,))
+small = functools.partial(Blobs, region=VIEW, filters=(SMALL,))
 DRAGON_SHAPES = (
-    Shape((5, 8), (7, 9)),
-    Shape((5, 8), 10, pixels=(30, 80)),
-    Shape((2, 8), (11, 44)),
+    Shape(8, 8, pixels=(20, 38)),  # first rows above the lower edge
+    Shape(8, 10, pixels=(26, 44)),
+    Shape(8, 12, pixels=(32, 46)),
+    Shape(8, 14, pixels=(40, 48)),
+    Shape((2, 8), (15, 44)),
 )
 RED_SHAPES = (Shape((5, 8), (2, 44)), Shape((1, 8), (9, 44)))
 GREEN_SHAPES = (Shape((6, 8), (6, 44)), Shape((2, 8), (15, 44)))
@@ -148,14 +151,14 @@ GAME = Game(
     categories=(
         Category(
             "Player",
-            Blobs(WALL_COLORS, VIEW, Shape((1, 4), (4, 8)), filters=(IS_PLAYER,)),
+            Blobs(WALL_COLORS, VIEW, Shape((1, 4), (4, 8)), gap=(1, 2), filters=(IS_PLAYER,)),
             doc="the square, in the colour of the walls",
         ),
         Category("RedDragon", field(RED, shapes=RED_SHAPES), blinks=True, doc="Rhindle"),
         Category("YellowDragon", field(YELLOW, shapes=DRAGON_SHAPES), blinks=True, doc="Yorgle"),
         Category("GreenDragon", field(GREEN, shapes=GREEN_SHAPES), blinks=True, doc="Grundle"),
         Category(
-            "DragonSword", field(YELLOW, shapes=SWORD_SHAPE), blinks=True, doc="it kills dragons"
+            "DragonSword", small(YELLOW, shapes=SWORD_SHAPE), blinks=True, doc="it kills dragons"
         ),
         Category(
             "BridgeEdge",
@@ -165,13 +168,13 @@ GAME = Game(
             doc="the rails of the bridge",
         ),
         Category(
-            "YellowKey", field(YELLOW, shapes=KEY_SHAPES), blinks=True, doc="of the yellow castle"
+            "YellowKey", small(YELLOW, shapes=KEY_SHAPES), blinks=True, doc="of the yellow castle"
         ),
         Category(
             "WhiteKey", field(WHITE, shapes=WHITE_SHAPE), blinks=True, doc="of the white castle"
         ),
         Category(
-            "BlackKey", field(BLACK, shapes=KEY_SHAPE), blinks=True, doc="of the black castle"
+            "BlackKey", small(BLACK, shapes=KEY_SHAPE), blinks=True, doc="of the black castle"
         ),
         Category(
             "BlackBat", field(BLACK, shapes=BAT_SHAPES, gap=(1, 2)), blinks=True, doc="it steals"

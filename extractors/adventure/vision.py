@@ -24,6 +24,7 @@ STARTS = (27, 44, 76, 108, 140, 172, 204, 221)  # of the rows of walls, and the 
 THIN_LEFT = bm.areas(1, ((11, 0, 12, 1), (148, 0, 149, 1)))  # columns of the thin walls
 THIN_RIGHT = bm.areas(1, ((12, 0, 13, 1), (149, 0, 150, 1)))
 THIN_LINE = 27  # walls begin on it, and things on the next one
+SQUARE = (4, 8)
 FIRST_OF_CELL = np.uint32(0x11111111)
 
 
@@ -32,6 +33,7 @@ class Seen(NamedTuple):
 
     walls: Bitmap
     player: Bitmap  # pixels of the walls' colour that are no walls
+    square: Bitmap  # those of them that fill the player's square
     dot: Bitmap  # single dots of the walls' colour on the background, or the other way round
     thin: Bitmap  # the columns of a thin wall, which has the first thing's colour, or the second's
 
@@ -67,7 +69,8 @@ def _open_cells(background: Bitmap) -> Bitmap:
 def look(planes: jax.Array) -> Seen:
     """Find walls, the player and the dot."""
     same, ground = materialize(_masks, planes)
-    return materialize(_sort_out, same, ground, materialize(_open_cells, ground))
+    seen = materialize(_sort_out, same, ground, materialize(_open_cells, ground))
+    return seen._replace(square=materialize(_squares, seen.player))
 
 
 def _masks(planes: jax.Array) -> tuple[Bitmap, Bitmap]:
@@ -90,7 +93,13 @@ def _sort_out(same: Bitmap, ground: Bitmap, is_open: Bitmap) -> Seen:
     dot = (ground & _within(same)) | (same & _within(ground))
     player = jnp.where(lines, same & is_open & columns & ~dot, 0)
     thin = ~same[:, THIN_LINE : THIN_LINE + 1] & (THIN_LEFT | THIN_RIGHT)
-    return Seen(same & ~is_open, player, dot, thin)
+    return Seen(same & ~is_open, player, player, dot, thin)
+
+
+def _squares(pixels: Bitmap) -> Bitmap:
+    """The pixels of the whole player, also where a thing of his colour touches him."""
+    corners = bm.all_within(pixels, *SQUARE)
+    return bm.any_within(corners, *SQUARE)
 
 
 def _no_walls(mask: Bitmap, seen: Seen) -> Bitmap:
@@ -101,7 +110,12 @@ def _no_walls(mask: Bitmap, seen: Seen) -> Bitmap:
 
 
 def _player_pixels(_: Bitmap, seen: Seen) -> Bitmap:
-    return seen.player
+    whole = jnp.any(seen.square > 0, axis=(0, 1), keepdims=True)
+    return jnp.where(whole, seen.square, seen.player)
+
+
+def _small(mask: Bitmap, seen: Seen) -> Bitmap:
+    return mask & ~seen.walls & ~seen.square
 
 
 def _dots_alone(mask: Bitmap, seen: Seen) -> Bitmap:
@@ -114,6 +128,7 @@ def _neither(mask: Bitmap, seen: Seen) -> Bitmap:
 
 NOT_WALLS = Searched(look, _no_walls)
 IS_PLAYER = Searched(look, _player_pixels)
+SMALL = Searched(look, _small)
 IS_DOT = Searched(look, _dots_alone)
 COLORED = Searched(look, _neither)
 VIEW = rooms.VIEW
