@@ -32,7 +32,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
-from ocjax.console.ops import lookup, match
+from ocjax.console.ops import match
 from ocjax.console.registers import modulo_screen
 from ocjax.extraction.game import Category, Game
 from ocjax.extractors.adventure import ram as thing
@@ -46,7 +46,7 @@ from ocjax.extractors.adventure.drawn import (
 )
 from ocjax.extractors.adventure.ram import ROM, Ram, Wait
 from ocjax.extractors.adventure.rooms import COLORS, VIEW, row_of, walls_at
-from ocjax.extractors.adventure.vision import COLORED, IS_DOT, IS_PLAYER, NOT_WALLS, SMALL
+from ocjax.extractors.adventure.vision import COLORED, IS_DOT, IS_PLAYER, NOT_SQUARE, NOT_WALLS
 from ocjax.vision.rules import Blobs, Bounds
 from ocjax.vision.shapes import Shape
 
@@ -60,7 +60,7 @@ def decode(m: Ram) -> dict[str, Box]:
     boxes = functools.partial(thing_box, m, drawn, cut_things(m, drawn))
     flash = _flash_color(m)
     return {
-        "Player": _of_color(player_box(drawn), lookup(COLORS, drawn.room)),
+        "Player": _of_color(player_box(drawn), drawn.color),
         "RedDragon": boxes(thing.RED_DRAGON),
         "YellowDragon": boxes(thing.YELLOW_DRAGON),
         "GreenDragon": boxes(thing.GREEN_DRAGON),
@@ -119,7 +119,8 @@ FLASHES = tuple(color for color in range(0, 256, 2) if color not in OTHERS)
 WALL_COLORS = tuple(dict.fromkeys(COLORS.tolist()))
 
 field = functools.partial(Blobs, region=VIEW, filters=(NOT_WALLS,))
-small = functools.partial(Blobs, region=VIEW, filters=(SMALL,))
+SQUARES = (Shape((1, 4), (4, 8)), Shape(4, 2))
+small = functools.partial(Blobs, region=VIEW, filters=(NOT_SQUARE,))
 DRAGON_SHAPES = (
     Shape(8, 8, pixels=(20, 38)),  # first rows above the lower edge
     Shape(8, 10, pixels=(26, 44)),
@@ -151,7 +152,7 @@ GAME = Game(
     categories=(
         Category(
             "Player",
-            Blobs(WALL_COLORS, VIEW, Shape((1, 4), (4, 8)), gap=(1, 2), filters=(IS_PLAYER,)),
+            Blobs(WALL_COLORS, VIEW, SQUARES, gap=(1, 2), filters=(IS_PLAYER,)),
             doc="the square, in the colour of the walls",
         ),
         Category("RedDragon", field(RED, shapes=RED_SHAPES), blinks=True, doc="Rhindle"),

@@ -60,6 +60,7 @@ class Drawn(NamedTuple):
 
     room: jax.Array
     dark: jax.Array
+    color: jax.Array  # of walls and player
     x: jax.Array  # of the player
     y: jax.Array
 
@@ -69,19 +70,32 @@ def as_drawn(m: Ram) -> Drawn:
     known = lookup(rooms.ADDRESSES & 0xFFF, m.room) == (m.walls_low | m.walls_high << 8) & 0xFFF
     room = jnp.where((m.wait == Wait.THIRD) | ~known, m.last_room, m.room)
     room = jnp.minimum(room, rooms.ROOMS - 1)
-    return Drawn(room, rooms.hides_things(room), _player_x(m) - 2, 230 - 2 * m.drawn_y)
+    y = 230 - 2 * m.drawn_y
+    dark, color = rooms.hides_things(room), lookup(rooms.COLORS, room)
+    return Drawn(room, dark, color, _player_x(m, room, y) - 2, y)
 
 
-def _player_x(m: Ram) -> jax.Array:
-    right, left = ((m.stick & bit) == 0 for bit in (Push.RIGHT, Push.LEFT))
+def _blocked(room: jax.Array, x: jax.Array, y: jax.Array) -> jax.Array:
+    """Whether the player runs into a wall there."""
+    upper, lower = (rooms.walls_at(room, rooms.row_of(line), x - 2) for line in (y, y + 7))
+    return (upper | lower) > 15
+
+
+def _player_x(m: Ram, room: jax.Array, y: jax.Array) -> jax.Array:
+    """The column from which he was drawn, plus 2."""
+    right, left, up, down = (
+        (m.stick & bit) == 0 for bit in (Push.RIGHT, Push.LEFT, Push.UP, Push.DOWN)
+    )
     moved = m.last_x + when(right, STRIDE) - when(left, STRIDE)
+    moved_y = y - when(up, 2 * STRIDE) + when(down, 2 * STRIDE)
     turned = match(
         ((moved < LEAST_X) | (moved >= WRAPPED), MOST_X), (moved > MOST_X, LEAST_X), otherwise=moved
     )
     _, yellow, green = m.dragon
     eaten = (yellow == Mouth.FULL) | (green == Mouth.FULL)
+    in_corner = _blocked(room, moved, y) & _blocked(room, m.last_x, moved_y)
     return match(
-        ((m.wait == Wait.FIRST) | ((m.wait == Wait.THIRD) & eaten), turned),
+        ((m.wait == Wait.FIRST) | ((m.wait == Wait.THIRD) & (eaten | in_corner)), turned),
         (m.wait == Wait.THIRD, m.last_x),
         otherwise=m.x,
     )
@@ -235,8 +249,9 @@ def thing_box(m: Ram, drawn: Drawn, cut: Cuts, number: int) -> Box:
     at, entry = place_of(m, drawn, number), ENTRY_BYTES * (number + 1)
     left, width, rows = _size_of(number, at.picture)
     whole = box(larger_part(at.x, 8) + left, at.y, width, ROW_LINES * rows)
-    of_second = choose(drawn.dark & (m.second == entry), cut.second, whole)
-    shown = choose(drawn.dark & (m.first == entry), cut.first, of_second)
+    hidden = drawn.dark | (drawn.color == THING_COLORS[number])
+    of_second = choose(hidden & (m.second == entry), cut.second, whole)
+    shown = choose(hidden & (m.first == entry), cut.first, of_second)
     return shown.where(at.there).clip(*rooms.VIEW)
 
 
@@ -251,6 +266,7 @@ EXTENTS = Pictures.of(_until_empty(first) for first in range(len(PICTURE_ROWS)))
 FOUR_ROWS = np.lib.stride_tricks.sliding_window_view(np.append(PICTURE_ROWS, (0, 0, 0)), 4) @ (
     1 << 8 * np.arange(4)
 )  # from each byte on, packed, the first one lowest
+THING_COLORS = (ROM.bytes(0xF44 + ENTRY_BYTES + 6, 17, step=ENTRY_BYTES) & ~1).tolist()
 FOURS = np.arange(0, 24, 4)  # rows of the tallest thing in a dark room
 EACH_ROW = 0x01010101
 

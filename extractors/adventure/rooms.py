@@ -16,6 +16,8 @@ COLORS = ROOM_TABLE[:, 2] & ~1
 CONTROLS = ROOM_TABLE[:, 4]  # of each room: bits
 MIRRORED = 1
 IN_FRONT = 4  # walls are in front of things: they have the dark background's colour
+THIN_RIGHT = 64  # a wall of two columns from top to bottom, which is a missile
+THIN_LEFT = 128
 ADDRESSES = ROOM_TABLE[:, 0] | ROOM_TABLE[:, 1] << 8  # of the rooms' pictures
 
 VIEW = (0, 28, 160, 220)
@@ -42,6 +44,8 @@ WALLS = np.stack([_wall_cells(room) for room in range(ROOMS)])
 def _from_cells(cells: np.ndarray) -> np.ndarray:
     """The walls that begin at each cell and go on for two more, one bit a column: `[..., 40]`."""
     columns = np.repeat(cells, CELL_WIDTH, axis=-1)
+    columns[CONTROLS & THIN_LEFT > 0, :, 11:13] = True
+    columns[CONTROLS & THIN_RIGHT > 0, :, 148:150] = True
     padded = np.concatenate((columns, columns[..., : 3 * CELL_WIDTH]), axis=-1)
     starts = CELL_WIDTH * np.arange(CELL_COUNT)[:, None] + np.arange(3 * CELL_WIDTH)
     return (padded[..., starts] << np.arange(3 * CELL_WIDTH)[::-1]).sum(axis=-1)

@@ -114,7 +114,7 @@ def _player_pixels(_: Bitmap, seen: Seen) -> Bitmap:
     return jnp.where(whole, seen.square, seen.player)
 
 
-def _small(mask: Bitmap, seen: Seen) -> Bitmap:
+def _beside_square(mask: Bitmap, seen: Seen) -> Bitmap:
     return mask & ~seen.walls & ~seen.square
 
 
@@ -128,7 +128,7 @@ def _neither(mask: Bitmap, seen: Seen) -> Bitmap:
 
 NOT_WALLS = Searched(look, _no_walls)
 IS_PLAYER = Searched(look, _player_pixels)
-SMALL = Searched(look, _small)
+NOT_SQUARE = Searched(look, _beside_square)
 IS_DOT = Searched(look, _dots_alone)
 COLORED = Searched(look, _neither)
 VIEW = rooms.VIEW
