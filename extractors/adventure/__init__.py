@@ -18,8 +18,7 @@ Covered: all rooms with all things put into them, three games, all difficulties,
 
 Not exact: into a corner, the third frame of a turn may have shown the player four columns aside.
 Neither a thing that hides a part of another, or of the player, nor a wall of its own colour behind
-it makes its box smaller. Bridges in dark rooms have whole rails. Without input for half an hour,
-colours change, which is not followed.
+it makes its box smaller. Bridges in dark rooms have whole rails.
 
 VEM: it does not see the player where less than four lines of him show, things before a wall of
 their own colour, and few parts of things, where the edge or a dark room's walls cut them.
@@ -46,10 +45,19 @@ from ocjax.extractors.adventure.drawn import (
 )
 from ocjax.extractors.adventure.ram import ROM, Ram, Wait
 from ocjax.extractors.adventure.rooms import COLORS, VIEW, row_of, walls_at
-from ocjax.extractors.adventure.vision import COLORED, IS_DOT, IS_PLAYER, NOT_SQUARE, NOT_WALLS
+from ocjax.extractors.adventure.vision import (
+    COLORED,
+    IS_DOT,
+    IS_PLAYER,
+    LAMP,
+    NOT_SQUARE,
+    NOT_WALLS,
+)
 from ocjax.vision.rules import Blobs, Bounds
+from ocjax.vision.shades import Saver
 from ocjax.vision.shapes import Shape
 
+SAVES = 128  # from here on, `saver` changes the colours
 RAILS = (0, 24)  # columns of the bridge's rails
 RAIL_WIDTH = 8
 BRIDGE_HEIGHT = 48
@@ -107,6 +115,10 @@ def _dot(m: Ram, drawn: Drawn, of: Box) -> Box:
     return of.where(jnp.where(drawn.dark, lit & ~on_wall, on_wall))
 
 
+def _saver_key(m: Ram) -> jax.Array:
+    return jnp.where(m.saver >= SAVES, 2 * m.saver & 255, -1)
+
+
 RED = 0x66
 YELLOW = 0x2A
 GREEN = 0x58
@@ -149,6 +161,7 @@ GAME = Game(
     decode=decode,
     screen=(250, 160),
     pal=True,
+    saver=Saver(_saver_key, (20, 120), GREY, mask=0xF6, taken=(LAMP,), beside=(106, 190)),
     categories=(
         Category(
             "Player",

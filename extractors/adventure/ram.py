@@ -83,4 +83,5 @@ class Ram(RamMap):
     last_room = byte(98)  # where the player was on the last frame on which nothing was in his way
     last_x = byte(99)
     flash = byte(101)  # counts turns: half the colour of what flashes
+    saver = byte(102)  # from 128 on: half of what colours are XORed with
     wait = byte(126)

@@ -176,7 +176,7 @@ TURNED = {("DonkeyKong", "Player"): 0.06, ("Kangaroo", "Player"): 0.07, ("TimePi
 
 
 # The savers of some games show these objects in the colours of what is behind them.
-SHOWN_AS_BACKGROUND = {"ChopperCommand": ("EnemyPlane", "MiniEnemy", "MiniTruck")}
+SHOWN_AS_BACKGROUND = {"Adventure": ("BlackBat", "BlackKey", "Gate", "Magnet"), "ChopperCommand": ("EnemyPlane", "MiniEnemy", "MiniTruck")}
 
 
 @pytest.fixture(scope="session")
