@@ -65,7 +65,7 @@ BRIDGE_HEIGHT = 48
 
 def decode(m: Ram) -> dict[str, Box]:
     drawn = as_drawn(m)
-    boxes = functools.partial(thing_box, m, drawn, cut_things(m, drawn))
+    boxes = functools.partial(thing_box, m, drawn, cut_things(drawn))
     flash = _flash_color(m)
     return {
         "Player": _of_color(player_box(drawn), drawn.color),
@@ -131,10 +131,10 @@ FLASHES = tuple(color for color in range(0, 256, 2) if color not in OTHERS)
 WALL_COLORS = tuple(dict.fromkeys(COLORS.tolist()))
 
 field = functools.partial(Blobs, region=VIEW, filters=(NOT_WALLS,))
-SQUARES = (Shape((1, 4), (4, 8)), Shape(4, 2))
+SQUARE_SHAPES = (Shape((2, 4), (2, 8)), Shape(1, (4, 8)))
 small = functools.partial(Blobs, region=VIEW, filters=(NOT_SQUARE,))
 DRAGON_SHAPES = (
-    Shape(8, 8, pixels=(20, 38)),  # first rows above the lower edge
+    Shape(8, 8, pixels=(24, 38)),  # first rows above the lower edge
     Shape(8, 10, pixels=(26, 44)),
     Shape(8, 12, pixels=(32, 46)),
     Shape(8, 14, pixels=(40, 48)),
@@ -151,7 +151,7 @@ GATE_VIEW = (76, 140, 83, 172)
 GATE_SHAPE = Shape(7, (8, 32))
 CHALICE_SHAPE = Shape(8, 18, pixels=68)
 LEVEL_SHAPE = Shape((3, 5), 14)
-BAT_SHAPES = (Shape(8, 14), Shape(8, 22))
+BAT_SHAPES = (Shape(8, 14), Shape(8, 22), Shape(8, (8, 12)))
 
 
 GAME = Game(
@@ -165,7 +165,7 @@ GAME = Game(
     categories=(
         Category(
             "Player",
-            Blobs(WALL_COLORS, VIEW, SQUARES, gap=(1, 2), filters=(IS_PLAYER,)),
+            Blobs(WALL_COLORS, VIEW, SQUARE_SHAPES, gap=(1, 2), filters=(IS_PLAYER,)),
             doc="the square, in the colour of the walls",
         ),
         Category("RedDragon", field(RED, shapes=RED_SHAPES), blinks=True, doc="Rhindle"),

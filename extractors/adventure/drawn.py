@@ -50,9 +50,35 @@ MOST_X = 0x9E
 WRAPPED = 0xF0  # from here on, `x` is less than 0
 
 # The pictures of things, all of which end with an empty row.
-PICTURE_ROWS_AT = 0xFB18
-PICTURE_ROWS = ROM.bytes(0xB18, 0x304)
+PICTURE_ROWS_AT = 0xFB15  # three bytes before the first one
+PICTURE_ROWS = ROM.bytes(0xB15, 0x307)
 ROW_LINES = 2
+
+
+def _until_empty(first: int) -> np.ndarray:
+    """The rows of the picture that begins there, up to the empty one."""
+    rest = PICTURE_ROWS[first:]
+    ends = np.flatnonzero(rest == 0)
+    return rest[: ends[0]] if len(ends) else rest
+
+
+EXTENTS = Pictures.of(_until_empty(first) for first in range(len(PICTURE_ROWS)))
+FOUR_ROWS = np.lib.stride_tricks.sliding_window_view(np.append(PICTURE_ROWS, (0, 0, 0)), 4) @ (
+    1 << 8 * np.arange(4)
+)  # from each byte on, packed, the first one lowest
+
+TOP_Y = 0x69  # things further up are moved down to it
+SECOND_TOP_Y = 0x68  # of the second thing that is drawn
+
+
+class Sprite(NamedTuple):
+    """One of the two things that are drawn."""
+
+    x: jax.Array
+    y: jax.Array
+    picture: jax.Array  # index in PICTURE_ROWS
+    rows: jax.Array
+    solid: jax.Array  # whether it is a thing of usual width
 
 
 class Drawn(NamedTuple):
@@ -63,25 +89,52 @@ class Drawn(NamedTuple):
     color: jax.Array  # of walls and player
     x: jax.Array  # of the player
     y: jax.Array
+    first: Sprite
+    second: Sprite
 
 
 def as_drawn(m: Ram) -> Drawn:
-    """The room on the screen, and where the player was in it."""
+    """The room on the screen, and where the player and two things were in it."""
     known = lookup(rooms.ADDRESSES & 0xFFF, m.room) == (m.walls_low | m.walls_high << 8) & 0xFFF
     room = jnp.where((m.wait == Wait.THIRD) | ~known, m.last_room, m.room)
     room = jnp.minimum(room, rooms.ROOMS - 1)
     y = 230 - 2 * m.drawn_y
     dark, color = rooms.hides_things(room), lookup(rooms.COLORS, room)
-    return Drawn(room, dark, color, _player_x(m, room, y) - 2, y)
+    first = _sprite_of(m.first, m.first_x, jnp.minimum(m.first_y, TOP_Y), first_address(m))
+    second = _sprite_of(
+        m.second, m.second_x, jnp.minimum(m.second_y, SECOND_TOP_Y), second_address(m)
+    )
+    return Drawn(room, dark, color, _player_x(m, room, y, (first, second)) - 2, y, first, second)
 
 
-def _blocked(room: jax.Array, x: jax.Array, y: jax.Array) -> jax.Array:
-    """Whether the player runs into a wall there."""
+def first_address(m: Ram) -> jax.Array:
+    return m.first_page << 8 | m.first_picture
+
+
+def second_address(m: Ram) -> jax.Array:
+    return m.second_page << 8 | m.second_picture
+
+
+def _sprite_of(entry: jax.Array, x: jax.Array, y: jax.Array, address: jax.Array) -> Sprite:
+    picture = address - PICTURE_ROWS_AT
+    *_, rows = EXTENTS.extent(picture)
+    nothing = (entry == Shown.LIGHT) | (entry == ENTRY_BYTES * (BRIDGE + 1))
+    return Sprite(x - 1, 238 - 2 * y, picture, rows, ~nothing)
+
+
+def _blocked(
+    room: jax.Array, x: jax.Array, y: jax.Array, sprites: tuple[Sprite, Sprite]
+) -> jax.Array:
+    """Whether the player runs into a wall or a thing there."""
     upper, lower = (rooms.walls_at(room, rooms.row_of(line), x - 2) for line in (y, y + 7))
-    return (upper | lower) > 15
+    first, second = (
+        s.solid & (abs(2 * (x - s.x) - 8) < 12) & (y + 8 > s.y) & (y < s.y + ROW_LINES * s.rows)
+        for s in sprites
+    )
+    return ((upper | lower) > 15) | first | second
 
 
-def _player_x(m: Ram, room: jax.Array, y: jax.Array) -> jax.Array:
+def _player_x(m: Ram, room: jax.Array, y: jax.Array, sprites: tuple[Sprite, Sprite]) -> jax.Array:
     """The column from which he was drawn, plus 2."""
     right, left, up, down = (
         (m.stick & bit) == 0 for bit in (Push.RIGHT, Push.LEFT, Push.UP, Push.DOWN)
@@ -93,7 +146,7 @@ def _player_x(m: Ram, room: jax.Array, y: jax.Array) -> jax.Array:
     )
     _, yellow, green = m.dragon
     eaten = (yellow == Mouth.FULL) | (green == Mouth.FULL)
-    in_corner = _blocked(room, moved, y) & _blocked(room, m.last_x, moved_y)
+    in_corner = _blocked(room, moved, y, sprites) & _blocked(room, m.last_x, moved_y, sprites)
     return match(
         ((m.wait == Wait.FIRST) | ((m.wait == Wait.THIRD) & (eaten | in_corner)), turned),
         (m.wait == Wait.THIRD, m.last_x),
@@ -101,19 +154,25 @@ def _player_x(m: Ram, room: jax.Array, y: jax.Array) -> jax.Array:
     )
 
 
+def _over_player(sprite: Sprite, drawn: Drawn) -> jax.Array:
+    """The dots of a thing that are before the player: four bits for each of his four rows."""
+    row = drawn.y - sprite.y >> 1
+    dots = lookup(FOUR_ROWS, sprite.picture + row) >> 8 * np.arange(4) & 255
+    there = (row + np.arange(4) >= 0) & (row + np.arange(4) < sprite.rows) & sprite.solid
+    aside = jnp.clip(drawn.x - sprite.x, -4, 8)
+    return when(there, dots << 4 >> 8 - aside & 15)
+
+
 def player_box(drawn: Drawn) -> Box:
     """What shows of the player, who has the colour of the walls."""
-    x, y = drawn.x, drawn.y
-    upper, lower = rooms.row_of(y), rooms.row_of(y + 7)
-    free_above = ~rooms.walls_at(drawn.room, upper, x) >> 4 & 15
-    free_below = ~rooms.walls_at(drawn.room, lower, x) >> 4 & 15
-    free = free_above | free_below
-    left = match(*((free >= limit, i) for i, limit in enumerate((8, 4, 2))), otherwise=3)
-    right = match(*((free & (1 << i) > 0, 4 - i) for i in range(4)), otherwise=0)
-    next_row = rooms.ROW_HEIGHT * lower + rooms.BEFORE_ROWS
-    top = jnp.where(free_above > 0, y, next_row)
-    bottom = jnp.where((free_below > 0) | (upper == lower), y + 8, next_row)
-    return edges(x + left, top, x + right, bottom, free > 0).clip(*rooms.VIEW)
+    line = drawn.y + ROW_LINES * np.arange(4)
+    walls = rooms.walls_at(drawn.room, rooms.row_of(line), drawn.x) >> 4
+    before = _over_player(drawn.first, drawn) | _over_player(drawn.second, drawn)
+    seen = ~(walls | when(~drawn.dark, before)) & 15
+    top, bottom = extremes(seen > 0, line, line + ROW_LINES)
+    ink = jax.lax.reduce(seen, np.int32(0), jax.lax.bitwise_or, (0,))
+    left, right = clz(ink) - 28, 4 - (31 - clz(ink & -ink))
+    return edges(drawn.x + left, top, drawn.x + right, bottom, ink > 0).clip(*rooms.VIEW)
 
 
 class Place(NamedTuple):
@@ -168,8 +227,6 @@ class Low:  # low bytes of the addresses of things with several pictures
 
 GATE_STEPS = 12
 BAT_UP_MOST = 3  # `Ram.bat` of the first picture
-TOP_Y = 0x69  # things further up are moved down to it
-SECOND_TOP_Y = 0x68  # of the second thing that is drawn
 BOTTOM_Y = 9  # nothing is drawn of things further down
 FAR_Y = 0xE8  # nor of those beyond
 
@@ -236,12 +293,8 @@ class Cuts(NamedTuple):
     second: Box
 
 
-def cut_things(m: Ram, drawn: Drawn) -> Cuts:
-    first, second = jnp.minimum(m.first_y, TOP_Y), jnp.minimum(m.second_y, SECOND_TOP_Y)
-    return Cuts(
-        _uncovered(m.first_x, first, m.first_page << 8 | m.first_picture, drawn),
-        _uncovered(m.second_x, second, m.second_page << 8 | m.second_picture, drawn),
-    )
+def cut_things(drawn: Drawn) -> Cuts:
+    return Cuts(_uncovered(drawn.first, drawn.room), _uncovered(drawn.second, drawn.room))
 
 
 def thing_box(m: Ram, drawn: Drawn, cut: Cuts, number: int) -> Box:
@@ -255,17 +308,6 @@ def thing_box(m: Ram, drawn: Drawn, cut: Cuts, number: int) -> Box:
     return shown.where(at.there).clip(*rooms.VIEW)
 
 
-def _until_empty(first: int) -> np.ndarray:
-    """The rows of the picture that begins there, up to the empty one."""
-    rest = PICTURE_ROWS[first:]
-    ends = np.flatnonzero(rest == 0)
-    return rest[: ends[0]] if len(ends) else rest
-
-
-EXTENTS = Pictures.of(_until_empty(first) for first in range(len(PICTURE_ROWS)))
-FOUR_ROWS = np.lib.stride_tricks.sliding_window_view(np.append(PICTURE_ROWS, (0, 0, 0)), 4) @ (
-    1 << 8 * np.arange(4)
-)  # from each byte on, packed, the first one lowest
 THING_COLORS = (ROM.bytes(0xF44 + ENTRY_BYTES + 6, 17, step=ENTRY_BYTES) & ~1).tolist()
 FOURS = np.arange(0, 24, 4)  # rows of the tallest thing in a dark room
 EACH_ROW = 0x01010101
@@ -277,25 +319,23 @@ def _until(row: jax.Array) -> jax.Array:
     return jnp.where(rows == 4, -1, (1 << 8 * (rows & 3)) - 1)
 
 
-def _rows_left(picture: jax.Array, x: jax.Array, y: jax.Array, drawn: Drawn) -> jax.Array:
+def _rows_left(sprite: Sprite, room: jax.Array) -> jax.Array:
     """What the walls of a dark room leave of the rows of a picture: four in each of six words."""
-    row = rooms.row_of(y)
-    first, second, third = rooms.walls_at(drawn.room, row + np.arange(3), x) * EACH_ROW
-    second_from = (rooms.ROW_HEIGHT * (row + 1) + rooms.BEFORE_ROWS - y) >> 1
+    row = rooms.row_of(sprite.y)
+    first, second, third = rooms.walls_at(room, row + np.arange(3), sprite.x) * EACH_ROW
+    second_from = (rooms.ROW_HEIGHT * (row + 1) + rooms.BEFORE_ROWS - sprite.y) >> 1
     above_second, above_third = (
         _until(second_from),
         _until(second_from + rooms.ROW_HEIGHT // ROW_LINES),
     )
     walls = first & above_second | ~above_second & (second & above_third | third & ~above_third)
-    *_, rows = EXTENTS.extent(picture)
-    visible = _until(jnp.minimum(rows, (rooms.VIEW[3] - y) >> 1))
-    return lookup(FOUR_ROWS, picture + FOURS) & ~walls & visible
+    visible = _until(jnp.minimum(sprite.rows, (rooms.VIEW[3] - sprite.y) >> 1))
+    return lookup(FOUR_ROWS, sprite.picture + FOURS) & ~walls & visible
 
 
-def _uncovered(thing_x: jax.Array, thing_y: jax.Array, address: jax.Array, drawn: Drawn) -> Box:
-    """What the walls of a dark room leave of a thing."""
-    x, y = thing_x - 1, 238 - 2 * thing_y
-    seen = _rows_left(address - PICTURE_ROWS_AT, x, y, drawn)
+def _uncovered(sprite: Sprite, room: jax.Array) -> Box:
+    """What walls leave of a thing."""
+    x, y, seen = sprite.x, sprite.y, _rows_left(sprite, room)
     first, last = FOURS + (31 - clz(seen & -seen) >> 3), FOURS + (31 - clz(seen) >> 3)
     top, bottom = extremes(seen != 0, first, last + 1)
     ink = jax.lax.reduce(seen, np.int32(0), jax.lax.bitwise_or, (0,))
