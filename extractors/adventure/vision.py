@@ -24,16 +24,18 @@ STARTS = (27, 44, 76, 108, 140, 172, 204, 221)  # of the rows of walls, and the 
 THIN_LEFT = bm.areas(1, ((11, 0, 12, 1), (148, 0, 149, 1)))  # columns of the thin walls
 THIN_RIGHT = bm.areas(1, ((12, 0, 13, 1), (149, 0, 150, 1)))
 THIN_LINE = 27  # walls begin on it, and things on the next one
-SQUARE = (4, 8)
+WHOLE = (4, 8)  # size of the player
+UPRIGHT = (1, 4)  # of the least part that is taken before others
 FIRST_OF_CELL = np.uint32(0x11111111)
 
 
-class Seen(NamedTuple):
+class Found(NamedTuple):
     """Pixels of frames."""
 
     walls: Bitmap
-    player: Bitmap  # pixels of the walls' colour that are no walls
+    loose: Bitmap  # pixels of the walls' colour that are no walls
     square: Bitmap  # those of them that fill the player's square
+    player: Bitmap  # those that are most likely his
     dot: Bitmap  # single dots of the walls' colour on the background, or the other way round
     thin: Bitmap  # the columns of a thin wall, which has the first thing's colour, or the second's
 
@@ -66,11 +68,13 @@ def _open_cells(background: Bitmap) -> Bitmap:
     return jnp.concatenate(parts, axis=1)
 
 
-def look(planes: jax.Array) -> Seen:
+def look(planes: jax.Array) -> Found:
     """Find walls, the player and the dot."""
     same, ground = materialize(_masks, planes)
-    seen = materialize(_sort_out, same, ground, materialize(_open_cells, ground))
-    return seen._replace(square=materialize(_squares, seen.player))
+    is_open = materialize(_open_cells, ground)
+    walls, loose, dot, thin = materialize(_sort_out, same, ground, is_open)
+    square, tall = materialize(_squares, loose)
+    return Found(walls, loose, square, materialize(_likeliest, loose, square, tall), dot, thin)
 
 
 def _masks(planes: jax.Array) -> tuple[Bitmap, Bitmap]:
@@ -87,43 +91,54 @@ def _within(pixels: Bitmap) -> Bitmap:
     return across[0] & across[1] & bm.shift_up(pixels, 2) & bm.shift_down(pixels, 2)
 
 
-def _sort_out(same: Bitmap, ground: Bitmap, is_open: Bitmap) -> Seen:
+def _sort_out(same: Bitmap, ground: Bitmap, is_open: Bitmap) -> tuple[Bitmap, ...]:
+    """Walls, loose pixels, dots and the columns of thin walls, as of `Found`."""
     lines = jnp.any(ground > 0, axis=0, keepdims=True)
     columns = bm.or_rows(ground)[:, None]
     dot = (ground & _within(same)) | (same & _within(ground))
-    player = jnp.where(lines, same & is_open & columns & ~dot, 0)
+    loose = jnp.where(lines, same & is_open & columns & ~dot, 0)
     thin = ~same[:, THIN_LINE : THIN_LINE + 1] & (THIN_LEFT | THIN_RIGHT)
-    return Seen(same & ~is_open, player, player, dot, thin)
+    return same & ~is_open, loose, dot, thin
 
 
-def _squares(pixels: Bitmap) -> Bitmap:
-    """The pixels of the whole player, also where a thing of his colour touches him."""
-    corners = bm.all_within(pixels, *SQUARE)
-    return bm.any_within(corners, *SQUARE)
+def _opened(pixels: Bitmap, size: tuple[int, int]) -> Bitmap:
+    """The pixels in filled rectangles of a size."""
+    return bm.any_within(bm.all_within(pixels, *size), *size)
 
 
-def _no_walls(mask: Bitmap, seen: Seen) -> Bitmap:
-    free = mask & ~seen.walls
+def _squares(loose: Bitmap) -> tuple[Bitmap, Bitmap]:
+    """The whole player, also where a thing of his colour touches him, and what is upright."""
+    return _opened(loose, WHOLE), _opened(loose, UPRIGHT)
+
+
+def _likeliest(loose: Bitmap, square: Bitmap, tall: Bitmap) -> Bitmap:
+    """The whole player if he is there, or parts that are upright, or all that may be parts."""
+    near = loose & bm.spread(bm.spread(tall))
+    is_whole, is_upright = (jnp.any(b > 0, axis=(0, 1), keepdims=True) for b in (square, near))
+    return jnp.where(is_whole, square, jnp.where(is_upright, near, loose))
+
+
+def _no_walls(mask: Bitmap, found: Found) -> Bitmap:
+    free = mask & ~found.walls
     beside = bm.shift_right(free, 1) & THIN_LEFT | bm.shift_left(free, 1) & THIN_RIGHT
     wide = bm.shift_left(beside, 1) | bm.shift_right(beside, 1) | beside
-    return free & (wide | ~seen.thin)
+    return free & (wide | ~found.thin)
 
 
-def _player_pixels(_: Bitmap, seen: Seen) -> Bitmap:
-    whole = jnp.any(seen.square > 0, axis=(0, 1), keepdims=True)
-    return jnp.where(whole, seen.square, seen.player)
+def _player_pixels(_: Bitmap, found: Found) -> Bitmap:
+    return found.player
 
 
-def _beside_square(mask: Bitmap, seen: Seen) -> Bitmap:
-    return mask & ~seen.walls & ~seen.square
+def _beside_square(mask: Bitmap, found: Found) -> Bitmap:
+    return mask & ~found.walls & ~found.square
 
 
-def _dots_alone(mask: Bitmap, seen: Seen) -> Bitmap:
-    return mask & seen.dot
+def _dots_alone(mask: Bitmap, found: Found) -> Bitmap:
+    return mask & found.dot
 
 
-def _neither(mask: Bitmap, seen: Seen) -> Bitmap:
-    return mask & ~seen.walls & ~seen.player
+def _neither(mask: Bitmap, found: Found) -> Bitmap:
+    return mask & ~found.walls & ~found.loose
 
 
 NOT_WALLS = Searched(look, _no_walls)
