@@ -7,7 +7,7 @@ and walls hide things. BridgeEdge is a rail of the bridge. Dot is grey and shows
 or light. Level is the number on the menu, and Author the name in the secret room. Thin walls at
 the sides are scenery.
 
-Slots: a Gate is the yellow, the white and the black castle's. A bridge has its left rail first.
+Slots: a bridge's left rail is first.
 
 RAM: the disassembly in milnak/atari-vcs-disassembly names the bytes, and the ROM's code tells when
 they change. Two things are drawn, for three frames (a turn); if a room has more, they take turns.
@@ -16,12 +16,12 @@ tells the frame of the turn, and so how far the player has moved since (F32B-F36
 
 Covered: all rooms with all things put into them, three games, all difficulties, both endings.
 
-Not exact: into a corner, the third frame of a turn may have shown the player four columns aside.
-Neither a thing that hides a part of another, or of the player, nor a wall of its own colour behind
-it makes its box smaller. Bridges in dark rooms have whole rails.
+Not exact: a thing that hides a part of another one does not make its box smaller. In a corner, it
+is a guess where the third frame of a turn has shown the player. Bridges hide nothing, and in dark
+rooms their rails are whole.
 
-VEM: it does not see the player where less than four lines of him show, things before a wall of
-their own colour, and few parts of things, where the edge or a dark room's walls cut them.
+VEM: it sees few parts of things that the edge or walls cut, and black things that touch each other
+as none.
 """
 
 import functools
@@ -30,7 +30,7 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
+from ocjax.console.boxes import Box, box, choose
 from ocjax.console.ops import match
 from ocjax.console.registers import modulo_screen
 from ocjax.extraction.game import Category, Game
@@ -61,6 +61,8 @@ SAVES = 128  # from here on, `saver` changes the colours
 RAILS = (0, 24)  # columns of the bridge's rails
 RAIL_WIDTH = 8
 BRIDGE_HEIGHT = 48
+YELLOW_CASTLE = 0x11  # rooms
+WHITE_CASTLE = 0x0F
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -80,7 +82,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "BlackBat": boxes(thing.BAT),
         "Magnet": boxes(thing.MAGNET),
         "Chalice": _of_color(boxes(thing.CHALICE), flash),
-        "Gate": _stacked([boxes(gate) for gate in thing.GATES]),
+        "Gate": _choose_gate(drawn, [boxes(number) for number in thing.GATES]),
         "Dot": _dot(m, drawn, boxes(thing.DOT)),
         "Level": boxes(thing.LEVEL),
         "Author": _of_color(boxes(thing.AUTHOR), flash),
@@ -103,8 +105,11 @@ def _bridge_box(m: Ram, drawn: Drawn) -> Box:
     return box(left, at.y, RAIL_WIDTH, BRIDGE_HEIGHT, at.there).clip(*VIEW)
 
 
-def _stacked(boxes: list[Box]) -> Box:
-    return jax.tree.map(lambda *sides: jnp.stack(sides), *boxes)
+def _choose_gate(drawn: Drawn, boxes: list[Box]) -> Box:
+    """The gate of the castle on the screen."""
+    of_yellow, of_white, of_black = boxes
+    not_yellow = choose(drawn.room == WHITE_CASTLE, of_white, of_black)
+    return choose(drawn.room == YELLOW_CASTLE, of_yellow, not_yellow)
 
 
 def _dot(m: Ram, drawn: Drawn, of: Box) -> Box:
@@ -131,27 +136,34 @@ FLASHES = tuple(color for color in range(0, 256, 2) if color not in OTHERS)
 WALL_COLORS = tuple(dict.fromkeys(COLORS.tolist()))
 
 field = functools.partial(Blobs, region=VIEW, filters=(NOT_WALLS,))
-SQUARE_SHAPES = (Shape((2, 4), (2, 8)), Shape(1, (4, 8)))
 small = functools.partial(Blobs, region=VIEW, filters=(NOT_SQUARE,))
-DRAGON_SHAPES = (
+SQUARE_SHAPES = (Shape((2, 4), (2, 8)), Shape(1, (4, 8)))
+SQUARES = Blobs(WALL_COLORS, VIEW, SQUARE_SHAPES, gap=(1, 2), filters=(IS_PLAYER,))
+RED_SHAPES = (Shape((5, 8), (2, 44)), Shape((1, 8), (9, 44)))
+YELLOW_SHAPES = (
     Shape(8, 8, pixels=(24, 38)),  # first rows above the lower edge
     Shape(8, 10, pixels=(26, 44)),
     Shape(8, 12, pixels=(32, 46)),
     Shape(8, 14, pixels=(40, 48)),
     Shape((2, 8), (15, 44)),
 )
-RED_SHAPES = (Shape((5, 8), (2, 44)), Shape((1, 8), (9, 44)))
 GREEN_SHAPES = (Shape((6, 8), (6, 44)), Shape((2, 8), (15, 44)))
+SWORD = small(YELLOW, shapes=Shape(8, 10, pixels=24))
+RAIL_SHAPE = Shape((4, 8), (10, 48))
 KEY_SHAPE = Shape(8, 6, pixels=30)
-KEY_SHAPES = (KEY_SHAPE, Shape((5, 7), 6, pixels=(14, 26)))
-WHITE_SHAPE = Shape((1, 8), (2, 6))
-SWORD_SHAPE = Shape(8, 10, pixels=24)
-MAGNET_SHAPE = Shape(8, 16, pixels=72)
-GATE_VIEW = (76, 140, 83, 172)
-GATE_SHAPE = Shape(7, (8, 32))
-CHALICE_SHAPE = Shape(8, 18, pixels=68)
-LEVEL_SHAPE = Shape((3, 5), 14)
-BAT_SHAPES = (Shape(8, 14), Shape(8, 22), Shape(8, (8, 12)))
+YELLOW_KEY = small(YELLOW, shapes=(KEY_SHAPE, Shape((5, 7), 6, pixels=(14, 26))))
+WHITE_KEY = field(WHITE, shapes=Shape((1, 8), (2, 6)))
+BLACK_KEY = small(BLACK, shapes=KEY_SHAPE)
+BATS = field(BLACK, shapes=(Shape(8, 14), Shape(8, 22), Shape(8, (8, 12))), gap=(1, 2))
+MAGNET = field(BLACK, shapes=Shape(8, 16, pixels=72))
+CHALICE = Blobs(FLASHES, VIEW, Shape(8, 18, pixels=68), filters=(COLORED,))
+GATE = Bounds(BLACK, (76, 140, 83, 172), (7, 8), (7, 32), filters=(NOT_WALLS,))
+DOT_ALONE = Bounds(GREY, VIEW, (1, 2), (1, 2), filters=(IS_DOT,))
+NUMBER = Bounds(GREEN, (79, 110, 87, 124), (3, 14), (5, 14))
+NAME = Bounds(FLASHES, (79, 28, 87, 220), (8, 180), filters=(COLORED,))
+
+# What may share a room with two others takes turns.
+taking_turns = functools.partial(Category, blinks=True)
 
 
 GAME = Game(
@@ -163,63 +175,21 @@ GAME = Game(
     pal=True,
     saver=Saver(_saver_key, (20, 120), GREY, mask=0xF6, taken=(LAMP,), beside=(106, 190)),
     categories=(
-        Category(
-            "Player",
-            Blobs(WALL_COLORS, VIEW, SQUARE_SHAPES, gap=(1, 2), filters=(IS_PLAYER,)),
-            doc="the square, in the colour of the walls",
-        ),
-        Category("RedDragon", field(RED, shapes=RED_SHAPES), blinks=True, doc="Rhindle"),
-        Category("YellowDragon", field(YELLOW, shapes=DRAGON_SHAPES), blinks=True, doc="Yorgle"),
-        Category("GreenDragon", field(GREEN, shapes=GREEN_SHAPES), blinks=True, doc="Grundle"),
-        Category(
-            "DragonSword", small(YELLOW, shapes=SWORD_SHAPE), blinks=True, doc="it kills dragons"
-        ),
-        Category(
-            "BridgeEdge",
-            field(PURPLE, shapes=Shape((4, 8), (10, 48))),
-            count=2,
-            blinks=True,
-            doc="the rails of the bridge",
-        ),
-        Category(
-            "YellowKey", small(YELLOW, shapes=KEY_SHAPES), blinks=True, doc="of the yellow castle"
-        ),
-        Category(
-            "WhiteKey", field(WHITE, shapes=WHITE_SHAPE), blinks=True, doc="of the white castle"
-        ),
-        Category(
-            "BlackKey", small(BLACK, shapes=KEY_SHAPE), blinks=True, doc="of the black castle"
-        ),
-        Category(
-            "BlackBat", field(BLACK, shapes=BAT_SHAPES, gap=(1, 2)), blinks=True, doc="it steals"
-        ),
-        Category(
-            "Magnet", field(BLACK, shapes=MAGNET_SHAPE), blinks=True, doc="it draws things near"
-        ),
-        Category(
-            "Chalice",
-            Blobs(FLASHES, VIEW, CHALICE_SHAPE, filters=(COLORED,)),
-            blinks=True,
-            doc="it flashes",
-        ),
-        Category(
-            "Gate",
-            replace(field(BLACK, shapes=GATE_SHAPE), region=GATE_VIEW),
-            count=3,
-            blinks=True,
-            doc="of the castles",
-        ),
-        Category(
-            "Dot",
-            Blobs(GREY, VIEW, Shape(1, 2), filters=(IS_DOT,)),
-            blinks=True,
-            doc="the secret key",
-        ),
-        Category("Level", field(GREEN, shapes=LEVEL_SHAPE), doc="the number on the menu"),
-        Category(
-            "Author",
-            Bounds(FLASHES, (79, 28, 87, 220), (8, 180), filters=(COLORED,)),
-            doc="the name in the secret room",
-        ),
+        Category("Player", SQUARES, doc="the square, in the colour of the walls"),
+        taking_turns("RedDragon", field(RED, shapes=RED_SHAPES), doc="Rhindle"),
+        taking_turns("YellowDragon", field(YELLOW, shapes=YELLOW_SHAPES), doc="Yorgle"),
+        taking_turns("GreenDragon", field(GREEN, shapes=GREEN_SHAPES), doc="Grundle"),
+        taking_turns("DragonSword", SWORD, doc="it kills dragons"),
+        taking_turns("BridgeEdge", field(PURPLE, shapes=RAIL_SHAPE), count=2, doc="the rails"),
+        taking_turns("YellowKey", YELLOW_KEY, doc="of the yellow castle"),
+        taking_turns("WhiteKey", WHITE_KEY, doc="of the white castle"),
+        taking_turns("BlackKey", BLACK_KEY, doc="of the black castle"),
+        taking_turns("BlackBat", BATS, doc="it steals"),
+        taking_turns("Magnet", MAGNET, doc="it draws things near"),
+        taking_turns("Chalice", CHALICE, doc="it flashes"),
+        taking_turns("Gate", GATE, doc="of a castle"),
+        taking_turns("Dot", DOT_ALONE, doc="the secret key"),
+        Category("Level", NUMBER, doc="the number on the menu"),
+        Category("Author", NAME, doc="the name in the secret room"),
     ),
 )
