@@ -159,7 +159,7 @@ MAGNET = field(BLACK, shapes=Shape(8, 16, pixels=72))
 CHALICE = Blobs(FLASHES, VIEW, Shape(8, 18, pixels=68), filters=(COLORED,))
 GATE = Bounds(BLACK, (76, 140, 83, 172), (7, 8), (7, 32), filters=(NOT_WALLS,))
 DOT_ALONE = Bounds(GREY, VIEW, (1, 2), (1, 2), filters=(IS_DOT,))
-NUMBER = Bounds(GREEN, (79, 110, 87, 124), (3, 14), (5, 14))
+LEVEL_NUMBER = Bounds(GREEN, (79, 110, 87, 124), (3, 14), (5, 14))
 NAME = Bounds(FLASHES, (79, 28, 87, 220), (8, 180), filters=(COLORED,))
 
 # What may share a room with two others takes turns.
@@ -189,7 +189,7 @@ GAME = Game(
         taking_turns("Chalice", CHALICE, doc="it flashes"),
         taking_turns("Gate", GATE, doc="of a castle"),
         taking_turns("Dot", DOT_ALONE, doc="the secret key"),
-        Category("Level", NUMBER, doc="the number on the menu"),
+        Category("Level", LEVEL_NUMBER, doc="the number on the menu"),
         Category("Author", NAME, doc="the name in the secret room"),
     ),
 )
