@@ -14,7 +14,7 @@ they change. Two things are drawn, for three frames (a turn); if a room has more
 Things that this turn does not show are where their records are now. A return address on the stack
 tells the frame of the turn, and so how far the player has moved since (F32B-F362).
 
-Covered: all rooms with all things put into them, three games, all difficulties, both endings.
+Covered: all rooms with all things put into them, three games, all difficulties, lost games.
 
 Not exact: a thing that hides a part of another one does not make its box smaller. In a corner, it
 is a guess where the third frame of a turn has shown the player. Bridges hide nothing, and in dark
@@ -31,7 +31,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box, choose
-from ocjax.console.ops import match
+from ocjax.console.ops import when
 from ocjax.console.registers import modulo_screen
 from ocjax.extraction.game import Category, Game
 from ocjax.extractors.adventure import ram as thing
@@ -95,8 +95,7 @@ def _of_color(of: Box, color: jax.Array) -> Box:
 
 def _flash_color(m: Ram) -> jax.Array:
     """The colour of what flashes: it changes before the first frame of a turn."""
-    ahead = match((m.wait == Wait.THIRD, 1), (m.wait == Wait.WON, 2), otherwise=0)
-    return 2 * (m.flash - ahead) & 255
+    return 2 * (m.flash - when(m.wait == Wait.THIRD, 1)) & 255
 
 
 def _bridge_box(m: Ram, drawn: Drawn) -> Box:

@@ -38,7 +38,6 @@ class Wait:  # of `Ram.wait`: the return address's low byte while the game waits
     THIRD = 45  # it has drawn the third frame of a turn, and the player has moved since
     FIRST = 65  # the first frame; the player has moved if he had run into something
     SECOND = 83
-    WON = 103  # a frame after the game is over
 
 
 class Push:  # bits of `Ram.stick`; 0 where it is pushed
