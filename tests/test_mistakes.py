@@ -41,7 +41,7 @@ MISTAKES = (
     # The name of a game.
     ("ocjax.load('Pongg')", ValueError, "did you mean Pong"),
     ("ocjax.load('Tetris')", ValueError, "ALE has this game, but ocjax does not support it"),
-    ("ocjax.load('Chess')", ValueError, "no game 'Chess': there are AirRaid, Alien, Amidar"),
+    ("ocjax.load('Chess')", ValueError, "no game 'Chess': there are Adventure, AirRaid, Alien"),
     ("ocjax.load(3)", TypeError, "a game's name must be a string such as 'Pong', got 3"),
     ("gymnasium.make('ocjax/Pongg-v5')", gymnasium.error.NameNotFound, "Did you mean: `Pong`"),
     ("gymnasium.make('ocjax/Pong-v9')", gymnasium.error.VersionNotFound, "`v0`, `v4`, `v5`"),

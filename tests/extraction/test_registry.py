@@ -66,7 +66,7 @@ def test_names_are_known_without_jax():
     """`import ocjax` registers the environments and knows the games in a fraction of the time that JAX needs."""
     code = "import sys, gymnasium, ocjax; print(ocjax.games()[0], 'ocjax/Pong-v5' in gymnasium.registry, 'jax' in sys.modules)"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert run.stdout.split() == ["AirRaid", "True", "False"]
+    assert run.stdout.split() == ["Adventure", "True", "False"]
 
 
 def test_public_modules_are_attributes():

@@ -38,6 +38,7 @@ STALE = {
 }
 # Least F1 of the methods in unusual states, where some objects are covered or blink, or the frame is older than the RAM.
 UNUSUAL = {
+    "Adventure": 0.8,  # three things that take turns of three frames, and dark rooms' walls before them
     "Amidar": 0.95,
     "Asteroids": 0.95,
     "Berzerk": 0.92,
@@ -50,10 +51,12 @@ UNUSUAL = {
     "PrivateEye": 0.95,
     "Venture": 0.93,
 }
+IN_TURNS = {"Adventure": 0.97}  # where things take turns of three frames, and many rooms have three
 # Samples of unusual states whose score is another one: of two players, or while no score is shown.
 SCORED_OTHERWISE = {"Bowling": {"PlayerScore": 1}, "Jamesbond": {"Score": 1}, "MarioBros": {"Score": 9}}
 # Objects that the other recordings hardly show, or that are easily taken for others.
 RARE = {
+    "Adventure": ("Author", "Chalice", "Gate", "WhiteKey"),
     "BankHeist": ("Points", "Police"),
     "BattleZone": ("Red_Thing",),
     "BeamRider": ("Torpedos", "Player_Projectile"),
@@ -174,7 +177,7 @@ TURNED = {("DonkeyKong", "Player"): 0.06, ("Kangaroo", "Player"): 0.07, ("TimePi
 
 
 # The savers of some games show these objects in the colours of what is behind them.
-SHOWN_AS_BACKGROUND = {"ChopperCommand": ("EnemyPlane", "MiniEnemy", "MiniTruck")}
+SHOWN_AS_BACKGROUND = {"Adventure": ("BlackBat", "BlackKey", "Gate", "Magnet"), "ChopperCommand": ("EnemyPlane", "MiniEnemy", "MiniTruck")}
 
 
 @pytest.fixture(scope="session")
@@ -219,7 +222,7 @@ def test_methods_agree(game, detected):
     whole, each = counts.sum(), counts.sum(axis=0)
     # What blinks is hidden for longer than the two frames that are compared.
     least = 0.98 if any(c.blinks for c in game.categories) else 0.99
-    assert whole.f1 >= least, list(zip(game.slices, each.precision.round(3), each.recall.round(3), strict=True))
+    assert whole.f1 >= IN_TURNS.get(game.name, least), list(zip(game.slices, each.precision.round(3), each.recall.round(3), strict=True))
     assert whole.mean_iou >= 0.95
 
 

@@ -1,0 +1,194 @@
+"""Adventure: a square in a land of castles and mazes, who is to bring home a chalice.
+
+Screen: a room, whose walls have one colour on grey; Player is a square of their colour. Dragons, a
+bat, keys and what else there is are sprites before the walls. Each castle has a Gate. Dark rooms
+have walls as grey as the ground: what lights them round the player is a sprite, too, and scenery,
+and walls hide things. BridgeEdge is a rail of the bridge. Dot is grey and shows only before walls
+or light. Level is the number on the menu, and Author the name in the secret room. Thin walls at
+the sides are scenery.
+
+Slots: a bridge's left rail is first.
+
+RAM: the disassembly in milnak/atari-vcs-disassembly names the bytes, and the ROM's code tells when
+they change. Two things are drawn, for three frames (a turn); if a room has more, they take turns.
+Things that this turn does not show are where their records are now. A return address on the stack
+tells the frame of the turn, and so how far the player has moved since (F32B-F362).
+
+Covered: all rooms with all things put into them, three games, all difficulties, lost games.
+
+Not exact: a thing that hides a part of another one does not make its box smaller. In a corner, it
+is a guess where the third frame of a turn has shown the player. Bridges hide nothing, and in dark
+rooms their rails are whole.
+
+VEM: it sees few parts of things that the edge or walls cut, and black things that touch each other
+as none.
+"""
+
+import functools
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.console.boxes import Box, box, choose
+from ocjax.console.ops import when
+from ocjax.console.registers import modulo_screen
+from ocjax.extraction.game import Category, Game
+from ocjax.extractors.adventure import ram as thing
+from ocjax.extractors.adventure.drawn import (
+    Drawn,
+    as_drawn,
+    cut_things,
+    place_of,
+    player_box,
+    thing_box,
+)
+from ocjax.extractors.adventure.ram import ROM, Ram, Wait
+from ocjax.extractors.adventure.rooms import COLORS, VIEW, row_of, walls_at
+from ocjax.extractors.adventure.vision import (
+    COLORED,
+    IS_DOT,
+    IS_PLAYER,
+    LAMP,
+    NOT_SQUARE,
+    NOT_WALLS,
+)
+from ocjax.vision.rules import Blobs, Bounds
+from ocjax.vision.shades import Saver
+from ocjax.vision.shapes import Shape
+
+SAVES = 128  # from here on, `saver` changes the colours
+RAILS = (0, 24)  # columns of the bridge's rails
+RAIL_WIDTH = 8
+BRIDGE_HEIGHT = 48
+YELLOW_CASTLE = 0x11  # rooms
+WHITE_CASTLE = 0x0F
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    drawn = as_drawn(m)
+    boxes = functools.partial(thing_box, m, drawn, cut_things(drawn))
+    flash = _flash_color(m)
+    return {
+        "Player": _of_color(player_box(drawn), drawn.color),
+        "RedDragon": boxes(thing.RED_DRAGON),
+        "YellowDragon": boxes(thing.YELLOW_DRAGON),
+        "GreenDragon": boxes(thing.GREEN_DRAGON),
+        "DragonSword": boxes(thing.SWORD),
+        "BridgeEdge": _bridge_box(m, drawn),
+        "YellowKey": boxes(thing.YELLOW_KEY),
+        "WhiteKey": boxes(thing.WHITE_KEY),
+        "BlackKey": boxes(thing.BLACK_KEY),
+        "BlackBat": boxes(thing.BAT),
+        "Magnet": boxes(thing.MAGNET),
+        "Chalice": _of_color(boxes(thing.CHALICE), flash),
+        "Gate": _choose_gate(drawn, [boxes(number) for number in thing.GATES]),
+        "Dot": _dot(m, drawn, boxes(thing.DOT)),
+        "Level": boxes(thing.LEVEL),
+        "Author": _of_color(boxes(thing.AUTHOR), flash),
+    }
+
+
+def _of_color(of: Box, color: jax.Array) -> Box:
+    return replace(of, color=color)
+
+
+def _flash_color(m: Ram) -> jax.Array:
+    """The colour of what flashes: it changes before the first frame of a turn."""
+    return 2 * (m.flash - when(m.wait == Wait.THIRD, 1)) & 255
+
+
+def _bridge_box(m: Ram, drawn: Drawn) -> Box:
+    at = place_of(m, drawn, thing.BRIDGE)
+    left = modulo_screen(at.x + 1 + np.array(RAILS))
+    return box(left, at.y, RAIL_WIDTH, BRIDGE_HEIGHT, at.there).clip(*VIEW)
+
+
+def _choose_gate(drawn: Drawn, boxes: list[Box]) -> Box:
+    """The gate of the castle on the screen."""
+    of_yellow, of_white, of_black = boxes
+    not_yellow = choose(drawn.room == WHITE_CASTLE, of_white, of_black)
+    return choose(drawn.room == YELLOW_CASTLE, of_yellow, not_yellow)
+
+
+def _dot(m: Ram, drawn: Drawn, of: Box) -> Box:
+    """It has the background's colour and shows on walls alone, or in a dark room on the light."""
+    on_wall = walls_at(drawn.room, row_of(of.y), of.x) >= 128
+    x, y = of.x - m.light_x, of.y - (238 - 2 * m.light_y)
+    lit = (x >= 0) & (x < 32) & (y >= 0) & (y < 64)
+    return of.where(jnp.where(drawn.dark, lit & ~on_wall, on_wall))
+
+
+def _saver_key(m: Ram) -> jax.Array:
+    return jnp.where(m.saver >= SAVES, 2 * m.saver & 255, -1)
+
+
+RED = 0x66
+YELLOW = 0x2A
+GREEN = 0x58
+PURPLE = 0x86
+WHITE = 0x0E
+BLACK = 0x00
+GREY = 0x08
+OTHERS = (RED, YELLOW, GREEN, GREY)  # dragons that the lower edge cut_things off may have its shape
+FLASHES = tuple(color for color in range(0, 256, 2) if color not in OTHERS)
+WALL_COLORS = tuple(dict.fromkeys(COLORS.tolist()))
+
+field = functools.partial(Blobs, region=VIEW, filters=(NOT_WALLS,))
+small = functools.partial(Blobs, region=VIEW, filters=(NOT_SQUARE,))
+SQUARE_SHAPES = (Shape((2, 4), (2, 8)), Shape(1, (4, 8)))
+SQUARES = Blobs(WALL_COLORS, VIEW, SQUARE_SHAPES, gap=(1, 2), filters=(IS_PLAYER,))
+RED_SHAPES = (Shape((5, 8), (2, 44)), Shape((1, 8), (9, 44)))
+YELLOW_SHAPES = (
+    Shape(8, 8, pixels=(24, 38)),  # first rows above the lower edge
+    Shape(8, 10, pixels=(26, 44)),
+    Shape(8, 12, pixels=(32, 46)),
+    Shape(8, 14, pixels=(40, 48)),
+    Shape((2, 8), (15, 44)),
+)
+GREEN_SHAPES = (Shape((6, 8), (6, 44)), Shape((2, 8), (15, 44)))
+SWORD = small(YELLOW, shapes=Shape(8, 10, pixels=24))
+RAIL_SHAPE = Shape((4, 8), (10, 48))
+KEY_SHAPE = Shape(8, 6, pixels=30)
+YELLOW_KEY = small(YELLOW, shapes=(KEY_SHAPE, Shape((5, 7), 6, pixels=(14, 26))))
+WHITE_KEY = field(WHITE, shapes=Shape((1, 8), (2, 6)))
+BLACK_KEY = small(BLACK, shapes=KEY_SHAPE)
+BATS = field(BLACK, shapes=(Shape(8, 14), Shape(8, 22), Shape(8, (8, 12))), gap=(1, 2))
+MAGNET = field(BLACK, shapes=Shape(8, 16, pixels=72))
+CHALICE = Blobs(FLASHES, VIEW, Shape(8, 18, pixels=68), filters=(COLORED,))
+GATE = Bounds(BLACK, (76, 140, 83, 172), (7, 8), (7, 32), filters=(NOT_WALLS,))
+DOT_ALONE = Bounds(GREY, VIEW, (1, 2), (1, 2), filters=(IS_DOT,))
+LEVEL_NUMBER = Bounds(GREEN, (79, 110, 87, 124), (3, 14), (5, 14))
+NAME = Bounds(FLASHES, (79, 28, 87, 220), (8, 180), filters=(COLORED,))
+
+# What may share a room with two others takes turns.
+taking_turns = functools.partial(Category, blinks=True)
+
+
+GAME = Game(
+    name="Adventure",
+    rom=ROM,
+    ram=Ram,
+    decode=decode,
+    screen=(250, 160),
+    pal=True,
+    saver=Saver(_saver_key, (20, 120), GREY, mask=0xF6, taken=(LAMP,), beside=(106, 190)),
+    categories=(
+        Category("Player", SQUARES, doc="the square, in the colour of the walls"),
+        taking_turns("RedDragon", field(RED, shapes=RED_SHAPES), doc="Rhindle"),
+        taking_turns("YellowDragon", field(YELLOW, shapes=YELLOW_SHAPES), doc="Yorgle"),
+        taking_turns("GreenDragon", field(GREEN, shapes=GREEN_SHAPES), doc="Grundle"),
+        taking_turns("DragonSword", SWORD, doc="it kills dragons"),
+        taking_turns("BridgeEdge", field(PURPLE, shapes=RAIL_SHAPE), count=2, doc="the rails"),
+        taking_turns("YellowKey", YELLOW_KEY, doc="of the yellow castle"),
+        taking_turns("WhiteKey", WHITE_KEY, doc="of the white castle"),
+        taking_turns("BlackKey", BLACK_KEY, doc="of the black castle"),
+        taking_turns("BlackBat", BATS, doc="it steals"),
+        taking_turns("Magnet", MAGNET, doc="it draws things near"),
+        taking_turns("Chalice", CHALICE, doc="it flashes"),
+        taking_turns("Gate", GATE, doc="of a castle"),
+        taking_turns("Dot", DOT_ALONE, doc="the secret key"),
+        Category("Level", LEVEL_NUMBER, doc="the number on the menu"),
+        Category("Author", NAME, doc="the name in the secret room"),
+    ),
+)

@@ -1,0 +1,86 @@
+"""Adventure's RAM."""
+
+from ocjax.console.ram import RamMap, byte
+from ocjax.console.rom import Rom
+
+ROM = Rom("adventure", "4b27f5397c442d25f0c418ccdacf1926")
+
+# The things of the ROM's table at $FF44 that are no part of a room, in its order.
+YELLOW_GATE = 0
+WHITE_GATE = 1
+BLACK_GATE = 2
+AUTHOR = 3
+LEVEL = 4
+RED_DRAGON = 5
+YELLOW_DRAGON = 6
+GREEN_DRAGON = 7
+SWORD = 8
+BRIDGE = 9
+YELLOW_KEY = 10
+WHITE_KEY = 11
+BLACK_KEY = 12
+BAT = 13
+DOT = 14
+CHALICE = 15
+MAGNET = 16
+GATES = (YELLOW_GATE, WHITE_GATE, BLACK_GATE)
+DRAGONS = (RED_DRAGON, YELLOW_DRAGON, GREEN_DRAGON)
+
+ENTRY_BYTES = 9  # bytes of the table that each has; `Ram.first` and `Ram.second` count in them
+
+
+class Shown:  # of `Ram.first` and `Ram.second`, beside the things
+    LIGHT = 0  # what lights a dark room round the player
+    NOTHING = 162
+
+
+class Wait:  # of `Ram.wait`: the return address's low byte while the game waits for a frame to end
+    THIRD = 45  # it has drawn the third frame of a turn, and the player has moved since
+    FIRST = 65  # the first frame; the player has moved if he had run into something
+    SECOND = 83
+
+
+class Push:  # bits of `Ram.stick`; 0 where it is pushed
+    UP = 16
+    DOWN = 32
+    LEFT = 64
+    RIGHT = 128
+
+
+class Mouth:  # of `Ram.dragon`
+    ROAMS = 0
+    OPEN = 1  # about to bite; further states look like one that roams, or a dead one
+    FULL = 2
+
+
+class Ram(RamMap):
+    walls_low = byte(0)  # address of the room's picture
+    walls_high = byte(1)
+    first_picture = byte(2)  # address of the picture of the first thing that is drawn
+    second_picture = byte(4)
+    first_page = byte(3)
+    second_page = byte(5)
+    first_x = byte(6)  # x + 1, as it is drawn
+    first_y = byte(7)  # in two lines, from the bottom up
+    second_x = byte(8)
+    second_y = byte(9)
+    room = byte(10)
+    x = byte(11)  # x + 2
+    drawn_y = byte(13)  # as it is drawn: in two lines, from the bottom up
+    first = byte(21)  # which things are drawn: their entries in the ROM's table
+    second = byte(22)
+    stick = byte(25)  # as it was read; 255: nothing was in the player's way
+    thing_room = byte(36, 41, 46, 54, 60, 63, 66, 69, 75, 33, 57, 51)  # from RED_DRAGON on
+    thing_x = byte(37, 42, 47, 55, 61, 64, 67, 70, 76, 34, 58, 52)
+    thing_y = byte(38, 43, 48, 56, 62, 65, 68, 71, 77, 35, 59, 53)
+    dragon = byte(40, 45, 50)
+    gate = byte(72, 73, 74)  # counts turns while it opens and closes, four a step
+    bat = byte(79)  # counts turns up to 8: it flaps
+    light_x = byte(90)  # of what lights a dark room
+    light_y = byte(91)  # as `first_y`
+    level = byte(93)  # twice the game's number, less 2
+    last_room = byte(98)  # where the player was on the last frame on which nothing was in his way
+    last_x = byte(99)
+    flash = byte(101)  # counts turns: half the colour of what flashes
+    saver = byte(102)  # from 128 on: half of what colours are XORed with
+    wait = byte(126)
