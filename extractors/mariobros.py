@@ -60,7 +60,7 @@ POW_COLORS = tuple(range(0x0A, 0x2C, 2))
 
 PICTURE_ROWS = 23  # of a picture
 FIRST_LINE = 14  # line of the screen on which a picture begins whose `y` is 0
-PLACE_OFFSET = 6  # columns to the right of a picture at which its `x` is
+PLACE_OFFSET = 6  # a picture begins so many columns left of its `x`
 SCREEN_WIDTH = 160
 FIELD = (0, 26, SCREEN_WIDTH, 175)
 EVERY_FLOOR = np.arange(4)
@@ -74,10 +74,11 @@ FLOOR_AREAS = (
     (112, 135, 160, 138),
 )
 POW_AREA = (72, 141, 88, 148)
-LATE_FLOOR = 2  # below whose pests, on `LATE_LINE`, the beam meets the row before
+# A pest of this floor that ends at this line shows its last row once more, left of the beam there.
+LATE_FLOOR = 2
 LATE_LINE = 135
-LATE_COLUMNS = 2  # so many columns
-PAGE_COLUMNS = 3  # and these if reading the picture crosses a page
+LATE_COLUMNS = 2  # column of the beam
+PAGE_COLUMNS = 3  # further columns if reading the picture crosses a page
 
 COIN_TOP = FIRST_LINE + 12
 COIN_ROWS = 12
@@ -97,6 +98,10 @@ Extent = tuple[jax.Array, jax.Array, jax.Array, jax.Array]  # left, top, width a
 class Phase:  # of `Ram.phase`
     PESTS = 2
     BONUS = 3
+
+
+class PestState:  # of `Ram.pest`, the two high bits
+    FALLS = 3
 
 
 class Ram(RamMap):
@@ -161,18 +166,20 @@ def _last_row_left(place: int) -> int:
     return 8 - int(rows[np.flatnonzero(rows)[-1]]).bit_length()
 
 
-BY_STATE = _addresses(0x1BCF, 0x1BF7, 40)
+BY_STATE = _addresses(0x1BCF, 0x1BF7, 40)  # places of pests' pictures
 PEST_PLACES = sorted(set(BY_STATE))
 PEST_PICTURES = _at_edges(PEST_PLACES)
 LAST_ROW_LEFTS = [_last_row_left(place) for place in PEST_PLACES]
+# Numbers of pictures: by state, and by address the one that begins there or last before.
 PICTURE_OF = [PEST_PLACES.index(place) for place in BY_STATE]
 PEST_PAGES = range(0xB00, 0xE00)
 PICTURE_BEFORE = [
     max([i for i, p in enumerate(PEST_PLACES) if p <= at], default=0) for at in PEST_PAGES
 ]
 BANK = 0xB000
+# Turns of eight frames: the high nibble while there is a fireball, else the low one.
 TURN_TABLE = ROM.bytes(0x1BB7, 24).tolist()
-ROWS_OF_TURNS = ROM.bytes(0x1FE3, 4).tolist()
+ROWS_OF_TURNS = ROM.bytes(0x1FE3, 4).tolist()  # where they begin, by the number of falling pests
 FIRE_RATES = ROM.bytes(0x69B, 12).tolist()
 
 
@@ -238,8 +245,8 @@ def _player(m: Ram) -> Box:
 
 
 def _turn_before(m: Ram) -> jax.Array:
-    """What was drawn in the frame before, like `turn` and `fire_turn`."""
-    falling = jnp.sum(m.pest >> 6 == 3, axis=0, dtype=jnp.int32)
+    """What the frame before showed: `turn` in the two low bits, `fire_turn` in the next one."""
+    falling = jnp.sum(m.pest >> 6 == PestState.FALLS, axis=0, dtype=jnp.int32)
     turns = lookup(TURN_TABLE, pick(falling, ROWS_OF_TURNS) + (m.frame - 2 & 7))
     return jnp.where(m.fire_on == 1, turns >> 4, turns & 15)
 
@@ -248,7 +255,7 @@ def _pests(m: Ram, earlier: jax.Array) -> Box:
     """Those that this frame shows, or else the one before."""
     under_fire = (m.fire_turn == 1) & (m.fire_on == 1) & (m.fire_floor == EVERY_FLOOR)
     drawn = (m.pest_code != 0) & ~under_fire
-    falls = m.pest >> 6 == 3
+    falls = m.pest >> 6 == PestState.FALLS
     rank = jnp.cumsum(when(falls, 1), axis=0)
     waits = jnp.where(falls, earlier & 3 == rank, under_fire & (earlier & 4 == 0))
     picture, x, y = _as_drawn(m, drawn)

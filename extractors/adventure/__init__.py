@@ -20,8 +20,8 @@ Not exact: a thing that hides a part of another one does not make its box smalle
 is a guess where the third frame of a turn has shown the player. Bridges hide nothing, and in dark
 rooms their rails are whole.
 
-VEM: it sees few parts of things that the edge or walls cut, and black things that touch each other
-as none.
+VEM: it finds few of the things that the edge or walls cut, and no black things that touch each
+other.
 """
 
 import functools
@@ -36,6 +36,7 @@ from ocjax.console.registers import modulo_screen
 from ocjax.extraction.game import Category, Game
 from ocjax.extractors.adventure import ram as thing
 from ocjax.extractors.adventure.drawn import (
+    THING_LINE,
     Drawn,
     as_drawn,
     cut_things,
@@ -47,6 +48,7 @@ from ocjax.extractors.adventure.ram import ROM, Ram, Wait
 from ocjax.extractors.adventure.rooms import COLORS, VIEW, row_of, walls_at
 from ocjax.extractors.adventure.vision import (
     COLORED,
+    GREY,
     IS_DOT,
     IS_PLAYER,
     LAMP,
@@ -114,7 +116,7 @@ def _choose_gate(drawn: Drawn, boxes: list[Box]) -> Box:
 def _dot(m: Ram, drawn: Drawn, of: Box) -> Box:
     """It has the background's colour and shows on walls alone, or in a dark room on the light."""
     on_wall = walls_at(drawn.room, row_of(of.y), of.x) >= 128
-    x, y = of.x - m.light_x, of.y - (238 - 2 * m.light_y)
+    x, y = of.x - m.light_x, of.y - (THING_LINE - 2 * m.light_y)
     lit = (x >= 0) & (x < 32) & (y >= 0) & (y < 64)
     return of.where(jnp.where(drawn.dark, lit & ~on_wall, on_wall))
 
@@ -129,11 +131,13 @@ GREEN = 0x58
 PURPLE = 0x86
 WHITE = 0x0E
 BLACK = 0x00
-GREY = 0x08
-OTHERS = (RED, YELLOW, GREEN, GREY)  # dragons that the lower edge cut_things off may have its shape
+# No flashes: the ground, and dragons, which may have the chalice's shape where the lower edge cuts
+# them off.
+OTHERS = (RED, YELLOW, GREEN, GREY)
 FLASHES = tuple(color for color in range(0, 256, 2) if color not in OTHERS)
 WALL_COLORS = tuple(dict.fromkeys(COLORS.tolist()))
 
+# `small`: of colours that walls may have, too, and the player with them.
 field = functools.partial(Blobs, region=VIEW, filters=(NOT_WALLS,))
 small = functools.partial(Blobs, region=VIEW, filters=(NOT_SQUARE,))
 SQUARE_SHAPES = (Shape((2, 4), (2, 8)), Shape(1, (4, 8)))

@@ -44,6 +44,8 @@ from ocjax.extractors.adventure.ram import (
     Wait,
 )
 
+THING_LINE = 238  # line of a thing's first row if its `y` is 0, which counts pairs of lines upwards
+PLAYER_LINE = 230  # likewise, of the player
 STRIDE = 4
 LEAST_X = 3  # the player's `x` in a room
 MOST_X = 0x9E
@@ -98,7 +100,7 @@ def as_drawn(m: Ram) -> Drawn:
     known = lookup(rooms.ADDRESSES & 0xFFF, m.room) == (m.walls_low | m.walls_high << 8) & 0xFFF
     room = jnp.where((m.wait == Wait.THIRD) | ~known, m.last_room, m.room)
     room = jnp.minimum(room, rooms.ROOMS - 1)
-    y = 230 - 2 * m.drawn_y
+    y = PLAYER_LINE - 2 * m.drawn_y
     dark, color = rooms.hides_things(room), lookup(rooms.COLORS, room)
     first = _sprite_of(m.first, m.first_x, jnp.minimum(m.first_y, TOP_Y), first_address(m))
     second = _sprite_of(
@@ -119,13 +121,14 @@ def _sprite_of(entry: jax.Array, x: jax.Array, y: jax.Array, address: jax.Array)
     picture = address - PICTURE_ROWS_AT
     *_, rows = EXTENTS.extent(picture)
     nothing = (entry == Shown.LIGHT) | (entry == ENTRY_BYTES * (BRIDGE + 1))
-    return Sprite(x - 1, 238 - 2 * y, picture, rows, ~nothing)
+    return Sprite(x - 1, THING_LINE - 2 * y, picture, rows, ~nothing)
 
 
 def _blocked(
     room: jax.Array, x: jax.Array, y: jax.Array, sprites: tuple[Sprite, Sprite]
 ) -> jax.Array:
     """Whether the player runs into a wall or a thing there."""
+    # He has the four columns from `x - 2` on, the four high bits of the walls there.
     upper, lower = (rooms.walls_at(room, rooms.row_of(line), x - 2) for line in (y, y + 7))
     first, second = (
         s.solid & (abs(2 * (x - s.x) - 8) < 12) & (y + 8 > s.y) & (y < s.y + ROW_LINES * s.rows)
@@ -228,7 +231,7 @@ class Low:  # low bytes of the addresses of things with several pictures
 GATE_STEPS = 12
 BAT_UP_MOST = 3  # `Ram.bat` of the first picture
 BOTTOM_Y = 9  # nothing is drawn of things further down
-FAR_Y = 0xE8  # nor of those beyond
+FAR_Y = 0xE8  # nor of things whose `y` is larger than this
 
 
 def _by_state(m: Ram, number: int) -> jax.Array | int:
@@ -282,7 +285,7 @@ def place_of(m: Ram, drawn: Drawn, number: int) -> Place:
         )
     )
     there = first | second | ((drawn.room == room) & (m.second != Shown.NOTHING))
-    top = 238 - 2 * jnp.minimum(y, jnp.where(second, SECOND_TOP_Y, TOP_Y))
+    top = THING_LINE - 2 * jnp.minimum(y, jnp.where(second, SECOND_TOP_Y, TOP_Y))
     return Place(x - 1, top, picture, there & (y >= BOTTOM_Y) & (y <= FAR_Y))
 
 

@@ -61,12 +61,12 @@ class Ram(RamMap):
     first_page = byte(3)
     second_page = byte(5)
     first_x = byte(6)  # x + 1, as it is drawn
-    first_y = byte(7)  # in two lines, from the bottom up
+    first_y = byte(7)  # counts pairs of lines, from the bottom up
     second_x = byte(8)
     second_y = byte(9)
-    room = byte(10)
-    x = byte(11)  # x + 2
-    drawn_y = byte(13)  # as it is drawn: in two lines, from the bottom up
+    room = byte(10)  # the player's
+    x = byte(11)  # the player's, x + 2
+    drawn_y = byte(13)  # the player's, as he is drawn: counts pairs of lines, from the bottom up
     first = byte(21)  # which things are drawn: their entries in the ROM's table
     second = byte(22)
     stick = byte(25)  # as it was read; 255: nothing was in the player's way

@@ -12,17 +12,16 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax._xla.kernels import materialize
-from ocjax.extractors.adventure import rooms
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap
 from ocjax.vision.filters import Searched
 
-GRAY = 8
+GREY = 0x08
 LAMP = 0x48
 CORNER_LINE = 29  # of a pixel that is a wall in all rooms, in column 0
 STARTS = (27, 44, 76, 108, 140, 172, 204, 221)  # of the rows of walls, and the end
-THIN_LEFT = bm.areas(1, ((11, 0, 12, 1), (148, 0, 149, 1)))  # columns of the thin walls
-THIN_RIGHT = bm.areas(1, ((12, 0, 13, 1), (149, 0, 150, 1)))
+FIRST_THIN = bm.areas(1, ((11, 0, 12, 1), (148, 0, 149, 1)))  # first column of each thin wall
+SECOND_THIN = bm.areas(1, ((12, 0, 13, 1), (149, 0, 150, 1)))
 THIN_LINE = 27  # walls begin on it, and things on the next one
 WHOLE = (4, 8)  # size of the player
 UPRIGHT = (1, 4)  # of the least part that is taken before others
@@ -79,10 +78,10 @@ def look(planes: jax.Array) -> Found:
 
 def _masks(planes: jax.Array) -> tuple[Bitmap, Bitmap]:
     """The pixels of the walls' colour and of the background."""
-    same, grey = _like_corner(planes), bm.color_mask(planes, (GRAY,))
-    dark = (grey[:1, CORNER_LINE : CORNER_LINE + 1] >> 31) > 0
+    same, usual = _like_corner(planes), bm.color_mask(planes, (GREY,))
+    dark = (usual[:1, CORNER_LINE : CORNER_LINE + 1] >> 31) > 0
     light = bm.color_mask(planes, (LAMP,))
-    return same, jnp.where(dark, light, grey)
+    return same, jnp.where(dark, light, usual)
 
 
 def _within(pixels: Bitmap) -> Bitmap:
@@ -97,7 +96,7 @@ def _sort_out(same: Bitmap, ground: Bitmap, is_open: Bitmap) -> tuple[Bitmap, ..
     columns = bm.or_rows(ground)[:, None]
     dot = (ground & _within(same)) | (same & _within(ground))
     loose = jnp.where(lines, same & is_open & columns & ~dot, 0)
-    thin = ~same[:, THIN_LINE : THIN_LINE + 1] & (THIN_LEFT | THIN_RIGHT)
+    thin = ~same[:, THIN_LINE : THIN_LINE + 1] & (FIRST_THIN | SECOND_THIN)
     return same & ~is_open, loose, dot, thin
 
 
@@ -119,8 +118,9 @@ def _likeliest(loose: Bitmap, square: Bitmap, tall: Bitmap) -> Bitmap:
 
 
 def _no_walls(mask: Bitmap, found: Found) -> Bitmap:
+    """Pixels that are no walls; those in a thin wall's columns only if one beside it is of them."""
     free = mask & ~found.walls
-    beside = bm.shift_right(free, 1) & THIN_LEFT | bm.shift_left(free, 1) & THIN_RIGHT
+    beside = bm.shift_right(free, 1) & FIRST_THIN | bm.shift_left(free, 1) & SECOND_THIN
     wide = bm.shift_left(beside, 1) | bm.shift_right(beside, 1) | beside
     return free & (wide | ~found.thin)
 
@@ -141,9 +141,9 @@ def _neither(mask: Bitmap, found: Found) -> Bitmap:
     return mask & ~found.walls & ~found.loose
 
 
+# Filters.
 NOT_WALLS = Searched(look, _no_walls)
 IS_PLAYER = Searched(look, _player_pixels)
 NOT_SQUARE = Searched(look, _beside_square)
 IS_DOT = Searched(look, _dots_alone)
 COLORED = Searched(look, _neither)
-VIEW = rooms.VIEW

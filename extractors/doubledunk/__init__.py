@@ -35,11 +35,11 @@ from ocjax.console.registers import mirrored
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors.doubledunk.ball import ball_step, looks_at_ball
 from ocjax.extractors.doubledunk.drawn import (
-    ADDRESSES,
     BIG_HEAD,
     FIRST_COLUMN,
     HEADS,
     LINES,
+    PLACES,
     SMALL_HEAD,
     Drawn,
     as_drawn,
@@ -62,7 +62,7 @@ ORANGE = 34
 BOARD = 12
 NET = 22
 YELLOW = 30
-CLOCK_COLORS = (4, 12)
+CLOCK_COLORS = (4, 12)  # without a shot clock, with one
 
 LINE_0 = 181  # screen row of line 0; the game counts lines upwards
 UNEQUAL = 2 * np.arange(4) + 1  # so that no two figures are equally near
@@ -83,8 +83,7 @@ def _all_extents() -> np.ndarray:
     The top is counted in lines from the one above the head. A figure of which nothing is drawn
     has its whole extent.
     """
-    offsets = ((ADDRESSES & 0xFFF) + 0x2000).tolist()
-    rows = np.unpackbits(ROM.rows(offsets, LINES).astype(np.uint8)[..., None], axis=-1)
+    rows = np.unpackbits(ROM.rows(PLACES.tolist(), LINES).astype(np.uint8)[..., None], axis=-1)
     line = np.arange(LINES)[::-1]
     inside = line < HEADS[:, None]
     rows = np.stack([rows, rows[..., ::-1]], axis=1).astype(bool) & inside[:, None, :, None]
@@ -120,10 +119,14 @@ def decode(m: Ram) -> dict[str, Box]:
         "Basket": box(*BASKET_BOX),
         "Backboard": box(*BOARD_BOX),
         "Limit": LIMIT.box(m.limit),
-        "Shot_Clock": SHOT_CLOCK.box(m.shot_clock, color=jnp.where(m.clock_runs == 1, 12, 4)),
+        "Shot_Clock": SHOT_CLOCK.box(m.shot_clock, color=_clock_color(m)),
         "Player_Score": PLAYER_SCORE.box(m.score[0]),
         "Opponent_Score": OPPONENT_SCORE.box(m.score[1]),
     }
+
+
+def _clock_color(m: Ram) -> jax.Array:
+    return jnp.where(m.clock_runs == 1, CLOCK_COLORS[1], CLOCK_COLORS[0])
 
 
 def _player_boxes(m: Ram, drawn: Drawn) -> Box:
@@ -179,21 +182,28 @@ def _row_colors(*runs: tuple[int, int]) -> tuple[int, ...]:
 
 def _pictures(first: int, height: int) -> np.ndarray:
     """All different pictures of the big or small figures, and their mirror images."""
-    offsets = ((ADDRESSES[first::2] & 0xFFF) + 0x2000).tolist()
-    rows = ROM.rows(offsets, height)
+    rows = ROM.rows(PLACES[first::2].tolist(), height)
     return np.unique(np.concatenate([rows, mirrored(rows)]), axis=0)
 
 
-COLORS = (ORANGE, 14, 82, 180, 252, 52, 226, 232)
-STRIPES = ((1, 52), (1, 252), (1, 180), (1, 82))
-WHITE_BIG = _row_colors((8, 226), (2, 14), *STRIPES, (5, 14), (5, 226), (1, 82), (2, 14))
+WHITE_BIG_SKIN = 226
+SKIN = 232  # of the three others
+COLORS = (ORANGE, WHITE, 82, GREEN, 252, 52, WHITE_BIG_SKIN, SKIN)
+STRIPES = ((1, 52), (1, 252), (1, GREEN), (1, 82))  # rows and colour of each, from the top
+# fmt: off
+WHITE_BIG = _row_colors(
+    (8, WHITE_BIG_SKIN), (2, WHITE), *STRIPES, (5, WHITE), (5, WHITE_BIG_SKIN), (1, 82), (2, WHITE)
+)
 WHITE_SMALL = _row_colors(
-    (1, ORANGE), (8, 232), (1, 14), *STRIPES, (3, 14), (4, 232), (1, 82), (2, 14)
+    (1, ORANGE), (8, SKIN), (1, WHITE), *STRIPES, (3, WHITE), (4, SKIN), (1, 82), (2, WHITE)
 )
-GREEN_BIG = _row_colors((8, 232), (7, 180), (1, 14), (3, 180), (5, 232), (1, 14), (2, 180))
+GREEN_BIG = _row_colors(
+    (8, SKIN), (7, GREEN), (1, WHITE), (3, GREEN), (5, SKIN), (1, WHITE), (2, GREEN)
+)
 GREEN_SMALL = _row_colors(
-    (1, ORANGE), (8, 232), (5, 180), (1, 14), (2, 180), (4, 232), (1, 14), (2, 180)
+    (1, ORANGE), (8, SKIN), (5, GREEN), (1, WHITE), (2, GREEN), (4, SKIN), (1, WHITE), (2, GREEN)
 )
+# fmt: on
 FIGURE_SEARCH = Figures(
     kinds=(
         Figure("Opponent_Big", WHITE_BIG, _pictures(1, BIG_HEAD), 1),

@@ -7,8 +7,8 @@ from ocjax.extractors.doubledunk.drawn import Drawn
 from ocjax.extractors.doubledunk.ram import Push, Ram
 
 DRIBBLE_SIDE = 3  # columns right of who has the ball from which on he dribbles
-SIDES = (0x3C, 0x47)  # columns of the shooting ball between which it only rises
-BASKET = 0x42
+SIDES = (0x3C, 0x47)  # `ball_x` between which a shot ball only rises
+BASKET = 0x42  # `ball_x` of a ball in the middle of the basket
 LOW_LEFT = 0x4F  # line less column from which on a ball at the left moves on every other frame
 LOW_RIGHT = 0xD3  # line and column, at the right
 NOT_LOOKED = 0x82  # a line in which the drawing loop does not look at the ball
@@ -35,7 +35,7 @@ def ball_step(m: Ram) -> jax.Array:
 
 
 def _carried(m: Ram) -> jax.Array:
-    """A dribbled ball, with the player; it takes him to go on as he did on the frame before."""
+    """The step of a dribbled ball, with the player: he is taken to go on as on the frame before."""
     dribbled = m.ball_x - _of_player(m, m.short_holds) >= DRIBBLE_SIDE
     moves = dribbled & (((m.frame & 3) != 1) | (m.pushes_y == 0))
     side = match((m.pushes == Push.LEFT, -1), (m.pushes == Push.RIGHT, 1), otherwise=0)

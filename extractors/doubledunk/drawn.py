@@ -24,6 +24,7 @@ SWITCH = 4  # lines after which a sprite's second player can begin
 # The pictures of a figure: small and big by turns.
 FIGURE_COUNT = 32
 ADDRESSES = ROM.bytes(0x3E50, FIGURE_COUNT) + 256 * ROM.bytes(0x3E70, FIGURE_COUNT)
+PLACES = (ADDRESSES & 0xFFF) + 0x2000  # in the ROM
 HEADS = np.where(np.arange(FIGURE_COUNT) % 2, BIG_HEAD, SMALL_HEAD)
 LINES = BIG_HEAD + 1  # of a picture at most, with the empty ones
 

@@ -19,7 +19,7 @@ class BallPixels:
 
     Args:
         rows: of the screen, as in the search for figures.
-        part: whole_width and height of the smallest part of the ball that is looked for.
+        part: width and height of the smallest part of the ball that is looked for.
         whole: of a part that is rather the ball than a smaller one elsewhere.
         near: columns and rows around that, or around pixels in its own colour, that belong to it.
         widths: of a ball of at most `low` rows, and of a taller one.

@@ -74,6 +74,7 @@ DIVER_COLORS = (WHITE, RED, PURPLE, GREEN)  # by kind
 
 ESCORT_LEFTS = np.array((-16, 0, 16))
 PLAYER_TOP = 170
+SHIP_SIZE = (8, 14)
 SHOT_TOP = 16
 SHOT_LOWEST = 168
 BOMB_TOP = 24
@@ -89,7 +90,7 @@ def decode(m: Ram) -> dict[str, Box]:
     new_life = _begins(m)
     flies = among(m.missile_y, range(1, SHOT_LOWEST)) & ~new_life
     return {
-        "Player": box(m.player_x + 8, PLAYER_TOP, 8, 14, _ship_shown(m)),
+        "Player": box(m.player_x + 8, PLAYER_TOP, *SHIP_SIZE, _ship_shown(m)),
         "EnemyShip": formation_boxes(m, divers),
         "DivingEnemy": _diver_boxes(m, divers),
         "PlayerMissile": box(m.missile_x + 2, m.missile_y + SHOT_TOP, 1, 3, flies),
@@ -182,7 +183,6 @@ BOMB_COLORS = (PINK, WHITE, *COLORED)  # a bomb has a diver's colour if one is o
 BOMBS = Blobs(BOMB_COLORS, (LEFT, 32, RIGHT, BOTTOM), Shape(w=1, h=4))
 MISSILE = Bounds(GOLD, FIELD, max_size=(1, 3))
 SHIP_AREA = (LEFT, PLAYER_TOP, RIGHT, BOTTOM)
-SHIP_SIZE = (8, 14)
 SHIP = Bounds(WHITE, SHIP_AREA, SHIP_SIZE, SHIP_SIZE, exclude=("EnemyMissile",))
 
 GAME = Game(

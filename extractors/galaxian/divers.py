@@ -10,6 +10,7 @@ from ocjax.console.rom import Pictures
 from ocjax.extractors.galaxian.ram import BANK, ROM, Hit, Kind, Place, Ram, State, Turn
 
 ROW_LINES = 12  # of the formation
+DIVER_RISE = 9  # lines from the first one of a diver's picture down to its `y`
 RECORDS = np.arange(5)
 ESCORT_BITS = np.array((4, 2, 1))
 PICTURE_ROWS = 10
@@ -97,7 +98,7 @@ def divers_as_drawn(m: Ram) -> Divers:
     hit_now = _struck(m, escorting, moved)
     still = ~moved | bursts
     columns, lines = _moved_by(m, returns)
-    y = ROW_LINES * (m.y >> 4) + (m.y & 15) - 9 - when(~still, lines)
+    y = ROW_LINES * (m.y >> 4) + (m.y & 15) - DIVER_RISE - when(~still, lines)
     back = (m.state - 1 & State.DIVES - 1) | (m.state & State.DIVES)
     state = jnp.where(still | returns, m.state, back)
     arrives = returns & moved & (m.y == 1)
@@ -122,10 +123,10 @@ def _struck(m: Ram, escorting: jax.Array, moved: jax.Array) -> jax.Array:
 def _moved_by(m: Ram, returns: jax.Array) -> tuple[jax.Array, jax.Array]:
     """By how many columns and lines each diver has moved, if it has."""
     loops = m.state < State.DIVES
-    flat = match(
+    dive = match(
         (m.kind > Kind.PURPLE, Plan.FLAT), (m.kind == Kind.PURPLE, Plan.WIDE), otherwise=Plan.STEEP
     )
-    plan = jnp.where(loops, Plan.LOOP, flat + m.fast)
+    plan = jnp.where(loops, Plan.LOOP, dive + m.fast)  # if `fast`, the next one
     step = lookup(MOVES, 64 * plan + (m.state & 63))
     columns = ((step >> 1) - 16) * jnp.where((m.state & State.MIRRORED) > 0, -1, 1)
     with_formation = when((m.clock & 15) == 0, 1 - 2 * m.goes_left)

@@ -55,7 +55,7 @@ def _rows_drawn(m: Ram, divers: Divers, offset: jax.Array) -> jax.Array:
 
 
 def _in_order(mask: jax.Array) -> jax.Array:
-    """The bits of a mask, a bit a column: the chip's copies are two from the middle, ..."""
+    """The bits of a mask in the columns' order: from the left, it is bits 2, 3, 0, 1, 5, 6, 4."""
     first = (mask & 4) << 4 | (mask & 8) << 2 | (mask & 1) << 4 | (mask & 2) << 2
     return first | (mask & 32) >> 3 | (mask & 64) >> 5 | (mask & 16) >> 4
 

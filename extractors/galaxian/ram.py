@@ -7,7 +7,7 @@ ROM = Rom("galaxian", "211774f4c5739042618be8ff67351177")
 BANK = 0x1000  # of the display program, at f000; the game's program is at d000
 
 
-class Turn:  # of `Ram.turn`, the frame of eight
+class Turn:  # of `Ram.turn`: which of eight frames
     FORMATION = 1
     RELEASE = 3
     DIVERS = 5  # and on even ones

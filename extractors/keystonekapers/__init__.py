@@ -73,8 +73,9 @@ FROM_GROUND = np.arange(4)
 ROOF = 3
 LOWEST = 156  # first line of the ground floor
 FLOOR_LINES = 32
+STANDS = 6  # line of a floor where the picture begins of who stands on it
 FIELD = (SCREEN_START, 57, SCREEN_END, 182)
-BLANKED = 128  # `idle` from which on the screen is black
+BLANKED = 128  # `Ram.idle` from which on the screen is black
 
 FIGURES = 0xE00  # in the ROM
 KOP_POSES = 8
@@ -82,10 +83,10 @@ FIGURE_ROWS = 20
 KOP_COLORS = 0xC34  # a byte a row; an odd one shows the row
 DUCKED_COLORS = 0xC37
 KOP_POINTERS = 0xECA
-KROOK_POINTERS = 0xFCE
-KROOKS = 0xB00
-THING_POINTERS = KROOK_POINTERS
-HEIGHTS = 0xE00
+KROOK_POINTERS = 0xFCE  # by pose
+THING_POINTERS = KROOK_POINTERS  # by kind: the Krook's poses come first
+PICTURE_PAGE = 0xB00  # that they point into
+HEIGHTS = 0xE00  # of things, by kind
 ALL_KINDS = tuple(range(Thing.RADIO, Thing.MONEYBAG + 1))
 
 
@@ -99,7 +100,7 @@ def _kop_rows(pose: int) -> np.ndarray:
 
 def _thing_rows(thing: int) -> np.ndarray:
     """The rows of a thing's picture, from the top; the last one is in the colour of the floor."""
-    begin = KROOKS + int(ROM.bytes(THING_POINTERS + thing, 1)[0])
+    begin = PICTURE_PAGE + int(ROM.bytes(THING_POINTERS + thing, 1)[0])
     rows = ROM.rows(begin, int(ROM.bytes(HEIGHTS + thing, 1)[0]))
     rows[-1] = 0
     return rows
@@ -113,7 +114,7 @@ def _at_edges(pictures: Iterable[np.ndarray]) -> Pictures:
 
 KOP_PICTURES = _at_edges(_kop_rows(pose) for pose in range(KOP_POSES))
 KROOK_PICTURES = _at_edges(
-    ROM.rows(KROOKS + 1 + int(p), FIGURE_ROWS) for p in ROM.bytes(KROOK_POINTERS + 1, 5)
+    ROM.rows(PICTURE_PAGE + 1 + int(p), FIGURE_ROWS) for p in ROM.bytes(KROOK_POINTERS + 1, 5)
 )
 THING_PICTURES = Pictures.of(_thing_rows(thing) for thing in ALL_KINDS)
 KIND_HEIGHTS = tuple(ROM.bytes(HEIGHTS + ALL_KINDS[0], len(ALL_KINDS)).tolist())
@@ -126,6 +127,7 @@ LEFT_END = 7
 RADAR = (40, 190, 120, 204)
 RIGHT_ESCALATOR = (55, 110, 102, 150)
 LEFT_ESCALATORS = ((58, 78, 105, 118), (58, 142, 105, 182))
+# Floors from the ground up, in groups: one floor at most of each group has a thing of a kind.
 ALL = np.array([[True, True, True, True]])
 ALL_BUT_SECOND = np.array([[True, True, False, True], [False, False, True, False]])
 BY_RADIOS = np.array([[False, True, False, True], [False, False, True, False]])
@@ -152,9 +154,9 @@ def decode(m: Ram) -> dict[str, Box]:
         "Elevator": _elevator_boxes(m, kop).where(here),
         "Escalator": _escalator_boxes(kop).where(here),
         "SecuritySystem": edges(*RADAR, shown),
-        "BonusKops": HATS.box(lives, shown, value=lives, color=_hat_color(m, kop)),
+        "BonusKops": HATS.box(lives, shown, value=lives, color=_display_color(m, kop)),
         "Score": SCORE.box(m.score, valid=shown),
-        "Timer": TIMER.box(kop.time, valid=here, color=_hat_color(m, kop)),
+        "Timer": TIMER.box(kop.time, valid=here, color=_display_color(m, kop)),
     }
 
 
@@ -201,7 +203,7 @@ def _kop_box(m: Ram, kop: Drawn) -> Box:
     ground = _first_line(kop.floor)
     above = ground - 6  # last line of the floor above
     ceiling = ground - 1 - when(kop.floor == ROOF, 2)
-    head = ground + 6 - kop.height + top
+    head = ground + STANDS - kop.height + top
     first = jnp.where((head >= above) & (head < ceiling), ceiling, head)
     feet = head + height
     last = jnp.where((feet > above) & (feet <= ceiling), above, feet)
@@ -226,7 +228,7 @@ def _krook_box(m: Ram, kop: Drawn) -> Box:
     )
     along = m.krook_place & 15
     section = jnp.where(along < 8, along, along ^ 15)
-    y = _first_line(m.krook_place >> 3) + 6 + top
+    y = _first_line(m.krook_place >> 3) + STANDS + top
     here = section == kop.section
     compass = jnp.where(m.krook_left == 1, WEST, EAST)
     return box(m.krook_x - 1 + left, y, width, height, here, orientation=compass).clip(*FIELD)
@@ -253,8 +255,8 @@ def _escalator_boxes(kop: Drawn) -> Box:
     return edges(*both, valid=jnp.stack([at_right | at_left, at_left]))
 
 
-def _hat_color(m: Ram, kop: Drawn) -> jax.Array:
-    """Black, or in the last ten seconds flashing."""
+def _display_color(m: Ram, kop: Drawn) -> jax.Array:
+    """The colour of timer and hats: black, or in the last ten seconds flashing."""
     return when((kop.time <= 10) & (m.over == 0), (m.clock - 1) & 0xFE)
 
 
@@ -281,7 +283,9 @@ ESCALATOR_RULE = Runs(HANDRAILS, most=1, columns=(SCREEN_START, SCREEN_END), the
 
 
 def _loot_rule(floors: tuple[int, ...], left: int, right: int, first: int) -> Bounds:
-    regions = tuple((left, LOWEST - 32 * f + first, right, LOWEST - 32 * f + 26) for f in floors)
+    """What is in some columns of some floors, from a line of the floor on."""
+    tops = [LOWEST - FLOOR_LINES * floor for floor in floors]
+    regions = tuple((left, top + first, right, top + 26) for top in tops)
     return Bounds(LOOT_COLORS, regions, min_size=(6, 10))
 
 

@@ -7,18 +7,18 @@ import jax.numpy as jnp
 from ocjax.console.ops import among, match, when
 from ocjax.extractors.keystonekapers.ram import Pose, Ram, Ride
 
-FREEZE = 8  # `pause` when it begins
+FREEZE = 8  # `pause` when a collision begins to keep everybody from moving
 FREEZES = 5  # `sound` from which on nobody moves
 PENALTY = 5  # `sound` while time runs fast
 ROUND = 50  # seconds
-KILLED = 6
+KILLED = 6  # `sound`
 TICK = 127  # bits of `clock`
 FAST_TICK = 3
 STEPS = 5  # poses of a step, from 1 on
 JUMP_STARTS = 18  # steps of a jump
 RISES = 9  # until so many steps are left
 HANGS = (6, 7, 8, 9, 10, 11)  # steps that take four frames
-LAST_FAST = 11  # of the steps before these
+LAST_FAST = 11  # `jump` after the last step before these
 LAST_FAST_PAUSE = 9  # of the jump's sound on the frame of that step
 LANDS = 1  # low bits of `clock`, because the last slow step is taken when they are 0
 FLOOR_HEIGHT = 32
@@ -75,16 +75,14 @@ def kop_column(m: Ram) -> jax.Array:
 
 
 def _across(m: Ram, x: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """Column and section before a Kop who has just come into a section."""
+    """The Kop's column and section before he came into a section or was put back at a wall."""
     walks = _moves_aside(m)
     left = m.faces_left == 1
     right = ~left
     came_left = walks & left & (x > RIGHT_EDGE)
     came_right = walks & right & (x < LEFT_EDGE)
-    at_right_wall = (
-        walks & (m.faces_left == 0) & (m.section == LAST_SECTION) & (x == RIGHT_WALL - 1)
-    )
-    at_left_wall = walks & (m.faces_left == 1) & (m.section == FIRST_SECTION) & (x == LEFT_WALL + 1)
+    at_right_wall = walks & right & (m.section == LAST_SECTION) & (x == RIGHT_WALL - 1)
+    at_left_wall = walks & left & (m.section == FIRST_SECTION) & (x == LEFT_WALL + 1)
     before = match(
         (came_left | at_left_wall, LEFT_EDGE),
         (came_right | at_right_wall, RIGHT_EDGE),

@@ -41,10 +41,10 @@ class Ram(RamMap):
     height = bits(17, count=5)  # of the Kop above the floor
     place = byte(18)  # of the Kop: eight sections a floor
     section = byte(19)  # that is on the screen
-    krook_place = byte(20)
+    krook_place = byte(20)  # likewise, but on every other floor the sections are counted backwards
     pose = byte(21)
     lives = byte(22)
-    idle = byte(25)
+    idle = byte(25)  # from 128 on, the screen is black
     score = bcd((26, 27, 28))
     time = bcd(29)
     kop_x = byte(*range(32, 36))  # on each floor

@@ -41,7 +41,7 @@ class Habits(NamedTuple):
     phases: jax.Array  # of the clock: it has its second picture where 0
     steps: jax.Array  # of the clock: it moves where 0
     pace: jax.Array  # columns a step
-    swings: jax.Array  # up and down, so many lines
+    swings: jax.Array  # up and down, over half as many lines
     top: jax.Array  # low byte of where the first picture begins
 
 

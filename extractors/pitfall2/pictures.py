@@ -9,24 +9,24 @@ from ocjax.console.rom import Pictures
 from ocjax.extractors.pitfall2.ram import ROM, Kind
 
 DISPLAY = ROM.bytes(0x2000, 0x800)[::-1]  # by count
-LOWS = 0x1A16  # in the ROM: counts of Harry's poses
-POSES = 14
-TALL = 21  # rows of a pose
+HARRY_LOWS = 0x1A16  # in the ROM: by pose, the count below Harry's rows, low byte
+HARRY_HIGHS = 0x1A24  # and high byte
+HARRY_POSES = 14
+HARRY_ROWS = 21
 CUTS = range(1, 32)  # rows of a picture above the view, or in it at its lower edge
-HARRY_HIGHS = 0x1A24
 
-STARTS = ROM.bytes(0xE03, Kind.KINDS)  # by kind, low byte
-HIGHS = ROM.bytes(0xE14, Kind.KINDS) & 7
-ENDS = ROM.bytes(0xE25, Kind.KINDS)
-TOPS = ROM.bytes(0xE36, Kind.KINDS)
+STARTS = ROM.bytes(0xE03, Kind.KINDS)  # by kind: the count that a fetcher begins with, low byte
+HIGHS = ROM.bytes(0xE14, Kind.KINDS) & 7  # and high byte
+ENDS = ROM.bytes(0xE25, Kind.KINDS)  # low byte of the count where the first picture ends
+TOPS = ROM.bytes(0xE36, Kind.KINDS)  # and where it begins
 STRIDES = ROM.bytes(0xE7A, Kind.KINDS)  # from one picture to the next
 PHASES = ROM.bytes(0xEAD, Kind.KINDS)  # of the clock: a kind has its second picture where 0
-STEP_MASKS = ROM.bytes(0xE8B, Kind.KINDS)  # of the clock: it moves where 0; 128 and more: never
+STEP_MASKS = ROM.bytes(0xE8B, Kind.KINDS)  # of the clock: it moves where 0; `NEVER`: it does not
 WAYS = ROM.bytes(0xE9C, Kind.KINDS)  # how it moves
-PACE = 3  # bits of it: columns a step
-LEAPS = 0xFF  # or all of it
+PACE = 3  # bits of `WAYS`: columns a step
+LEAPS = 0xFF  # of `WAYS`: a frog
 NEVER = 0xFF  # of `STEP_MASKS`
-SWINGS = np.where((WAYS > 128) & (WAYS != LEAPS), (WAYS & 0x60) >> 1, 1)  # up and down
+SWINGS = np.where((WAYS > 128) & (WAYS != LEAPS), (WAYS & 0x60) >> 1, 1)  # see `Habits`
 PACKED_TRAITS = PHASES | STEP_MASKS << 8 | (WAYS & PACE) << 16 | SWINGS << 18 | TOPS << 24  # in one
 
 
@@ -38,13 +38,14 @@ def _creature(kind: int, picture: int) -> np.ndarray:
     return DISPLAY[counts & 0x7FF]
 
 
-def _first_count(pose: int) -> int:
-    return int(ROM.bytes(LOWS, POSES)[pose]) + 256 * int(ROM.bytes(HARRY_HIGHS, POSES)[pose])
+def _count_below(pose: int) -> int:
+    low, high = (ROM.bytes(at, HARRY_POSES)[pose] for at in (HARRY_LOWS, HARRY_HIGHS))
+    return int(low) + 256 * int(high)
 
 
 def _harry(pose: int) -> np.ndarray:
     """The dots of Harry's rows."""
-    return DISPLAY[_first_count(pose) + TALL - np.arange(TALL)]
+    return DISPLAY[_count_below(pose) + HARRY_ROWS - np.arange(HARRY_ROWS)]
 
 
 def _cut(rows: np.ndarray) -> list[np.ndarray]:
@@ -65,4 +66,4 @@ CREATURES = Pictures.of(
     picture=2,
     cut=1 + 2 * len(CUTS),
 )
-HARRYS = Pictures.of(_harry(pose) for pose in range(POSES))
+HARRYS = Pictures.of(_harry(pose) for pose in range(HARRY_POSES))

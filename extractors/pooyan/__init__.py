@@ -2,8 +2,8 @@
 
 Screen: In even rounds, wolves march in at the top and float down; in odd ones, they float up and
 push a rock over the edge. In odd rounds, a frame shows either the rock or the wolves at it. The pig
-at the winch is scenery, as are ropes, what is left of balloons that are popped, and what of a bow
-is beside a balloon.
+at the winch is scenery, as are ropes, what is left of balloons that are popped, and the part of a
+bow beside a balloon.
 
 Slots: Balloon, and Enemy 0-5, go by the game's records, two of each column. Enemy 6 climbs at the
 right, 7-9 march or stand, 10 has landed, 11-16 push the rock. Bait may still be in the pig's hand.
@@ -228,7 +228,16 @@ def _missile_box(
     late: jax.Array,
     **fields: Any,
 ) -> Box:
-    """A missile, whose columns left of the beam show a line later."""
+    """A missile, whose columns left of the beam show a line later.
+
+    Args:
+        x, width, row: where it is.
+        first, height: its lines in the row.
+        on: column of the beam when missiles are switched on and off.
+        off: column from which on they do not show in the row's last line.
+        late: whether a balloon in the row delays the beam in the line below it.
+        fields: of the box.
+    """
     end = first + height
     top = first + when(x + width <= on + when(late & (first == BALLOON_LINES), DELAY), 1)
     bottom = end + when(x < on + when(late & (end == BALLOON_LINES), DELAY), 1)

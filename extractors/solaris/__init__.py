@@ -1,25 +1,30 @@
 """Solaris: a ship that jumps from sector to sector, flies in space and over planets.
 
-A kernel of bank 2 ($F000-$F2C9) draws space, one of bank 3 ($F000-$F283) planets, and another part
-of bank 3 ($F484) the chart of a quadrant's 48 sectors. Five records hold what flies about: a
-picture, x, y and depth each. One sprite shows the four of them that do not overlap in height, from
-the top down; the other sprite shows the fifth record, the two shots and the ship. The low three
-bits of a picture are its size, from the depth ($FDA2 of bank 0). `pictures` follows both kernels
-row by row. Below the view is the panel, with the scanner (`panel`).
+Screen: space, a planet, or the chart of a quadrant's 48 sectors. Flames of the ship, stars, hills,
+lines of the ground, the planet in a planet's sky, the chart's grid, words, and the streaks that the
+ship flies through while it jumps are scenery.
+
+RAM: a kernel of bank 2 ($F000-$F2C9) draws space, one of bank 3 ($F000-$F283) planets, and another
+part of bank 3 ($F484) the chart. Five records hold what flies about: a picture, x, y and depth
+each. One sprite shows the four of them that do not overlap in height, from the top down; the other
+sprite shows the fifth record, the two shots and the ship. The low three bits of a picture are its
+size, from the depth ($FDA2 of bank 0). `pictures` follows both kernels row by row. Below the view
+is the panel, with the scanner (`panel`).
 
 The two shots are drawn with random dots: $F066 of bank 2 masks each row with bytes from a place
 that depends on how long the last frame took ($F73D of bank 1 reads the timer). That is not in RAM
 when the frame ends, so REM has the box of a shot's whole picture, and VEM that of its visible dots;
 a far shot is a single dot, and hidden on most frames.
 
-Flames of the ship, stars, hills, lines of the ground, the planet in a planet's sky, the chart's
-grid and words are no objects. Neither are the streaks that the ship flies through while it jumps.
+Covered: random play in space, over planets and on the chart, lost lives, the end of a game. Warp,
+Blockader, Raider and Tower were not met in it: their pictures and colours are the ROM's.
 
-Not exact: what is behind another picture; pictures that overlap, which VEM sees as one; blockaders
-of one dot, which VEM does not tell from stars; black rows of craters on the ground's black lines,
-which VEM does not see. The state that a reset returns comes before the ROM has derived anything
-from its records; `Ram` then has what the first frame shows. At the end of a game, all records are
-those of the next one already, beside a frame of the last one.
+Not exact: what is behind another picture. The state that a reset returns comes before the ROM has
+derived anything from its records; `Ram` then has what the first frame shows. At the end of a game,
+all records are those of the next one already, beside a frame of the last one.
+
+VEM: it sees pictures that overlap as one, does not tell blockaders of one dot from stars, and
+misses black rows of craters on the ground's black lines.
 """
 
 import functools
@@ -33,7 +38,14 @@ from ocjax.console.fonts import Digits
 from ocjax.console.ops import among, lookup, match, pick, when
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors.solaris import sight
-from ocjax.extractors.solaris.panel import BANK_1, FONT, LEFT_CELL, RIGHT_CELL, scanned
+from ocjax.extractors.solaris.panel import (
+    BANK_1,
+    FONT,
+    LEFT_CELL,
+    RIGHT_CELL,
+    scanned,
+    sprite_column,
+)
 from ocjax.extractors.solaris.pictures import (
     BLUE_COLOR_ROW,
     CUTS,
@@ -42,7 +54,7 @@ from ocjax.extractors.solaris.pictures import (
     TABLE,
     TOP,
 )
-from ocjax.extractors.solaris.ram import RECORDS, ROM, Kind, Picture, Ram
+from ocjax.extractors.solaris.ram import RECORDS, ROM, Kind, Picture, Ram, ShipPicture
 from ocjax.extractors.solaris.vision import ON_CHART
 from ocjax.vision.displays import IconRow, NumberDisplay
 from ocjax.vision.rules import Bounds, Cells, Gauge
@@ -52,9 +64,7 @@ JUMP = NumberDisplay(FONT, right=105, top=152, digits=2, leading_zeros=True)
 LINE = 170  # line + height above the panel, of a picture's first row
 HIGHEST = 0x99  # from here on, a record is above the view
 SHIP_COLOR_ROW = 6  # of the ship's box: its colour is there
-DRAWN_FIRST = 4  # columns to the right: of darters that the ship's sprite shows
-PICTURE_TILTED = 0xD7  # low byte of the address of a picture of the ship
-PICTURE_WIDE = 0xEB  # likewise
+DARTER_SHIFT = 4  # columns to the right, of darters that the ship's sprite shows
 MADE_WITHOUT_SHIP = 0xD7  # `ship_picture` made while there was none: a new ship is not drawn yet
 
 # Sizes of pictures by half the depth: of all but planets in the low nibble, of planets in the high.
@@ -142,8 +152,8 @@ def _records_shown(m: Ram) -> Box:
     )
     code = jnp.minimum(m.picture, Picture.END - 1)
     packed = lookup(TABLE, ((m.on_planet * Picture.END + code) * CUTS) + cut)
-    near = (m.picture >= Picture.DARTER) & (m.picture < Picture.DARTER + 4) & (m.on_planet == 0)
-    x = m.x + (packed & 127) - 32 + when(near & (np.arange(RECORDS) == 0), DRAWN_FIRST)
+    darts = (m.picture >= Picture.DARTER) & (m.picture < Picture.DARTER + 4) & (m.on_planet == 0)
+    x = m.x + (packed & 127) - 32 + when(darts & (np.arange(RECORDS) == 0), DARTER_SHIFT)
     y = LINE - m.y + (packed >> 7 & 31)
     there = (m.picture < Picture.END) & (m.y < HIGHEST) & _flies(m) & (m.is_over == 0)
     boxes = box(
@@ -191,18 +201,12 @@ def _ringed(m: Ram, things: Box) -> Box:
     return jax.tree.map(lambda a, b: jnp.where(same, a, b), whole, things)
 
 
-def _column(code: jax.Array) -> jax.Array:
-    """Column of the ship's sprite, by a code whose move counts twice."""
-    fine = (code >> 4 ^ 8) - 8
-    return 54 + 27 * (code >> 1 & 7) + 3 * (code & 1) - 2 * fine
-
-
 def _ship_box(m: Ram) -> Box:
     """The ship, which the sprite of shots shows, too, on other lines."""
     picture = m.ship_picture + m.ship_y & 255
-    look = match((picture == PICTURE_TILTED, 0), (picture == PICTURE_WIDE, 1), otherwise=2)
+    look = match((picture == ShipPicture.TILTED, 0), (picture == ShipPicture.WIDE, 1), otherwise=2)
     there = (m.ship_y > 0) & (m.ship_picture != MADE_WITHOUT_SHIP) & (m.departs == 0) & _flies(m)
-    x = _column(m.ship_at) - when(look == 1, 1)
+    x = sprite_column(m.ship_at) - when(look == 1, 1)
     color = jnp.where(m.on_planet == 1, 0x28, 0x78)
     return box(x, LINE + 1 - m.ship_y, pick(look, (11, 9, 9)), 9, there, color=color)
 
@@ -212,7 +216,7 @@ def _shot_boxes(m: Ram) -> Box:
     picture = m.shot_picture + m.shot_y & 255
     shape = lookup(SHOT_SHAPES, picture)
     there = (m.shot_depth < 128) & (shape > 0) & _flies(m)
-    x = _column(m.shot_at) + (shape & 7)
+    x = sprite_column(m.shot_at) + (shape & 7)
     return box(x, LINE - m.shot_y, shape >> 3 & 15, shape >> 7, there)
 
 
@@ -272,7 +276,7 @@ def _shows_chart(m: Ram) -> jax.Array:
 
 
 LIVES = IconRow(left=24, top=192, width=3, height=5, pitch=-4)
-FUEL_RULE = Bounds(0x1A, (120, 192, 156, 197), value=Gauge(1, 5, 0))
+FUEL_RULE = Bounds(0x1A, (BAR_LEFT, 192, 156, 197), value=Gauge(1, EMPTY_BAR, 0))
 DISTANCE = Bounds(
     0xB8,
     (LEFT_CELL, 181, RIGHT_CELL + 8, 188),

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, BoxTable, box
 from ocjax.console.ops import lookup, match
-from ocjax.extractors.solaris.ram import ROM, Ram
+from ocjax.extractors.solaris.ram import ROM, Ram, ShipPicture
 
 BANK_1 = 0x1000
 FONT = ROM.font(BANK_1 + 1, rows=7, stride=8)
@@ -25,7 +25,7 @@ AHEAD = 8  # level
 PLACES = 41  # of the target across the window
 ON_COURSE = 19  # place
 REACH = 40  # columns from the ship to the window's edge
-BLANK_HEIGHT = 0x56  # of the way out
+WAY_OUT_Y = 0x56  # the way out has no `y` of its own
 
 
 def _at(address: int) -> int:
@@ -91,7 +91,7 @@ COLORS = [_at(0xF558 + kind) & 0xFE for kind in range(16)]  # of the window
 
 
 def _of_target(m: Ram, records: jax.Array, way_out: jax.Array | int) -> jax.Array:
-    """What the scanner's target has, of what all records have."""
+    """What the scanner's target has, of what `records` and the way out have."""
     out = jnp.asarray(way_out)
     for record in range(records.shape[0]):
         out = jnp.where(m.target == record, records[record], out)
@@ -103,7 +103,7 @@ def scanned(m: Ram, known: jax.Array) -> dict[str, Box]:
     kind = _of_target(m, m.picture, m.way_out_picture) >> 3 & 15
     side = (_of_target(m, m.x, m.way_out_x) - _ship_column(m) + REACH) & 255
     place = match((side < 80, side), (side < 168, 80), otherwise=0) >> 1
-    level = (_of_target(m, m.y, BLANK_HEIGHT) + 72 & 255) >> 4
+    level = (_of_target(m, m.y, WAY_OUT_Y) + 72 & 255) >> 4
     left = match((place == ON_COURSE, 2), (place > ON_COURSE, 1), otherwise=0)
     right = match((level == AHEAD, 2), (level > AHEAD, 3), otherwise=4)
     pointing = jnp.stack([left, right])
@@ -127,15 +127,21 @@ def _distance_box(m: Ram) -> Box:
     return box(left, 181, right - left, 7, value=10 * tens + last)
 
 
+def sprite_column(code: jax.Array) -> jax.Array:
+    """Column of the ship's sprite, by a code whose move counts twice."""
+    fine = (code >> 4 ^ 8) - 8
+    return 54 + 27 * (code >> 1 & 7) + 3 * (code & 1) - 2 * fine
+
+
 def _ship_column(m: Ram) -> jax.Array:
     """The ship's place when the frame was drawn: it moves after that ($FBEC)."""
     step = m.ship_speed << 3 & 255
     moved = jnp.where(m.ship_part < step, 1, 0) - (m.ship_speed >> 7)
     limited = jnp.where(m.ship_speed < 128, m.ship_x >= 0x73, m.ship_x <= 0x2D)
     moved = jnp.where(limited, 0, moved)
-    fine = (m.ship_at >> 4 ^ 8) - 8
-    drawn = 54 + 27 * (m.ship_at >> 1 & 7) + 3 * (m.ship_at & 1) - 2 * fine
     picture = m.ship_picture + m.ship_y & 255
-    shown = drawn + match((picture == 0xD7, 3), (picture == 0xEB, 1), otherwise=2)
+    shown = sprite_column(m.ship_at) + match(
+        (picture == ShipPicture.TILTED, 3), (picture == ShipPicture.WIDE, 1), otherwise=2
+    )
     still = (m.jumps | m.on_chart | m.sleeps | m.waits | m.departs) == 1
     return match((still, m.ship_x), (m.heads_out == 1, m.ship_x - moved), otherwise=shown)

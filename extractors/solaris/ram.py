@@ -36,6 +36,11 @@ class Target:  # of `Ram.target`: a record, or
     WAY_OUT = 5  # the point for which the ship heads while it jumps
 
 
+class ShipPicture:  # low bytes of addresses of its pictures but the usual one
+    TILTED = 0xD7
+    WIDE = 0xEB
+
+
 # What the first frame after power-on shows. The ROM derives it only after the state that a reset
 # returns ($F6DE): from depths, which are there.
 FIRST_SHIP_PICTURE = 0xBA

@@ -19,7 +19,9 @@ SHIP_ROWS = (8, 144, 160, 151)  # its colours are in them; two rows above are da
 SHIP_COLORS = (0x92, 0x76, 0x78, 0x6A, 0x6C)
 GROUND_SHIP_COLORS = (0x42, 0x34, 0x26, 0x28, 0x1A, 0x1C)
 
-# The colours of both screens' pictures of a kind, where their parts are joined alike.
+# A look is what one search finds: one kind in space and, in other colours, one on planets. They are
+# never on one frame, and have one search if their parts are joined alike (`gap`). Where the kind on
+# planets is not the one that the look is named for, a comment names it.
 SHOT = Look(all=(0x0E, 0x08))
 ENEMY_SHOT = Look(all=(0x9E, 0x7E, 0x6E))
 FIGHTER = Look(space=(0x56, 0x58, 0x5A, 0x5C, 0x5E), planet=(0x1A, 0x4E, 0xAC))

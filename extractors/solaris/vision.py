@@ -14,15 +14,16 @@ from ocjax.vision.detected import Detected, boxes
 from ocjax.vision.filters import Searched, ShortRuns
 from ocjax.vision.steps import Context, Step
 
+# The screens.
 SPACE = 0
 PLANET = 1
 CHART = 2
-WARP = 3
+JUMP = 3  # streaks
 BAR_LEFT = (30, 50)  # column and row in the bar at the chart's left side
 BAR_RIGHT = (130, 50)
 BESIDE_BAR = (20, 50)
 BELOW_BAR = (30, 120)
-WARP_STARS = ((69, 16), (125, 23), (157, 27), (21, 30))  # stars that stand still
+JUMP_STARS = ((69, 16), (125, 23), (157, 27), (21, 30))  # that stand still during a jump
 WITHOUT_LINES = ShortRuns(30, across=True)  # no crater is wider than that
 ON_GROUND = ((12, 140), (12, 160), (12, 120))
 
@@ -47,11 +48,11 @@ def _which_screen(planes: jax.Array) -> jax.Array:
     is_planet = functools.reduce(jnp.logical_or, grounds)
     stars = [
         jnp.any(_bits_at(planes, (x, y)) != _bits_at(planes, (x - 9, y)), axis=0)
-        for x, y in WARP_STARS
+        for x, y in JUMP_STARS
     ]
-    is_warp = functools.reduce(jnp.logical_and, stars)
+    is_jump = functools.reduce(jnp.logical_and, stars)
     flies = jnp.where(is_planet, PLANET, SPACE)
-    return jnp.where(is_chart, CHART, jnp.where(is_warp, WARP, flies))
+    return jnp.where(is_chart, CHART, jnp.where(is_jump, JUMP, flies))
 
 
 @dataclass(frozen=True)

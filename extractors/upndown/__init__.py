@@ -1,6 +1,6 @@
 """Up'n Down: a jumping car drives along two roads that cross, past other cars, and collects flags.
 
-Screen: the sprites share its rows: where two of them are near each other, the upper one loses its
+Screen: a row shows one sprite only: where two of them are near each other, the upper one loses its
 last rows on one frame and the lower one its first rows on the next; where they are closer still,
 they take turns. Life shows at most four of the five in reserve. Roads, trees and explosions are
 scenery, and the number of the round is not an object.
@@ -28,12 +28,13 @@ VEM: it misses cars that touch, some parts of cars of a few rows, and flags in t
 """
 
 import functools
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
+from ocjax.console.boxes import Area, Box, box
 from ocjax.console.ops import among, match, when
 from ocjax.console.registers import mirrored
 from ocjax.console.rom import Pictures
@@ -62,11 +63,11 @@ VIEW = (8, 27, 160, 194)
 CLEARED_FROM = 142  # from this column on, the last row of a picture is cleared before it is drawn
 LAST_ROW = 158  # beyond it a record begins anew
 START_ROWS = ROM.bytes(BANK + 0xA84, 3)  # `y` of the other cars
-MOST = 3  # columns that the player moves in a frame
+MOST = 3  # columns that the player moves in a frame at most
 PICTURE_ROWS = 16
 NEAR_ROWS = 4  # rows between sprites
-SPACE = 24  # rows that a sprite out of the way needs
-BOTTOM = 152  # and where they end
+SPACE = 24  # free rows that a sprite needs that is put out of the way
+BOTTOM = 152  # row where the free rows below the last sprite end
 NOWHERE = 255  # rows to a sprite where there is none
 BACKWARD = 128  # least speed that is not forward
 
@@ -76,6 +77,12 @@ CAR_COLORS = (56, 72, 200, 168, 104, 120, 136, 152)
 FLAG_COLORS = (118, 102, 86, 70, 54, 38, 134)  # but one, which the road has, too
 HUD_COLORS = (116, 20, 100, 84, 68, 52, 36, 132)
 HUD_LEFTS = (91, 19, 107, 127, 71, 55, 35, 143)  # by bit of `collected`
+HUD_TOP = 15
+HUD_SIZE = (5, 11)
+ICON_COLOR = 54
+ICON_LEFTS = range(16, 48, 8)
+ICON_TOP = 196
+ICON_SIZE = (4, 8)
 
 
 class Look:  # in `PICTURE_EXTENTS`; those before are the other cars'
@@ -120,16 +127,16 @@ def decode(m: Ram) -> dict[str, Box]:
     d = _as_drawn(m)
     objects = _object_boxes(m, d).where(~_starts(m))
     others, kind = objects[1:], d.kind[1:]
-    flag_slots, icon_slots = np.arange(8), np.arange(4)
+    is_left = (m.collected >> np.arange(8) & 1) == 0
     lives = m.lives + when(_life_lost(m), 1)
     return {
         "Player": objects[0].where(m.kind == Kind.PLAYER),
         "Truck": others.where(kind < Kind.FLAG),
         "Flag": others.where(among(kind & ~Kind.GONE, range(Kind.FLAG, Kind.PLAYER))),
         "Collectable": others.where(_is_collectable(kind)),
-        "HUD_Flag": box(np.array(HUD_LEFTS), 15, 5, 11, ((m.collected >> flag_slots) & 1) == 0),
+        "HUD_Flag": box(np.array(HUD_LEFTS), HUD_TOP, *HUD_SIZE, is_left),
         "Score": _score_box(m),
-        "Life": box(16 + 8 * icon_slots, 196, 4, 8, lives > icon_slots),
+        "Life": box(np.array(ICON_LEFTS), ICON_TOP, *ICON_SIZE, lives > np.arange(4)),
     }
 
 
@@ -145,7 +152,7 @@ def _score_box(m: Ram) -> Box:
 
 
 def _as_drawn(m: Ram) -> Drawn:
-    limit = mirrored((m.counter - 1) & 255) & 255
+    limit = mirrored((m.counter - 1) & 255) & 255  # the bits of the count in reverse order
     scroll = when(m.pause == Pause.RUNNING, _steps(m.speed, limit))
     x, y = _before_move(m, scroll)
     lost = _life_lost(m)
@@ -294,8 +301,14 @@ CARS = in_view((BLACK, *CAR_COLORS), shapes=CAR_SHAPES)
 small = functools.partial(in_view, (BLACK, *FLAG_COLORS))
 FLAGS = small(shapes=Shape(w=(4, 7), h=(7, 16), pixels=(14, 52)))
 COLLECTABLES = small(shapes=Shape(w=(6, 8), h=(14, 16), pixels=(53, 90)))
-HUD = Bounds(tuple((c,) for c in HUD_COLORS), tuple((x, 15, x + 5, 26) for x in HUD_LEFTS))
-ICONS = Bounds(54, tuple((x, 196, x + 4, 204) for x in range(16, 48, 8)))
+
+
+def _cells(lefts: Iterable[int], top: int, size: tuple[int, int]) -> tuple[Area, ...]:
+    return tuple((x, top, x + size[0], top + size[1]) for x in lefts)
+
+
+HUD = Bounds(tuple((c,) for c in HUD_COLORS), _cells(HUD_LEFTS, HUD_TOP, HUD_SIZE))
+ICONS = Bounds(ICON_COLOR, _cells(ICON_LEFTS, ICON_TOP, ICON_SIZE))
 
 GAME = Game(
     name="UpNDown",

@@ -143,8 +143,8 @@ def _sprite_rows(
     """Which sprite is the player; by phase, the sprites' rows, and the fine scroll or IMPOSSIBLE.
 
     His picture's address does not say how many rows it would have lost, because it is not drawn.
-    His row against those of the others does. If he is the first one, `ends` leaves two numbers:
-    `odd` is for the other one, in the tries whose phase cannot be, by the gap of `FULL` rows below.
+    His row against those of the others does. If he is the first one, two numbers fit `ends`, which
+    is halved: the tries whose phase the gap of `FULL` rows below rules out take the `odd` one.
     """
     apart = m.gaps + 2 + cut[1:] - cut[:-1]
     ends = 160 - 2 * m.ends - jnp.sum(apart)  # twice the first row, plus the rows lost to the road

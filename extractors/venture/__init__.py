@@ -41,7 +41,7 @@ from ocjax.vision.rules import Blobs, Bounds, Run, Runs
 from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(0xF00, rows=8)
-SCORE = NumberDisplay(FONT, right=48, top=9, digits=6)
+SCORE = NumberDisplay(FONT, right=48, top=9, digits=6, leading_zeros=True)
 ICONS = IconRow(left=112, top=9, width=4, height=8, pitch=8)
 
 START_X = 68  # `dot_x` at the start of a hall
@@ -101,10 +101,10 @@ TREASURE_FIRST = (5, 6, 7)  # rooms whose treasure is sprite 1, not 2
 class Scene(NamedTuple):
     """The scene that is on the screen."""
 
-    old: jax.Array  # whether it is the one before that of the RAM
-    left: jax.Array  # whether that is a room
-    hall: jax.Array  # whether it is the hall of the RAM
-    room: jax.Array  # whether it is the room of the RAM
+    old: jax.Array  # whether the RAM has the next scene already
+    left: jax.Array  # whether it is old and a room, which he has left
+    hall: jax.Array  # whether it is a hall, and the RAM's
+    room: jax.Array  # whether it is a room, and the RAM's
     number: jax.Array  # of the room
     second: jax.Array  # whether it is the second hall, whose walls are blue, or one of its rooms
     color: jax.Array  # of the walls
@@ -128,7 +128,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Chamber": _chamber(scene),
         "Room": _map_boxes(m, scene),
         "Life": _lives(m, scene),
-        "Score": box(1, 9, 46, 8, value=100 * m.score),
+        "Score": SCORE.box(100 * m.score),
     }
 
 
@@ -143,7 +143,7 @@ def _shown_scene(m: Ram) -> Scene:
     in_hall = among(m.room, Room.HALLS)
     left = old & in_hall & ~among(m.split, SPLITS)
     by_door = when(m.room == Room.SECOND_HALL, 4) + reached(m.door, DOORS)
-    before = jnp.where(left, by_door >= 4, m.split == SPLITS[1])
+    before = jnp.where(left, among(by_door, Room.BEYOND_SECOND_HALL), m.split == SPLITS[1])
     now = (m.room == Room.SECOND_HALL) | among(m.room, Room.BEYOND_SECOND_HALL)
     second = jnp.where(old, before, now)
     return Scene(

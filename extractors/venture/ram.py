@@ -27,9 +27,9 @@ class Ram(RamMap):
     guest_picture = byte(14)
     door = byte(16)  # of the hall, that he used last: a bit
     taken = byte(18)  # 255: the treasure
-    y = byte(20, 21, 22, 23, 24, 25)  # in two lines
-    dot_y = byte(26)
-    guest_y = byte(27)
+    y = byte(20, 21, 22, 23, 24, 25)  # counts pairs of lines
+    dot_y = byte(26)  # likewise
+    guest_y = byte(27)  # likewise
     status = byte(28, 29, 30, 31, 32, 33, 34)  # the last one of the dot
     color = byte(36, 37, 38, 39, 40, 41)
     height = byte(42, 43, 44, 45, 46, 47)  # 256 less the rows
