@@ -20,7 +20,7 @@ from ocjax.extraction.saver import key_of, restored, saved
 from ocjax.vision.detected import OWN_COLOR, Detected
 from ocjax.vision.unknown import UNKNOWN, UNKNOWN_VALUE
 
-CHUNK = 64  # frames at a time
+CHUNK = 32  # frames at a time, whose planes and masks fit in a second-level cache of 2 MB: with 64, a game takes a quarter longer
 FEW_SLOTS = 128  # slots up to which fields are put in order by index
 
 
