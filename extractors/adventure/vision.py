@@ -72,7 +72,7 @@ def look(planes: jax.Array) -> Found:
     same, ground = materialize(_masks, planes)
     is_open = materialize(_open_cells, ground)
     walls, loose, dot, thin = materialize(_sort_out, same, ground, is_open)
-    square, tall = materialize(_squares, loose)
+    square, tall = _squares(loose)
     return Found(walls, loose, square, materialize(_likeliest, loose, square, tall), dot, thin)
 
 
@@ -102,7 +102,8 @@ def _sort_out(same: Bitmap, ground: Bitmap, is_open: Bitmap) -> tuple[Bitmap, ..
 
 def _opened(pixels: Bitmap, size: tuple[int, int]) -> Bitmap:
     """The pixels in filled rectangles of a size."""
-    return bm.any_within(bm.all_within(pixels, *size), *size)
+    corners = materialize(lambda b: bm.all_within(b, *size), pixels)
+    return materialize(lambda b: bm.any_within(b, *size), corners)
 
 
 def _squares(loose: Bitmap) -> tuple[Bitmap, Bitmap]:

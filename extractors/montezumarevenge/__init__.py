@@ -51,7 +51,9 @@ from ocjax.extractors.montezumarevenge.rooms import (
     RULES,
     room_parts,
 )
+from ocjax.vision.bitmap import Bitmap
 from ocjax.vision.displays import IconRow, NumberDisplay
+from ocjax.vision.filters import LoneRuns
 from ocjax.vision.rules import Blobs, Bounds
 from ocjax.vision.shapes import Shape
 
@@ -300,6 +302,14 @@ def _drawn_pose(m: Ram) -> jax.Array:
     return first + when(alternate, (m.clock - 1) >> 2 & 1)
 
 
+def _no_lone_runs(mask: Bitmap, planes: jax.Array) -> Bitmap:
+    """The pixels but for single rows: doors consist of such rows, in the key's colour.
+
+    Otherwise each row is searched for a key, and a frame takes 43 us instead of 31.
+    """
+    return mask & ~LoneRuns()(mask, planes)
+
+
 SUIT = 70
 SKIN = 250
 GREY = 8
@@ -320,7 +330,7 @@ GAME = Game(
         Category("Snake", on_ground(10), count=3, doc="snakes"),
         Category("Spider", on_ground(200), doc="a spider"),
         Category("Ruby", on_ground(56), count=3, doc="rubies"),
-        Category("Key", on_ground(GOLD), doc="a key"),
+        Category("Key", on_ground(GOLD, filters=(_no_lone_runs,)), doc="a key"),
         Category("Sword", on_ground(12), doc="a sword"),
         Category("Amulet", on_ground(SKIN), doc="an amulet"),
         Category("Torch", on_ground(236), doc="a torch"),
