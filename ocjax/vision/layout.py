@@ -68,8 +68,7 @@ class Layout:
         self.splits = any(search.splits for search in searched)
         self.gaps = [search.gap for search in searches]
         self.lanes = masks[0].shape[2]
-        self.reach_x = max(s.window[0] + s.gap[0] for s in searched)
-        self.reach_y = max(s.window[1] + s.gap[1] for s in searched)
+        self.reach_x, self.reach_y = (max(side) for side in zip(*(s.reach for s in searched), strict=True))
         self.n_words = masks[0].shape[0] + any(s.gap[0] for s in searches)
         heights = [-(-(m.shape[1] + s.gap[1] + 1) // BLOCK) * BLOCK for m, s in zip(masks, searches, strict=True)]
         self.begins = np.cumsum([0, *heights])  # first row of each mask's part; an empty row separates parts

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ocjax.console.boxes import WIDTH
@@ -43,12 +44,17 @@ class Search:
         return min(width, WIDTH), min(height, UNLIMITED)
 
     @property
-    def window_words(self) -> int:
-        """Words of the first window and its margins, 32 columns each."""
-        reach_x, reach_y = (side + gap for side, gap in zip(self.window, self.gap, strict=True))
-        return words_across(reach_x) * (reach_y + 1)
+    def reach(self) -> tuple[int, int]:
+        """Width and height of the first window where parts are joined."""
+        return self.window[0] + self.gap[0], self.window[1] + self.gap[1]
 
 
 def words_across(reach: int) -> int:
     """Words of a row of windows that hold components up to so wide; the first pixel of a component may be at its left or its right."""
     return -(-2 * reach // 32)
+
+
+def window_words(reaches: Sequence[tuple[int, int]]) -> int:
+    """Words of a window for components of several searches, with the row below, given the reach of each search."""
+    widths, heights = zip(*reaches, strict=True) if reaches else ((0,), (0,))
+    return words_across(max(widths)) * (max(heights) + 1)

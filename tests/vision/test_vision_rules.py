@@ -11,7 +11,7 @@ from ocjax.vision.blobs import _boards
 from ocjax.vision.filters import Searched
 from ocjax.vision.pictures import picture
 from ocjax.vision.rules import Blobs, Bounds, Cells
-from ocjax.vision.search import Search
+from ocjax.vision.search import Search, window_words
 from ocjax.vision.shades import Shades
 from ocjax.vision.shapes import Shape
 from ocjax.vision.steps import EndsAbove, Raised, SideBySide
@@ -195,8 +195,13 @@ def test_rules_of_different_screens_share_their_pixels():
 
 def test_large_windows_have_a_board_of_their_own():
     searches = [Search(1, (Shape(w=(1, w), h=(1, h)),)) for w, h in ((4, 4), (8, 8), (40, 60), (8, 9), (20, 20))]
-    assert [s.window_words for s in searches] == [5, 9, 183, 10, 42]
-    assert _boards(searches) == [[0, 1, 3], [2, 4]]
+    assert [window_words([s.reach]) for s in searches] == [5, 9, 183, 10, 42]
+    assert _boards(searches) == [[0, 1, 3, 4], [2]]  # 4 * 42 + 183 words
     assert _boards(searches[:2]) == [[0, 1]]
     assert _boards(searches[2:3] * 3) == [[0, 1, 2]]
-    assert _boards([searches[4], searches[4], searches[2]]) == [[0, 1, 2]]
+    assert _boards([searches[4], searches[4], searches[2]]) == [[0, 1], [2]]
+    tall_and_wide = [Search(1, (Shape(w=(1, w), h=(1, h)),)) for w, h in ((1, 40), (17, 7), (17, 7))]
+    assert window_words([s.reach for s in tall_and_wide]) == 82
+    assert _boards(tall_and_wide) == [[0], [1, 2]]
+    gap = Search(1, (Shape(w=(1, 14), h=(1, 8)),), gap=(3, 2))
+    assert window_words([gap.reach]) == 2 * 11
