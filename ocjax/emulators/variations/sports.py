@@ -21,9 +21,24 @@ def _moved(by: int, values: range) -> dict[int, int]:
 
 
 _boxing = partial(Variation, "Boxing")
+_CLOSE = 14  # columns from the player to an enemy whom it touches
+_STEPS = (  # of the boxer: to the right unless the enemy is there, to the left, up and down
+    _boxing(
+        "A step to the right.",
+        parts=tuple(
+            _boxing("A step to the right.", {32: x + 1}, when={32: (x,), 33: [e for e in range(256) if e != x + _CLOSE]})
+            for x in reversed(range(1, 109))
+        ),
+    ),
+    _boxing("A step to the left.", replaces={32: _moved(-1, range(1, 109))}),
+    _boxing("A step up.", replaces={34: _moved(-1, range(1, 87))}),
+    _boxing("A step down.", replaces={34: _moved(1, range(1, 87))}),
+)
 BOXING = {
-    **{f"color_player_{name}": _boxing(f"The player is {name}.", {1: color}) for name, color in _COLORS.items() if name != "white"},
-    **{f"color_enemy_{name}": _boxing(f"The enemy is {name}.", {2: color}) for name, color in _COLORS.items() if name != "black"},
+    **{f"color_player_{name}": _boxing(f"The player is {name}.", {1: color}) for name, color in _COLORS.items()},
+    **{f"color_enemy_{name}": _boxing(f"The enemy is {name}.", {2: color}) for name, color in _COLORS.items()},
+    "drunken_boxing": _boxing("The player also takes a step in a random direction in every frame.", choices=_STEPS),
+    "switch_positions": _boxing("Player and enemy begin in each other's corner.", {32: 105, 33: 30, 34: 85, 35: 4}, frames=range(2)),
     "one_armed": _boxing("The player cannot hit with the right arm.", {101: 128}),
     "gravity": _boxing("The player is drawn to the bottom of the ring.", replaces={34: _moved(1, range(87))}, when={0: _EVERY_4}),
 }
@@ -40,6 +55,13 @@ BREAKOUT = {
     ),
     "gravity": _breakout("The ball is drawn downwards.", replaces={101: _moved(2, range(88, 164))}, when={90: _EVERY_8}),
     "inverse_gravity": _breakout("The ball is drawn upwards.", replaces={101: _moved(-2, range(92, 183))}, when={90: _EVERY_8}),
+}
+
+_dunk = partial(Variation, "DoubleDunk")
+_SHIRTS = ("white", "green", "red", "yellow", "purple", "blue")
+DOUBLE_DUNK = {
+    **{f"player_color_{name}": _dunk(f"The player's team is {name}.", {94: i}) for i, name in enumerate(_SHIRTS)},
+    **{f"enemy_color_{name}": _dunk(f"The enemy's team is {name}.", {95: i}) for i, name in enumerate(_SHIRTS)},
 }
 
 _derby = partial(Variation, "FishingDerby")
@@ -85,6 +107,7 @@ TENNIS = {
 GAMES: Mapping[str, Mapping[str, Variation]] = {
     "Boxing": BOXING,
     "Breakout": BREAKOUT,
+    "DoubleDunk": DOUBLE_DUNK,
     "FishingDerby": FISHING_DERBY,
     "Pong": PONG,
     "Skiing": SKIING,
