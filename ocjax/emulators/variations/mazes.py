@@ -43,13 +43,7 @@ _BANK, _POLICE = 253, 254  # what is in a place of the maze
 BANK_HEIST = {
     "unlimited_gas": _heist("The fuel does not run out.", {86: 0}),
     "no_police": _heist("There are no police cars.", replaces={a: {_POLICE: 0} for a in range(24, 27)}),
-    "random_city": _heist(
-        "The next city is a random one.",
-        parts=tuple(
-            Variation("BankHeist", "One city.", draws={0: range(256)}, when={0: ((city + 1) % 256,)}, before={0: (city,)})
-            for city in range(256)
-        ),
-    ),
+    "random_city": _heist("The next city is a random one.", draws={0: range(256)}, changed=(0,)),
     "revisit_city": _heist(
         "The left exit leads to the previous city.",
         keeps=(0,),
@@ -61,7 +55,15 @@ BANK_HEIST = {
 }
 
 _kong = partial(Variation, "DonkeyKong")
+_PLACES = ((49, 154), (110, 154), (49, 127), (111, 132), (111, 99), (50, 71), (53, 48), (111, 43), (111, 21))  # of Mario
+_MARIO = tuple(_kong("One place.", {19: x, 27: y}, when={16: (0,)}) for x, y in _PLACES)  # on the first board
 DONKEY_KONG = {
+    "random_start": _kong(
+        "Each life begins at a random place of the first board.",
+        choices=_MARIO,
+        frames=range(1),
+        parts=(_kong("Another life.", choices=_MARIO, changed=(35,)),),
+    ),
     "no_barrel": _kong("There are no barrels.", {25: 255}),
     "unlimited_time": _kong("The bonus does not run out.", {36: 70}),
 }
@@ -99,7 +101,7 @@ FROSTBITE = {
         "The floes stand still, each row 20 pixels further to the right.", _STANDING | {31 + i: 100 + 20 * i for i in range(4)}
     ),
     **{
-        f"ui_color_{name}": _frostbite(f"The score, the temperature and the lives are {shown}.", {71: color})
+        f"ui_color_{name}": _frostbite(f"The score, the temperature and the number of lives are {shown}.", {71: color})
         for name, color, shown in (("black", 200, "black"), ("red", 48, "orange"))
     },
     "no_birds": _frostbite("There are no animals between the floes.", _all(range(92, 96), 0)),
@@ -109,13 +111,15 @@ FROSTBITE = {
 
 _kangaroo = partial(Variation, "Kangaroo")
 _FLOORS = {  # position of the kangaroo, and no falling coconut
-    f"set_kangaroo_position_floor{i}": _kangaroo(f"The game begins on {where}.", {17: x, 16: y, 33: 255}, frames=range(1))
-    for i, x, y, where in ((1, 65, 12, "FLOOR1"), (2, 100, 6, "FLOOR2"))
+    f"set_kangaroo_position_floor{i}": _kangaroo(
+        f"The kangaroo begins the game on the {where} floor.", {17: x, 16: y, 33: 255}, frames=range(1)
+    )
+    for i, x, y, where in ((1, 65, 12, "second"), (2, 100, 6, "third"))
 }
 KANGAROO = {
     **_FLOORS,
     "randomize_kangaroo_position": _kangaroo(
-        "The game begins on one of these two floors, which is random.", choices=tuple(_FLOORS.values())
+        "The kangaroo begins the game on the second or the third floor.", choices=tuple(_FLOORS.values())
     ),
     "disable_monkeys": _kangaroo("There are no monkeys.", _all(range(8, 12), 127)),
     "disable_coconut": _kangaroo("No coconut falls.", {33: 255, 35: 255}),
@@ -141,12 +145,20 @@ MS_PACMAN = {
     "caged_ghosts": _mspacman("All ghosts stay in the middle of the maze.", {a: v for place in _CAGE.values() for a, v in place.items()}),
     **{f"disable_{name}": _mspacman(f"The {name} ghost stays in the middle of the maze.", place) for name, place in _CAGE.items()},
     **{f"set_level_{i}": _mspacman(f"The game is in level {i}, counted from 0.", {0: i}) for i in range(3)},
-    "end_game": _mspacman("Few pills are left, of a random row.", {117: 0}, choices=_FEW_PILLS),
+    "edible_ghosts": _mspacman("The ghosts are blue and take no life.", _all(range(1, 5), 130) | {116: 255}),
+    "end_game": _mspacman("Few pills are left, side by side at a random place.", {117: 0}, choices=_FEW_PILLS),
 }
 
 _montezuma = partial(Variation, "MontezumaRevenge")
+_ENTRANCES = ((77, 235), (88, 192), (128, 192), (133, 148), (33, 148), (22, 192))  # places of the first room
 MONTEZUMA_REVENGE = {
-    "full_inventory": _montezuma("The player has the torch, swords and keys.", {65: 249}),
+    "random_position_start": _montezuma(
+        "Lives after the first begin at a random place of the first room.",
+        choices=tuple(_montezuma("One place.", {42: x, 43: y}) for x, y in _ENTRANCES),
+        when={2: (4,), 3: (1,)},  # the life has begun, in the first room
+        before={2: (2,)},
+    ),
+    "full_inventory": _montezuma("The player has the torch, two swords and three keys.", {65: 249}),
     **{f"set_level_{i}": _montezuma(f"The game is in level {i}, counted from 0.", {57: i}) for i in range(3)},
 }
 
@@ -154,16 +166,15 @@ _name = partial(Variation, "NameThisGame")
 NAME_THIS_GAME = {
     "endless_oxygen": _name("The oxygen does not run out.", {113: 255}),
     "quick_start": _name("The game starts at once.", {65: 10}),
-    "infinite_lives": _name("LIVES", {73: 3}),
     "double_wave_length": _name(
-        "WAVE",
+        "The time of a wave does not run out.",
         parts=(
             _name("The low byte.", {114: 128}, masks={114: 128}, when={114: range(1, 128)}),
             _name("The high byte.", {115: 128}, masks={115: 128}, when={114: (0,), 115: range(128)}),
         ),
     ),
-    "octopus_start": _name("OCTO", _all(range(9, 50, 10), 64)),
-    "octopus_rest": _name("OCTO", {9: 0}),
+    "octopus_start": _name("Six tentacles have their first piece at once, and a piece is beside the octopus.", _all(range(9, 50, 10), 64)),
+    "octopus_rest": _name("A piece of the left tentacles is never there.", {9: 0}),
 }
 
 _venture = partial(Variation, "Venture")

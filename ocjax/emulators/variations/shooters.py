@@ -81,12 +81,33 @@ CHOPPER_COMMAND = {
 
 _demons = partial(Variation, "DemonAttack")
 _MISSILES = range(37, 47)  # rows of missiles, the lowest first
+
+
+def _x(code: int) -> int:
+    """The column of a position in the chip's coding, from the left edge of a demon's half."""
+    fine = code >> 4
+    return code % 16 * 15 + (28 if fine > 7 else 12) - fine
+
+
+_LEFT = tuple(code for code in range(256) if _x(code) <= 127)  # positions of left halves that are not at the right edge
+_RIGHT = tuple(code for code in range(256) if _x(code) >= 33)
+
+
+def _held_demons() -> Iterator[Variation]:
+    """Demons of each row that stay in their column while they are whole, and the diving one."""
+    for i in range(3):
+        whole = {47 + i: range(128, 192), 54 + i: range(128)}  # alive, and not split
+        yield _demons("One row.", keeps=(13 + i, 17 + i), when=whole, before={13 + i: _LEFT, 17 + i: _RIGHT} | whole)
+    dives = {50: range(64, 256), 51: range(1, 256)}
+    yield _demons("The diver.", keeps=(20,), when=dives, before=dives)
+
+
 DEMON_ATTACK = {
+    "static_enemies": _demons("Demons stay in their column.", parts=tuple(_held_demons())),
     "one_missile": _demons(
-        "Only the lowest row has a missile, and one only.",
+        "Only the lowest row of missiles has one.",
         parts=tuple(
-            Variation(
-                "DemonAttack",
+            _demons(
                 "Missiles from one row on.",
                 {a: 4} | _all(range(a + 1, 47), 0),
                 when=dict.fromkeys(range(37, a), (0,)) | {a: range(1, 256)},
@@ -133,12 +154,7 @@ SPACE_INVADERS = {
     "controlable_missile": _invaders("The cannon's missile follows the cannon.", copies={87: 28}),
 }
 
-_yars = partial(Variation, "YarsRevenge")
-YARS_REVENGE = {
-    "static": _yars("The enemy and the shield stay at one height.", {42: 90, 26: 37}),
-    "disable_enemy_movement": _yars("ENEMY", {40: 0, 41: 0}),
-    "disable_block_movement": _yars("BLOCK", {24: 0, 25: 0}),
-}
+YARS_REVENGE = {"static": Variation("YarsRevenge", "The enemy and its shield stay at one height.", {26: 37, 42: 90})}
 
 GAMES: Mapping[str, Mapping[str, Variation]] = {
     "Atlantis": ATLANTIS,

@@ -97,7 +97,14 @@ SKIING = {
 }
 
 _tennis = partial(Variation, "Tennis")
+_CALM = _tennis("No gust.")
+_WIND = _tennis(
+    "A gust.",
+    replaces={16: _moved(1, range(3, 155)), 54: _moved(1, range(50, 179)), 55: _moved(1, range(255))},  # ball, and its shadow
+    when={15: range(11, 140), 16: range(3, 155), 54: range(50, 179)},
+)
 TENNIS = {
+    "wind_effect": _tennis("A wind from the lower left moves the ball in every second frame, at random.", choices=(_WIND, _CALM)),
     "always_lower_player": _tennis("The player plays in the lower half of the court in all games.", {80: 1}),
     "always_upper_player": _tennis("The player plays in the upper half of the court in all games.", {80: 0}),
     "always_lower_pitches": _tennis("The lower player serves in all games.", {15: 7, 74: 1}, when={15: (142,)}),
