@@ -105,7 +105,7 @@ def _held_demons() -> Iterator[Variation]:
 DEMON_ATTACK = {
     "static_enemies": _demons("Demons stay in their column.", parts=tuple(_held_demons())),
     "one_missile": _demons(
-        "Only the lowest row of missiles has one.",
+        "Demons drop about one missile at a time.",
         parts=tuple(
             _demons(
                 "Missiles from one row on.",
