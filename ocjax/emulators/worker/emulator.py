@@ -14,6 +14,7 @@ from .interface import GRAY, OBSERVED, POOLED, SAME_STEP, SCREENS, STATE_BYTES, 
 from .snapshot import EmulatorState
 
 UNTAKEN = 1e-9  # the acceptable probability that a sticky emulator has not yet taken over a repeated action
+PRESSING = ("berzerk", "double_dunk")  # ROMs that ALE's reset presses a button in, for as many frames as ALE's frame skip
 NOOP = 0  # its index in every action set
 
 Hook = Callable[[np.ndarray], None]
@@ -108,7 +109,8 @@ class Emulator:
         self.actions = [ale_py.Action(a) for a in config.actions]
         self.least_skip, self.most_skip = config.frame_skip[0], config.frame_skip[1] - 1
         # One call of `act` emulates all frames of a step, unless single frames are needed.
-        self.whole_steps = self.least_skip == self.most_skip and not hooks and not self.previous and not config.noop_max
+        single = hooks or self.previous or config.noop_max or config.rom in PRESSING
+        self.whole_steps = self.least_skip == self.most_skip and not single
         self.last_action = NOOP  # as ale-py numbers it, in which no-op is 0, too
         self.start_totals = (0.0, 0)  # return and length with which the next episode starts
         self.before: np.ndarray | None = None  # the RAM before the last frame, as the hooks left it
