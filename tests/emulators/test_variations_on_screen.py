@@ -228,3 +228,9 @@ def test_blue_ghosts_take_no_life():
 def test_few_pills():
     assert min(len(found) for found in objects("MsPacman", None, "Pill", steps=60)[20:]) > 100
     assert all(0 < len(found) <= 8 for found in objects("MsPacman", "end_game", "Pill", steps=60)[20:])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("level", "places"), [("easy", range(90, 120)), ("hard", range(10, 40))])
+def test_the_shark_stays(level, places):
+    assert all(o.x in places for found in objects("FishingDerby", f"shark_no_movement_{level}", "Shark") for o in found)

@@ -26,6 +26,7 @@ BROKEN = ("asterix", "obelix"), ("bankheist", "random_city"), ("boxing", "gravit
 SPEC = importlib.util.find_spec("hackatari")  # which does not import it
 FRAMES = 700  # in which bytes are compared
 OWN = {"Alien:no_alien", "Freeway:stopped_cars", "Pong:parallel_enemy", "Riverraid:red_river", "SpaceInvaders:no_shields"}
+SWITCHED_OFF = ("edible_ghosts", "shark_no_movement_easy", "shark_no_movement_hard")  # HackAtari has the functions and ignores the names
 RANDOM = {
     "Atlantis:random_enemies",
     "Boxing:drunken_boxing",
@@ -78,7 +79,7 @@ def hackatari(tmp_path_factory):
 @pytest.mark.parametrize("name", NAMES or [pytest.param("", marks=pytest.mark.skip(reason="needs the package hackatari"))])
 def test_modifications_run(hackatari, name):
     module = importlib.import_module(f"hackatari.games.{name}")
-    known = [m for m in vars(getattr(module, "GameModifications", object)) if not m.startswith("_")]
+    known = [m for m, value in vars(getattr(module, "GameModifications", object)).items() if not m.startswith("_") and callable(value)]
     for modification in known:
         with pytest.raises(AttributeError) if (name, modification) in BROKEN else contextlib.nullcontext():
             run(hackatari, name, modification)
@@ -125,8 +126,8 @@ def functions(key, console):
     module = functions_of(game)
     if game == "yarsrevenge":  # which HackAtari cannot load
         return [lambda: module.static_enemy_position(console)], []
-    if name == "edible_ghosts":  # which HackAtari takes and ignores
-        return [module.GameModifications(console).edible_ghosts], []
+    if name in SWITCHED_OFF:
+        return [getattr(module.GameModifications(console), name)], []
     steps, resets, _ = module.modif_funcs(console, [name])
     return steps, resets
 

@@ -67,6 +67,8 @@ DOUBLE_DUNK = {
 _derby = partial(Variation, "FishingDerby")
 _FISH = range(69, 75)  # their positions
 FISHING_DERBY = {
+    "shark_no_movement_easy": _derby("The shark stays in the opponent's half.", {75: 105}),
+    "shark_no_movement_hard": _derby("The shark stays in the player's half.", {75: 25}),
     "shark_teleport": _derby("The shark jumps from one side of the water to the other.", replaces={75: {100: 25, 30: 105}}),
     "shark_speed_mode": _derby("The shark swims fast and to the right.", replaces={75: _moved(5, range(120)) | _all(range(121, 256), 1)}),
     "fish_on_player_side": _derby("The fish stay in the player's half.", replaces={a: _all(range(87, 256), 44) for a in _FISH}),
