@@ -217,6 +217,21 @@ def is_timed(v):
     return v.draws or v.choices or v.keeps or v.before or v.changed or v.frames or any(map(is_timed, v.parts))
 
 
+def test_wind():
+    """In half of the frames the ball and its shadow move by a pixel, while the ball is over the court."""
+    wind = variations.find("Tennis:wind_effect")
+    for shadow, moves in ((60, True), (150, False)):
+        before = np.zeros(128, np.uint8)
+        before[[15, 16, 54, 55]] = shadow, 80, 100, 90
+        moved = []
+        for frame in range(400):
+            ram = before.copy()
+            wind(ram, Moment(before, 0, frame, frame))
+            moved.append((ram.astype(int) - before)[[15, 16, 54, 55]].tolist())
+        assert {tuple(m) for m in moved} == ({(0, 0, 0, 0), (0, 1, 1, 1)} if moves else {(0, 0, 0, 0)})
+        assert not moves or 150 < sum(m[1] for m in moved) < 250
+
+
 TIMED = [key for key, v in variations.ALL.items() if is_timed(v)]
 
 
