@@ -5,7 +5,7 @@ import functools
 import sys
 import types
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import cloudpickle
 import numpy as np
@@ -82,16 +82,42 @@ def _by_value(module: types.ModuleType | None) -> Iterator[None]:
         cloudpickle.unregister_pickle_by_value(module)
 
 
+class HookedState(NamedTuple):
+    """A state of ale-py, and the RAM before the last frame, as the hooks left it."""
+
+    ale: Any
+    before: np.ndarray | None
+
+
 class HookedEmulator:
     """An emulator whose RAM hooks edit before every frame; other attributes are the emulator's."""
 
     def __init__(self, ale: Any, hooks: Sequence[tuple[str, Hook]]) -> None:
         self._ale, self._hooks = ale, hooks
+        self._before: np.ndarray | None = None
 
     def act(self, *args: Any) -> float:
         """Emulate one frame after the hooks have edited the RAM, and return its reward."""
-        apply_hooks(self._ale, self._hooks)
+        self._before = apply_hooks(self._ale, self._hooks, self._before)
         return self._ale.act(*args)
+
+    def cloneState(self, **options: Any) -> HookedState:  # noqa: N802  # ale-py's name
+        """Save the state."""
+        return HookedState(self._ale.cloneState(**options), self._before)
+
+    def cloneSystemState(self) -> HookedState:  # noqa: N802  # ale-py's name
+        """Save the state with that of the random numbers."""
+        return HookedState(self._ale.cloneSystemState(), self._before)
+
+    def restoreState(self, state: HookedState) -> None:  # noqa: N802  # ale-py's name
+        """Restore a state of `cloneState`."""
+        self._ale.restoreState(state.ale)
+        self._before = state.before
+
+    def restoreSystemState(self, state: HookedState) -> None:  # noqa: N802  # ale-py's name
+        """Restore a state of `cloneSystemState`."""
+        self._ale.restoreSystemState(state.ale)
+        self._before = state.before
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._ale, name)

@@ -9,6 +9,7 @@ import pytest
 
 import ocjax
 from ocjax.emulators import variations
+from ocjax.emulators.variations.mechanism import Moment
 from ocjax.envs import make
 from ocjax.ocatari import OCAtari
 
@@ -123,7 +124,7 @@ def test_declarations():
         assert key.startswith(f"{v.game}:")
         assert variations.of(v.game)[key.split(":")[1]] is v
         assert v.doc.endswith(".")
-        assert v.writes or v.copies or v.replaces or v.parts
+        assert v.writes or v.copies or v.replaces or v.keeps or v.draws or v.choices or v.parts
     assert not variations.of("Pitfall")
 
 
@@ -134,6 +135,12 @@ def test_the_documentation_lists_them():
     assert f"{len(variations.ALL)} variations of" in page
 
 
+def written(v):
+    """The addresses that a variation may write."""
+    own = {*v.writes, *v.copies, *v.replaces, *v.keeps, *v.draws}
+    return own.union(*(written(part) for part in (*v.parts, *v.choices)))
+
+
 @pytest.mark.parametrize("v", variations.ALL.values(), ids=variations.ALL)
 def test_bytes(v):
     """What is declared is written, and nothing else, also by a copy in another process."""
@@ -141,11 +148,12 @@ def test_bytes(v):
         before = np.random.default_rng(seed).integers(256, size=128).astype(np.uint8)
         ram = before.copy()
         pickle.loads(pickle.dumps(v))(ram)
-        changed = set(np.flatnonzero(ram != before).tolist())
+        assert set(np.flatnonzero(ram != before).tolist()) <= written(v)
+        if v.choices or any(part.keeps or part.draws or part.parts or part.frames or part.before for part in (v, *v.parts)):
+            continue
         parts = [part for part in (v, *v.parts) if all(before[a] in values for a, values in part.when.items())]
-        assert changed <= {a for part in parts for a in (*part.writes, *part.copies, *part.replaces)}
         for part in parts:
-            assert all(ram[a] == value for a, value in part.writes.items())
+            assert all(ram[a] == value for a, value in part.writes.items() if a not in part.masks)
             assert all(ram[a] == before[source] for a, source in part.copies.items())
             assert all(ram[a] == new.get(int(before[a]), before[a]) for a, new in part.replaces.items())
 
@@ -159,6 +167,156 @@ def test_conditions_and_bits():
     ram[5] = 16
     v(ram)
     assert ram[3:6].tolist() == [15, 8, 16]
+
+
+def drawn(v, seed, frames=40):
+    """What a variation makes of the same RAM in some frames."""
+    out = []
+    for frame in range(frames):
+        ram = np.arange(128, dtype=np.uint8)
+        v(ram, Moment(ram.copy(), seed, frame, frame))
+        out.append(ram)
+    return np.stack(out)
+
+
+def test_random_numbers():
+    """They depend on the RAM, the frame and the seed, are independent of each other, and have the probabilities that are declared."""
+    part = variations.Variation("Pong", "One byte.", draws={4: range(8)})
+    v = variations.Variation("Pong", "An example.", draws={3: (10, 20)}, parts=(part,))
+    first = drawn(v, 5, 4000)
+    assert (drawn(v, 5, 4000) == first).all()
+    assert (drawn(v, 6, 4000) != first).any()
+    assert set(np.unique(first[:, 3])) == {10, 20}
+    assert set(np.unique(first[:, 4])) == set(range(8))
+    table = np.histogram2d(first[:, 3], first[:, 4], (2, 8))[0]
+    assert abs(table - 250).max() < 5 * 250**0.5
+    often, seldom = (variations.Variation("Pong", "One.", {3: value}) for value in (1, 2))
+    choices = drawn(variations.Variation("Pong", "An example.", choices=(often, often, often, seldom)), 5, 4000)
+    assert abs((choices[:, 3] == 1).mean() - 0.75) < 0.05
+
+
+def test_conditions_on_time_and_the_last_frame():
+    v = variations.Variation("Pong", "An example.", {3: 9}, keeps=(4,), before={5: (1,)}, changed=(6,), frames=range(2, 4))
+    before = np.arange(128, dtype=np.uint8)
+    before[5] = 1
+    for frame, changes, written in ((2, {5: 1, 6: 7, 4: 0}, True), (4, {6: 7}, False), (3, {}, False), (3, {6: 8}, True)):
+        ram = before.copy()
+        for address, value in changes.items():
+            ram[address] = value
+        v(ram, Moment(before, 0, 0, frame))
+        assert (ram[3], ram[4]) == ((9, 4) if written else (3, changes.get(4, 4)))
+    other = before.copy()
+    other[5:7] = 2, 9
+    ram = before.copy()
+    v(ram, Moment(other, 0, 0, 2))
+    assert (ram == before).all()
+
+
+def is_timed(v):
+    """Whether a variation needs more than the present RAM."""
+    return v.draws or v.choices or v.keeps or v.before or v.changed or v.frames or any(map(is_timed, v.parts))
+
+
+def test_wind():
+    """In half of the frames the ball and its shadow move by a pixel, while the ball is over the court."""
+    wind = variations.find("Tennis:wind_effect")
+    for shadow, moves in ((60, True), (150, False)):
+        before = np.zeros(128, np.uint8)
+        before[[15, 16, 54, 55]] = shadow, 80, 100, 90
+        moved = []
+        for frame in range(400):
+            ram = before.copy()
+            wind(ram, Moment(before, 0, frame, frame))
+            moved.append((ram.astype(int) - before)[[15, 16, 54, 55]].tolist())
+        assert {tuple(m) for m in moved} == ({(0, 0, 0, 0), (0, 1, 1, 1)} if moves else {(0, 0, 0, 0)})
+        assert not moves or 150 < sum(m[1] for m in moved) < 250
+
+
+TIMED = [key for key, v in variations.ALL.items() if is_timed(v)]
+
+
+def trajectory(envs, seed, steps):
+    """The RAM after each step with random actions."""
+    rng, out = np.random.default_rng(seed), []
+    for _ in range(steps):
+        envs.step(rng.integers(18, size=envs.num_envs))
+        out.append(envs.get_ram())
+    return np.stack(out)
+
+
+@pytest.mark.parametrize("key", TIMED)
+def test_restored_states_continue_identically(key):
+    """In environments of another seed and with another past, too; and a seed gives the same episodes again."""
+    options = {"num_workers": 0, "mode": "raw", "obs": "ram", "full_action_space": True, "hook": key}
+    game = variations.ALL[key].game
+    envs, others = (ocjax.make_vec(game, 2, **options) for _ in range(2))
+    envs.reset(seed=3)
+    past = trajectory(envs, 0, 30)
+    states = ocjax.envs.States.from_bytes(envs.clone_state().to_bytes())
+    future = trajectory(envs, 1, 60)
+    others.reset(seed=11)
+    trajectory(others, 2, 7)
+    others.restore_state(states)
+    assert (trajectory(others, 1, 60) == future).all()
+    others.reset(seed=3)
+    assert (trajectory(others, 0, 30) == past).all()
+    envs.close()
+    others.close()
+
+
+def test_ocatari_restores_what_hooks_know():
+    env = OCAtari("Seaquest-v4", hook="random_color_enemies", frameskip=4)
+    env.reset(seed=0)
+
+    def play(steps):
+        rng, out = np.random.default_rng(0), []
+        for _ in range(steps):
+            env.step(int(rng.integers(18)))
+            out.append(env.get_ram())
+        return np.stack(out)
+
+    play(40)
+    for save, restore in ((env._clone_state, env._restore_state), (env.unwrapped.clone_state, env.unwrapped.restore_state)):
+        state = pickle.loads(pickle.dumps(save())) if save == env._clone_state else save()
+        future = play(50)
+        play(13)
+        restore(state)
+        assert (play(50) == future).all()
+    env.close()
+
+
+def test_seeds_give_other_random_numbers():
+    envs = ocjax.make_vec("MsPacman", 8, num_workers=1, mode="raw", obs="ram", hook="end_game")
+    envs.reset(seed=0)
+    envs.step(np.zeros(8, int))
+    assert len({tuple(np.flatnonzero(ram[59:101])) for ram in envs.get_ram()}) > 4
+    envs.close()
+
+
+def city(hook, action, place):
+    """The cities that a player drives through who leaves each at the side of this place."""
+    env = make("BankHeist", mode="raw", obs="ram", preset="noframeskip", repeat_action_probability=0, full_action_space=True, hook=hook)
+    env.reset(seed=0)
+    found = [0]
+    for step in range(600):
+        ram = env.step(action)[0]
+        if step % 100 == 60:
+            env.unwrapped.set_ram(28, place)
+        if ram[0] != found[-1]:
+            found.append(int(ram[0]))
+    env.close()
+    return found
+
+
+def test_cities():
+    right, left = (3, 140), (4, 12)
+    assert city(None, *right)[:5] == [0, 1, 2, 3, 4]
+    assert city(None, *left) == [0]
+    assert city("revisit_city", *left)[:4] == [0, 255, 254, 253]
+    found = city("random_city", *right)
+    arrived, drawn = found[1::2], found[2::2]  # the next city is there for one frame
+    assert len(set(drawn)) > 4
+    assert arrived == [(last + 1) % 256 for last in (0, *drawn[: len(arrived) - 1])]
 
 
 def test_several_hooks_in_workers():
@@ -272,8 +430,14 @@ def test_names_beside_functions():
         {"copies": {3: 128}},
         {"replaces": {3: {5: 256}}},
         {"when": {128: (1,)}},
+        {"before": {3: (256,)}},
+        {"changed": (128,)},
+        {"keeps": (-1,)},
+        {"draws": {3: (1, 256)}},
     ],
 )
 def test_variations_of_wrong_bytes_are_refused(wrong):
     with pytest.raises(ValueError, match=r"must have (addresses|values) from 0 to"):
         variations.Variation("Pong", "It cannot be.", **wrong)
+    with pytest.raises(ValueError, match="draws must have values for each address"):
+        variations.Variation("Pong", "It cannot be.", draws={3: ()})

@@ -1,6 +1,7 @@
 """Every variation changes the screen, and changes it as it says."""
 
 import functools
+import itertools
 
 import numpy as np
 import pytest
@@ -17,11 +18,27 @@ LATE = {  # what happens seldom in random play
     "Frostbite:no_birds",
     "Kangaroo:disable_thrown_coconut",
     "KungFuMaster:infinite_lives",
+    "NameThisGame:double_wave_length",
     "NameThisGame:endless_oxygen",
     "Tennis:always_upper_pitches",
     "Tennis:always_upper_player",
 }
-COLORED = [key for key in variations.ALL if "color_" in key or (key.endswith("_cars") and ":all_" in key)]
+AS_AT_FIRST = {  # what the game has anyway, until another level begins
+    "Boxing:color_enemy_black",
+    "Boxing:color_player_white",
+    "DoubleDunk:enemy_color_white",
+    "DoubleDunk:player_color_green",
+    "Kangaroo:change_level_0",
+    "MontezumaRevenge:set_level_0",
+    "MsPacman:set_level_0",
+}
+OUT_OF_TOWN = {"BankHeist:random_city", "BankHeist:revisit_city"}
+SHIRTS = {"white": 0x0E, "green": 0xB4, "red": 0x32, "yellow": 0x1C, "purple": 0x82, "blue": 0x9E}  # of Double Dunk
+COLORED = [
+    key
+    for key in variations.ALL
+    if ("color_" in key or (key.endswith("_cars") and ":all_" in key)) and key not in AS_AT_FIRST | {"Seaquest:random_color_enemies"}
+]
 CENTERS = {"orange": (93, 80), "cyan": (83, 80), "pink": (93, 67), "red": (83, 67)}
 
 
@@ -49,10 +66,17 @@ def objects(game, hook, *categories, steps=400):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("key", [key for key in variations.ALL if key not in LATE | {"BankHeist:no_police"}])
+@pytest.mark.parametrize("key", [key for key in variations.ALL if key not in LATE | AS_AT_FIRST | OUT_OF_TOWN | {"BankHeist:no_police"}])
 def test_frames_differ(key):
     game = variations.ALL[key].game
     assert (frames(game, key) != frames(game)).any()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key", sorted(AS_AT_FIRST))
+def test_what_the_game_has_anyway(key):
+    game = variations.ALL[key].game
+    assert (frames(game, key) == frames(game)).all()
 
 
 @pytest.mark.slow
@@ -72,12 +96,14 @@ def test_some_differ_quickly():
 def test_colors(key):
     """The colour that is written is on more of the screen than without the variation."""
     v = variations.ALL[key]
-    value = next(iter(v.writes.values()))
+    value, name = next(iter(v.writes.values())), key.rsplit("_", 1)[1]
     if v.game == "ChopperCommand":  # the byte is a place in a table of colours, and a frame has many pixels of the land
-        value = {"black": 0, "white": 0x0E, "red": 0x30, "blue": 0x70, "green": 0x16}[key.rsplit("_", 1)[1]]
+        value = {"black": 0, "white": 0x0E, "red": 0x30, "blue": 0x70, "green": 0x16}[name]
+    elif v.game in ("DoubleDunk", "Frostbite"):  # the byte is a number, or changes a colour
+        value = SHIRTS[name] if v.game == "DoubleDunk" else {"black": 0, "red": 0x3E}[name]
     color = np.asarray(to_rgb(np.uint8(value)))
     counts = [(frames(v.game, hook)[20:] == color).all(-1).sum() for hook in (None, key)]
-    assert counts[1] > counts[0] + 100 * (STEPS - 20)
+    assert counts[1] > counts[0] + (10 if v.game in ("DoubleDunk", "Frostbite", "Venture") else 100) * (STEPS - 20)
 
 
 @pytest.mark.slow
@@ -152,3 +178,59 @@ def test_oxygen_stays():
     under = [o.w for found in long for o in found if o.category == "OxygenBar" if any(p.category == "Player" and p.y > 60 for p in found)]
     assert under
     assert min(under) > 55
+
+
+def columns(game, hook, category, steps=400):
+    """The columns of the objects of a category in each frame."""
+    return [[o.x for o in found] for found in objects(game, hook, category, steps=steps)]
+
+
+@pytest.mark.slow
+def test_demons_stay_in_their_columns():
+    """Pictures of a demon begin in one of two columns."""
+    moves = []
+    for hook in (None, "static_enemies"):
+        pairs = [(a, b) for a, b in itertools.pairwise(columns("DemonAttack", hook, "Enemy")) if len(a) == len(b)]
+        moves.append(np.mean([any(abs(x - y) > 1 for x, y in zip(a, b, strict=True)) for a, b in pairs]))
+    assert moves[0] > 0.5
+    assert moves[1] < 0.2
+
+
+@pytest.mark.slow
+def test_one_missile():
+    mean = [np.mean([len(found) for found in objects("DemonAttack", hook, "EnemyMissile")]) for hook in (None, "one_missile")]
+    assert mean[1] < mean[0] / 2
+
+
+@pytest.mark.slow
+def test_jets():
+    """New ships are of other kinds for one frame."""
+    for hook in (None, "jets_only"):
+        ships = [o.category for found in objects("Atlantis", hook, "GorgonShip", "BanditBomber") for o in found]
+        assert ships.count("BanditBomber") > 0.9 * len(ships) if hook else "BanditBomber" not in ships
+
+
+@pytest.mark.slow
+def test_the_enemy_of_yars_revenge_stays():
+    rows = [{o.y for found in objects("YarsRevenge", hook, "Enemy", steps=60) for o in found} for hook in (None, "static")]
+    assert len(rows[0]) > 10
+    assert len(rows[1]) <= 2
+
+
+@pytest.mark.slow
+def test_blue_ghosts_take_no_life():
+    for hook in (None, "edible_ghosts"):
+        lives = min(env.unwrapped.envs.pool.lives[0] for env, _ in play("MsPacman", hook, 700, hold=HOLD))
+        assert lives == 3 if hook else lives < 3
+
+
+@pytest.mark.slow
+def test_few_pills():
+    assert min(len(found) for found in objects("MsPacman", None, "Pill", steps=60)[20:]) > 100
+    assert all(0 < len(found) <= 8 for found in objects("MsPacman", "end_game", "Pill", steps=60)[20:])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("level", "places"), [("easy", range(90, 120)), ("hard", range(10, 40))])
+def test_the_shark_stays(level, places):
+    assert all(o.x in places for found in objects("FishingDerby", f"shark_no_movement_{level}", "Shark") for o in found)

@@ -64,6 +64,19 @@ def test_episodes_equal_those_of_ale_py(actions):
     reference.close()
 
 
+@pytest.mark.parametrize("name", ["Berzerk", "DoubleDunk"])
+def test_games_that_ale_starts_with_a_button(name):
+    """ALE's own frame skip changes how these begin, and ale-py's environment does not use it."""
+    reference = gymnasium.make(f"ALE/{name}-v5", obs_type="ram", repeat_action_probability=0.0)
+    envs = ocjax.make_vec(name, 1, mode="raw", obs="ram", preset="deterministic-v4", full_action_space=True, num_workers=0)
+    observed, want = envs.reset(seed=5)[0][0], reference.reset(seed=5)[0]
+    for action in range(18):
+        assert np.array_equal(observed, want)
+        observed, want = envs.step(np.array([action]))[0][0], reference.step(action)[0]
+    envs.close()
+    reference.close()
+
+
 def _breakout():
     """Any game serves, as only its ROM is used."""
     return ocjax.load("Breakout") if "Breakout" in ocjax.games() else ocjax.load("Pong")

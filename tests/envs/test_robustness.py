@@ -462,7 +462,7 @@ def test_states_that_are_damaged_or_foreign_are_refused_and_change_nothing(envs)
         (lambda r: r["state"].fill(7), "expected a state that clone_state saved, which begins with b'ocjaxALE', got"),
         (lambda r: r["state_bytes"].fill(3), "expected a state that clone_state saved"),
         (lambda r: r["state_bytes"].fill(-3), "expected a state that clone_state saved"),
-        (lambda r: set_bytes(r, 8, b"\7\0"), "expected a state in version 1 of the format, got version 7"),
+        (lambda r: set_bytes(r, 8, b"\7\0"), "expected a state in version 2 of the format, got version 7"),
         (
             lambda r: set_bytes(r, 10, b"breakout".ljust(32, b"\0") + b"x" * 16),
             r"of the ROM 'pong' with md5 60e0.*, got one of the ROM 'breakout'",
@@ -471,6 +471,7 @@ def test_states_that_are_damaged_or_foreign_are_refused_and_change_nothing(envs)
         (lambda r: r["state_bytes"].__isub__(1), "the state is damaged"),
         (lambda r: forge(r, header, b"\x05"), "the state is damaged"),  # a phase that is never saved
         (lambda r: forge(r, header + 1, b"\x12"), "the state is damaged"),  # an action that does not exist
+        (lambda r: forge(r, header + snapshot._NUMBERS.size - 1, b"\x05"), "the state is damaged"),  # half a RAM
         (lambda r: r.update(ram=r["ram"].astype(int)), "expected 'ram' to be uint8 of shape"),
         (lambda r: r.update(lives=r["lives"][:, None]), "expected 'lives' to be int32"),
         (lambda r: r.update(state=np.zeros((4, 2**15), np.uint8)), "expected 'state' to be uint8"),

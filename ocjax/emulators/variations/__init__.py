@@ -6,7 +6,7 @@
 A variation is a hook: it writes its bytes before every emulated frame. Several are combined by `hook=[...]`. The addresses and values are
 those of HackAtari 0.0.6 and of the games' decoders in `extractors/`, and the tests check the effect of each on the screen. The names are
 HackAtari's where the effect is the same. What HackAtari does every fifth, sixth or tenth frame happens here every fourth or eighth frame of
-the game's own counter, so that a restored state continues identically.
+the game's own counter, and random numbers are a hash of the emulator's state, so that a restored state continues identically.
 
 Categories of objects are removed, frozen and recoloured by name as well: `hook="Pong:remove Enemy"`, `hook="Boxing:recolor Player red"`, or
 `hook=variations.freeze("Freeway", "Car")`. `variations.names(game)` lists what is known for a game.

@@ -1,6 +1,6 @@
 """Variations of games with shots."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import partial
 
 from ocjax.emulators.variations.mechanism import Variation
@@ -25,9 +25,29 @@ def _at_speed(others: int, bombers: int) -> tuple[Variation, ...]:
     )
 
 
+_FASTER, _SLOWER = {1: 2, 255: 254}, {2: 1, 254: 255}  # new speeds by old ones
+
+
+def _bombers() -> Iterator[Variation]:
+    """Ships of Atlantis that become bombers."""
+    for i in _SLOT:
+        kinds = range(1, _BOMBER)
+        yield Variation("Atlantis", "One ship.", replaces={75 + i: _FASTER, 79 + i: _all(kinds, _BOMBER)}, when={79 + i: kinds})
+
+
+def _random_ships() -> Iterator[Variation]:
+    """Ships of Atlantis of random kinds, with the speeds of these."""
+    for i in _SLOT:
+        yield Variation("Atlantis", "One ship.", draws={79 + i: (32, 64, _BOMBER)}, when={79 + i: range(1, _BOMBER + 1)})
+        yield Variation("Atlantis", "One ship.", replaces={75 + i: _SLOWER}, when={79 + i: (32, 64)})
+        yield Variation("Atlantis", "One ship.", replaces={75 + i: _FASTER}, when={79 + i: (_BOMBER,)})
+
+
 _atlantis = partial(Variation, "Atlantis")
 ATLANTIS = {
     "no_last_line": _atlantis("No ships fly in the lowest lane.", {36: 0}),
+    "jets_only": _atlantis("All ships are the fast one.", parts=tuple(_bombers())),
+    "random_enemies": _atlantis("Each ship is of a random kind in every frame.", parts=tuple(_random_ships())),
     "speed_mode_slow": _atlantis("All ships are slow.", parts=_at_speed(2, 3)),
     "speed_mode_medium": _atlantis("All ships have a medium speed.", parts=_at_speed(4, 5)),
     "speed_mode_fast": _atlantis("All ships are fast.", parts=_at_speed(6, 7)),
@@ -59,6 +79,44 @@ CHOPPER_COMMAND = {
     "color_green": _chopper("The land is olive.", {117: 48}),
 }
 
+_demons = partial(Variation, "DemonAttack")
+_MISSILES = range(37, 47)  # rows of missiles, the lowest first
+
+
+def _x(code: int) -> int:
+    """The column of a position in the chip's coding, from the left edge of a demon's half."""
+    fine = code >> 4
+    return code % 16 * 15 + (28 if fine > 7 else 12) - fine
+
+
+_LEFT = tuple(code for code in range(256) if _x(code) <= 127)  # positions of left halves that are not at the right edge
+_RIGHT = tuple(code for code in range(256) if _x(code) >= 33)
+
+
+def _held_demons() -> Iterator[Variation]:
+    """Demons of each row that stay in their column while they are whole, and the diving one."""
+    for i in range(3):
+        whole = {47 + i: range(128, 192), 54 + i: range(128)}  # alive, and not split
+        yield _demons("One row.", keeps=(13 + i, 17 + i), when=whole, before={13 + i: _LEFT, 17 + i: _RIGHT} | whole)
+    dives = {50: range(64, 256), 51: range(1, 256)}
+    yield _demons("The diver.", keeps=(20,), when=dives, before=dives)
+
+
+DEMON_ATTACK = {
+    "static_enemies": _demons("Demons stay in their column.", parts=tuple(_held_demons())),
+    "one_missile": _demons(
+        "Demons drop about one missile at a time.",
+        parts=tuple(
+            _demons(
+                "Missiles from one row on.",
+                {a: 4} | _all(range(a + 1, 47), 0),
+                when=dict.fromkeys(range(37, a), (0,)) | {a: range(1, 256)},
+            )
+            for a in _MISSILES
+        ),
+    ),
+}
+
 _riverraid = partial(Variation, "Riverraid")
 RIVERRAID = {
     "red_river": _riverraid("The river is red.", {13: 255}),
@@ -66,10 +124,21 @@ RIVERRAID = {
 }
 
 _seaquest = partial(Variation, "Seaquest")
+_LANES = range(44, 48)  # colours of the enemies; their positions are 14 bytes before
+_OUTSIDE = 200  # a position
+_INSIDE = tuple(x for x in range(256) if x != _OUTSIDE)
 SEAQUEST = {
     "disable_enemies": _seaquest("There are no enemies.", _all(range(36, 40), 0) | {60: 0}),  # under water, and at the surface
     # At the surface the game fills the oxygen, and takes a life if it is not full and no diver is on board.
     "unlimited_oxygen": _seaquest("The oxygen stays full under water.", {102: 63}, when={97: range(20, 256)}),
+    "random_color_enemies": _seaquest(
+        "The enemies of each lane have a random colour, and another one whenever they enter the screen.",
+        parts=(
+            *(_seaquest("One lane.", draws={a: range(256)}, when={a - 14: (_OUTSIDE,)}) for a in _LANES),
+            *(_seaquest("One lane.", keeps=(a,), when={a - 14: _INSIDE}) for a in _LANES),
+            _seaquest("The first ones.", draws=dict.fromkeys(_LANES, range(256)), frames=range(1)),
+        ),
+    ),
     "gravity": _seaquest("The player sinks.", replaces={97: {v: v + 1 for v in range(105)}}, when={1: range(0, 256, 4)}),
 }
 
@@ -85,11 +154,15 @@ SPACE_INVADERS = {
     "controlable_missile": _invaders("The cannon's missile follows the cannon.", copies={87: 28}),
 }
 
+YARS_REVENGE = {"static": Variation("YarsRevenge", "The enemy and its shield stay at one height.", {26: 37, 42: 90})}
+
 GAMES: Mapping[str, Mapping[str, Variation]] = {
     "Atlantis": ATLANTIS,
     "Carnival": CARNIVAL,
     "ChopperCommand": CHOPPER_COMMAND,
+    "DemonAttack": DEMON_ATTACK,
     "Riverraid": RIVERRAID,
     "Seaquest": SEAQUEST,
     "SpaceInvaders": SPACE_INVADERS,
+    "YarsRevenge": YARS_REVENGE,
 }

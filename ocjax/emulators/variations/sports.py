@@ -21,9 +21,24 @@ def _moved(by: int, values: range) -> dict[int, int]:
 
 
 _boxing = partial(Variation, "Boxing")
+_CLOSE = 14  # columns from the player to an enemy whom it touches
+_STEPS = (  # of the boxer: to the right unless the enemy is there, to the left, up and down
+    _boxing(
+        "A step to the right.",
+        parts=tuple(
+            _boxing("A step to the right.", {32: x + 1}, when={32: (x,), 33: [e for e in range(256) if e != x + _CLOSE]})
+            for x in reversed(range(1, 109))
+        ),
+    ),
+    _boxing("A step to the left.", replaces={32: _moved(-1, range(1, 109))}),
+    _boxing("A step up.", replaces={34: _moved(-1, range(1, 87))}),
+    _boxing("A step down.", replaces={34: _moved(1, range(1, 87))}),
+)
 BOXING = {
-    **{f"color_player_{name}": _boxing(f"The player is {name}.", {1: color}) for name, color in _COLORS.items() if name != "white"},
-    **{f"color_enemy_{name}": _boxing(f"The enemy is {name}.", {2: color}) for name, color in _COLORS.items() if name != "black"},
+    **{f"color_player_{name}": _boxing(f"The player is {name}.", {1: color}) for name, color in _COLORS.items()},
+    **{f"color_enemy_{name}": _boxing(f"The enemy is {name}.", {2: color}) for name, color in _COLORS.items()},
+    "drunken_boxing": _boxing("The player also takes a step in a random direction in every frame.", choices=_STEPS),
+    "switch_positions": _boxing("Player and enemy begin in each other's corner.", {32: 105, 33: 30, 34: 85, 35: 4}, frames=range(2)),
     "one_armed": _boxing("The player cannot hit with the right arm.", {101: 128}),
     "gravity": _boxing("The player is drawn to the bottom of the ring.", replaces={34: _moved(1, range(87))}, when={0: _EVERY_4}),
 }
@@ -42,9 +57,18 @@ BREAKOUT = {
     "inverse_gravity": _breakout("The ball is drawn upwards.", replaces={101: _moved(-2, range(92, 183))}, when={90: _EVERY_8}),
 }
 
+_dunk = partial(Variation, "DoubleDunk")
+_SHIRTS = ("white", "green", "red", "yellow", "purple", "blue")
+DOUBLE_DUNK = {
+    **{f"player_color_{name}": _dunk(f"The player's team is {name}.", {94: i}) for i, name in enumerate(_SHIRTS)},
+    **{f"enemy_color_{name}": _dunk(f"The enemy's team is {name}.", {95: i}) for i, name in enumerate(_SHIRTS)},
+}
+
 _derby = partial(Variation, "FishingDerby")
 _FISH = range(69, 75)  # their positions
 FISHING_DERBY = {
+    "shark_no_movement_easy": _derby("The shark stays in the opponent's half.", {75: 105}),
+    "shark_no_movement_hard": _derby("The shark stays in the player's half.", {75: 25}),
     "shark_teleport": _derby("The shark jumps from one side of the water to the other.", replaces={75: {100: 25, 30: 105}}),
     "shark_speed_mode": _derby("The shark swims fast and to the right.", replaces={75: _moved(5, range(120)) | _all(range(121, 256), 1)}),
     "fish_on_player_side": _derby("The fish stay in the player's half.", replaces={a: _all(range(87, 256), 44) for a in _FISH}),
@@ -75,7 +99,14 @@ SKIING = {
 }
 
 _tennis = partial(Variation, "Tennis")
+_CALM = _tennis("No gust.")
+_WIND = _tennis(
+    "A gust.",
+    replaces={16: _moved(1, range(3, 155)), 54: _moved(1, range(50, 179)), 55: _moved(1, range(255))},  # ball, and its shadow
+    when={15: range(11, 140), 16: range(3, 155), 54: range(50, 179)},
+)
 TENNIS = {
+    "wind_effect": _tennis("A wind from the lower left moves the ball in every second frame, at random.", choices=(_WIND, _CALM)),
     "always_lower_player": _tennis("The player plays in the lower half of the court in all games.", {80: 1}),
     "always_upper_player": _tennis("The player plays in the upper half of the court in all games.", {80: 0}),
     "always_lower_pitches": _tennis("The lower player serves in all games.", {15: 7, 74: 1}, when={15: (142,)}),
@@ -85,6 +116,7 @@ TENNIS = {
 GAMES: Mapping[str, Mapping[str, Variation]] = {
     "Boxing": BOXING,
     "Breakout": BREAKOUT,
+    "DoubleDunk": DOUBLE_DUNK,
     "FishingDerby": FISHING_DERBY,
     "Pong": PONG,
     "Skiing": SKIING,

@@ -4,6 +4,7 @@ import enum
 import math
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
+from typing import Any
 
 import ale_py
 import numpy as np
@@ -13,6 +14,7 @@ from .interface import GRAY, OBSERVED, POOLED, SAME_STEP, SCREENS, STATE_BYTES, 
 from .snapshot import EmulatorState
 
 UNTAKEN = 1e-9  # the acceptable probability that a sticky emulator has not yet taken over a repeated action
+PRESSING = ("berzerk", "double_dunk")  # ROMs that ALE's reset presses a button in, for as many frames as ALE's frame skip
 NOOP = 0  # its index in every action set
 
 Hook = Callable[[np.ndarray], None]
@@ -51,21 +53,29 @@ TRANSITIONS: Mapping[Event, tuple[frozenset[Phase], Phase]] = MappingProxyType(
 )
 
 
-def apply_hooks(ale: ale_py.ALEInterface, hooks: Sequence[tuple[str, Hook]], place: str = "") -> None:
+def apply_hooks(
+    ale: ale_py.ALEInterface, hooks: Sequence[tuple[str, Any]], before: np.ndarray | None = None, seed: int = 0, place: str = ""
+) -> np.ndarray:
     """Write to the console what hooks, with their names, change in a copy of its RAM.
+
+    A hook with the attribute `takes_moment` also gets the RAM before the last frame, the seed and ALE's numbers of frames.
+
+    Returns:
+        The edited RAM.
 
     Raises:
         RuntimeError: a hook failed; the message says where with `place`.
     """
-    before = ale.getRAM()
-    edited = before.copy()
+    ram, frame, game_frame = ale.getRAM(), ale.getFrameNumber(), ale.getEpisodeFrameNumber()
+    edited, moment = ram.copy(), (ram if before is None or not game_frame else before, seed, frame, game_frame)
     for name, hook in hooks:
         try:
-            hook(edited)
+            hook(edited, moment) if getattr(hook, "takes_moment", False) else hook(edited)
         except Exception as error:
             raise RuntimeError(f"the hook {name} failed{place}: {type(error).__name__}: {error}") from error
-    for address in np.flatnonzero(edited != before).tolist():
+    for address in np.flatnonzero(edited != ram).tolist():
         ale.setRAM(address, int(edited[address]))
+    return edited
 
 
 class Emulator:
@@ -99,9 +109,11 @@ class Emulator:
         self.actions = [ale_py.Action(a) for a in config.actions]
         self.least_skip, self.most_skip = config.frame_skip[0], config.frame_skip[1] - 1
         # One call of `act` emulates all frames of a step, unless single frames are needed.
-        self.whole_steps = self.least_skip == self.most_skip and not hooks and not self.previous and not config.noop_max
+        single = hooks or self.previous or config.noop_max or config.rom in PRESSING
+        self.whole_steps = self.least_skip == self.most_skip and not single
         self.last_action = NOOP  # as ale-py numbers it, in which no-op is 0, too
         self.start_totals = (0.0, 0)  # return and length with which the next episode starts
+        self.before: np.ndarray | None = None  # the RAM before the last frame, as the hooks left it
         self.shown_state = b""  # NEXT_READY: the state of the game that is shown
 
     def change(self, event: Event) -> None:
@@ -132,6 +144,11 @@ class Emulator:
         self.commands.loaded[self.i] = True
         self.change(Event.LOAD)
 
+    @property
+    def seed(self) -> int:
+        """What remains of the seed: the increment of the generator's state, which saved states have."""
+        return self.rng.bit_generator.state["state"]["inc"]
+
     def play(self, action: int, *, visible: bool = True) -> float:
         """Emulate the frames of one step with an action held, and return their reward. Screens are copied only if `visible`."""
         self.last_action = self.config.actions[action]
@@ -148,7 +165,7 @@ class Emulator:
     def frame(self, action: int) -> float:
         """Emulate one frame, after the hooks have edited the RAM, and return its reward."""
         if self.hooks:
-            apply_hooks(self.ale, self.hooks, f" in environment {self.i}")
+            self.before = apply_hooks(self.ale, self.hooks, self.before, self.seed, f" in environment {self.i}")
         return self.ale.act(self.actions[action])
 
     def copy_frame(self, name: str, out: np.ndarray) -> None:
@@ -230,7 +247,7 @@ class Emulator:
         """Reset the console, and write the RAM with which games begin here."""
         self.ale.reset_game()
         if self.starts:
-            apply_hooks(self.ale, self.starts, f" at the beginning of a game in environment {self.i}")
+            apply_hooks(self.ale, self.starts, None, self.seed, f" at the beginning of a game in environment {self.i}")
 
     def end(self, *, game_over: bool) -> None:
         """End the episode with the step just taken, with the game or only with a life."""
@@ -257,7 +274,9 @@ class Emulator:
         if self.phase is Phase.NEXT_READY:
             return self.shown_state
         c, state = self.config, self.ale.cloneState(include_rng=True).serialize()
-        return snapshot.pack(c.rom, c.md5, EmulatorState(self.phase.value, self.last_action, dict(self.rng.bit_generator.state), state))
+        before = b"" if self.before is None else self.before.tobytes()
+        saved = EmulatorState(self.phase.value, self.last_action, dict(self.rng.bit_generator.state), before, state)
+        return snapshot.pack(c.rom, c.md5, saved)
 
     def save(self) -> None:
         """Leave the state in the shared memory."""
@@ -276,6 +295,7 @@ class Emulator:
             self.ale.act(ale_py.Action(saved.action))
         self.ale.restoreState(ale_py.ALEState(saved.ale))
         self.rng.bit_generator.state = saved.generator
+        self.before = np.frombuffer(saved.before, np.uint8) if saved.before else None
         self.phase, self.last_action, self.shown_state = Phase(saved.phase), saved.action, b""
         self.write_ram(self.ram)
 

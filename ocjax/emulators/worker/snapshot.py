@@ -5,13 +5,13 @@ import zlib
 from typing import Any, NamedTuple
 
 MAGIC = b"ocjaxALE"
-VERSION = 1
+VERSION = 2
 _HEADER = struct.Struct("<8sH32s16sI")  # magic, version, name and MD5 hash of the ROM, CRC-32 of everything after the header
-_NUMBERS = struct.Struct(
-    "<BB16s16sBI"
-)  # phase, action, and the random generator's state, increment, whether it has 32 bits left, and these
+# Phase, action, the random generator's state, increment, whether it has 32 bits left, and these, and the number of bytes of `before`.
+_NUMBERS = struct.Struct("<BB16s16sBIB")
 _PHASES = range(1, 5)  # those of an emulator that has loaded its ROM
 _ACTIONS = range(18)
+_LENGTHS = (0, 128)  # of `before`: nothing, or a RAM
 
 
 class EmulatorState(NamedTuple):
@@ -20,6 +20,7 @@ class EmulatorState(NamedTuple):
     phase: int
     action: int  # the last one, as ale-py numbers them
     generator: dict[str, Any]  # state of NumPy's PCG64
+    before: bytes  # the RAM before the last frame, as the hooks left it; empty without hooks
     ale: bytes  # ALE's state
 
 
@@ -27,16 +28,18 @@ def pack(rom: str, md5: str, snapshot: EmulatorState) -> bytes:
     """The bytes of a saved emulator."""
     state, increment = (snapshot.generator["state"][name].to_bytes(16, "little") for name in ("state", "inc"))
     left = snapshot.generator["has_uint32"], snapshot.generator["uinteger"]
-    body = _NUMBERS.pack(snapshot.phase, snapshot.action, state, increment, *left) + snapshot.ale
+    numbers = _NUMBERS.pack(snapshot.phase, snapshot.action, state, increment, *left, len(snapshot.before))
+    body = numbers + snapshot.before + snapshot.ale
     return _HEADER.pack(MAGIC, VERSION, rom.encode(), bytes.fromhex(md5), zlib.crc32(body)) + body
 
 
 def unpack(data: bytes) -> EmulatorState:
     """The inverse of `pack`, for bytes that have passed `check`."""
-    phase, action, state, increment, has_left, left = _NUMBERS.unpack_from(data, _HEADER.size)
+    phase, action, state, increment, has_left, left, length = _NUMBERS.unpack_from(data, _HEADER.size)
     numbers = {"state": int.from_bytes(state, "little"), "inc": int.from_bytes(increment, "little")}
     generator = {"bit_generator": "PCG64", "state": numbers, "has_uint32": has_left, "uinteger": left}
-    return EmulatorState(phase, action, generator, data[_HEADER.size + _NUMBERS.size :])
+    rest = data[_HEADER.size + _NUMBERS.size :]
+    return EmulatorState(phase, action, generator, rest[:length], rest[length:])
 
 
 def check(data: bytes, rom: str, md5: str) -> None:
@@ -54,6 +57,6 @@ def check(data: bytes, rom: str, md5: str) -> None:
         name = saved_rom.rstrip(b"\0").decode(errors="replace")
         raise ValueError(f"expected a state of the ROM {rom!r} with md5 {md5}, got one of the ROM {name!r} with md5 {saved_md5.hex()}")
     found = zlib.crc32(data[_HEADER.size :])
-    phase, action, *_ = _NUMBERS.unpack_from(data, _HEADER.size)
-    if found != checksum or phase not in _PHASES or action not in _ACTIONS:
+    phase, action, *_, length = _NUMBERS.unpack_from(data, _HEADER.size)
+    if found != checksum or phase not in _PHASES or action not in _ACTIONS or length not in _LENGTHS:
         raise ValueError(f"the state is damaged: expected the checksum {checksum:08x}, got {found:08x}; save it again")
