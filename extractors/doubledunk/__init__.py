@@ -45,7 +45,8 @@ from ocjax.extractors.doubledunk.drawn import (
     as_drawn,
     top_seen,
 )
-from ocjax.extractors.doubledunk.figures import Figure, Figures
+from ocjax.extractors.doubledunk.figures import Figures
+from ocjax.extractors.doubledunk.kinds import Figure
 from ocjax.extractors.doubledunk.ram import ROM, Ram
 from ocjax.extractors.doubledunk.vision import BallPixels, InBox
 from ocjax.vision.displays import NumberDisplay
