@@ -47,7 +47,7 @@ from ocjax.extractors.doubledunk.drawn import (
 )
 from ocjax.extractors.doubledunk.figures import Figures
 from ocjax.extractors.doubledunk.kinds import Figure
-from ocjax.extractors.doubledunk.ram import ROM, Player, Ram
+from ocjax.extractors.doubledunk.ram import ROM, Ram, Who
 from ocjax.extractors.doubledunk.vision import BallPixels, InBox
 from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.filters import Searched
@@ -63,13 +63,12 @@ ORANGE = 34
 BOARD = 12
 NET = 22
 YELLOW = 30
-STANDING_CLOCK = 4  # colour of the shot clock, if the game has none
-RUNNING_CLOCK = 12
+CLOCK_COLORS = (12, 4)  # with a shot clock, without one
 
 LINE_0 = 181  # screen row of line 0; the game counts lines upwards
 UNEQUAL = 2 * np.arange(4) + 1  # added to eightfold distances, so that no two are equal
 FULL_WIDTH = 8  # of players who are not drawn
-HEIGHTS = np.array((23, 23, 19, 19))  # likewise, by `Player`
+HEIGHTS = np.array((23, 23, 19, 19))  # likewise, by `Who`
 BASKET_BOX = (76, 42, 8, 9)
 BOARD_BOX = (68, 28, 24, 16)
 BYTES = (0, 8, 16, 24)  # of the sides of a box in a number
@@ -106,10 +105,10 @@ def decode(m: Ram) -> dict[str, Box]:
     drawn = as_drawn(m)
     players = _player_boxes(m, drawn)
     return {
-        "Player_Big": players[Player.GREEN_BIG],
-        "Opponent_Big": players[Player.WHITE_BIG],
-        "Player_Small": players[Player.GREEN_SMALL],
-        "Opponent_Small": players[Player.WHITE_SMALL],
+        "Player_Big": players[Who.GREEN_BIG],
+        "Opponent_Big": players[Who.WHITE_BIG],
+        "Player_Small": players[Who.GREEN_SMALL],
+        "Opponent_Small": players[Who.WHITE_SMALL],
         "Ball": _ball_box(m, drawn),
         "Basket": box(*BASKET_BOX),
         "Backboard": box(*BOARD_BOX),
@@ -121,16 +120,16 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _clock_color(m: Ram) -> jax.Array:
-    return jnp.where(m.clock_runs == 1, RUNNING_CLOCK, STANDING_CLOCK)
+    return jnp.where(m.clock_runs == 1, *CLOCK_COLORS)
 
 
 def _player_boxes(m: Ram, drawn: Drawn) -> Box:
     """Each player as he is drawn; where he is not, whole and where he is now."""
-    whose = _whose(m, drawn)
-    of_figure = only(whose, _packed(_figure_boxes(m, drawn))[None], axis=1)
+    is_his = _whose(m, drawn)
+    of_figure = only(is_his, _packed(_figure_boxes(m, drawn))[None], axis=1)
     whole = box(m.x + FIRST_COLUMN, LINE_0 - m.y - HEIGHTS, FULL_WIDTH, HEIGHTS)
-    packed = jnp.where(jnp.any(whose, axis=1), of_figure, _packed(whole))
-    return box(*(packed >> shift & 255 for shift in BYTES))
+    word = jnp.where(jnp.any(is_his, axis=1), of_figure, _packed(whole))
+    return box(*(word >> shift & 255 for shift in BYTES))
 
 
 def _figure_boxes(m: Ram, drawn: Drawn) -> Box:
@@ -158,8 +157,11 @@ def _whose(m: Ram, drawn: Drawn) -> jax.Array:
     """
     across = jnp.abs(drawn.x[None] - m.x[:, None] - FIRST_COLUMN)
     along = jnp.abs(drawn.y[None] - m.y[:, None])
-    green, white = (across + along)[::2], (across + along)[1::2]  # of the big and the small one
-    nearer = 8 * (green - white) + UNEQUAL[None]  # the less, the nearer to green
+    to_green, to_white = (
+        (across + along)[::2],
+        (across + along)[1::2],
+    )  # of the big and the small one
+    nearer = 8 * (to_green - to_white) + UNEQUAL[None]  # the less, the nearer to green
     is_big = drawn.figure[None] & 1
     fits = (drawn.figure[None] >= 0) & (is_big == np.array(((1,), (0,))))
     the_other = jnp.sum(when(fits, nearer), axis=1)[:, None] - nearer
@@ -248,11 +250,7 @@ GAME = Game(
         Category("Basket", Bounds(NET, (68, 40, 92, 56)), doc="the net"),
         Category("Backboard", Bounds(BOARD, (60, 24, 100, 45)), doc="the board"),
         display("Limit", LIMIT.rule(YELLOW), doc="points that win the game"),
-        display(
-            "Shot_Clock",
-            SHOT_CLOCK.rule((STANDING_CLOCK, RUNNING_CLOCK)),
-            doc="seconds left for a shot",
-        ),
+        display("Shot_Clock", SHOT_CLOCK.rule(CLOCK_COLORS), doc="seconds left for a shot"),
         display("Player_Score", PLAYER_SCORE.rule(GREEN), doc="points of green"),
         display("Opponent_Score", OPPONENT_SCORE.rule(WHITE), doc="points of white"),
     ),

@@ -100,15 +100,15 @@ def _natural_end(m: Ram, start: jax.Array, count: int) -> jax.Array:
     at each sprite's end in every other line only.
     """
     line = m.bottom[:count] - 1
-    both_from = _both_from(m, line, start, count)
+    both = _both_from(m, line, start, count)
     is_below = line < COURT_MIDDLE.start
-    is_from_middle = is_below & (both_from >= COURT_MIDDLE.start)
-    turn = jnp.where(is_from_middle, 1, both_from & 1) ^ SPRITES[:count] ^ when(~is_below, 1)
+    is_from_middle = is_below & (both >= COURT_MIDDLE.start)
+    turn = jnp.where(is_from_middle, 1, both & 1) ^ SPRITES[:count] ^ when(~is_below, 1)
     is_passed_over = match(
         (among(line, COURT_MIDDLE), line == UNSEEN_END),
         otherwise=turn == 1,
     )
-    return line - when((both_from > 0) & is_passed_over, 1)
+    return line - when((both > 0) & is_passed_over, 1)
 
 
 def _both_from(m: Ram, line: jax.Array, start: jax.Array, count: int) -> jax.Array:

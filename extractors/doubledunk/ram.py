@@ -6,7 +6,7 @@ from ocjax.console.rom import Rom
 ROM = Rom("double_dunk", "368d88a6c071caba60b4f778615aae94")
 
 
-class Player:  # the order of `Ram.x`, `Ram.y` and `Ram.figure`
+class Who:  # the order of `Ram.x`, `Ram.y` and `Ram.figure`
     GREEN_BIG = 0
     WHITE_BIG = 1
     GREEN_SMALL = 2
