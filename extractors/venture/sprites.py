@@ -20,10 +20,11 @@ from ocjax.extractors.venture.ram import PAUSED, ROM, Ram, Room, Status
 ROW_COUNTS = (5, 7, 9, 13)  # rows of pictures, two lines each
 USUAL_ROWS = ROW_COUNTS.index(9)
 PAGE = np.append(ROM.bytes(0xE00, 256), ROM.bytes(0xF00, 16))
+PAGE_BYTES = 256
 SPRITE_PICTURES = Pictures.of(
-    (PAGE[low : low + rows] for rows in ROW_COUNTS for low in range(256)),
+    (PAGE[low : low + rows] for rows in ROW_COUNTS for low in range(PAGE_BYTES)),
     rows=len(ROW_COUNTS),
-    low=256,
+    low=PAGE_BYTES,
 )
 ALL_ROWS = 256  # less the rows is `height`
 SPEEDS = ROM.bytes(0xE48, 8).tolist()  # bits of `turns` on which one moves, by its speed
@@ -35,18 +36,8 @@ SPRITE = np.arange(6)
 IS_THIRD = SPRITE % 3 == 2  # of a frame
 FIRST_LINE = np.array((26, 27, 27, 26, 27, 27))  # of each sprite
 DOT_FIRST_LINE = 25
-THIRDS = (
-    7,
-    7,
-    7,
-    1,
-    1,
-    1,
-    1,
-    1,
-    7,
-    7,
-)
+# `x` less the column: of the third sprite of a frame, by room, and of all others.
+THIRD_SHIFTS = (7, 7, 7, 1, 1, 1, 1, 1, 7, 7)
 SHIFT = 1
 WALL_SPREAD = 4  # columns of a dot of moving walls
 UPWARDS = 128  # from here on, `y` is less than 0
