@@ -96,7 +96,7 @@ UPPER_AT_LEFT = (58, 78, 105, 118)
 LOWER_AT_LEFT = (58, 142, 105, 182)
 RIGHT_ESCALATORS = np.array((UPPER_AT_RIGHT, LOWER_AT_LEFT))  # the lower one is not there
 LEFT_ESCALATORS = np.array((UPPER_AT_LEFT, LOWER_AT_LEFT))
-LAST_SECONDS = 10  # in which the display is_ending
+LAST_SECONDS = 10  # of a round, in which the display flashes
 
 
 class Held:  # values of `Ram.thing`, by category

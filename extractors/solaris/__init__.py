@@ -46,9 +46,9 @@ from ocjax.vision.rules import Bounds, Gauge
 
 SCORE = NumberDisplay(FONT, right=105, top=5, digits=6)
 LIVES = IconRow(left=24, top=192, width=3, height=5, pitch=-4)
-LIVES_AREA = (12, 192, 28, 197)
-FUEL_AREA = (120, 192, 156, 197)
+LIVES_AREA = (12, 192, 28, 197)  # of four icons; the ship that flies has none
 FUEL_LEFT = 120
+FUEL_RIGHT = 156  # of a full bar
 FUEL_TOP = 192
 FUEL_HEIGHT = 5
 EMPTY_BAR = 5  # columns
@@ -84,6 +84,7 @@ def _fuel_box(m: Ram) -> Box:
 
 
 LIVES_RULE = LIVES.rule(0x8E, LIVES_AREA, single=2)
+FUEL_AREA = (FUEL_LEFT, FUEL_TOP, FUEL_RIGHT, FUEL_TOP + FUEL_HEIGHT)
 FUEL_RULE = Bounds(0x1A, FUEL_AREA, value=Gauge(1, EMPTY_BAR, 0))
 
 of_records = functools.partial(Category, count=RECORDS)
