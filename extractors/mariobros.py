@@ -180,7 +180,8 @@ BANK = 0xB000
 # Turns of eight frames: the high nibble while there is a fireball, else the low one.
 TURN_TABLE = ROM.bytes(0x1BB7, 24).tolist()
 ROWS_OF_TURNS = ROM.bytes(0x1FE3, 4).tolist()  # where they begin, by the number of falling pests
-FIRE_RATES = ROM.bytes(0x69B, 12).tolist()
+FIRE_RATES = ROM.bytes(0x69B, 12).tolist()  # added to `fire_part`, by pose: an overflow is a step
+FAST_LEVEL = 10  # from here on, the fireball takes a step on each of its turns ($F5CB, bank 0)
 
 
 def _bonus_places() -> tuple[list[int], list[int]]:
@@ -284,7 +285,7 @@ def _as_drawn(m: Ram, drawn: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array
 
 def _fireball(m: Ram, earlier: jax.Array) -> Box:
     """The fireball where this frame shows it, or the one before."""
-    moved = (m.counter >= 10) | (m.fire_part < lookup(FIRE_RATES, m.fire_pose))
+    moved = (m.counter >= FAST_LEVEL) | (m.fire_part < lookup(FIRE_RATES, m.fire_pose))
     since = moved & (m.fire_turn == 0)
     x = m.fire_x + when(since, jnp.where(m.fire_left == 1, 1, -1))
     before = jnp.where(m.fire_pose == 0, 3, m.fire_pose - 1)

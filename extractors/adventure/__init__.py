@@ -31,21 +31,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box, choose
-from ocjax.console.ops import when
+from ocjax.console.ops import among, when
 from ocjax.console.registers import modulo_screen
 from ocjax.extraction.game import Category, Game
-from ocjax.extractors.adventure import ram as thing
-from ocjax.extractors.adventure.drawn import (
-    THING_LINE,
-    Drawn,
-    as_drawn,
-    cut_things,
-    place_of,
-    player_box,
-    thing_box,
-)
-from ocjax.extractors.adventure.ram import ROM, Ram, Wait
+from ocjax.extractors.adventure.drawn import THING_LINE, Drawn, as_drawn
+from ocjax.extractors.adventure.pictures import ROW_LINES
+from ocjax.extractors.adventure.player import player_box
+from ocjax.extractors.adventure.ram import GATES, ROM, Ram, Thing, Wait
 from ocjax.extractors.adventure.rooms import COLORS, VIEW, row_of, walls_at
+from ocjax.extractors.adventure.things import cut_things, place_of, thing_box
 from ocjax.extractors.adventure.vision import (
     COLORED,
     GREY,
@@ -63,8 +57,11 @@ SAVES = 128  # from here on, `saver` changes the colours
 RAILS = (0, 24)  # columns of the bridge's rails
 RAIL_WIDTH = 8
 BRIDGE_HEIGHT = 48
-YELLOW_CASTLE = 0x11  # rooms
-WHITE_CASTLE = 0x0F
+YELLOW_CASTLE = 0x11  # room
+WHITE_CASTLE = 0x0F  # room
+FIRST_COLUMN = 128  # of the eight of `walls_at`
+LIGHT_WIDTH = 32  # of what lights a dark room round the player
+LIGHT_HEIGHT = 64
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -73,21 +70,21 @@ def decode(m: Ram) -> dict[str, Box]:
     flash = _flash_color(m)
     return {
         "Player": _of_color(player_box(drawn), drawn.color),
-        "RedDragon": boxes(thing.RED_DRAGON),
-        "YellowDragon": boxes(thing.YELLOW_DRAGON),
-        "GreenDragon": boxes(thing.GREEN_DRAGON),
-        "DragonSword": boxes(thing.SWORD),
+        "RedDragon": boxes(Thing.RED_DRAGON),
+        "YellowDragon": boxes(Thing.YELLOW_DRAGON),
+        "GreenDragon": boxes(Thing.GREEN_DRAGON),
+        "DragonSword": boxes(Thing.SWORD),
         "BridgeEdge": _bridge_box(m, drawn),
-        "YellowKey": boxes(thing.YELLOW_KEY),
-        "WhiteKey": boxes(thing.WHITE_KEY),
-        "BlackKey": boxes(thing.BLACK_KEY),
-        "BlackBat": boxes(thing.BAT),
-        "Magnet": boxes(thing.MAGNET),
-        "Chalice": _of_color(boxes(thing.CHALICE), flash),
-        "Gate": _choose_gate(drawn, [boxes(number) for number in thing.GATES]),
-        "Dot": _dot(m, drawn, boxes(thing.DOT)),
-        "Level": boxes(thing.LEVEL),
-        "Author": _of_color(boxes(thing.AUTHOR), flash),
+        "YellowKey": boxes(Thing.YELLOW_KEY),
+        "WhiteKey": boxes(Thing.WHITE_KEY),
+        "BlackKey": boxes(Thing.BLACK_KEY),
+        "BlackBat": boxes(Thing.BAT),
+        "Magnet": boxes(Thing.MAGNET),
+        "Chalice": _of_color(boxes(Thing.CHALICE), flash),
+        "Gate": _choose_gate(drawn, [boxes(number) for number in GATES]),
+        "Dot": _dot(m, drawn, boxes(Thing.DOT)),
+        "Level": boxes(Thing.LEVEL),
+        "Author": _of_color(boxes(Thing.AUTHOR), flash),
     }
 
 
@@ -101,7 +98,7 @@ def _flash_color(m: Ram) -> jax.Array:
 
 
 def _bridge_box(m: Ram, drawn: Drawn) -> Box:
-    at = place_of(m, drawn, thing.BRIDGE)
+    at = place_of(m, drawn, Thing.BRIDGE)
     left = modulo_screen(at.x + 1 + np.array(RAILS))
     return box(left, at.y, RAIL_WIDTH, BRIDGE_HEIGHT, at.there).clip(*VIEW)
 
@@ -115,10 +112,10 @@ def _choose_gate(drawn: Drawn, boxes: list[Box]) -> Box:
 
 def _dot(m: Ram, drawn: Drawn, of: Box) -> Box:
     """It has the background's colour and shows on walls alone, or in a dark room on the light."""
-    on_wall = walls_at(drawn.room, row_of(of.y), of.x) >= 128
-    x, y = of.x - m.light_x, of.y - (THING_LINE - 2 * m.light_y)
-    lit = (x >= 0) & (x < 32) & (y >= 0) & (y < 64)
-    return of.where(jnp.where(drawn.dark, lit & ~on_wall, on_wall))
+    on_wall = (walls_at(drawn.room, row_of(of.y), of.x) & FIRST_COLUMN) > 0
+    x, y = of.x - m.light_x, of.y - (THING_LINE - ROW_LINES * m.light_y)
+    is_lit = among(x, range(LIGHT_WIDTH)) & among(y, range(LIGHT_HEIGHT))
+    return of.where(jnp.where(drawn.dark, is_lit & ~on_wall, on_wall))
 
 
 def _saver_key(m: Ram) -> jax.Array:

@@ -1,30 +1,34 @@
-"""Adventure's RAM."""
+"""Adventure's RAM, and what its values mean."""
 
 from ocjax.console.ram import RamMap, byte
 from ocjax.console.rom import Rom
 
 ROM = Rom("adventure", "4b27f5397c442d25f0c418ccdacf1926")
 
-# The things of the ROM's table at $FF44 that are no part of a room, in its order.
-YELLOW_GATE = 0
-WHITE_GATE = 1
-BLACK_GATE = 2
-AUTHOR = 3
-LEVEL = 4
-RED_DRAGON = 5
-YELLOW_DRAGON = 6
-GREEN_DRAGON = 7
-SWORD = 8
-BRIDGE = 9
-YELLOW_KEY = 10
-WHITE_KEY = 11
-BLACK_KEY = 12
-BAT = 13
-DOT = 14
-CHALICE = 15
-MAGNET = 16
-GATES = (YELLOW_GATE, WHITE_GATE, BLACK_GATE)
-DRAGONS = (RED_DRAGON, YELLOW_DRAGON, GREEN_DRAGON)
+
+class Thing:  # numbers of the things that are no part of a room, in the ROM's table at $FF44
+    YELLOW_GATE = 0
+    WHITE_GATE = 1
+    BLACK_GATE = 2
+    AUTHOR = 3
+    LEVEL = 4
+    RED_DRAGON = 5
+    YELLOW_DRAGON = 6
+    GREEN_DRAGON = 7
+    SWORD = 8
+    BRIDGE = 9
+    YELLOW_KEY = 10
+    WHITE_KEY = 11
+    BLACK_KEY = 12
+    BAT = 13
+    DOT = 14
+    CHALICE = 15
+    MAGNET = 16
+
+
+THINGS = 17
+GATES = (Thing.YELLOW_GATE, Thing.WHITE_GATE, Thing.BLACK_GATE)
+DRAGONS = (Thing.RED_DRAGON, Thing.YELLOW_DRAGON, Thing.GREEN_DRAGON)
 
 ENTRY_BYTES = 9  # bytes of the table that each has; `Ram.first` and `Ram.second` count in them
 
@@ -54,12 +58,11 @@ class Mouth:  # of `Ram.dragon`
 
 
 class Ram(RamMap):
-    walls_low = byte(0)  # address of the room's picture
-    walls_high = byte(1)
-    first_picture = byte(2)  # address of the picture of the first thing that is drawn
+    walls_address = byte((1, 0))  # of the room's picture
+    first_address = byte((3, 2))  # of the picture of the first thing that is drawn
+    first_picture = byte(2)  # its low byte
+    second_address = byte((5, 4))
     second_picture = byte(4)
-    first_page = byte(3)
-    second_page = byte(5)
     first_x = byte(6)  # x + 1, as it is drawn
     first_y = byte(7)  # counts pairs of lines, from the bottom up
     second_x = byte(8)
@@ -70,10 +73,10 @@ class Ram(RamMap):
     first = byte(21)  # which things are drawn: their entries in the ROM's table
     second = byte(22)
     stick = byte(25)  # as it was read; 255: nothing was in the player's way
-    thing_room = byte(36, 41, 46, 54, 60, 63, 66, 69, 75, 33, 57, 51)  # from RED_DRAGON on
+    thing_room = byte(36, 41, 46, 54, 60, 63, 66, 69, 75, 33, 57, 51)  # from `Thing.RED_DRAGON` on
     thing_x = byte(37, 42, 47, 55, 61, 64, 67, 70, 76, 34, 58, 52)
     thing_y = byte(38, 43, 48, 56, 62, 65, 68, 71, 77, 35, 59, 53)
-    dragon = byte(40, 45, 50)
+    dragon = byte(40, 45, 50)  # of the red, the yellow and the green one
     gate = byte(72, 73, 74)  # counts turns while it opens and closes, four a step
     bat = byte(79)  # counts turns up to 8: it flaps
     light_x = byte(90)  # of what lights a dark room

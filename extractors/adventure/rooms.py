@@ -20,7 +20,8 @@ THIN_RIGHT = 64  # a wall of two columns from top to bottom, which is a missile
 THIN_LEFT = 128
 ADDRESSES = ROOM_TABLE[:, 0] | ROOM_TABLE[:, 1] << 8  # of the rooms' pictures
 
-VIEW = (0, 28, 160, 220)
+VIEW_BOTTOM = 220
+VIEW = (0, 28, 160, VIEW_BOTTOM)
 ROW_COUNT = 7
 CELL_COUNT = 40
 CELL_WIDTH = 4  # columns

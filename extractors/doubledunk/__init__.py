@@ -45,8 +45,9 @@ from ocjax.extractors.doubledunk.drawn import (
     as_drawn,
     top_seen,
 )
-from ocjax.extractors.doubledunk.figures import Figure, Figures
-from ocjax.extractors.doubledunk.ram import ROM, Ram
+from ocjax.extractors.doubledunk.figures import Figures
+from ocjax.extractors.doubledunk.kinds import Figure
+from ocjax.extractors.doubledunk.ram import ROM, Ram, Who
 from ocjax.extractors.doubledunk.vision import BallPixels, InBox
 from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.filters import Searched
@@ -62,12 +63,12 @@ ORANGE = 34
 BOARD = 12
 NET = 22
 YELLOW = 30
-CLOCK_COLORS = (4, 12)  # without a shot clock, with one
+CLOCK_COLORS = (12, 4)  # with a shot clock, without one
 
 LINE_0 = 181  # screen row of line 0; the game counts lines upwards
-UNEQUAL = 2 * np.arange(4) + 1  # so that no two figures are equally near
-FULL_WIDTH = 8
-HEIGHTS = np.array((23, 23, 19, 19))  # of players who are not drawn
+UNEQUAL = 2 * np.arange(4) + 1  # added to eightfold distances, so that no two are equal
+FULL_WIDTH = 8  # of players who are not drawn
+HEIGHTS = np.array((23, 23, 19, 19))  # likewise, by `Who`
 BASKET_BOX = (76, 42, 8, 9)
 BOARD_BOX = (68, 28, 24, 16)
 BYTES = (0, 8, 16, 24)  # of the sides of a box in a number
@@ -100,21 +101,14 @@ def _all_extents() -> np.ndarray:
 EXTENTS = BoxTable(_all_extents())
 
 
-# Players, in the order of their bytes.
-PLAYER_BIG = 0
-OPPONENT_BIG = 1
-PLAYER_SMALL = 2
-OPPONENT_SMALL = 3
-
-
 def decode(m: Ram) -> dict[str, Box]:
     drawn = as_drawn(m)
     players = _player_boxes(m, drawn)
     return {
-        "Player_Big": players[PLAYER_BIG],
-        "Opponent_Big": players[OPPONENT_BIG],
-        "Player_Small": players[PLAYER_SMALL],
-        "Opponent_Small": players[OPPONENT_SMALL],
+        "Player_Big": players[Who.GREEN_BIG],
+        "Opponent_Big": players[Who.WHITE_BIG],
+        "Player_Small": players[Who.GREEN_SMALL],
+        "Opponent_Small": players[Who.WHITE_SMALL],
         "Ball": _ball_box(m, drawn),
         "Basket": box(*BASKET_BOX),
         "Backboard": box(*BOARD_BOX),
@@ -126,25 +120,30 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _clock_color(m: Ram) -> jax.Array:
-    return jnp.where(m.clock_runs == 1, CLOCK_COLORS[1], CLOCK_COLORS[0])
+    return jnp.where(m.clock_runs == 1, *CLOCK_COLORS)
 
 
 def _player_boxes(m: Ram, drawn: Drawn) -> Box:
     """Each player as he is drawn; where he is not, whole and where he is now."""
+    is_his = _whose(m, drawn)
+    of_figure = only(is_his, _packed(_figure_boxes(m, drawn))[None], axis=1)
+    whole = box(m.x + FIRST_COLUMN, LINE_0 - m.y - HEIGHTS, FULL_WIDTH, HEIGHTS)
+    word = jnp.where(jnp.any(is_his, axis=1), of_figure, _packed(whole))
+    return box(*(word >> shift & 255 for shift in BYTES))
+
+
+def _figure_boxes(m: Ram, drawn: Drawn) -> Box:
+    """The figures in the order of drawing, with the lines of each that are drawn."""
     low = jnp.clip(drawn.low, 0, LINES - 1)
     high = jnp.clip(drawn.first - drawn.y, 0, LINES - 1)
     index = ((2 * drawn.figure + drawn.mirrored) * LINES + low) * LINES + high
     extent = EXTENTS.at(index, x=drawn.x, y=LINE_0 - LINES + 1 - drawn.y)
     lost = LINE_0 - extent.y - top_seen(m, drawn, LINE_0 - extent.y)
-    seen = _whose(m, drawn)
-    word = only(seen, _packed(extent.trimmed(top=lost, bottom=-drawn.more))[None], axis=1)
-    whole = box(m.x + FIRST_COLUMN, LINE_0 - m.y - HEIGHTS, FULL_WIDTH, HEIGHTS)
-    word = jnp.where(jnp.any(seen, axis=1), word, _packed(whole))
-    return box(*(word >> shift & 255 for shift in BYTES))
+    return extent.trimmed(top=lost, bottom=-drawn.more)
 
 
 def _packed(of: Box) -> jax.Array:
-    """Boxes as one number each."""
+    """Boxes as one number each, of which one is faster chosen than of four."""
     sides = (of.x, of.y, of.w, jnp.maximum(of.h, 0))
     words = [(side & 255) << shift for side, shift in zip(sides, BYTES, strict=True)]
     return words[0] | words[1] | words[2] | words[3]
@@ -156,13 +155,17 @@ def _whose(m: Ram, drawn: Drawn) -> jax.Array:
     Of two figures of a size, each belongs to the team to whose player it is nearer, compared with
     the other figure.
     """
-    distance = jnp.abs(drawn.x[None] - m.x[:, None] - FIRST_COLUMN) + jnp.abs(
-        drawn.y[None] - m.y[:, None]
-    )
-    nearer = 8 * (distance[::2] - distance[1::2]) + UNEQUAL[None]
-    fits = (drawn.figure[None] >= 0) & ((drawn.figure[None] & 1) == np.array(((1,), (0,))))
-    rest = jnp.sum(when(fits, nearer), axis=1)[:, None] - nearer
-    players = jnp.stack([fits & (nearer < rest), fits & (nearer > rest)], axis=1)
+    across = jnp.abs(drawn.x[None] - m.x[:, None] - FIRST_COLUMN)
+    along = jnp.abs(drawn.y[None] - m.y[:, None])
+    to_green, to_white = (
+        (across + along)[::2],
+        (across + along)[1::2],
+    )  # of the big and the small one
+    nearer = 8 * (to_green - to_white) + UNEQUAL[None]  # the less, the nearer to green
+    is_big = drawn.figure[None] & 1
+    fits = (drawn.figure[None] >= 0) & (is_big == np.array(((1,), (0,))))
+    the_other = jnp.sum(when(fits, nearer), axis=1)[:, None] - nearer
+    players = jnp.stack([fits & (nearer < the_other), fits & (nearer > the_other)], axis=1)
     return players.reshape(4, 4)
 
 

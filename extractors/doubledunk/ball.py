@@ -2,20 +2,25 @@
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.ops import div, lookup, match, reached, when
+from ocjax.console.ops import among, div, lookup, match, reached, when
 from ocjax.extractors.doubledunk.drawn import Drawn
 from ocjax.extractors.doubledunk.ram import Push, Ram
 
 DRIBBLE_SIDE = 3  # columns right of who has the ball from which on he dribbles
-SIDES = (0x3C, 0x47)  # `ball_x` between which a shot ball only rises
+LEFT_SIDE = 0x3C  # `ball_x` from which a ball that rises moves no further to the right
+RIGHT_SIDE = 0x47  # likewise, to the left
 BASKET = 0x42  # `ball_x` of a ball in the middle of the basket
-LOW_LEFT = 0x4F  # line less column from which on a ball at the left moves on every other frame
-LOW_RIGHT = 0xD3  # line and column, at the right
+HIGH_LEFT = 0x4F  # a ball is high if its line is above this and `ball_x`,
+HIGH_RIGHT = 0xD3  # or above this less `ball_x`
 NOT_LOOKED = 0x82  # a line in which the drawing loop does not look at the ball
-# Columns of the beam when the drawing loop looks at the ball, by the number of sprites drawn and by
-# the part of the loop from the bottom of the court upwards; lines where the next part begins.
-BEAM_COLUMNS = (28, 40, 0, 4, 19, 52, 64, 31, 28, 106, 76, 97, 76, 76, 76)
-PARTS = (14, 54, 107, 130)
+
+PARTS = (14, 54, 107, 130)  # lines where the drawing loop's next part begins, upwards
+# Columns of the beam when the drawing loop looks at the ball, by part of the loop.
+BEAM_COLUMNS = (
+    *(28, 40, 0, 4, 19),  # no sprite is drawn
+    *(52, 64, 31, 28, 106),  # one
+    *(76, 97, 76, 76, 76),  # both
+)
 CROSSING = 3  # columns later for each address that is on the next page
 PLAYER = 8  # in a sum of players and of such addresses
 
@@ -25,17 +30,20 @@ def ball_step(m: Ram) -> jax.Array:
 
     The game places the sprite, then moves the ball and draws it.
     """
-    moves = (m.frame & 3) == 2
+    moves = (m.frame & 3) == 2  # a ball that falls
     return match(
         ((m.loose == 0) | (m.waits == 1), _carried(m)),
         (m.passed == 1, _passed(m)),
         (m.falls == 1, when(moves, 1 - 2 * m.flies_left)),
-        otherwise=_shot(m),
+        otherwise=_step_of_shot(m),
     )
 
 
 def _carried(m: Ram) -> jax.Array:
-    """The step of a dribbled ball, with the player: he is taken to go on as on the frame before."""
+    """The step of a dribbled ball, with the player, who is taken to go on as before.
+
+    RAM holds where he is pushed on this frame, not where he was pushed on the last one.
+    """
     dribbled = m.ball_x - _of_player(m, m.short_holds) >= DRIBBLE_SIDE
     moves = dribbled & (((m.frame & 3) != 1) | (m.pushes_y == 0))
     side = match((m.pushes == Push.LEFT, -1), (m.pushes == Push.RIGHT, 1), otherwise=0)
@@ -55,14 +63,17 @@ def _of_player(m: Ram, short: jax.Array) -> jax.Array:
     return jnp.where(m.white_holds == 1, column[1], column[0])
 
 
-def _shot(m: Ram) -> jax.Array:
-    """Towards the basket, first up to lines above the sides, then to its middle."""
+def _step_of_shot(m: Ram) -> jax.Array:
+    """The step of a ball that was shot at the basket.
+
+    On every fourth frame, and once it is high on every other one, it moves a column to the basket
+    until it is between the sides. On the frames between, once it descends, it moves to the middle.
+    """
     phase = m.frame & 3
-    high = jnp.minimum(m.ball_x + LOW_LEFT, LOW_RIGHT - m.ball_x) < m.ball_bottom
-    rises = (phase == 2) | ((phase == 0) & high)
-    side = match((m.ball_x < SIDES[0], 1), (m.ball_x > SIDES[1], -1), otherwise=0)
+    is_high = (m.ball_bottom > m.ball_x + HIGH_LEFT) | (m.ball_bottom > HIGH_RIGHT - m.ball_x)
+    to_sides = match((m.ball_x < LEFT_SIDE, 1), (m.ball_x > RIGHT_SIDE, -1), otherwise=0)
     return match(
-        (rises, side),
+        ((phase == 2) | ((phase == 0) & is_high), to_sides),
         (((phase & 1) == 1) & (m.descends == 1), jnp.sign(BASKET - m.ball_x)),
         otherwise=0,
     )
@@ -75,11 +86,22 @@ def looks_at_ball(m: Ram, drawn: Drawn, line: jax.Array) -> tuple[jax.Array, jax
     """
     skipped = when(drawn.changes, 2)[None]
     below = drawn.end[None] - line[:, None]
-    line = line - jnp.sum(when((below & ~1) == 0, skipped - below), axis=1)
+    is_at_end = among(below, range(2))
+    line = line - jnp.sum(when(is_at_end, skipped - below), axis=1)
     line = line - when(line == NOT_LOOKED, 1)
+    return line, _beam(m, drawn, line)
+
+
+def _beam(m: Ram, drawn: Drawn, line: jax.Array) -> jax.Array:
+    """The column of the beam when the drawing loop looks at the ball in some lines.
+
+    Each sprite that is drawn there takes its time, and more if an address of its picture or of its
+    colours is on the page after that of line 0.
+    """
     rows = line[:, None]
     pages = (((m.picture & 255)[None] + rows) >> 8) + ((m.colors[None] + rows) >> 8)
     shown = (drawn.first[None] >= rows) & (rows > drawn.end[None])
     count = jnp.sum(when(shown, PLAYER + pages), axis=1)
-    beam = lookup(BEAM_COLUMNS, (len(PARTS) + 1) * (div(count, PLAYER)) + reached(line, PARTS))
-    return line, beam + CROSSING * (count & PLAYER - 1)
+    sprites, crossings = div(count, PLAYER), count & PLAYER - 1
+    column = lookup(BEAM_COLUMNS, (len(PARTS) + 1) * sprites + reached(line, PARTS))
+    return column + CROSSING * crossings

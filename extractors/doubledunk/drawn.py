@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import lookup, match, when
+from ocjax.console.ops import among, lookup, match, when
 from ocjax.console.registers import position
 from ocjax.extractors.doubledunk.ram import ROM, Ram
 
@@ -17,7 +17,7 @@ SMALL_HEAD = 24
 FIRST_LINES = np.array((127, 151))  # of the sprites 1 and 0; the basket has sprite 1 above that
 SPRITES = np.array((1, 0, 1, 0))  # that draw the four figures
 OTHER_SPRITE = np.array(((1, 0, 1, 0), (3, 2, 3, 2)))  # upper and lower figure of the other sprite
-COURT_MIDDLE = (0x36, 0x6B)  # lines of the court's middle
+COURT_MIDDLE = range(0x36, 0x6B)  # lines of the court's middle
 UNSEEN_END = 105  # where the loop draws the court's horizon, it does not look at ends
 SWITCH = 4  # lines after which a sprite's second player can begin
 
@@ -99,15 +99,24 @@ def _natural_end(m: Ram, start: jax.Array, count: int) -> jax.Array:
     Where both sprites show figures above or below the middle of the court, the drawing loop looks
     at each sprite's end in every other line only.
     """
+    line = m.bottom[:count] - 1
+    both = _both_from(m, line, start, count)
+    is_below = line < COURT_MIDDLE.start
+    is_from_middle = is_below & (both >= COURT_MIDDLE.start)
+    turn = jnp.where(is_from_middle, 1, both & 1) ^ SPRITES[:count] ^ when(~is_below, 1)
+    is_passed_over = match(
+        (among(line, COURT_MIDDLE), line == UNSEEN_END),
+        otherwise=turn == 1,
+    )
+    return line - when((both > 0) & is_passed_over, 1)
+
+
+def _both_from(m: Ram, line: jax.Array, start: jax.Array, count: int) -> jax.Array:
+    """The line from which on both sprites show figures down to some line; 0 if they do not."""
     others = OTHER_SPRITE[:, :count]
-    line, begins = m.bottom[:count] - 1, start[others]
+    begins = start[others]
     beside = (begins > line[None]) & (m.bottom[others] <= line[None])
-    both = jnp.max(when(beside, jnp.minimum(begins, start[None, :count])), axis=0)
-    middle = (line >= COURT_MIDDLE[0]) & (line < COURT_MIDDLE[1])
-    from_middle = (line < COURT_MIDDLE[0]) & (both >= COURT_MIDDLE[0])
-    even = jnp.where(from_middle, 1, both & 1) ^ SPRITES[:count] ^ when(line >= COURT_MIDDLE[0], 1)
-    unseen = middle & (line == UNSEEN_END)
-    return line - when((both > 0) & (unseen | (~middle & (even == 1))), 1)
+    return jnp.max(when(beside, jnp.minimum(begins, start[None, :count])), axis=0)
 
 
 def _sprite_changes(m: Ram, end: jax.Array) -> jax.Array:
@@ -121,13 +130,14 @@ def _delayed(m: Ram, end: jax.Array) -> jax.Array:
     It looks at a sprite's end again in the second line below the end of the other one, or in the
     third below its change, and a line later if it has taken this sprite for ended.
     """
-    others = OTHER_SPRITE[: len(end) // 2, : len(end)]
+    count = len(end)
+    others = OTHER_SPRITE[: count // 2, :count]
     other, looked_up = end[others], m.bottom[others] - 3
-    next_top = jnp.concatenate([m.top[2:], jnp.zeros(2, m.top.dtype)])[None, : len(end)]
-    bottom = m.bottom[None, : len(end)]
-    ended = (looked_up < bottom) & (looked_up >= next_top)
-    late = when(_sprite_changes(m, end)[others], 1 + when(ended, 1))
-    waits = (other - end[None] >= SPRITES[None, : len(end)]) & (other - end[None] <= 1 + late)
+    next_top = jnp.concatenate([m.top[2:], jnp.zeros(2, m.top.dtype)])[None, :count]
+    taken_for_ended = (looked_up < m.bottom[None, :count]) & (looked_up >= next_top)
+    late = when(_sprite_changes(m, end)[others], 1 + when(taken_for_ended, 1))
+    above = other - end[None]  # lines from this end up to the other one
+    waits = (above >= SPRITES[None, :count]) & (above <= 1 + late)
     return jnp.min(jnp.where(waits, other - 2 - late, end[None]), axis=0)
 
 
@@ -138,11 +148,13 @@ def _disturbed(m: Ram, y: jax.Array, end: jax.Array) -> tuple[jax.Array, jax.Arr
     has in the second one. At the last figure's end, it keeps what it has for one line.
     """
     upper, lower = end[OTHER_SPRITE[0]], end[OTHER_SPRITE[1]]
-    shown = m.bottom[OTHER_SPRITE[0]] - 2
+    shown_twice = m.bottom[OTHER_SPRITE[0]] - 2
     changes = upper >= m.bottom[OTHER_SPRITE[1]]
-    lost = changes & (upper > end) & ((shown < y) | (shown <= m.bottom))
-    low = jnp.maximum(end + 1, when(lost & (shown <= y + 1), upper + 1)) - y
-    return low, when((y == lower + 1) | (~changes & (y == upper + 1)), 1)
+    is_beyond = (shown_twice < y) | (shown_twice <= m.bottom)
+    loses = changes & (upper > end) & is_beyond & (shown_twice <= y + 1)
+    low = jnp.maximum(end + 1, when(loses, upper + 1)) - y
+    is_twice = (y == lower + 1) | (~changes & (y == upper + 1))
+    return low, when(is_twice, 1)
 
 
 def top_seen(m: Ram, drawn: Drawn, top: jax.Array) -> jax.Array:

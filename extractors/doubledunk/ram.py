@@ -6,7 +6,14 @@ from ocjax.console.rom import Rom
 ROM = Rom("double_dunk", "368d88a6c071caba60b4f778615aae94")
 
 
-class Push:  # of Ram.pushes
+class Who:  # the order of `Ram.x`, `Ram.y` and `Ram.figure`
+    GREEN_BIG = 0
+    WHITE_BIG = 1
+    GREEN_SMALL = 2
+    WHITE_SMALL = 3
+
+
+class Push:  # of `Ram.pushes`
     LEFT = 1
     RIGHT = 2
 

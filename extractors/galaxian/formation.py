@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box
-from ocjax.console.ops import among, lookup, when
+from ocjax.console.ops import among, div, lookup, when
 from ocjax.extractors.galaxian.divers import ROW_LINES, Divers
 from ocjax.extractors.galaxian.ram import ROM, NewFormation, Ram, Turn
 
@@ -17,13 +17,14 @@ LEFTMOST = 64  # the bit of the first column
 FORMATION_TOP = 19
 FORMATION_LEFT = 19
 APART = 33  # half columns from one ship to the next
-APART_OFFSET = 32  # from this `Ram.offset` on, the first column is empty and not drawn
-EARLY = 3  # by so much the program draws it earlier
+APART_OFFSET = 32  # `Ram.offset` of a formation that begins with its second column
+LEFT_OUT_LATER = 3  # offsets by which the program leaves a column out later ($FDE6)
 SHIP_WIDTH = 6
 SHIP_LINES = 9
 FLAP_TURN = np.array((5, 0, 3, 1, 4, 2))[SHIP_ROW]  # rows move their wings one after the other
 FLAP = 15  # bits of the offset
-FLAPS = 4  # of 16 offsets on which a row is a line shorter
+FLAP_START = 3  # the first of 16 offsets on which the first row to move is a line shorter
+FLAPS = 4  # offsets on which it is
 LIMITS = ROM.bytes(0xF71, 8)  # of the offset, by empty columns at the right
 SWEEP_LEFT = 11  # `Ram.blast_x` of the first column
 
@@ -38,7 +39,7 @@ def _offset_drawn(m: Ram) -> jax.Array:
 
 def _columns_left_out(offset: jax.Array) -> jax.Array:
     """Empty columns at the left that the program does not draw."""
-    return jnp.maximum(offset - EARLY, 0) >> 5
+    return div(jnp.maximum(offset - LEFT_OUT_LATER, 0), APART_OFFSET)
 
 
 def _rows_drawn(m: Ram, divers: Divers, offset: jax.Array) -> jax.Array:
@@ -65,7 +66,7 @@ def formation_boxes(m: Ram, divers: Divers) -> Box:
     left_out = _columns_left_out(offset)
     inside = offset - APART_OFFSET * left_out >> 1
     x = FORMATION_LEFT + (APART * (SHIP_COLUMN + left_out) + 1 >> 1) + inside
-    short = when((offset + 2 * FLAP_TURN - EARLY & FLAP) < FLAPS, 1)
+    short = when((offset + 2 * FLAP_TURN - FLAP_START & FLAP) < FLAPS, 1)
     y = FORMATION_TOP + ROW_LINES * SHIP_ROW + short
     rows = _rows_drawn(m, divers, offset)
     there = jnp.repeat(rows, 7) >> COLUMN_BIT & 1 == 1

@@ -21,7 +21,6 @@ after a collision not the second that he lost last.
 VEM: it joins the Kop to black things that touch him, and misses what an edge hides a part of.
 """
 
-from collections.abc import Iterable
 from typing import NamedTuple
 
 import jax
@@ -30,18 +29,26 @@ import numpy as np
 from ocjax.console.boxes import Box, box, edges
 from ocjax.console.compass import EAST, WEST
 from ocjax.console.ops import among, mod, only, pick, when
-from ocjax.console.registers import EDGE_CUTS, copies, spacing
-from ocjax.console.rom import Pictures, Rom
+from ocjax.console.registers import copies, spacing
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors.keystonekapers.drawn import Drawn, as_drawn, has_begun_anew
-from ocjax.extractors.keystonekapers.ram import Pose, Ram, Ride, Thing
+from ocjax.extractors.keystonekapers.pictures import (
+    ALL_KINDS,
+    KOP_PICTURES,
+    KROOK_PICTURES,
+    SCREEN_END,
+    SCREEN_START,
+    THING_HEIGHTS,
+    THING_PICTURES,
+    figure_extent,
+)
+from ocjax.extractors.keystonekapers.ram import ROM, Ram, Ride, Thing
 from ocjax.vision.displays import IconRow, NumberDisplay
 from ocjax.vision.filters import ShortRuns
 from ocjax.vision.rules import Blobs, Bounds, Run, Runs
 from ocjax.vision.shapes import Shape
 from ocjax.vision.steps import Packed, Raised
 
-ROM = Rom("keystone_kapers", "6c1f3f2e359dbf55df462ccbcdd2f6bf")
 FONT = ROM.font(0xF01, rows=7, stride=8)
 SCORE = NumberDisplay(FONT, right=70, top=32, digits=6)
 TIMER = NumberDisplay(FONT, right=70, top=43, digits=2, leading_zeros=True)
@@ -67,57 +74,16 @@ GOLD = 0x28  # the upper edge of a floor
 OLIVE = 0x24
 RADAR_COLORS = (GOLD, 0x26, OLIVE)
 
-SCREEN_START = 8  # the picture's first column
-SCREEN_END = 160
-FROM_GROUND = np.arange(4)
+SECTIONS = 8
+FLOOR_COUNT = 4  # from the ground up
 ROOF = 3
 LOWEST = 156  # first line of the ground floor
 FLOOR_LINES = 32
+ABOVE_LINES = 6  # from the last line of the floor above to the first line of a floor
 STANDS = 6  # line of a floor where the picture begins of who stands on it
 FIELD = (SCREEN_START, 57, SCREEN_END, 182)
+LOOT_BOTTOM = 26  # the line of a floor below its moneybag or suitcase
 BLANKED = 128  # `Ram.idle` from which on the screen is black
-
-FIGURES = 0xE00  # in the ROM
-KOP_POSES = 8
-FIGURE_ROWS = 20
-KOP_COLORS = 0xC34  # a byte a row; an odd one shows the row
-DUCKED_COLORS = 0xC37
-KOP_POINTERS = 0xECA
-KROOK_POINTERS = 0xFCE  # by pose
-THING_POINTERS = KROOK_POINTERS  # by kind: the Krook's poses come first
-PICTURE_PAGE = 0xB00  # that they point into
-HEIGHTS = 0xE00  # of things, by kind
-ALL_KINDS = tuple(range(Thing.RADIO, Thing.MONEYBAG + 1))
-
-
-def _kop_rows(pose: int) -> np.ndarray:
-    """The rows of the Kop's picture that have a colour, from the top."""
-    first = DUCKED_COLORS if pose == Pose.DUCKS else KOP_COLORS
-    begin = FIGURES + int(ROM.bytes(KOP_POINTERS + pose, 1)[0]) - 1
-    colors = ROM.rows(first, FIGURE_ROWS)
-    return np.where(colors & 1 == 1, ROM.rows(begin, FIGURE_ROWS), 0)
-
-
-def _thing_rows(thing: int) -> np.ndarray:
-    """The rows of a thing's picture, from the top; the last one is in the colour of the floor."""
-    begin = PICTURE_PAGE + int(ROM.bytes(THING_POINTERS + thing, 1)[0])
-    rows = ROM.rows(begin, int(ROM.bytes(HEIGHTS + thing, 1)[0]))
-    rows[-1] = 0
-    return rows
-
-
-def _at_edges(pictures: Iterable[np.ndarray]) -> Pictures:
-    """Pictures of which an edge hides some columns, as in `EDGE_CUTS`."""
-    cut = [rows & mask for rows in pictures for mask in EDGE_CUTS]
-    return Pictures.of(cut, picture=len(cut) // len(EDGE_CUTS), beyond=len(EDGE_CUTS))
-
-
-KOP_PICTURES = _at_edges(_kop_rows(pose) for pose in range(KOP_POSES))
-KROOK_PICTURES = _at_edges(
-    ROM.rows(PICTURE_PAGE + 1 + int(p), FIGURE_ROWS) for p in ROM.bytes(KROOK_POINTERS + 1, 5)
-)
-THING_PICTURES = Pictures.of(_thing_rows(thing) for thing in ALL_KINDS)
-KIND_HEIGHTS = tuple(ROM.bytes(HEIGHTS + ALL_KINDS[0], len(ALL_KINDS)).tolist())
 
 ELEVATOR_SECTION = 4
 DOORS = tuple((76, top, 84, top + 25) for top in (155, 123, 91))
@@ -125,14 +91,26 @@ OPEN = 7  # of `doors`
 RIGHT_END = 0  # sections with escalators
 LEFT_END = 7
 RADAR = (40, 190, 120, 204)
-RIGHT_ESCALATOR = (55, 110, 102, 150)
-LEFT_ESCALATORS = ((58, 78, 105, 118), (58, 142, 105, 182))
-# Floors from the ground up, in groups: one floor at most of each group has a thing of a kind.
-ALL = np.array([[True, True, True, True]])
-ALL_BUT_SECOND = np.array([[True, True, False, True], [False, False, True, False]])
-BY_RADIOS = np.array([[False, True, False, True], [False, False, True, False]])
-EVEN = np.array([[True, False, False, False], [False, False, True, False]])
-ODD = np.array([[False, True, False, False], [False, False, False, True]])
+UPPER_AT_RIGHT = (55, 110, 102, 150)
+UPPER_AT_LEFT = (58, 78, 105, 118)
+LOWER_AT_LEFT = (58, 142, 105, 182)
+RIGHT_ESCALATORS = np.array((UPPER_AT_RIGHT, LOWER_AT_LEFT))  # the lower one is not there
+LEFT_ESCALATORS = np.array((UPPER_AT_LEFT, LOWER_AT_LEFT))
+LAST_SECONDS = 10  # of a round, in which the display flashes
+
+
+class Held:  # values of `Ram.thing`, by category
+    BALL = (Thing.BALL,)
+    BIPLANE = (Thing.BIPLANE, Thing.BIPLANE_TURNS)
+    CART = (Thing.CART,)
+    RADIO = (Thing.RADIO, Thing.RADIO_SOUNDS)
+    MONEYBAG = (Thing.MONEYBAG,)
+    SUITCASE = (Thing.SUITCASE,)
+
+
+def _floor_groups(*groups: tuple[int, ...]) -> np.ndarray:
+    """Groups of floors, bool `[group, floor]`: a floor at most of each has a thing of a kind."""
+    return np.array([[floor in group for floor in range(FLOOR_COUNT)] for group in groups])
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -145,12 +123,12 @@ def decode(m: Ram) -> dict[str, Box]:
     return {
         "Kop": _kop_box(m, kop).where(here),
         "Krook": _krook_box(m, kop).where(here),
-        "Ball": _boxes(things, (Thing.BALL,), ALL, 2).where(known),
-        "Biplane": _boxes(things, (Thing.BIPLANE, Thing.BIPLANE_TURNS), ALL, 1).where(known),
-        "Cart": _boxes(things, (Thing.CART,), ALL_BUT_SECOND, 2).where(known),
-        "Radio": _boxes(things, (Thing.RADIO, Thing.RADIO_SOUNDS), BY_RADIOS, 3).where(known),
-        "Moneybag": _boxes(things, (Thing.MONEYBAG,), ODD, 1).where(known),
-        "Suitcase": _boxes(things, (Thing.SUITCASE,), EVEN, 1).where(known),
+        "Ball": _boxes(things, Held.BALL, _floor_groups((0, 1, 2, 3)), most=2).where(known),
+        "Biplane": _boxes(things, Held.BIPLANE, _floor_groups((0, 1, 2, 3)), most=1).where(known),
+        "Cart": _boxes(things, Held.CART, _floor_groups((0, 1, 3), (2,)), most=2).where(known),
+        "Radio": _boxes(things, Held.RADIO, _floor_groups((1, 3), (2,)), most=3).where(known),
+        "Moneybag": _boxes(things, Held.MONEYBAG, _floor_groups((1,), (3,)), most=1).where(known),
+        "Suitcase": _boxes(things, Held.SUITCASE, _floor_groups((0,), (2,)), most=1).where(known),
         "Elevator": _elevator_boxes(m, kop).where(here),
         "Escalator": _escalator_boxes(kop).where(here),
         "SecuritySystem": edges(*RADAR, shown),
@@ -172,11 +150,11 @@ class Things(NamedTuple):
 
 
 def _on_floors(m: Ram) -> Things:
-    left, top, width, height = THING_PICTURES.extent(
-        m.thing - ALL_KINDS[0], mirrored=m.thing_left == 1
-    )
-    first = m.thing_top - pick(m.thing - ALL_KINDS[0], KIND_HEIGHTS) + 1
-    y = _first_line(FROM_GROUND) + first + top
+    """The things of all floors, in the place of their first copies."""
+    picture = m.thing - ALL_KINDS.start
+    left, top, width, height = THING_PICTURES.extent(picture, mirrored=m.thing_left == 1)
+    first = m.thing_top - pick(picture, THING_HEIGHTS) + 1
+    y = _first_line(np.arange(FLOOR_COUNT)) + first + top
     return Things(m.thing, m.thing_x - 1 + left, y, width, height, m.copies)
 
 
@@ -199,39 +177,36 @@ def _boxes(things: Things, kinds: tuple[int, ...], floors: np.ndarray, most: int
 
 def _kop_box(m: Ram, kop: Drawn) -> Box:
     """The Kop; what is behind the floor above him does not show."""
-    left, top, width, height = _figure(KOP_PICTURES, kop.pose, kop.x - 1, m.faces_left == 1)
-    ground = _first_line(kop.floor)
-    above = ground - 6  # last line of the floor above
-    ceiling = ground - 1 - when(kop.floor == ROOF, 2)
-    head = ground + STANDS - kop.height + top
-    first = jnp.where((head >= above) & (head < ceiling), ceiling, head)
-    feet = head + height
-    last = jnp.where((feet > above) & (feet <= ceiling), above, feet)
+    x, is_left = kop.x - 1, m.faces_left == 1
+    left, top, width, height = figure_extent(KOP_PICTURES, kop.pose, x, is_left)
+    head = _first_line(kop.floor) + STANDS - kop.height + top
+    first, last = _below_ceiling(kop, head, head + height)
     hidden = (m.ride == Ride.ELEVATOR) & ~_is_open(m).any()
-    x = kop.x - 1 + left
-    compass = jnp.where(m.faces_left == 1, WEST, EAST)
-    return edges(x, first, x + width, last, ~hidden, orientation=compass).clip(*FIELD)
+    compass = jnp.where(is_left, WEST, EAST)
+    whole = edges(x + left, first, x + left + width, last, ~hidden, orientation=compass)
+    return whole.clip(*FIELD)
 
 
-def _figure(
-    pictures: Pictures, picture: jax.Array, x: jax.Array, mirrored: jax.Array
-) -> tuple[jax.Array, ...]:
-    """The extent of what shows of a figure's picture at a column."""
-    beyond = jnp.clip(x + 8 - SCREEN_END, 0, 8) - jnp.clip(SCREEN_START - x, 0, 8)
-    beyond = jnp.where(mirrored, -beyond, beyond) + len(EDGE_CUTS) // 2
-    return pictures.extent(pictures.index(picture=picture, beyond=beyond), mirrored=mirrored)
+def _below_ceiling(kop: Drawn, head: jax.Array, feet: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """The Kop's first line and the one after his last, without what the floor above him hides."""
+    ground = _first_line(kop.floor)
+    above = ground - ABOVE_LINES
+    ceiling = ground - 1 - when(kop.floor == ROOF, 2)
+    first = jnp.where((head >= above) & (head < ceiling), ceiling, head)
+    last = jnp.where((feet > above) & (feet <= ceiling), above, feet)
+    return first, last
 
 
 def _krook_box(m: Ram, kop: Drawn) -> Box:
-    left, top, width, height = _figure(
-        KROOK_PICTURES, m.krook_pose - 1, m.krook_x - 1, m.krook_left == 1
-    )
-    along = m.krook_place & 15
-    section = jnp.where(along < 8, along, along ^ 15)
+    """The Krook, in the section where he is."""
+    x, is_left = m.krook_x - 1, m.krook_left == 1
+    left, top, width, height = figure_extent(KROOK_PICTURES, m.krook_pose - 1, x, is_left)
+    way = m.krook_place & 2 * SECTIONS - 1  # along two floors, one there and the other back
+    section = jnp.where(way < SECTIONS, way, way ^ 2 * SECTIONS - 1)
     y = _first_line(m.krook_place >> 3) + STANDS + top
     here = section == kop.section
-    compass = jnp.where(m.krook_left == 1, WEST, EAST)
-    return box(m.krook_x - 1 + left, y, width, height, here, orientation=compass).clip(*FIELD)
+    compass = jnp.where(is_left, WEST, EAST)
+    return box(x + left, y, width, height, here, orientation=compass).clip(*FIELD)
 
 
 def _is_open(m: Ram) -> jax.Array:
@@ -240,6 +215,7 @@ def _is_open(m: Ram) -> jax.Array:
 
 
 def _elevator_boxes(m: Ram, kop: Drawn) -> Box:
+    """The elevator's doors on each floor but the roof, open or closed."""
     color = jnp.where(_is_open(m), TEAL, VIOLET)
     left, top, right, bottom = np.array(DOORS).T
     last = bottom - when(_is_open(m), 1)
@@ -247,17 +223,16 @@ def _elevator_boxes(m: Ram, kop: Drawn) -> Box:
 
 
 def _escalator_boxes(kop: Drawn) -> Box:
-    at_right = kop.section == RIGHT_END
-    upper, lower = LEFT_ESCALATORS
-    at_left = kop.section == LEFT_END
-    first = (jnp.where(at_right, *edge) for edge in zip(RIGHT_ESCALATOR, upper, strict=True))
-    both = map(jnp.stack, zip(first, jnp.asarray(lower, jnp.int32), strict=True))
-    return edges(*both, valid=jnp.stack([at_right | at_left, at_left]))
+    """One escalator at the right end of the building, two at the left end."""
+    at_right, at_left = kop.section == RIGHT_END, kop.section == LEFT_END
+    left, top, right, bottom = jnp.where(at_right, RIGHT_ESCALATORS, LEFT_ESCALATORS).T
+    return edges(left, top, right, bottom, valid=jnp.stack([at_right | at_left, at_left]))
 
 
 def _display_color(m: Ram, kop: Drawn) -> jax.Array:
-    """The colour of timer and hats: black, or in the last ten seconds flashing."""
-    return when((kop.time <= 10) & (m.over == 0), (m.clock - 1) & 0xFE)
+    """The colour of timer and hats: black, or in the last seconds flashing."""
+    is_ending = (kop.time <= LAST_SECONDS) & (m.over == 0)
+    return when(is_ending, (m.clock - 1) & 0xFE)
 
 
 HANDRAILS = (
@@ -285,7 +260,7 @@ ESCALATOR_RULE = Runs(HANDRAILS, most=1, columns=(SCREEN_START, SCREEN_END), the
 def _loot_rule(floors: tuple[int, ...], left: int, right: int, first: int) -> Bounds:
     """What is in some columns of some floors, from a line of the floor on."""
     tops = [LOWEST - FLOOR_LINES * floor for floor in floors]
-    regions = tuple((left, top + first, right, top + 26) for top in tops)
+    regions = tuple((left, top + first, right, top + LOOT_BOTTOM) for top in tops)
     return Bounds(LOOT_COLORS, regions, min_size=(6, 10))
 
 

@@ -65,7 +65,7 @@ def has_begun_anew(m: Ram) -> jax.Array:
 def _ticked(m: Ram) -> jax.Array:
     """Whether a second has just passed."""
     second = jnp.where(m.sound == PENALTY, FAST_TICK, TICK)
-    return (m.plays == 1) & (m.sound != KILLED) & (m.time < ROUND) & (m.clock & second == 0)
+    return (m.plays == 1) & (m.sound != KILLED) & (m.time < ROUND) & ((m.clock & second) == 0)
 
 
 def kop_column(m: Ram) -> jax.Array:
@@ -76,13 +76,11 @@ def kop_column(m: Ram) -> jax.Array:
 
 def _across(m: Ram, x: jax.Array) -> tuple[jax.Array, jax.Array]:
     """The Kop's column and section before he came into a section or was put back at a wall."""
-    walks = _moves_aside(m)
-    left = m.faces_left == 1
-    right = ~left
-    came_left = walks & left & (x > RIGHT_EDGE)
-    came_right = walks & right & (x < LEFT_EDGE)
-    at_right_wall = walks & right & (m.section == LAST_SECTION) & (x == RIGHT_WALL - 1)
-    at_left_wall = walks & left & (m.section == FIRST_SECTION) & (x == LEFT_WALL + 1)
+    to_left = _moves_aside(m) & (m.faces_left == 1)
+    to_right = _moves_aside(m) & (m.faces_left == 0)
+    came_left, came_right = to_left & (x > RIGHT_EDGE), to_right & (x < LEFT_EDGE)
+    at_right_wall = to_right & (m.section == LAST_SECTION) & (x == RIGHT_WALL - 1)
+    at_left_wall = to_left & (m.section == FIRST_SECTION) & (x == LEFT_WALL + 1)
     before = match(
         (came_left | at_left_wall, LEFT_EDGE),
         (came_right | at_right_wall, RIGHT_EDGE),
@@ -93,18 +91,17 @@ def _across(m: Ram, x: jax.Array) -> tuple[jax.Array, jax.Array]:
 
 def _step(m: Ram) -> tuple[jax.Array, jax.Array]:
     """Columns and rows that the Kop has moved."""
-    rides = (m.ride == Ride.ESCALATOR) & (m.clock & 3 == 0)
+    rides = (m.ride == Ride.ESCALATOR) & ((m.clock & 3) == 0)
     up = jnp.where(m.rides_left == 1, -1, 1)
     ahead = jnp.where(m.faces_left == 1, -1, 1)
     dx = match((rides, up), (_moves_aside(m), ahead), otherwise=0)
     dy = match((rides, 1), (_in_air(m), _jump_step(m)), otherwise=0)
-    dx, dy = (jnp.where(_is_frozen(m), 0, moved) for moved in (dx, dy))
-    return dx, dy
+    return when(~_is_frozen(m), dx), when(~_is_frozen(m), dy)
 
 
 def _is_frozen(m: Ram) -> jax.Array:
     """Whether a collision keeps everybody from moving, but for its own frame."""
-    begins = (m.pause == FREEZE) & (m.clock & 3 == 1)
+    begins = (m.pause == FREEZE) & ((m.clock & 3) == 1)
     return (m.sound >= FREEZES) & ~begins
 
 
@@ -123,12 +120,12 @@ def _in_air(m: Ram) -> jax.Array:
 def _landed(m: Ram) -> jax.Array:
     """Whether a jump has just ended."""
     down = (m.jump == 0) & (m.pose == Pose.JUMPS) & (m.height == 0)
-    return down & (m.button == 1) & (m.clock & 3 == LANDS)
+    return down & (m.button == 1) & ((m.clock & 3) == LANDS)
 
 
 def _jump_step(m: Ram) -> jax.Array:
     """Rows that the Kop has risen."""
-    waits = among(m.jump, HANGS) & (m.clock & 3 != 0)
+    waits = among(m.jump, HANGS) & ((m.clock & 3) != 0)
     arrived = (m.jump == LAST_FAST) & (m.pause == LAST_FAST_PAUSE)
     still = (m.jump == JUMP_STARTS) | (waits & ~arrived)
     return match((still, 0), (m.jump >= RISES, 1), otherwise=-1)
@@ -137,5 +134,5 @@ def _jump_step(m: Ram) -> jax.Array:
 def _pose_before(m: Ram) -> jax.Array:
     """The pose before a step: it changes on odd columns."""
     walked = among(m.pose, range(1, STEPS + 1)) & ~_in_air(m) & (m.ride == Ride.NONE)
-    stepped = walked & (kop_column(m) & 1 == 1) & ~_is_frozen(m)
+    stepped = walked & ((kop_column(m) & 1) == 1) & ~_is_frozen(m)
     return jnp.where(stepped, jnp.where(m.pose == 1, STEPS, m.pose - 1), m.pose)

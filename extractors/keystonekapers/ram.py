@@ -1,6 +1,12 @@
-"""Keystone Kapers' RAM. Floors are the ground floor, the first, the second and the roof."""
+"""Keystone Kapers' RAM, and what its values mean.
+
+Floors are the ground floor, the first, the second and the roof.
+"""
 
 from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.console.rom import Rom
+
+ROM = Rom("keystone_kapers", "6c1f3f2e359dbf55df462ccbcdd2f6bf")
 
 
 class Thing:  # what a floor holds, of `Ram.thing`

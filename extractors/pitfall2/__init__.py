@@ -38,7 +38,7 @@ from ocjax.console.ops import among, match, mod, only, pick
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors.pitfall2.drawn import SLOT, Drawn, as_drawn, floor_line
 from ocjax.extractors.pitfall2.pictures import CREATURES, CUTS, HARRYS
-from ocjax.extractors.pitfall2.ram import ROM, Balloon, Kind, Pose, Rail, Ram
+from ocjax.extractors.pitfall2.ram import ROM, Balloon, Dead, Kind, Pose, Rail, Ram
 from ocjax.extractors.pitfall2.vision import Above, Between, Completed, Rungs
 from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.rules import Blobs, Bounds
@@ -58,7 +58,7 @@ EVERYWHERE = {  # what may live on several floors in view
     "Frog": (Kind.FROG,),
     "GoldBar": (Kind.GOLD_BAR, Kind.RIGHT_GOLD_BAR),
 }
-SINGLE = {
+SINGLE = {  # what there is one of in view, at most
     "Cross": Kind.CROSS,
     "ElectricEel": Kind.EEL,
     "Rat": Kind.RAT,
@@ -70,12 +70,13 @@ SINGLE = {
 START = 4000  # points of a new game
 HARRY_TOP = 11  # line of Harry's first row, less `harry_y`
 BALLOON_TOP = -16  # likewise, of a balloon above him
-BLINKS = 8  # a bit of the clock
+BLINKS = 8  # a bit of the clock: whether Harry is hidden while he goes back
 ROOF = 34  # line of a floor where the roof of the next one begins
 ROOF_LINES = 7
 NEAR_LADDER = range(72, 82)  # columns of Harry below a hole
 LADDER_TOP = 33  # the first line that may show a ladder
 LADDER_LEFT = 78
+LADDER_WIDTH = 4
 LADDER_RISE = 1  # lines of a ladder above its floor's first line
 LADDER_ROWS = 26
 RUNG_PITCH = 4  # two rows of a rung and two between them
@@ -94,20 +95,23 @@ def decode(m: Ram) -> dict[str, Box]:
 
 def _harry_box(m: Ram) -> Box:
     """Harry, who blinks while he goes back to a cross."""
-    hidden = (m.dead > 0) & ((m.clock ^ m.dead) & BLINKS == 0)
-    whole = HARRYS.box(
-        m.pose, m.harry_x, m.harry_y + HARRY_TOP, mirrored=m.harry_mirrored == 1, valid=~hidden
-    )
-    beside = among(m.harry_x, NEAR_LADDER)
-    roofs = floor_line(m)[:-1] + ROOF  # the first lines of what hides who climbs through it
-    there = beside & (m.rail[1:] == Rail.LADDER)
-    top, bottom = whole.y, whole.y + whole.h
-    hides_top = there & (top >= roofs) & (top < roofs + ROOF_LINES)
-    hides_bottom = there & (bottom > roofs) & (bottom <= roofs + ROOF_LINES)
-    first = jnp.where(hides_top.any(), only(hides_top, roofs + ROOF_LINES), top)
+    hidden = (m.dead > Dead.NO) & ((m.clock ^ m.dead) & BLINKS == 0)
+    y, is_mirrored = m.harry_y + HARRY_TOP, m.harry_mirrored == 1
+    whole = HARRYS.box(m.pose, m.harry_x, y, mirrored=is_mirrored, valid=~hidden)
+    return _below_roofs(m, whole).clip(*VIEW)
+
+
+def _below_roofs(m: Ram, whole: Box) -> Box:
+    """What the roof of a floor leaves of Harry while he climbs a ladder through it."""
+    roofs = floor_line(m)[:-1] + ROOF
+    ends = roofs + ROOF_LINES
+    there = among(m.harry_x, NEAR_LADDER) & (m.rail[1:] == Rail.LADDER)
+    top, right, bottom = whole.y, whole.x + whole.w, whole.y + whole.h
+    hides_top = there & (top >= roofs) & (top < ends)
+    hides_bottom = there & (bottom > roofs) & (bottom <= ends)
+    first = jnp.where(hides_top.any(), only(hides_top, ends), top)
     last = jnp.where(hides_bottom.any(), only(hides_bottom, roofs), bottom)
-    seen = edges(whole.x, first, whole.x + whole.w, last, whole.valid & (last > first))
-    return seen.clip(*VIEW)
+    return edges(whole.x, first, right, last, whole.valid & (last > first))
 
 
 def _ladder_boxes(m: Ram) -> Box:
@@ -117,23 +121,21 @@ def _ladder_boxes(m: Ram) -> Box:
     top = first + cut + pick(cut & RUNG_PITCH - 1, TO_RUNG)
     rows = jnp.minimum(VIEW_BOTTOM - first, LADDER_ROWS)
     bottom = first + rows - pick(rows & RUNG_PITCH - 1, BELOW_RUNG)
-    return edges(
-        LADDER_LEFT, top, LADDER_LEFT + 4, bottom, (m.rail == Rail.LADDER) & (bottom > top)
-    )
+    there = (m.rail == Rail.LADDER) & (bottom > top)
+    return edges(LADDER_LEFT, top, LADDER_LEFT + LADDER_WIDTH, bottom, there)
 
 
 def _creature_boxes(m: Ram) -> dict[str, Box]:
     """What lives on the floors, by kind."""
     drawn = as_drawn(m)
-    boxes = _in_slots(m, _shown(drawn))
-    kind = _in_slots(m, drawn.kind)
+    boxes, kind = _in_slots(m, _shown(drawn)), _in_slots(m, drawn.kind)
     out = {name: boxes.where(among(kind, kinds)) for name, kinds in EVERYWHERE.items()}
-    out |= {name: _the_one(boxes, kind == only_kind) for name, only_kind in SINGLE.items()}
-    ridden = (m.balloon == Balloon.RIDDEN) & (m.pose == Pose.FLIES)
-    is_bright = (drawn.kind == Kind.EEL) & drawn.bright
-    color = jnp.where(is_bright.any(), WHITE, BLACK)
-    out["ElectricEel"] = replace(out["ElectricEel"], color=color)
-    out["Balloon"] = choose(ridden, _ridden_box(m), out["Balloon"])
+    out |= {name: _the_one(boxes, kind == its_kind) for name, its_kind in SINGLE.items()}
+    is_bright = ((drawn.kind == Kind.EEL) & drawn.bright).any()
+    is_ridden = (m.balloon == Balloon.RIDDEN) & (m.pose == Pose.FLIES)
+    eel_color = jnp.where(is_bright, WHITE, BLACK)
+    out["ElectricEel"] = replace(out["ElectricEel"], color=eel_color)
+    out["Balloon"] = choose(is_ridden, _ridden_box(m), out["Balloon"])
     return out
 
 
@@ -151,9 +153,17 @@ def _shown(drawn: Drawn) -> Box:
 def _ridden_box(m: Ram) -> Box:
     """The balloon above Harry, which his sprite shows: the picture of a free one, mirrored."""
     top = m.harry_y + BALLOON_TOP
-    zero = jnp.zeros_like(top)
-    mirrored, there = m.harry_mirrored == 0, jnp.ones_like(top, bool)
-    return _shown(Drawn(zero + Kind.BALLOON, m.harry_x, top, zero, mirrored, ~there, there))
+    zero, there = jnp.zeros_like(top), jnp.ones_like(top, bool)
+    balloon = Drawn(
+        kind=zero + Kind.BALLOON,
+        x=m.harry_x,
+        y=top,
+        picture=zero,
+        mirrored=m.harry_mirrored == 0,
+        bright=~there,
+        valid=there,
+    )
+    return _shown(balloon)
 
 
 def _the_one(boxes: Box, there: jax.Array) -> Box:

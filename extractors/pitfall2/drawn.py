@@ -5,9 +5,9 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import among, div, lookup, match, when
-from ocjax.extractors.pitfall2.pictures import NEVER, PACKED_TRAITS
-from ocjax.extractors.pitfall2.ram import SLOTS, Kind, Loads, Ram, Wait, Water
+from ocjax.console.ops import among, div, match, when
+from ocjax.extractors.pitfall2.pictures import NEVER, Habits, habits_of
+from ocjax.extractors.pitfall2.ram import SLOTS, Dead, Kind, Loads, Ram, Wait, Water
 
 FLOOR_LINES = 45
 FIRST_LINE = 36  # line of the first floor's beginning
@@ -16,7 +16,9 @@ WRAPS = 160  # column from which on a creature begins anew at the left edge
 RAT_STAYS = 0x94  # column where the rat stays
 HARRY_LINES = 29  # from `harry_y` to the line that tells his floor
 FROG_LEFT = 68  # column
-FROG_TURNS = 0x60  # of the clock
+FROG_TURNS = 0x60  # of the clock: halfway between two leaps, it turns round
+LEAP_FRAMES = 64  # of a frog, and then as many until it leaps back
+SINCE_LAST = 2  # frames from a creature's last move to this one
 EEL_STRIDE = 8  # from one picture to the next of the same colour
 EEL_BRIGHT = 16  # from black pictures to white ones
 IN_VIEW = slice(1, 4)  # slots that are in view for sure
@@ -35,38 +37,38 @@ class Drawn(NamedTuple):
     valid: jax.Array
 
 
-class Habits(NamedTuple):
-    """What a kind does."""
-
-    phases: jax.Array  # of the clock: it has its second picture where 0
-    steps: jax.Array  # of the clock: it moves where 0
-    pace: jax.Array  # columns a step
-    swings: jax.Array  # up and down, over half as many lines
-    top: jax.Array  # low byte of where the first picture begins
-
-
 def as_drawn(m: Ram) -> Drawn:
     """Take back what creatures have done since the frame was drawn."""
     kind = jnp.where((m.kind == Kind.BAT) & (m.background == Water.COLOR), Kind.EEL, m.kind)
-    habits = _habits_of(kind)
+    habits = habits_of(kind)
     moved = _moves(m) & ((m.clock + SLOT) & 1 == 1)
-    then = m.clock - 2
-    frog = kind == Kind.FROG
-    lines = (m.start - m.top & 0xFF) >> 1
-    lines_before = lines + _lift(m, then, habits, frog) - _lift(m, m.clock, habits, frog)
-    blank = ~moved & (m.start == 0) & (m.top == 1)
     ahead = m.top - habits.top
-    changed = jnp.where(kind == Kind.EEL, ahead & EEL_STRIDE, ahead) != 0
-    comes = _moves(m) & blank[IN_VIEW].any()  # Harry has just come in: the frame has nobody yet
+    is_second = jnp.where(kind == Kind.EEL, ahead & EEL_STRIDE, ahead) != 0
+    was_second = _had_second_picture(m, habits, kind)
+    was_mirrored = (kind == Kind.FROG) & (m.clock - SINCE_LAST - FROG_TURNS & 128 > 0)
     return Drawn(
         kind=kind,
         x=jnp.where(moved, _column_before(m, kind, habits), m.x),
-        y=floor_line(m) + jnp.where(moved, lines_before, lines),
-        picture=jnp.where(moved, _changes(m, then, habits, kind), changed).astype(jnp.int32),
-        mirrored=jnp.where(moved & frog, then - FROG_TURNS & 128, m.mirrored) > 0,
+        y=floor_line(m) + _lines_below(m, kind, habits, moved),
+        picture=jnp.where(moved, was_second, is_second).astype(jnp.int32),
+        mirrored=jnp.where(moved & (kind == Kind.FROG), was_mirrored, m.mirrored > 0),
         bright=ahead & EEL_BRIGHT > 0,
-        valid=~(blank | comes | among(m.loads, (Loads.FIRST, Loads.LAST))),
+        valid=~(_is_blank(m, moved) | among(m.loads, (Loads.FIRST, Loads.LAST))),
     )
+
+
+def _lines_below(m: Ram, kind: jax.Array, habits: Habits, moved: jax.Array) -> jax.Array:
+    """Lines from a floor's beginning down to the picture of who lives there."""
+    lines = (m.start - m.top & 0xFF) >> 1
+    before = m.clock - SINCE_LAST
+    lifted = _lift(before, habits, kind) - _lift(m.clock, habits, kind)
+    return lines + when(moved, lifted)
+
+
+def _is_blank(m: Ram, moved: jax.Array) -> jax.Array:
+    """Which floors have nobody yet: one that shows it, or all in view if Harry has just come in."""
+    blank = ~moved & (m.start == 0) & (m.top == 1)
+    return blank | (_moves(m) & blank[IN_VIEW].any())
 
 
 def floor_line(m: Ram) -> jax.Array:
@@ -75,18 +77,12 @@ def floor_line(m: Ram) -> jax.Array:
     return FIRST_LINE - gone + FLOOR_LINES * SLOT
 
 
-def _habits_of(kind: jax.Array) -> Habits:
-    packed = lookup(PACKED_TRAITS, kind)
-    return Habits(
-        packed & 0xFF, packed >> 8 & 0xFF, packed >> 16 & 3, packed >> 18 & 63, packed >> 24 & 0xFF
-    )
-
-
 def _moves(m: Ram) -> jax.Array:
     """Whether the creatures of some floors have moved after the frame."""
-    bitten = (m.touched == 1) & among(m.kind, Kind.DEADLY)
-    plays = (m.intro == 0) & (m.waits != Wait.FOR_STICK) & ~bitten.any()
-    return (m.dead < 128) & ((m.dead > 0) | (m.demo == 1) | plays)
+    is_bitten = ((m.touched == 1) & among(m.kind, Kind.DEADLY)).any()
+    plays = (m.intro == 0) & (m.waits != Wait.FOR_STICK) & ~is_bitten
+    goes_back = (m.dead > Dead.NO) & (m.dead < Dead.BITTEN)
+    return goes_back | ((m.dead == Dead.NO) & ((m.demo == 1) | plays))
 
 
 def _roams(m: Ram, kind: jax.Array) -> jax.Array:
@@ -96,9 +92,9 @@ def _roams(m: Ram, kind: jax.Array) -> jax.Array:
     return (kind != Kind.RAT) | ((here == SLOT) & (m.x < RAT_STAYS))
 
 
-def _changes(m: Ram, then: jax.Array, habits: Habits, kind: jax.Array) -> jax.Array:
-    """Whether a creature had its second picture."""
-    return (then & habits.phases == 0) & _roams(m, kind)
+def _had_second_picture(m: Ram, habits: Habits, kind: jax.Array) -> jax.Array:
+    """Whether a creature had its second picture before a move."""
+    return (m.clock - SINCE_LAST & habits.phases == 0) & _roams(m, kind)
 
 
 def _column_before(m: Ram, kind: jax.Array, habits: Habits) -> jax.Array:
@@ -107,22 +103,32 @@ def _column_before(m: Ram, kind: jax.Array, habits: Habits) -> jax.Array:
     ahead = jnp.where(m.mirrored == 1, -habits.pace, habits.pace)
     before = jnp.where((m.x == 0) & (ahead > 0), WRAPS, m.x) - ahead
     return match(
-        (kind == Kind.FROG, FROG_LEFT + (_leap(m.clock - 2) >> 2)),
+        (kind == Kind.FROG, FROG_LEFT + (_leap(m.clock - SINCE_LAST) >> 2)),
         (steps, before),
         otherwise=m.x,
     )
 
 
 def _leap(clock: jax.Array) -> jax.Array:
-    """How far a frog has leaped to the right, in quarters of a column."""
-    way = jnp.minimum(clock & 0x7F, 0x3F)
-    return jnp.where(clock & 128 > 0, way, way ^ 0x3F)
+    """How far a frog has leaped to the right, in quarters of a column.
+
+    It leaps for 64 frames, waits for as many, and then leaps back.
+    """
+    way = jnp.minimum(clock & 2 * LEAP_FRAMES - 1, LEAP_FRAMES - 1)
+    is_to_right = clock & 2 * LEAP_FRAMES > 0
+    return jnp.where(is_to_right, way, way ^ LEAP_FRAMES - 1)
 
 
-def _lift(m: Ram, clock: jax.Array, habits: Habits, frog: jax.Array) -> jax.Array:
+def _lift(clock: jax.Array, habits: Habits, kind: jax.Array) -> jax.Array:
     """Lines by which a creature's picture is lower."""
     way = (clock >> 1) & 2 * habits.swings - 2
     swung = jnp.where(way >= habits.swings, way ^ 2 * habits.swings - 2, way)
-    jump = jnp.where(clock & 0x40 > 0, 0, clock & 0x3F)
-    jump = jnp.where(jump >= 0x20, jump ^ 0x3F, jump) ^ 0x1F
-    return jnp.where(frog, jump, swung) >> 1
+    return jnp.where(kind == Kind.FROG, _jump(clock), swung) >> 1
+
+
+def _jump(clock: jax.Array) -> jax.Array:
+    """How much lower a frog is than at the top of its leap, in half lines."""
+    way = when(clock & LEAP_FRAMES == 0, clock & LEAP_FRAMES - 1)
+    half = LEAP_FRAMES // 2
+    up = jnp.where(way >= half, way ^ LEAP_FRAMES - 1, way)
+    return up ^ half - 1

@@ -4,7 +4,11 @@ A creature's picture has a byte of colour and one of dots a row; Harry's have do
 count down through the data, so that the ROM has the byte for a count of 0 last.
 """
 
+from typing import NamedTuple
+
+import jax
 import numpy as np
+from ocjax.console.ops import lookup
 from ocjax.console.rom import Pictures
 from ocjax.extractors.pitfall2.ram import ROM, Kind
 
@@ -27,7 +31,32 @@ PACE = 3  # bits of `WAYS`: columns a step
 LEAPS = 0xFF  # of `WAYS`: a frog
 NEVER = 0xFF  # of `STEP_MASKS`
 SWINGS = np.where((WAYS > 128) & (WAYS != LEAPS), (WAYS & 0x60) >> 1, 1)  # see `Habits`
-PACKED_TRAITS = PHASES | STEP_MASKS << 8 | (WAYS & PACE) << 16 | SWINGS << 18 | TOPS << 24  # in one
+
+
+class Habits(NamedTuple):
+    """What a kind does."""
+
+    phases: jax.Array  # of the clock: it has its second picture where 0
+    steps: jax.Array  # of the clock: it moves where 0; `NEVER`: it does not
+    pace: jax.Array  # columns a step
+    swings: jax.Array  # up and down, over half as many lines
+    top: jax.Array  # low byte of where the first picture begins
+
+
+# All habits of a kind in one number, because a look-up costs more than shifts.
+PACKED_HABITS = PHASES | STEP_MASKS << 8 | (WAYS & PACE) << 16 | SWINGS << 18 | TOPS << 24
+
+
+def habits_of(kind: jax.Array) -> Habits:
+    """What some kinds do."""
+    packed = lookup(PACKED_HABITS, kind)
+    return Habits(
+        phases=packed & 0xFF,
+        steps=packed >> 8 & 0xFF,
+        pace=packed >> 16 & 3,
+        swings=packed >> 18 & 63,
+        top=packed >> 24 & 0xFF,
+    )
 
 
 def _creature(kind: int, picture: int) -> np.ndarray:

@@ -1,4 +1,7 @@
-"""Pitfall II's RAM. A slot is a floor on the screen, the highest first; the fifth is below it."""
+"""Pitfall II's RAM, and what its values mean.
+
+A slot is a floor on the screen, the highest first; the fifth is below it.
+"""
 
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.rom import Rom
@@ -26,14 +29,19 @@ class Kind:  # of `Ram.kind`: what lives on a floor
     RIGHT_GOLD_BAR = 15
     EEL = 16  # a bat of `Water.COLOR`
     KINDS = 17
-    DEADLY = (4, 5, 6, 14)
+    DEADLY = (SCORPION, BAT, CONDOR, FROG)
+
+
+class Dead:  # of `Ram.dead`; less than `BITTEN`, Harry goes back to the last cross ($D0C2, bank 0)
+    NO = 0
+    BITTEN = 128  # or more: all stands still while it counts down
 
 
 class Pose:  # of `Ram.pose`
     FLIES = 13  # below a balloon
 
 
-class Loads:  # of `Ram.loads`: the floors have nobody yet
+class Loads:  # of `Ram.loads`, while the floors have nobody yet
     FIRST = 2
     LAST = 3
 
@@ -71,7 +79,7 @@ class Ram(RamMap):
     scroll = byte(86)  # lines
     balloon = byte(92)
     loads = byte(93)
-    dead = byte(96)  # not 0: Harry goes back to the last cross
+    dead = byte(96)  # frames
     harry_x = byte(103)
     column = byte(104)  # of the cavern
     harry_y = byte(105)

@@ -1,56 +1,178 @@
-"""The pictures of what flies about, and how they are drawn, row by row.
+"""The pictures of Solaris' records, and what the screen shows of each.
 
-A kernel of bank 2 draws space, one of bank 3 draws planets. Both shift some pictures by the moves
-that a table holds for each row. Large pictures have wide dots.
+A kernel of bank 2 draws space, one of bank 3 draws planets. Both draw a picture from its first row
+down until the panel, and shift some pictures by the moves that a table holds for each row. Large
+pictures have wide dots. Here, both are followed row by row for every picture and every place at an
+edge of the view, and `shown_of` has the result.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
+import jax
+import jax.numpy as jnp
 import numpy as np
+from ocjax.console.ops import lookup
 from ocjax.extractors.solaris.ram import ROM, Picture
 
-TOP = 23  # the first row in which the kernel can draw an object
-BOTTOM = 168  # the row below the last one
+VIEW_TOP = 23  # the first row in which the kernel can draw an object
+VIEW_BOTTOM = 168  # the row below the last one
 MOST_ROWS = 28  # of the largest picture
+CUTS = 2 * MOST_ROWS + 1  # see `cut_at`
+UNUSED = (0x11, 0x12, 0x13, 0x30, 0x31)  # numbers without a picture
 BLUE_COLOR_ROW = 6  # of blue planets: their colour is there, where they are bright
-CUTS = 2 * MOST_ROWS + 1  # how many rows are above the panel, then how many are above the view
-BANK_SIZE = 4096
 
 GROUND = 0x62  # colour
 GROUND_TOP = 85  # row of a planet's ground; the rows above are black, as craters are
+
+BANK_SIZE = 4096
 BIT_7 = 0x80
-KINDS_AROUND_MIDDLE = -4  # columns from an object's place to the left edge of large pictures
+MIDDLE = -4  # columns from a record's place to the left edge of a picture that is around it
+WIDE_FROM = 0x1B  # of the low bytes of moves: the pictures of these have wide dots
+SIZE_COLUMNS = {5: 2, 7: 4}  # of a dot, by the chip's NUSIZ; 1 by all others
 
 
-@dataclass(frozen=True)
-class Row:
+class Row(NamedTuple):
     """A row of a picture."""
 
-    x: int  # first column
+    x: int  # column of its eight dots, from the record's place
     dot: int  # columns of a dot
-    dots: int
+    dots: int  # a bit each, the leftmost one highest
     color: int
 
+    @property
+    def left(self) -> int:
+        """The first column that it fills."""
+        return self.x + self.dot * (8 - self.dots.bit_length())
 
-def _signed(byte: int) -> int:
-    return (byte ^ 128) - 128
-
-
-def _columns(byte: int) -> int:
-    """Columns to the right by which the chip moves a sprite that has a byte as its move."""
-    return -(_signed(byte) >> 4)
-
-
-def _at(bank: int, address: int) -> int:
-    return int(ROM.data[BANK_SIZE * bank + (address & 0xFFF)])
+    @property
+    def right(self) -> int:
+        """The column after the last one that it fills."""
+        return self.x + self.dot * (9 - (self.dots & -self.dots).bit_length())
 
 
-def _in_space(picture: int) -> list[Row]:
+class Shown(NamedTuple):
+    """What the screen shows of pictures; a width of 0 is nothing."""
+
+    left: jax.Array  # from the record's place
+    top: jax.Array  # from the picture's first row
+    width: jax.Array
+    height: jax.Array
+    color: jax.Array
+
+
+class Bits(NamedTuple):
+    """Where a number is in a packed one: a look-up costs more than shifts, so there is one."""
+
+    first: int
+    size: int
+
+    def pack(self, number: int) -> int:
+        """The number in its place."""
+        return number << self.first
+
+    def of(self, packed: jax.Array) -> jax.Array:
+        """The number in a packed one."""
+        return packed >> self.first & (1 << self.size) - 1
+
+
+LEFT_BITS = Bits(0, 7)  # plus `LEFTMOST`, which makes it positive
+FIRST_ROW_BITS = Bits(7, 5)
+WIDTH_BITS = Bits(12, 6)
+HEIGHT_BITS = Bits(18, 5)
+COLOR_BITS = Bits(23, 7)  # without its lowest bit, which the chip does not have
+LEFTMOST = 32
+
+
+def shown_of(picture: jax.Array, on_planet: jax.Array, cut: jax.Array) -> Shown:
+    """What the screen shows of pictures that are cut so."""
+    picture = jnp.minimum(picture, Picture.NONE - 1)
+    packed = lookup(TABLE, (on_planet * Picture.NONE + picture) * CUTS + cut)
+    return Shown(
+        left=LEFT_BITS.of(packed) - LEFTMOST,
+        top=FIRST_ROW_BITS.of(packed),
+        width=WIDTH_BITS.of(packed),
+        height=HEIGHT_BITS.of(packed),
+        color=COLOR_BITS.of(packed) << 1,
+    )
+
+
+def cut_at(y: jax.Array) -> jax.Array:
+    """How the view cuts pictures whose first rows are at `y` on the screen.
+
+    From 0 to MOST_ROWS, so many rows are above the panel; from there on, so many further rows are
+    above the view.
+    """
+    above = VIEW_TOP - y
+    count = jnp.clip(VIEW_BOTTOM - y, 0, MOST_ROWS)
+    return jnp.where(above > 0, MOST_ROWS + jnp.minimum(above, MOST_ROWS), count)
+
+
+def _all_shown() -> np.ndarray:
+    """What is shown of each picture, packed: `[screen, picture, cut]`, flat."""
+    pictures = range(Picture.NONE)
+    packed = [_all_cuts(picture, planet) for planet in (False, True) for picture in pictures]
+    return np.array(packed, np.int32).ravel()
+
+
+def _all_cuts(picture: int, planet: bool) -> list[int]:
+    """What is shown of a picture by `cut_at`."""
+    rows = _rows_of(picture, planet)
+    seen = [i for i, row in enumerate(rows) if _differs(row, picture, planet)]
+    is_blue = Picture.PLANET <= picture < Picture.RED_PLANET
+    color_row = BLUE_COLOR_ROW if is_blue else 0
+    whole = _tight_box(rows, seen, color_row)
+    cut_below = [
+        _tight_box(rows, [i for i in seen if i < count], color_row) for count in range(MOST_ROWS)
+    ]
+    cut_above = [
+        _tight_box(_started(rows, above), [i for i in seen if i >= above], color_row)
+        for above in range(1, MOST_ROWS + 1)
+    ]
+    return [*cut_below, whole, *cut_above]
+
+
+def _rows_of(picture: int, planet: bool) -> list[Row]:
+    """The rows of a picture; none of planets over a planet."""
+    if picture in UNUSED or (planet and picture >= Picture.PLANET):
+        return []
+    return _rows_on_planet(picture) if planet else _rows_in_space(picture)
+
+
+def _differs(row: Row, picture: int, planet: bool) -> bool:
+    """Whether a row differs from what is behind it: craters are dark, other dark rows are gaps."""
+    is_crater = planet and picture >= Picture.RINGED_PLANET
+    behind = GROUND if planet else None
+    return row.dots > 0 and (is_crater or row.color > 1) and row.color & ~1 != behind
+
+
+def _started(rows: Sequence[Row], above: int) -> list[Row]:
+    """The rows as the kernel draws them when so many are above the view."""
+    moved = rows[above].x - rows[0].x if above < len(rows) else 0
+    return [row._replace(x=row.x - moved) for row in rows]
+
+
+def _tight_box(rows: Sequence[Row], seen: Sequence[int], color_row: int) -> int:
+    """The tight box around the rows that are seen, and their colour; 0 without any."""
+    if not seen:
+        return 0
+    left = min(rows[i].left for i in seen)
+    right = max(rows[i].right for i in seen)
+    color = rows[seen[min(color_row, len(seen) - 1)]].color
+    return (
+        LEFT_BITS.pack(left + LEFTMOST)
+        | FIRST_ROW_BITS.pack(seen[0])
+        | WIDTH_BITS.pack(right - left)
+        | HEIGHT_BITS.pack(seen[-1] + 1 - seen[0])
+        | COLOR_BITS.pack(color >> 1)
+    )
+
+
+def _rows_in_space(picture: int) -> list[Row]:
     """Rows in bank 2's kernel: every one may move the next one ($F1E0)."""
     page = _at(2, 0xFA3F + picture) << 8
     first, color, move = (_at(2, start + picture) for start in (0xF918, 0xF978, 0xFA9F))
-    wide = move >= 0x1B
+    wide = move >= WIDE_FROM
     rows, x = [], _space_offset(picture) + wide
     for row in range(MOST_ROWS):
         dots = _at(2, page + first - 2 - row)
@@ -62,12 +184,13 @@ def _in_space(picture: int) -> list[Row]:
 
 
 def _space_offset(picture: int) -> int:
-    if Picture.ENEMY_MISSILE + 8 <= picture < Picture.RINGED_PLANET:
+    """Columns from a record's place to its picture's first row, in space ($F996, $F9D6)."""
+    if Picture.EXPLOSION <= picture < Picture.RINGED_PLANET:
         return _signed(_at(0, 0xFFE1 + (picture & 7)))
-    return KINDS_AROUND_MIDDLE if _at(0, 0xF080 + picture) & BIT_7 else 0
+    return MIDDLE if _at(0, 0xF080 + picture) & BIT_7 else 0
 
 
-def _on_planet(picture: int) -> list[Row]:
+def _rows_on_planet(picture: int) -> list[Row]:
     """Rows in bank 3's kernel: every other one may have odd colours, which move and widen it."""
     page = _at(3, 0xF848 + picture) << 8
     first, colors, size = (_at(3, start + picture) for start in (0xF800, 0xF8D7, 0xF91F))
@@ -75,10 +198,10 @@ def _on_planet(picture: int) -> list[Row]:
     dot = _columns_a_dot(size)
     for row in range(MOST_ROWS):
         dots, code = _at(3, page + first - 2 - row), _at(3, page + colors - 2 - row)
-        second = row % 2 == 0
-        if second and not dots:
+        is_even = row % 2 == 0
+        if is_even and not dots:
             break
-        if second and code & 1:
+        if is_even and code & 1:
             move, dot = _columns(code), _columns_a_dot(code)
             x += move
         else:
@@ -88,59 +211,28 @@ def _on_planet(picture: int) -> list[Row]:
     return rows
 
 
-def _columns_a_dot(size: int) -> int:
-    return {5: 2, 7: 4}.get(size & 7, 1)
-
-
 def _planet_offset(picture: int) -> int:
+    """Columns from a record's place to its picture's first row, over planets ($F9B2)."""
     if picture >= Picture.RINGED_PLANET:
         return _signed(_at(0, 0xF2E7 + picture))
-    return KINDS_AROUND_MIDDLE if _at(0, 0xFC2F + picture) & BIT_7 else 0
+    return MIDDLE if _at(0, 0xFC2F + picture) & BIT_7 else 0
 
 
-def _visible(picture: int, rows: Sequence[Row], planet: bool) -> list[bool]:
-    """Which rows differ from what is behind them; craters are dark, other dark rows are shadows."""
-    crater = planet and picture >= Picture.RINGED_PLANET
-    unseen = GROUND if planet else -1
-    return [r.dots > 0 and (crater or r.color > 1) and r.color & ~1 != unseen for r in rows]
+def _columns_a_dot(size: int) -> int:
+    return SIZE_COLUMNS.get(size & 7, 1)
 
 
-def _packed(rows: Sequence[Row], shown: Sequence[bool], color_row: int) -> int:
-    """First column + 32, first row, width, height and colour of what is shown of a picture."""
-    used = [i for i, seen in enumerate(shown) if seen]
-    if not used:
-        return 0
-    left = min(rows[i].x + rows[i].dot * (8 - rows[i].dots.bit_length()) for i in used)
-    last = [(rows[i].dots & -rows[i].dots).bit_length() - 1 for i in used]
-    right = max(rows[i].x + rows[i].dot * (8 - bit) for i, bit in zip(used, last, strict=True))
-    height = used[-1] + 1 - used[0]
-    color = rows[used[min(color_row, len(used) - 1)]].color >> 1
-    return left + 32 | used[0] << 7 | right - left << 12 | height << 18 | color << 23
+def _columns(byte: int) -> int:
+    """Columns to the right by which the chip moves a sprite that has a byte as its move."""
+    return -(_signed(byte) >> 4)
 
 
-def _cut(rows: list[Row], shown: list[bool], color_row: int, above: int, count: int) -> int:
-    """A picture of which `above` rows are above the view, and rows from `count` on below it."""
-    if above >= len(rows):
-        return 0
-    first = rows[above].x - rows[0].x  # the kernel starts with the first row that it draws
-    moved = [Row(r.x - first, r.dot, r.dots, r.color) for r in rows]
-    inside = [seen and above <= i < count for i, seen in enumerate(shown)]
-    return _packed(moved, inside, color_row)
+def _signed(byte: int) -> int:
+    return (byte ^ 0x80) - 0x80
 
 
-def _all_packed() -> np.ndarray:
-    """What is shown of each picture: `[screen, picture, cut]`, flat."""
-    out = []
-    for planet in (False, True):
-        for picture in range(Picture.END):
-            unused = picture in (0x11, 0x12, 0x13, 0x30, 0x31)
-            beyond = planet and picture >= Picture.PLANET
-            rows = [] if unused or beyond else (_on_planet if planet else _in_space)(picture)
-            blue = Picture.PLANET <= picture < Picture.RED_PLANET
-            look = rows, _visible(picture, rows, planet), BLUE_COLOR_ROW if blue else 0
-            out += [_cut(*look, 0, count) for count in range(MOST_ROWS + 1)]
-            out += [_cut(*look, above, MOST_ROWS) for above in range(1, MOST_ROWS + 1)]
-    return np.array(out, np.int64).astype(np.int32)
+def _at(bank: int, address: int) -> int:
+    return int(ROM.data[BANK_SIZE * bank + (address & 0xFFF)])
 
 
-TABLE = _all_packed()
+TABLE = _all_shown()

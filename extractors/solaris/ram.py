@@ -1,4 +1,4 @@
-"""Solaris' RAM."""
+"""Solaris' RAM, and what its values mean."""
 
 import jax
 import jax.numpy as jnp
@@ -10,40 +10,45 @@ ROM = Rom("solaris", "e72eb8d4410152bdcb69e7fba327b420")
 RECORDS = 5  # of what flies about: one that the ship's sprite shows, then four from the lowest up
 
 
-class Picture:  # of `Ram.picture`: a kind, and in its three low bits a size, 7 for the smallest one
+class Picture:  # of `Ram.picture`: eight times a kind, and a size from 0 to 7, the smallest one
     DARTER = 0x14
-    ENEMY_MISSILE = 0x30
+    EXPLOSION = 0x38
     RINGED_PLANET = 0x40
-    PLANET = 0x48
-    RED_PLANET = 0x54
-    END = 0x60  # from here on: away from the screen, or nothing
+    PLANET = 0x48  # the largest of twelve blue ones
+    RED_PLANET = 0x54  # the largest of twelve
+    NONE = 0x60  # or more: beside the screen, or there is nothing
 
 
-class Kind:  # of `Ram.picture`, in eights
+class Kind:  # of `Ram.kind`, in space; the first two, shots and explosions over planets, too
     FIGHTER = 0
     PIRATE = 1
-    WARP = 2  # or a darter; on planets, a raider
-    JUMPER = 3  # on planets, a man
-    KILLER = 4  # on planets, a landing zone
-    BLOCKADER = 5  # on planets, a tower
+    WARP = 2  # or a darter, from `Picture.DARTER` on
+    JUMPER = 3
+    KILLER = 4
+    BLOCKADER = 5
     ENEMY_MISSILE = 6
     EXPLOSION = 7
-    RINGED_PLANET = 8  # on planets, a crater
-    PLANETS = (9, 10, 11)
+    RINGED_PLANET = 8
+    PLANETS = (9, 10, 11)  # blue and red ones, which have more than eight sizes
 
 
-class Target:  # of `Ram.target`: a record, or
-    WAY_OUT = 5  # the point for which the ship heads while it jumps
+class GroundKind:  # of `Ram.kind`, over planets
+    RAIDER = 2
+    MAN = 3
+    LANDING_ZONE = 4
+    TOWER = 5
+    CRATER = 8
 
 
-class ShipPicture:  # low bytes of addresses of its pictures but the usual one
-    TILTED = 0xD7
-    WIDE = 0xEB
+class ShipPicture:  # of `Ram.ship_picture`; a ship that leaves, lands or crashes has others
+    LEVEL = 0xD7
+    BANKED_RIGHT = 0xEB
+    BANKED_LEFT = 0xFF
 
 
-# What the first frame after power-on shows. The ROM derives it only after the state that a reset
-# returns ($F6DE): from depths, which are there.
-FIRST_SHIP_PICTURE = 0xBA
+# What the first frame after power-on shows. The ROM derives it from the depths, which are there,
+# but only after the state that a reset returns ($F6DE of bank 1).
+FIRST_SHIP_POINTER = 0xBA
 FIRST_SHIP_AT = 0x22
 FIRST_PICTURES = (0xE0, 0x40, 0x41, 0x42, 0x46)
 FIRST_TARGET = 1
@@ -51,29 +56,28 @@ FIRST_Y = (2, 17, 43, 61, 76)
 
 
 class Ram(RamMap):
-    cursor = byte(8)
-    sleeps = bits(13, first=0)
-    waits = bits(13, first=1)
-    jumps = bits(13, first=4)
+    sleeps = bits(13, first=0)  # the joystick was still for 65,536 frames ($F8DE, bank 1)
+    waits = bits(13, first=1)  # play stands still, as after the ship is lost ($F857, bank 1)
+    jumps = bits(13, first=4)  # the ship flies through streaks
     on_chart = bits(13, first=5)
     on_planet = bits(13, first=6)
     is_over = bits(13, first=7)
     jump_timer = bcd((16,))
     quadrant = low(17)
     frame = byte(30)  # counted on since the frame was drawn
-    made_ship_picture = byte(33)  # less `ship_y`; 0: nothing has been derived yet
-    shot_picture = byte(34, 35)  # less `shot_y`
+    made_ship_pointer = byte(33)  # 0: nothing has been derived yet
+    shot_pointer = byte(34, 35)  # of the shots' pictures, less `shot_y`
     made_picture = byte(36, 37, 38, 39, 40)
-    way_out_picture = byte(41)
-    made_ship_at = byte(42)  # code of its position
-    shot_at = byte(43, 44)  # likewise
-    x = byte(45, 46, 47, 48, 49)
+    way_out_picture = byte(41)  # of the point for which the ship heads while it jumps
+    made_ship_at = byte(42)
+    shot_at = byte(43, 44)  # codes of their columns, as of `ship_at`
+    x = byte(45, 46, 47, 48, 49)  # of the records
     way_out_x = byte(50)
     ship_y = byte(51)  # lines above the panel, as of all others; 0: there is no ship
     shot_y = byte(52, 53)
     made_y = byte(54, 55, 56, 57, 58)
     shot_depth = byte(60, 61)
-    depth = byte(62, 63, 64, 65, 66)
+    depth = byte(62, 63, 64, 65, 66)  # of the records
     way_out_depth = byte(67)
     announces = bits(77, first=6, count=2)  # "SCANNER" is in the place of the score ($F5BB)
     ship_x = byte(79)  # moved on since the frame was drawn
@@ -81,25 +85,40 @@ class Ram(RamMap):
     departs = bits(83, first=7)  # the ship leaves, lands or crashes
     lives = low(89)
     made_target = byte(90)
-    fuel = byte(91)
+    fuel = byte(91)  # eight a column of the bar
     score = bcd((94, 93, 92))  # tens of points
-    ship_speed = byte(118)  # to the right, eighths of a column
-    ship_part = byte(119)  # 256 a column
     sectors = byte(*range(100, 124))  # the chart's symbols from the lower right one on, two a byte
+    ship_speed = byte(118)  # to the right, eighths of a column
+    ship_part = byte(119)  # of a column, 256 a column
 
     @property
     def starts(self) -> jax.Array:
         """Whether the ROM has not derived anything from its records yet."""
-        return self.made_ship_picture == 0
+        return self.made_ship_pointer == 0
+
+    @property
+    def flies(self) -> jax.Array:
+        """Whether the screen shows space or a planet."""
+        return (self.jumps == 0) & (self.on_chart == 0)
+
+    @property
+    def ship_pointer(self) -> jax.Array:
+        """Low byte of the address of the ship's picture, less `ship_y`."""
+        return jnp.where(self.starts, FIRST_SHIP_POINTER, self.made_ship_pointer)
 
     @property
     def ship_picture(self) -> jax.Array:
-        """Low byte of the address of the ship's picture, less `ship_y`."""
-        return jnp.where(self.starts, FIRST_SHIP_PICTURE, self.made_ship_picture)
+        """Low byte of the address of the ship's picture."""
+        return self.ship_pointer + self.ship_y & 0xFF
+
+    @property
+    def shot_picture(self) -> jax.Array:
+        """Low bytes of the addresses of the shots' pictures."""
+        return self.shot_pointer + self.shot_y & 0xFF
 
     @property
     def ship_at(self) -> jax.Array:
-        """Code of the ship's position."""
+        """Code of the ship's column: for `sprite_column`."""
         return jnp.where(self.starts, FIRST_SHIP_AT, self.made_ship_at)
 
     @property
@@ -108,11 +127,22 @@ class Ram(RamMap):
         return jnp.where(self.starts, jnp.array(FIRST_PICTURES), self.made_picture)
 
     @property
+    def kind(self) -> jax.Array:
+        """Kinds of the records' pictures."""
+        return self.picture >> 3
+
+    @property
+    def is_darter(self) -> jax.Array:
+        """Which records are darters."""
+        darts = (self.kind == Kind.WARP) & (self.picture >= Picture.DARTER)
+        return darts & (self.on_planet == 0)
+
+    @property
     def y(self) -> jax.Array:
         """Lines above the panel of the records' first rows."""
         return jnp.where(self.starts, jnp.array(FIRST_Y), self.made_y)
 
     @property
     def target(self) -> jax.Array:
-        """The record that the scanner shows."""
+        """The record that the scanner shows; another number is the way out of a jump."""
         return jnp.where(self.starts, FIRST_TARGET, self.made_target)

@@ -1,158 +1,208 @@
-"""Solaris' frames: which screen they show, and the dark edges of blue planets."""
+"""How VEM finds what flies in Solaris: colours, shapes, and the rules made of both.
 
-import functools
+Most pictures have several colours, and share them with others; sizes and numbers of pixels tell
+those apart.
+"""
+
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-from ocjax._xla.kernels import materialize
-from ocjax.console.ops import match
-from ocjax.extractors.solaris.pictures import BOTTOM, GROUND, GROUND_TOP, TOP
+from ocjax.extractors.solaris.pictures import GROUND_TOP, VIEW_BOTTOM, VIEW_TOP
+from ocjax.extractors.solaris.records import VIEW
+from ocjax.extractors.solaris.screens import Look, Looks, in_space, on_planet
 from ocjax.vision.bitmap import Bitmap, color_mask
 from ocjax.vision.detected import Detected, boxes
-from ocjax.vision.filters import Searched, ShortRuns
-from ocjax.vision.steps import Context, Step
+from ocjax.vision.filters import ShortRuns
+from ocjax.vision.rules import Blobs, Bounds
+from ocjax.vision.shapes import Shape
+from ocjax.vision.steps import Context, Raised, Step
 
-# The screens.
-SPACE = 0
-PLANET = 1
-CHART = 2
-JUMP = 3  # streaks
-BAR_LEFT = (30, 50)  # column and row in the bar at the chart's left side
-BAR_RIGHT = (130, 50)
-BESIDE_BAR = (20, 50)
-BELOW_BAR = (30, 120)
-JUMP_STARS = ((69, 16), (125, 23), (157, 27), (21, 30))  # that stand still during a jump
-WITHOUT_LINES = ShortRuns(30, across=True)  # no crater is wider than that
-ON_GROUND = ((12, 140), (12, 160), (12, 120))
+GROUND_VIEW = (8, GROUND_TOP, 160, VIEW_BOTTOM)
+SHIP_ROWS = (8, 144, 160, 151)  # its colours are in them; two rows above are dark
 
+# Colours of the pictures in space.
+SHIP_COLORS = (0x92, 0x76, 0x78, 0x6A, 0x6C)
+SHOT_COLORS = (0x0E, 0x08)  # over planets, too
+ENEMY_SHOT_COLORS = (0x9E, 0x7E, 0x6E)  # over planets, too
+FIGHTER_COLORS = (0x56, 0x58, 0x5A, 0x5C, 0x5E)
+PIRATE_COLORS = (0x14, 0x16, 0x18, 0x1A, 0x1E)
+WARP_COLORS = (0x46, 0x48, 0x8A, 0x8C, 0x8E)
+DARTER_COLORS = (0x40, 0x42, 0x44, 0x46, 0x48)  # of red planets, too
+JUMPER_COLORS = (
+    *(0x42, 0x44, 0x46, 0x48, 0x4C),
+    *(0x84, 0x86, 0x88, 0x8A, 0x8C, 0x8E),
+    *(0xC4, 0xC6, 0xC8, 0xCA),
+)
+KILLER_COLORS = (0xA4, 0xA6, 0xA8, 0xAA, 0xAC, 0xAE)
+BLOCKADER_COLORS = (0x86, 0x88, 0xC6, 0xCA, 0xCC, 0xCE)
+EXPLOSION_COLORS = (0x8E, 0xAA)
+FLASH_COLORS = (0x1E,)  # of the three smallest explosions
+RING_COLORS = (0x66, 0x68, 0xA2)
+BLUE_PLANET_COLORS = (0x86, 0x88, 0x8A, 0x8C, 0x8E)
+BLUE_DOT_COLORS = (0x8A,)  # of a blue planet of one pixel
 
-def _bits_at(planes: jax.Array, place: tuple[int, int]) -> jax.Array:
-    """The bits of a pixel's colour: uint32 `[7, B]`, 0 or 1."""
-    x, y = place
-    return planes[:, x // 32, y] >> (31 - x % 32) & 1
+# Colours of the pictures over planets.
+GROUND_SHIP_COLORS = (0x42, 0x34, 0x26, 0x28, 0x1A, 0x1C)
+GROUND_FIGHTER_COLORS = (0x1A, 0x4E, 0xAC)
+GROUND_PIRATE_COLORS = (0x46, 0x48, 0x4A, 0x4C, 0x5A, 0x6A)
+RAIDER_COLORS = (0x1E, 0x46, 0x48, 0x4A, 0x4C, 0x84, 0x86, 0x88, 0x8A, 0x8C)
+MAN_COLORS = (0x18, 0x1C, 0x46, 0x48, 0x4C, 0x88, 0x8A)
+ZONE_COLORS = (0x46, 0x48, 0x4A, 0x4C, 0x4E)
+TOWER_COLORS = (0x56, 0x58, 0x5A, 0x5C, 0x5E, 0x8C)
+GROUND_EXPLOSION_COLORS = (0xBC, 0x1E)
+CRATER_COLORS = (0x60, 0x00)
 
-
-def _is(pixel: jax.Array, color: int) -> jax.Array:
-    bits = [(color >> bit & 1) for bit in range(1, 8)]
-    return functools.reduce(jnp.logical_and, [pixel[i] == bit for i, bit in enumerate(bits)])
-
-
-def _which_screen(planes: jax.Array) -> jax.Array:
-    """Which screen a frame shows: int32 `[B]`."""
-    left, right, below = (_bits_at(planes, at) for at in (BAR_LEFT, BAR_RIGHT, BELOW_BAR))
-    differs = jnp.any(left != _bits_at(planes, BESIDE_BAR), axis=0)
-    is_chart = jnp.all(left == right, axis=0) & jnp.all(left == below, axis=0) & differs
-    grounds = [_is(_bits_at(planes, at), GROUND) for at in ON_GROUND]
-    is_planet = functools.reduce(jnp.logical_or, grounds)
-    stars = [
-        jnp.any(_bits_at(planes, (x, y)) != _bits_at(planes, (x - 9, y)), axis=0)
-        for x, y in JUMP_STARS
-    ]
-    is_jump = functools.reduce(jnp.logical_and, stars)
-    flies = jnp.where(is_planet, PLANET, SPACE)
-    return jnp.where(is_chart, CHART, jnp.where(is_jump, JUMP, flies))
-
-
-@dataclass(frozen=True)
-class _On:
-    """The pixels of frames that show one screen."""
-
-    screen: int
-
-    def __call__(self, mask: Bitmap, screen: jax.Array) -> Bitmap:
-        return jnp.where(screen == self.screen, mask, 0)
-
-
-ON_CHART = Searched(_which_screen, _On(CHART))
-
-
-def in_space(planes: jax.Array) -> jax.Array:
-    """Which frames show space: bool `[B]`."""
-    return _which_screen(planes) == SPACE
-
-
-def on_planet(planes: jax.Array) -> jax.Array:
-    """Which frames show a planet: bool `[B]`."""
-    return _which_screen(planes) == PLANET
-
-
-class Look(NamedTuple):
-    """Colours that count in space, on planets, and on all screens."""
-
-    space: tuple[int, ...] = ()
-    planet: tuple[int, ...] = ()
-    all: tuple[int, ...] = ()
+SHOT = Look(all=SHOT_COLORS)
+ENEMY_SHOT = Look(all=ENEMY_SHOT_COLORS)
+FIGHTER = Look(space=FIGHTER_COLORS, planet=GROUND_FIGHTER_COLORS)
+PIRATE = Look(space=PIRATE_COLORS)
+WARP = Look(space=WARP_COLORS)
+DARTER_OR_RAIDER = Look(space=DARTER_COLORS, planet=RAIDER_COLORS)
+JUMPER_OR_PIRATE = Look(space=JUMPER_COLORS, planet=GROUND_PIRATE_COLORS)
+MAN = Look(planet=MAN_COLORS)
+KILLER_OR_ZONE = Look(space=KILLER_COLORS, planet=ZONE_COLORS)
+BLOCKADER_OR_TOWER = Look(space=BLOCKADER_COLORS, planet=TOWER_COLORS)
+EXPLOSION = Look(space=EXPLOSION_COLORS, planet=GROUND_EXPLOSION_COLORS)
+FLASH = Look(space=FLASH_COLORS)
+RING = Look(space=RING_COLORS)
+CRATER = Look(planet=CRATER_COLORS)
+BLUE_PLANET = Look(space=BLUE_PLANET_COLORS)
+BLUE_DOT = Look(space=BLUE_DOT_COLORS)
+SEARCHED = Looks(
+    (
+        *(SHOT, ENEMY_SHOT, FIGHTER, PIRATE, WARP, DARTER_OR_RAIDER, JUMPER_OR_PIRATE, MAN),
+        *(KILLER_OR_ZONE, BLOCKADER_OR_TOWER, EXPLOSION, FLASH, RING, CRATER, BLUE_PLANET),
+        BLUE_DOT,
+    )
+)
+Outline = Shape | tuple[Shape, ...]
 
 
-@dataclass(frozen=True)
-class Looks:
-    """A search for the pixels of several looks in the view, in one pass over the frames.
-
-    A pass for each takes three times as long, because every one reads all bits of all pixels.
-    """
-
-    looks: tuple[Look, ...]
-
-    def __call__(self, planes: jax.Array) -> dict[Look, Bitmap]:
-        """The pixels of each look."""
-        around = ((0, 0), (TOP, planes.shape[2] - BOTTOM), (0, 0))
-        masks = materialize(self._masks, planes, _which_screen(planes))
-        return {look: jnp.pad(m, around) for look, m in zip(self.looks, masks, strict=True)}
-
-    def _masks(self, planes: jax.Array, screen: jax.Array) -> tuple[Bitmap, ...]:
-        view = planes[:, :, TOP:BOTTOM]
-        return tuple(_looked_at(look, view, screen) for look in self.looks)
-
-    def of(self, look: Look) -> Searched:
-        """The filter that lets the pixels of one look count."""
-        return Searched(self, _Of(look), whole=True)
+def _space(look: Look, like: Outline, **more: Any) -> Blobs:
+    """What a look shows in space."""
+    return Blobs(look.space, VIEW, like, filters=(SEARCHED.of(look),), frames=in_space, **more)
 
 
-def _looked_at(look: Look, view: jax.Array, screen: jax.Array) -> Bitmap:
-    """The pixels of one look."""
-    cases = [
-        (shown, color_mask(view, colors))
-        for shown, colors in zip((screen == SPACE, screen == PLANET), look, strict=False)
-        if colors
-    ]
-    return match(*cases, otherwise=0) if cases else color_mask(view, look.all)
+def _ground(look: Look, like: Outline, **more: Any) -> Blobs:
+    """What a look shows over planets."""
+    return Blobs(look.planet, VIEW, like, filters=(SEARCHED.of(look),), frames=on_planet, **more)
 
 
-@dataclass(frozen=True)
-class _Of:
-    """The pixels of one look, of those of all looks."""
-
-    look: Look
-
-    def __call__(self, _: Bitmap, masks: dict[Look, Bitmap]) -> Bitmap:
-        return masks[self.look]
+def _everywhere(look: Look, like: Outline, **more: Any) -> Blobs:
+    """What a look shows on all screens."""
+    return Blobs(look.all, VIEW, like, filters=(SEARCHED.of(look),), **more)
 
 
-def no_lines(mask: Bitmap, planes: jax.Array) -> Bitmap:
+def _pictures(*sizes: tuple[int, int, int]) -> tuple[Shape, ...]:
+    """The shapes of known pictures: width, height and number of pixels of each."""
+    return tuple(Shape(w, h, pixels) for w, h, pixels in sizes)
+
+
+# A crater is never as wide as a line of the ground.
+WITHOUT_LINES = ShortRuns(30, across=True)
+BLACK = (0,)
+
+
+def _no_lines(mask: Bitmap, planes: jax.Array) -> Bitmap:
     """The pixels of craters that are not in the black lines of the ground."""
-    found = mask[:, GROUND_TOP:BOTTOM]
+    found = mask[:, GROUND_TOP:VIEW_BOTTOM]
     lines = found & ~WITHOUT_LINES(found, planes)
-    black = color_mask(planes[:, :, GROUND_TOP:BOTTOM], (0,))
-    around = ((0, 0), (GROUND_TOP, mask.shape[1] - BOTTOM), (0, 0))
-    return jnp.pad(found & ~(lines & black), around)
+    in_black = color_mask(planes[:, :, GROUND_TOP:VIEW_BOTTOM], BLACK)
+    around = ((0, 0), (GROUND_TOP, mask.shape[1] - VIEW_BOTTOM), (0, 0))
+    return jnp.pad(found & ~(lines & in_black), around)
 
 
-# Rows above and below the bright part of a blue planet, by its width: colours that space has, too.
-EDGE_ROWS = {16: (3, 6), 14: (2, 5), 12: (0, 3), 10: (0, 1)}
+class Edge(NamedTuple):
+    """Dark rows of a blue planet, in colours that space has, too."""
+
+    width: int  # of the planet
+    above: int  # its bright part
+    below: int
+
+
+DARK_EDGES = (Edge(16, 3, 6), Edge(14, 2, 5), Edge(12, 0, 3), Edge(10, 0, 1))
 
 
 @dataclass(frozen=True)
-class DarkEdges(Step):
+class WithDarkEdges(Step):
     """Boxes of blue planets with their dark edges."""
 
     def __call__(self, found: Detected, context: Context) -> Detected:
         """The objects after the step."""
-        above = sum(jnp.where(found.w == w, up, 0) for w, (up, _) in EDGE_ROWS.items())
-        below = sum(jnp.where(found.w == w, down, 0) for w, (_, down) in EDGE_ROWS.items())
-        first_row = jnp.maximum(found.y - above, TOP)
-        end_row = jnp.minimum(found.y + found.h + below, BOTTOM)
+        above = sum(jnp.where(found.w == edge.width, edge.above, 0) for edge in DARK_EDGES)
+        below = sum(jnp.where(found.w == edge.width, edge.below, 0) for edge in DARK_EDGES)
+        first_row = jnp.maximum(found.y - above, VIEW_TOP)
+        end_row = jnp.minimum(found.y + found.h + below, VIEW_BOTTOM)
         return found._replace(
             box=boxes(found.x, first_row, found.w, end_row - first_row, found.valid)
         )
+
+
+SHIP = Bounds(SHIP_COLORS, SHIP_ROWS, (9, 7), (11, 7), then=(Raised(2),))
+GROUND_SHIP = Bounds(GROUND_SHIP_COLORS, SHIP_ROWS, (9, 7), (11, 7), then=(Raised(2),))
+SHOTS = _everywhere(SHOT, Shape((1, 8), (1, 8)), gap=(3, 3))
+ENEMY_SHOTS = _everywhere(ENEMY_SHOT, Shape((1, 5), (1, 7)), gap=(1, 1))
+
+RED_SHAPES = (
+    Shape(1, 1),
+    Shape(2, 2),
+    Shape(3, (2, 4), pixels=(6, 12)),
+    Shape(4, (2, 5)),
+    Shape(5, (2, 6), pixels=(8, 12)),
+    Shape(5, (2, 6), pixels=(14, 30)),
+    Shape((6, 16), (1, 24)),
+)
+RED_PLANETS = _space(DARTER_OR_RAIDER, RED_SHAPES)
+BLUE_SHAPES = (
+    Shape(2, 2, pixels=4),
+    Shape((3, 4), (2, 5), pixels=(6, 20)),
+    Shape((5, 16), (2, 24), pixels=(10, 304)),
+)
+BLUE_DOTS = _space(BLUE_DOT, Shape(1, 1))
+BLUE_PLANETS = _space(BLUE_PLANET, BLUE_SHAPES, also=(BLUE_DOTS,), then=(WithDarkEdges(),))
+RINGS = _space(RING, Shape((2, 16), (2, 14)))
+CRATERS = Blobs(
+    CRATER_COLORS,
+    GROUND_VIEW,
+    Shape((6, 28), (1, 9)),
+    gap=(4, 1),
+    filters=(SEARCHED.of(CRATER), _no_lines),
+)
+
+GROUND_FIGHTERS = _ground(FIGHTER, _pictures((8, 9, 32), (6, 6, 16), (4, 3, 6)))
+FIGHTERS = _space(FIGHTER, Shape((1, 8), (1, 12)), also=(GROUND_FIGHTERS,))
+GROUND_PIRATE_SHAPES = (Shape(8, 10, (32, 34)), Shape(6, 8, (22, 24)), Shape(4, 5, 10))
+GROUND_PIRATES = _ground(JUMPER_OR_PIRATE, GROUND_PIRATE_SHAPES)
+PIRATES = _space(PIRATE, Shape((1, 8), (1, 9)), gap=(2, 2), also=(GROUND_PIRATES,))
+WARPS = _space(WARP, Shape(8, 8, 18), gap=(1, 1))
+DARTERS = _space(DARTER_OR_RAIDER, (Shape(2, 1), Shape(5, 5, 13), Shape(3, 3, 5)))
+RAIDERS = _ground(DARTER_OR_RAIDER, _pictures((7, 8, 30), (3, 5, 12)))
+JUMPERS = _space(JUMPER_OR_PIRATE, _pictures((8, 10, 54), (6, 8, 32), (5, 6, 21), (3, 3, 7)))
+MEN = _ground(MAN, (Shape((5, 8), (6, 11), (15, 40)), Shape(3, 5, (7, 9))), gap=(0, 1))
+KILLER_TOPS = (0xA4, 0xA6, 0xA8, 0xAC, 0xAE)  # colours of their first rows
+KILLERS = _space(KILLER_OR_ZONE, (Shape(2, 1), Shape((4, 16), (2, 12))), first=KILLER_TOPS)
+ZONE_SHAPES = _pictures(
+    (16, 10, 112),
+    (14, 8, 82),
+    (12, 7, 64),
+    (10, 6, 46),
+    (8, 5, 32),
+    (6, 4, 20),
+    (4, 3, 10),
+    (3, 2, 6),
+)
+ZONES = _ground(KILLER_OR_ZONE, ZONE_SHAPES)
+BLOCKADER_SHAPES = _pictures((8, 9, 34), (3, 9, 17), (5, 5, 11), (3, 3, 4))
+BLOCKADERS = _space(BLOCKADER_OR_TOWER, (*BLOCKADER_SHAPES, Shape(4, 7, (13, 15))))
+TOWER_SHAPES = (Shape(8, 10, (40, 41)), Shape(6, 8, (26, 28)), Shape(4, 5, 14))
+TOWERS = _ground(BLOCKADER_OR_TOWER, TOWER_SHAPES)
+FLASHES = _space(FLASH, _pictures((8, 10, 61), (5, 6, 24), (3, 4, 8)))
+GROUND_EXPLOSIONS = _ground(EXPLOSION, Shape((5, 16), (6, 16)), gap=(7, 4))
+EXPLOSIONS = _space(
+    EXPLOSION,
+    Shape((6, 28), (9, 28)),
+    gap=(7, 4),
+    also=(FLASHES, GROUND_EXPLOSIONS),
+)

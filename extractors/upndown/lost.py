@@ -1,40 +1,38 @@
 """Up'n Down's records on the frame of a lost life, from what the display program leaves behind.
 
 The RAM holds the new start already (f224) while the screen shows the old one, but what was made for
-drawing it is still there (f7f8-f8e2, and bank 0): of the four sprites from the top, one of which is
-the player's, hidden, in a known row, the pictures and the rows from one to the next. The display
-program loses one of these rows where it begins a piece of the road, which depends on the sprites'
-phase, their row in such a piece, so all phases are tried. The records' columns are still there,
-too: they say which of them is in which row, because all have to be on the road.
+drawing it is still there (f7f8-f8e2, and bank 0).
 
-Where nothing fits, nothing is told, and neither is the record of a sprite that is not drawn because
-another one is near. Where several tries fit, the rows may be off by one or two, or two records in
-the same column may be exchanged.
+Sprites: there are four, from the top down: three records, and the player, whose sprite is hidden
+and whose row is known (`GROUND`). Of each, the picture and the rows to the next one are there. The
+display program loses one of these rows where it begins a piece of the road. Whether it does depends
+on a sprite's phase, its row in such a piece. RAM does not hold the phases, so all four phases of
+the first sprite are tried; the others' follow.
+
+Records: which record is which sprite is tried, too. The records' columns are still there, and all
+have to be on the road.
+
+Not exact: where no try fits, nothing is told, and neither is the record of a sprite that is not
+drawn because another one is near. Where several tries fit, the rows may be off by one or two, or
+two records in the same column may be exchanged.
 """
 
 import itertools
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.ops import among, lookup, match, only, when
-from ocjax.console.ram import RamMap, byte
-from ocjax.console.rom import Rom
+from ocjax.extractors.upndown.ram import Kind, Ram
+from ocjax.extractors.upndown.road import course_at, is_on_road, piece_places
 
-ROM = Rom("up_n_down", "a499d720e7ee35c62424de882a3351b6")
-BANK = 0x1000  # of the tables
 GROUND = 88  # row of the player on the road
+VIEW_ROWS = 160  # from row 0 to the row where the rows below the last sprite end
+GAP_ROWS = 2  # that a gap does not count
+PIECES_SHOWN = 42  # pieces of the road on the screen, four rows each
 
-
-class Kind:  # of `Ram.kind` and `Ram.kinds`; cars are below `FLAG`
-    FLAG = 8  # the first of eight
-    PLAYER = 16
-    HIDDEN = 23
-    COLLECTABLE = 24  # the first of eight
-    GONE = 32  # bit of a flag
-
-
-KINDS = {  # by low byte of the pictures' addresses
+PICTURE_KINDS = {  # by low byte of a picture's address; it holds to the next one
     0: Kind.HIDDEN,
     16: 0,
     48: 1,
@@ -46,150 +44,190 @@ KINDS = {  # by low byte of the pictures' addresses
     208: Kind.HIDDEN,
     223: Kind.COLLECTABLE + 1,
 }
-COLLECTABLES = (24, 25)  # two more are on the pictures' next page but one
+FIRST_BYTES = np.maximum.accumulate([i if i in PICTURE_KINDS else 0 for i in range(256)])
+KINDS = [PICTURE_KINDS[i] for i in FIRST_BYTES.tolist()]
+TWO_PAGED = (Kind.COLLECTABLE, Kind.COLLECTABLE + 1)  # two more are in the next page but one
+NEXT_PAGE_BUT_ONE = 2  # bit of `Ram.pages`, and what it adds to the kind
 
-MAPS = 3  # each of the two roads of some rounds
-ROAD_ROWS = 1024
-PLACES = 1024  # of the pieces, by their hash
-HASH = np.array((125, 153, 27))  # of a piece's bytes: few pieces share one
-PIECES_SHOWN = 42  # pieces of the road on the screen
-ROUND_MAPS = ((ROM.bytes(BANK + 0xBE3, 10) & 15) - 12).tolist()  # the map, by round from 1 on
-MIDDLE = 72  # in `COLUMNS`, which are counted from it, but at least as `CROSSING`
-CROSSING = 1
-SAME_WAY = 128  # added to those counted from the left, where both roads lead the same way
-ROADS_APART = 80  # columns from one such road to the other
-
-FULL = (16, 17)  # rows left between a sprite that loses its last rows and the next one
+SPRITE_NUMBERS = np.arange(4)
+FULL = (16, 17)  # `gaps` after a sprite that loses its last rows: 16 if the road takes one, too
 LOST_ROWS = range(18)  # rows that it loses
 FAR = 512  # rows, more than any
-PHASE_NUMBERS = np.arange(4)  # of the first sprite
-TRIES = np.arange(8).reshape(2, 4)  # by the piece's place and the phase
-RECORD_BITS = 1 << np.arange(9).reshape(3, 3, 1, 1)  # by row and record
-NONE = 512 * 8  # instead of a try
-IMPOSSIBLE = 4  # instead of a fine scroll
+
+TRIED_PHASES = np.arange(4)  # of the first sprite: the tries
+IMPOSSIBLE = 4  # instead of a fine scroll, which is 0-3
+PLACE_TRIES = np.arange(8).reshape(2, 4)  # numbers of the tries, by the piece's place and phase
+NO_TRY = 8
+
+# Which records fit which sprites' rows: a bit for each pair, 3 * sprite + record.
+PAIR_BITS = 1 << np.arange(9).reshape(3, 3, 1, 1)
+ALL_BITS = 512  # numbers of nine bits
 ORDERS = tuple(itertools.permutations(range(3)))  # the records from the top
-RANKS = np.argsort(ORDERS, axis=1).ravel()  # of the records
-WANTED = [sum(1 << 3 * row + record for row, record in enumerate(order)) for order in ORDERS]
-ORDER = [next((i for i, w in enumerate(WANTED) if bits & w == w), 6) for bits in range(512)]
+RANKS = np.argsort(np.array(ORDERS), axis=1).ravel()  # of the records, by order
+NO_ORDER = len(ORDERS)
+NEEDED = [sum(1 << 3 * i + record for i, record in enumerate(order)) for order in ORDERS]
+FIRST_ORDER = [  # that some bits allow
+    next((i for i, needed in enumerate(NEEDED) if bits & needed == needed), NO_ORDER)
+    for bits in range(ALL_BITS)
+]
 
 
-def _road_columns() -> np.ndarray:
-    """Where the roads are, by their rows."""
-    row = np.arange(ROAD_ROWS)
-    road = ROM.bytes(BANK + 0xC00, MAPS * 256).astype(int).reshape(MAPS, 256)
-    here, there = (road[:, (2 * (row >> 3) + i) & 255] for i in (0, 2))
-    bend = ((there & 0x3E) - (here & 0x3E)) * (row & 7) >> 3
-    left = (here & 0x3E) + 16 + bend + (bend < 0)
-    double = (here >= 0x80) & (left < MIDDLE)
-    return np.where(double, left + SAME_WAY, np.maximum(MIDDLE - left, CROSSING)).ravel()
+class Sprites(NamedTuple):
+    """The four sprites, from the top."""
+
+    kind: jax.Array  # `[4]`, hidden ones included
+    is_hidden: jax.Array  # bool `[4]`
+    cut: jax.Array  # rows that their pictures lose at the end, `[4]`
+    apart: jax.Array  # rows from one to the next, but for those lost to the road, `[3]`
+    twice_first: jax.Array  # twice the first one's row, plus all rows lost to the road, modulo 256
+    player: jax.Array  # which one is his
+    is_player: jax.Array  # likewise, bool `[4]`
+    player_loses: jax.Array  # whether his picture would have lost its last rows
 
 
-def _hashed_pieces() -> np.ndarray:
-    """The first and the last place on the roads of the pieces that have a hash."""
-    out = np.zeros((2, MAPS, PLACES), int)
-    for road in range(MAPS):
-        pages = ROM.bytes(0x500 + MAPS * 256 * road, MAPS * 256).astype(int).reshape(3, 256)
-        at = HASH @ pages[[1, 2, 0]] % PLACES
-        for place in range(256):
-            out[0, road, at[255 - place]] = 255 - place
-            out[1, road, at[place]] = place
-    return out.ravel()
+class Tries(NamedTuple):
+    """What follows from each phase of the first sprite."""
+
+    rows: jax.Array  # of the sprites, `[4, tries]`
+    fine: jax.Array  # of the road's scroll, or IMPOSSIBLE, `[tries]`
 
 
-COLUMNS = _road_columns()
-PIECES = _hashed_pieces()
-PICTURES = np.maximum.accumulate([i if i in KINDS else 0 for i in range(256)])
-LOOKS = [KINDS[i] for i in PICTURES.tolist()]
+class Records(NamedTuple):
+    """The records as they were drawn."""
+
+    kind: jax.Array  # hidden where it is not known
+    y: jax.Array
+    fine: jax.Array  # rows by which the road had come down
 
 
-class DrawnRam(RamMap):
-    """What remains, and what it takes to understand it."""
-
-    level = byte(3)  # the round, from 1 on
-    counter = byte(16)
-    x = byte(41, 42, 43)
-    ends = byte(76)  # half of the rows that are above the first sprite or below the last one
-    gaps = byte(77, 78, 79)  # rows from a sprite to the next one, less those that were lost
-    pictures = byte(88, 90, 92, 94)  # addresses; higher by the rows that a picture loses
-    pages = byte(89, 91, 93, 95)  # of the pictures
-    piece = byte(123, 124, 125)  # of the road, the last one drawn
-
-
-def column(m: DrawnRam, row: jax.Array) -> jax.Array:
-    """The entries of `COLUMNS` for rows of the road."""
-    return lookup(COLUMNS, ROAD_ROWS * lookup(ROUND_MAPS, m.level) + (row & (ROAD_ROWS - 1)))
+def drawn_records(m: Ram) -> Records:
+    """The records on the frame of a lost life."""
+    sprites = _all_sprites(m)
+    tries = _all_tries(m, sprites)
+    kind, rows = _without_player(sprites, sprites.kind), _without_player(sprites, tries.rows)
+    best, pairs = _best_try(m, kind, rows, tries.fine)
+    is_best = (best & 3) == TRIED_PHASES
+    y = only(is_best[None], rows, axis=1)
+    rank = lookup(RANKS, 3 * lookup(FIRST_ORDER, pairs) + np.arange(3))
+    kind = jnp.where(best < NO_TRY, _ranked(kind, rank), Kind.HIDDEN)
+    return Records(kind, _ranked(y, rank), only(is_best, tries.fine))
 
 
-def drawn_records(m: DrawnRam) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """The records' kinds, which may be hidden, and rows, and the road's fine scroll."""
-    picture, look = lookup(PICTURES, m.pictures), lookup(LOOKS, m.pictures)
-    usual = look + when(among(look, COLLECTABLES), m.pages & 2)
-    cut = jnp.where((picture > 0) & (np.arange(4) < 3), m.pictures - picture, 0)
-    player, rows, fine = _sprite_rows(m, picture == 0, cut)
-    below = np.arange(3) >= player
-    kind = jnp.where(below, usual[1:], usual[:-1])
-    rows = jnp.where(below[:, None], rows[1:], rows[:-1])
-    best = _best_try(m, kind, rows, fine)
-    one = ((best >> 9) & 3) == PHASE_NUMBERS
-    y = only(one[None], rows, axis=1)
-    rank = lookup(RANKS, 3 * lookup(ORDER, best & 511) + np.arange(3))
-    y, kind = (match((rank == 0, v[0]), (rank == 1, v[1]), otherwise=v[2]) for v in (y, kind))
-    return jnp.where(best < NONE, kind, Kind.HIDDEN), y, only(one, fine)
+def _without_player(sprites: Sprites, values: jax.Array) -> jax.Array:
+    """What the three other sprites have, of what all four have."""
+    is_below = (np.arange(3) >= sprites.player).reshape(3, *[1] * (values.ndim - 1))
+    return jnp.where(is_below, values[1:], values[:-1])
 
 
-def _sprite_rows(
-    m: DrawnRam, hidden: jax.Array, cut: jax.Array
-) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """Which sprite is the player; by phase, the sprites' rows, and the fine scroll or IMPOSSIBLE.
+def _ranked(values: jax.Array, rank: jax.Array) -> jax.Array:
+    """What each record has, of what the sprites have, by its rank from the top."""
+    return match((rank == 0, values[0]), (rank == 1, values[1]), otherwise=values[2])
 
-    His picture's address does not say how many rows it would have lost, because it is not drawn.
-    His row against those of the others does. If he is the first one, two numbers fit `ends`, which
-    is halved: the tries whose phase the gap of `FULL` rows below rules out take the `odd` one.
+
+def _all_sprites(m: Ram) -> Sprites:
+    """What is known of the sprites for sure."""
+    first_byte, kind = lookup(FIRST_BYTES, m.pictures), lookup(KINDS, m.pictures)
+    kind = kind + when(among(kind, TWO_PAGED), m.pages & NEXT_PAGE_BUT_ONE)
+    is_hidden = first_byte == 0
+    cut = jnp.where(~is_hidden & (SPRITE_NUMBERS < 3), m.pictures - first_byte, 0)
+    apart = m.gaps + GAP_ROWS + cut[1:] - cut[:-1]
+    twice_first = VIEW_ROWS - 2 * m.ends - jnp.sum(apart)
+    player = _player_sprite(is_hidden, apart, twice_first)
+    is_player = player == SPRITE_NUMBERS
+    is_followed = jnp.any(is_player[:3] & ~is_hidden[1:] & among(m.gaps, FULL))
+    is_his_turn = ((m.counter - 1 + player) & 1) == 0
+    loses = is_followed & is_his_turn
+    return Sprites(kind, is_hidden, cut, apart, twice_first, player, is_player, loses)
+
+
+def _player_sprite(is_hidden: jax.Array, apart: jax.Array, twice_first: jax.Array) -> jax.Array:
+    """Which sprite is the player: of those that are hidden, the one that is about where he is."""
+    below_first = jnp.sum(jnp.where(np.tri(4, 3, -1, dtype=bool), apart[None], 0), axis=1)
+    away = jnp.abs(below_first + _half(twice_first) - GROUND)
+    nearest_with_number = jnp.min(4 * jnp.where(is_hidden, away, FAR) + SPRITE_NUMBERS)
+    return nearest_with_number & 3
+
+
+def _half(twice: jax.Array) -> jax.Array:
+    return (twice & 255) >> 1
+
+
+def _all_tries(m: Ram, sprites: Sprites) -> Tries:
+    """The sprites' rows by the phase of the first one, and whether they are possible.
+
+    The address of the player's picture does not say how many rows it would have lost, because it is
+    not drawn. His row against those of the others does.
     """
-    apart = m.gaps + 2 + cut[1:] - cut[:-1]
-    ends = 160 - 2 * m.ends - jnp.sum(apart)  # twice the first row, plus the rows lost to the road
-    player = _player_sprite(hidden, apart, ends)
-    is_player = player == np.arange(4)
-    is_full = jnp.any(is_player[:3] & ~hidden[1:] & among(m.gaps, FULL))
-    loses = is_full & (((m.counter - 1 + player) & 1) == 0)
-    first = is_player[0] & loses
-    odd = first & (_late(PHASE_NUMBERS) != FULL[1] - m.gaps[0])
-    start = jnp.where(odd, PHASE_NUMBERS ^ 1, PHASE_NUMBERS)
+    start = _first_phases(m, sprites)
+    phases = _later_phases(sprites, start)
+    first_row = _top_row(m, sprites, start, phases)
+    rows = phases + (first_row - start)[None]
+    fine = (start - first_row) & 3
+    return Tries(rows, jnp.where(_is_possible(m, sprites, rows), fine, IMPOSSIBLE))
+
+
+def _is_odd(m: Ram, sprites: Sprites) -> jax.Array:
+    """In which tries `ends`, which is halved, stands for the odd one of two numbers.
+
+    Only if the player is first and would have lost rows: the phase of his sprite then has to make
+    the gap below him as long as it is.
+    """
+    fits = _rows_lost(TRIED_PHASES) == FULL[1] - m.gaps[0]
+    return sprites.is_player[0] & sprites.player_loses & ~fits
+
+
+def _first_phases(m: Ram, sprites: Sprites) -> jax.Array:
+    """The first sprite's phases, `[tries]`."""
+    return jnp.where(_is_odd(m, sprites), TRIED_PHASES ^ 1, TRIED_PHASES)
+
+
+def _later_phases(sprites: Sprites, start: jax.Array) -> jax.Array:
+    """The phases of all four sprites, counted on from the first one's, `[4, tries]`."""
     phases = [start]
     for i in range(3):
-        phases.append(phases[i] + apart[i] + _late(phases[i] - cut[i]))
-    ends = ends + jnp.sum(apart) - (phases[3] - start)
-    top = jnp.where(is_player[0], GROUND, (ends & 255) >> 1)
-    top = jnp.where(first, (ends & 255) - GROUND - jnp.where(odd, 1, 0), top)
-    rows = jnp.stack(phases) + (top - start)[None]
-    lost = GROUND - only(is_player[:, None], rows, axis=0)
-    ends = 160 - sum(jnp.where(is_player[i], GROUND, rows[i]) for i in (0, 3))
-    possible = ((ends & 255) >> 1 == m.ends) & ((lost == 0) | (loses & among(lost, LOST_ROWS)))
-    return player, rows, jnp.where(possible, (start - top) & 3, IMPOSSIBLE)
+        lost = _rows_lost(phases[i] - sprites.cut[i])
+        phases.append(phases[i] + sprites.apart[i] + lost)
+    return jnp.stack(phases)
 
 
-def _player_sprite(hidden: jax.Array, apart: jax.Array, ends: jax.Array) -> jax.Array:
-    """Which sprite is the player: of those that are hidden, the one that is about where he is."""
-    below = jnp.sum(jnp.where(np.tri(4, 3, -1, dtype=bool), apart[None], 0), axis=1)
-    away = jnp.abs(below + ((ends & 255) >> 1) - GROUND)
-    return jnp.min(jnp.where(hidden, 4 * away, 4 * FAR) + np.arange(4)) & 3
-
-
-def _late(phase: jax.Array | np.ndarray) -> jax.Array:
+def _rows_lost(phase: jax.Array | np.ndarray) -> jax.Array:
     """Rows that are lost where the road's next piece begins."""
     return when(((phase + 1) & 2) == 0, 1)
 
 
-def _best_try(m: DrawnRam, kind: jax.Array, rows: jax.Array, fine: jax.Array) -> jax.Array:
-    """The first try in which all records are on the road, and `RECORD_BITS` of who can be where."""
-    at = PLACES * lookup(ROUND_MAPS, m.level) + (jnp.sum(m.piece * HASH) & (PLACES - 1))
-    coarse = lookup(PIECES, at + MAPS * PLACES * np.arange(2)) - PIECES_SHOWN
-    way = (rows + fine[None])[:, None, :] + 4 * coarse[None, :, None]
-    there = column(m, way)[:, None]
-    side = jnp.minimum(jnp.abs(m.x - MIDDLE), MIDDLE)
-    double = jnp.where(m.x >= MIDDLE + 4, m.x - ROADS_APART, m.x) + SAME_WAY
-    fits = (there == side[None, :, None, None]) | (there == double[None, :, None, None])
-    fits = fits | (kind == Kind.HIDDEN)[:, None, None, None]
-    bits = jnp.sum(jnp.where(fits, RECORD_BITS, 0), axis=(0, 1))
-    good = (lookup(ORDER, bits) < len(ORDERS)) & (fine < IMPOSSIBLE)[None]
-    return jnp.min(jnp.where(good, 512 * TRIES + bits, NONE))
+def _top_row(m: Ram, sprites: Sprites, start: jax.Array, phases: jax.Array) -> jax.Array:
+    """The first sprite's row, `[tries]`: half of what is twice it, or the player's own row."""
+    lost_to_road = phases[3] - start - jnp.sum(sprites.apart)
+    twice = sprites.twice_first - lost_to_road
+    is_first = sprites.is_player[0]
+    of_odd = (twice & 255) - GROUND - when(_is_odd(m, sprites), 1)
+    return match(
+        (is_first & sprites.player_loses, of_odd), (is_first, GROUND), otherwise=_half(twice)
+    )
+
+
+def _is_possible(m: Ram, sprites: Sprites, rows: jax.Array) -> jax.Array:
+    """Which tries agree with `ends` and with the player's row, bool `[tries]`."""
+    lost = GROUND - only(sprites.is_player[:, None], rows, axis=0)
+    first, last = (jnp.where(sprites.is_player[i], GROUND, rows[i]) for i in (0, 3))
+    agrees = _half(VIEW_ROWS - first - last) == m.ends
+    return agrees & ((lost == 0) | (sprites.player_loses & among(lost, LOST_ROWS)))
+
+
+def _best_try(
+    m: Ram, kind: jax.Array, rows: jax.Array, fine: jax.Array
+) -> tuple[jax.Array, jax.Array]:
+    """The first try in which all records are on the road, and which pairs fit in it."""
+    coarse = piece_places(m) - PIECES_SHOWN
+    way = (rows + fine[None])[:, None, :] + 4 * coarse[None, :, None]  # [sprite, place, phase]
+    course = course_at(m, way)[:, None]
+    fits = is_on_road(course, m.x[None, :, None, None]) | _any_fits(kind)
+    pairs = jnp.sum(jnp.where(fits, PAIR_BITS, 0), axis=(0, 1))
+    good = (lookup(FIRST_ORDER, pairs) < NO_ORDER) & (fine < IMPOSSIBLE)[None]
+    best = jnp.min(jnp.where(good, ALL_BITS * PLACE_TRIES + pairs, ALL_BITS * NO_TRY))
+    return best >> 9, best & ALL_BITS - 1
+
+
+def _any_fits(kind: jax.Array) -> jax.Array:
+    """Whether any record may be a sprite, because it is hidden: bool `[sprite, 1, 1, 1]`."""
+    return (kind == Kind.HIDDEN)[:, None, None, None]

@@ -1,7 +1,18 @@
-"""Up'n Down's RAM."""
+"""Up'n Down's RAM, and what its values mean."""
 
-from ocjax.console.ram import bcd, bits, byte
-from ocjax.extractors.upndown.lost import DrawnRam
+from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.console.rom import Rom
+
+ROM = Rom("up_n_down", "a499d720e7ee35c62424de882a3351b6")
+BANK = 0x1000  # of the tables
+
+
+class Kind:  # of `Ram.kind` and `Ram.kinds`; cars are below `FLAG`
+    FLAG = 8  # the first of eight
+    PLAYER = 16
+    HIDDEN = 23
+    COLLECTABLE = 24  # the first of eight
+    GONE = 32  # bit of a flag
 
 
 class Jump:  # of `Ram.jump`
@@ -24,23 +35,40 @@ class Attract:  # of `Ram.attract`
     IDLE = 34  # while a text replaces the score
 
 
-class Ram(DrawnRam):
+BACKWARD = 128  # or more: of `Ram.speed` and `Ram.speeds`
+
+
+class Ram(RamMap):
+    """The records' bytes are those of three things on the roads besides the player."""
+
     score = bcd((0, 1, 2))
+    level = byte(3)  # the round, from 1 on
     collected = byte(4)  # a bit for each flag
     lives = bits(6, count=4)
+    counter = byte(16)  # of frames
     pause = byte(20)  # frames
     fine = byte(21)  # rows by which the road has come down, 0-3
     coarse = byte(22)  # 4 rows
     flight = byte(23)  # of a jump to the other road
     jump = byte(24)
-    mirrored = bits(28, 29, 30, 31, first=7)
-    speed = byte(32)
-    speeds = byte(33, 34, 35)
-    kind = byte(36)
-    kinds = byte(37, 38, 39)
+    mirrored = bits(28, 29, 30, 31, first=7)  # the player's picture, then the records'
+    speed = byte(32)  # of the player
+    speeds = byte(33, 34, 35)  # of the records
+    kind = byte(36)  # of the player
+    kinds = byte(37, 38, 39)  # of the records
     next_x = byte(40)  # of the player
-    y = byte(49, 50, 51)
+    x = byte(41, 42, 43)  # of the records
+    y = byte(49, 50, 51)  # of the records
     player_y = byte(56)
     attract = byte(61)
-    limit = byte(65, 66, 67)  # that a speed has to reach for a step
+    limit = byte(65, 66, 67)  # that a record's speed has to reach for a step
     player_x = byte(84)  # before the last move
+
+    # What was made for drawing the frame: of the four sprites, from the top.
+    ends = byte(76)  # half of the rows that are above the first one or below the last one
+    gaps = byte(77, 78, 79)  # rows from one to the next, less those that were lost
+    pictures = byte(
+        88, 90, 92, 94
+    )  # low bytes of addresses, higher by the rows that a picture loses
+    pages = byte(89, 91, 93, 95)  # of the pictures
+    piece = byte(123, 124, 125)  # of the road, the last one drawn

@@ -1,4 +1,4 @@
-"""Venture's RAM."""
+"""Venture's RAM, and what its values mean."""
 
 from ocjax.console.ram import RamMap, bcd, byte
 from ocjax.console.rom import Rom
@@ -11,6 +11,9 @@ class Room:  # of `Ram.room`
     SECOND_HALL = 9
     HALLS = (8, SECOND_HALL)
     BEYOND_SECOND_HALL = range(4, 8)
+
+
+PAUSED = 128  # or more: of `Ram.flags` while the game stands still
 
 
 class Status:  # bits of `Ram.status`; a direction's is 0 where the sprite goes there

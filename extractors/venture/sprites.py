@@ -1,8 +1,13 @@
 """Venture's sprites as they were drawn.
 
 Sprites move after every second frame, three on one and three on the next, and the dot moves after
-each one ($F4FE-$F6DF). `moves` says how far.
+each one ($F4FE-$F6DF). `as_drawn` takes that back.
+
+The larger hall monster of a room, the guest, takes turns with a sprite: it changes places with it
+at $FB00, every other turn.
 """
+
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -10,23 +15,72 @@ import numpy as np
 from ocjax.console.boxes import Box, box
 from ocjax.console.ops import among, match, pick, when
 from ocjax.console.rom import Pictures
-from ocjax.extractors.venture.ram import ROM, Ram, Room, Status
+from ocjax.extractors.venture.ram import PAUSED, ROM, Ram, Room, Status
 
-ROWS = (5, 7, 9, 13)  # rows of pictures, two lines each
-USUAL_ROWS = ROWS.index(9)
+ROW_COUNTS = (5, 7, 9, 13)  # rows of pictures, two lines each
+USUAL_ROWS = ROW_COUNTS.index(9)
 PAGE = np.append(ROM.bytes(0xE00, 256), ROM.bytes(0xF00, 16))
-SPRITE_PICTURES = Pictures.of(PAGE[low : low + rows] for rows in ROWS for low in range(256))
-SPEEDS = ROM.bytes(0xE48, 8).tolist()  # by the lowest bits of `status`
+PAGE_BYTES = 256
+SPRITE_PICTURES = Pictures.of(
+    (PAGE[low : low + rows] for rows in ROW_COUNTS for low in range(PAGE_BYTES)),
+    rows=len(ROW_COUNTS),
+    low=PAGE_BYTES,
+)
+ALL_ROWS = 256  # less the rows is `height`
+SPEEDS = ROM.bytes(0xE48, 8).tolist()  # bits of `turns` on which one moves, by its speed
+FIRST_TURNS = (0, 2, 4)  # speeds that look at the first of `turns`
+SECOND_TURNS = (1, 5)  # speeds that look at the second
 
 VIEW = (0, 24, 160, 186)
 SPRITE = np.arange(6)
+IS_THIRD = SPRITE % 3 == 2  # of a frame
 FIRST_LINE = np.array((26, 27, 27, 26, 27, 27))  # of each sprite
-THIRDS = (7, 7, 7, 1, 1, 1, 1, 1, 7, 7)  # shift of the third sprite of a frame, by room
-DOT = 6  # the dot's place after the sprites
+DOT_FIRST_LINE = 25
+# `x` less the column: of the third sprite of a frame, by room, and of all others.
+THIRD_SHIFTS = (7, 7, 7, 1, 1, 1, 1, 1, 7, 7)
+SHIFT = 1
+WALL_SPREAD = 4  # columns of a dot of moving walls
+UPWARDS = 128  # from here on, `y` is less than 0
 GONE = 81  # `y` of a sprite that is not there
+
+WINKY = 0  # his sprite in a room
+WINKY_SIZE = (8, 12)
+GUEST_SIZE = (8, 16)
 NO_GUEST = 128  # from here on, `guest` is no sprite
-PAUSED = 128  # from here on, `flags` of a game that stands still
+HOSTS = (3, 4)  # sprites that a guest takes turns with
+
+MOVERS = np.arange(7)  # the sprites and the dot
+DOT = 6
+SECOND_HALF = (MOVERS >= 3) & (MOVERS != DOT)  # those that move on every other frame
 LAST_TICK = 1  # `timer` of a sprite that has just turned round
+
+
+class Drawn(NamedTuple):
+    """The sprites, `[6]`, and the dot as they were drawn."""
+
+    x: jax.Array  # of what each sprite shows
+    y: jax.Array
+    picture: jax.Array  # low byte of the address of its first row, less 1
+    own_x: jax.Array  # of what it is, while a guest has its place
+    own_y: jax.Array
+    dot_x: jax.Array
+    dot_y: jax.Array
+
+
+def as_drawn(m: Ram) -> Drawn:
+    """Take back the moves since the frame was drawn."""
+    moved_x, moved_y = _moves(m)
+    dx, dy = moved_x[:DOT], moved_y[:DOT]
+    of_guest = m.guest_picture + m.guest_y - 2 * dy  # why twice is not known
+    return Drawn(
+        x=jnp.where(swaps(m), m.guest_x, m.x) - dx,
+        y=jnp.where(swaps(m), m.guest_y, m.y) - dy,
+        picture=jnp.where(swaps(m), of_guest, m.picture + m.y),
+        own_x=m.x - dx,
+        own_y=m.y - dy,
+        dot_x=m.dot_x - moved_x[DOT],
+        dot_y=m.dot_y - moved_y[DOT],
+    )
 
 
 def swaps(m: Ram) -> jax.Array:
@@ -34,63 +88,69 @@ def swaps(m: Ram) -> jax.Array:
     return (m.swapped > 0) & (m.guest == SPRITE)
 
 
-def _places(m: Ram, dx: jax.Array, dy: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """`x` and `y` of the sprites as they were drawn."""
-    x = jnp.where(swaps(m), m.guest_x, m.x) - dx
-    return x, jnp.where(swaps(m), m.guest_y, m.y) - dy
-
-
-def sprites(m: Ram, dx: jax.Array, dy: jax.Array) -> Box:
+def sprite_boxes(m: Ram, drawn: Drawn) -> Box:
     """The six sprites."""
-    x, y = _places(m, dx, dy)
-    before = jnp.where(swaps(m), m.guest_picture - dy, m.picture + dy) + y  # its first row
-    size = match(*((m.height == 256 - n, i) for i, n in enumerate(ROWS)), otherwise=USUAL_ROWS)
-    left, top, width, height = SPRITE_PICTURES.extent(256 * size + ((before + 1) & 255))
-    line = FIRST_LINE + 2 * (jnp.where(y >= 128, y - 256, y) + top)
-    shift = jnp.where(SPRITE % 3 == 2, pick(m.room, THIRDS), 1)
-    spread = jnp.where((m.room == Room.WALLS) & (SPRITE % 3 > 0), 4, 1)
-    there = (height > 0) & (y != GONE)
-    return box(x - shift + spread * left, line, width, 2 * height, there).clip(*VIEW)
+    rows = match(
+        *((m.height == ALL_ROWS - count, i) for i, count in enumerate(ROW_COUNTS)),
+        otherwise=USUAL_ROWS,
+    )
+    index = SPRITE_PICTURES.index(rows=rows, low=drawn.picture + 1 & 0xFF)
+    left, top, width, height = SPRITE_PICTURES.extent(index)
+    y = jnp.where(drawn.y >= UPWARDS, drawn.y - 256, drawn.y)
+    x = drawn.x - jnp.where(IS_THIRD, pick(m.room, THIRD_SHIFTS), SHIFT)
+    is_wall = (m.room == Room.WALLS) & (SPRITE % 3 > 0)
+    x = x + jnp.where(is_wall, WALL_SPREAD * left, left)
+    there = (height > 0) & (drawn.y != GONE)
+    return box(x, FIRST_LINE + 2 * (y + top), width, 2 * height, there).clip(*VIEW)
 
 
-def winky(m: Ram, dx: jax.Array, dy: jax.Array) -> Box:
-    x, y = _places(m, dx, dy)
-    return box(x[0] - 1, 26 + 2 * y[0], 8, 12)
+def dot_box(drawn: Drawn, color: jax.Array) -> Box:
+    """The hunter in a hall, or his shot."""
+    return box(drawn.dot_x - 1, DOT_FIRST_LINE + 2 * drawn.dot_y, 1, 2, color=color)
 
 
-def guest(m: Ram, dx: jax.Array, dy: jax.Array) -> Box:
+def winky_box(drawn: Drawn) -> Box:
+    """The hunter in a room."""
+    y = FIRST_LINE[WINKY] + 2 * drawn.y[WINKY]
+    return box(drawn.x[WINKY] - SHIFT, y, *WINKY_SIZE)
+
+
+def guest_box(m: Ram, drawn: Drawn) -> Box:
     """The larger hall monster in a room, in the first slot; it takes turns with sprite 3 or 4."""
 
-    def of_host(sides: jax.Array | np.ndarray) -> jax.Array:
-        return jnp.where(m.guest == 4, sides[4], sides[3])
+    def of_host(values: jax.Array | np.ndarray) -> jax.Array:
+        return jnp.where(m.guest == HOSTS[1], values[HOSTS[1]], values[HOSTS[0]])
 
-    swapped = m.swapped > 0
-    x = jnp.where(swapped, of_host(m.x - dx), m.guest_x)
-    y = jnp.where(swapped, of_host(m.y - dy), m.guest_y)
-    color = jnp.where(swapped, of_host(m.color), m.guest_color) & ~1
+    has_swapped = m.swapped > 0
+    x = jnp.where(has_swapped, of_host(drawn.own_x), m.guest_x)
+    y = jnp.where(has_swapped, of_host(drawn.own_y), m.guest_y)
+    color = jnp.where(has_swapped, of_host(m.color), m.guest_color) & ~1
     there = (m.guest < NO_GUEST) & (SPRITE == 0) & (y != GONE)
-    return box(x - 1, of_host(FIRST_LINE) + 2 * y, 8, 16, there, color=color).clip(*VIEW)
+    line = of_host(FIRST_LINE) + 2 * y
+    return box(x - SHIFT, line, *GUEST_SIZE, there, color=color).clip(*VIEW)
 
 
-def moves(m: Ram) -> tuple[jax.Array, jax.Array]:
-    """How far the sprites and the dot have moved since they were drawn: `[7]`."""
-    mover, all_move = np.arange(7), m.next_turn == 0
+def _moves(m: Ram) -> tuple[jax.Array, jax.Array]:
+    """Columns and pairs of lines that the sprites and the dot have moved since: `[7]`."""
     in_room = ~among(m.room, Room.HALLS)
-    since = all_move | ((mover >= 3) & (mover != DOT))
-    moved = since & _has_turn(m) & (m.status != Status.DEAD)
-    shot = (mover == DOT) & ~all_move & in_room
-    moved = (moved | shot) & (m.flags < PAUSED)
-    turns_round = (m.timer == LAST_TICK) & (mover != DOT) & ~((mover == 0) & in_room)
-    step = when(moved, jnp.where(turns_round, -1, 1))
+    turns_round = (m.timer == LAST_TICK) & (MOVERS != DOT) & ~((MOVERS == WINKY) & in_room)
+    step = when(_has_moved(m, in_room), jnp.where(turns_round, -1, 1))
     dx, dy = _way(m)
     return step * dx, step * dy
 
 
+def _has_moved(m: Ram, in_room: jax.Array) -> jax.Array:
+    """Which sprites have moved since the frame was drawn, and whether the dot has."""
+    all_move = m.next_turn == 0
+    sprite_moved = (all_move | SECOND_HALF) & _has_turn(m) & (m.status != Status.DEAD)
+    shot_flies = (MOVERS == DOT) & ~all_move & in_room
+    return (sprite_moved | shot_flies) & (m.flags < PAUSED)
+
+
 def _way(m: Ram) -> tuple[jax.Array, jax.Array]:
     """The way that the sprites and the dot go: 1 is right or down, -1 left or up."""
-    right, left, down, up = (
-        (m.status & bit) == 0 for bit in (Status.RIGHT, Status.LEFT, Status.DOWN, Status.UP)
-    )
+    right, left = (m.status & Status.RIGHT) == 0, (m.status & Status.LEFT) == 0
+    down, up = (m.status & Status.DOWN) == 0, (m.status & Status.UP) == 0
     return match((right, 1), (left, -1), otherwise=0), match((down, 1), (up, -1), otherwise=0)
 
 
@@ -101,8 +161,8 @@ def _has_turn(m: Ram) -> jax.Array:
     turns = jnp.where(m.next_turn == 0, m.turns, before)
     speed = m.status & Status.SPEED
     turn = match(
-        (among(speed, (0, 2, 4)), turns[0]),
-        (among(speed, (1, 5)), turns[1]),
+        (among(speed, FIRST_TURNS), turns[0]),
+        (among(speed, SECOND_TURNS), turns[1]),
         otherwise=turns[2],
     )
     return (turn & pick(speed, SPEEDS)) != 0

@@ -1,0 +1,198 @@
+"""Which picture of a kind of DoubleDunk's figures fits best around a strip, and its pixels.
+
+A window is a strip in the rows of a figure, a word a row. Pictures are compared in packed form:
+with eight columns of four rows in a word (`Figure.packed`).
+"""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from ocjax._xla.kernels import materialize
+from ocjax.console.ops import match
+from ocjax.extractors.doubledunk.kinds import (
+    HALF_STRIP,
+    PACKED_ROWS,
+    PICTURE_WORDS,
+    ROWS_A_WORD,
+    WIDE,
+    Figure,
+)
+from ocjax.vision import bitmap as bm
+from ocjax.vision.bitmap import Bitmap, U
+
+STRIP_WIDTH = 2 * HALF_STRIP
+COLUMN_COUNT = STRIP_WIDTH - WIDE + 1  # columns of a strip in which a figure can begin
+INNER = np.uint32(0x3FFFFFFC)  # the columns of a strip but two at each side
+TRIED_AROUND = np.arange(-2, 3)  # columns around the likeliest one in which pictures are tried
+MOST_PIXELS = 512  # more than a window can have beside a picture's
+A_ROW_LOWER = np.array((0, 0, 0, 1))  # added to edges: left, top, right, bottom
+
+
+def best_fit(
+    masks: jax.Array, shown: Bitmap, taken: Bitmap, row: jax.Array, strip: jax.Array, kind: Figure
+) -> tuple[jax.Array, ...]:
+    """The picture that fits best: its first column, the pixels of its rows, and its edges."""
+    own, seen, strip = _fullest(*_windows_around(masks, shown, taken, row, strip, kind), strip)
+    which, column = _best_picture(kind, own)
+    picture = jnp.take(jnp.asarray(kind.packed), which, axis=1, mode="clip")
+    in_own_colors, in_any = (
+        materialize(lambda w, c: _eight_columns(w, c[None])[:, 0], w, column) for w in (own, seen)
+    )
+    left = HALF_STRIP * (strip - 1) + column
+    ink = in_own_colors & picture
+    edges = _seen_edges(ink, in_any & picture, left, row, kind)
+    feet = _repeated_feet(in_own_colors, picture, kind)
+    is_lower = (feet != 0) & (edges[3] == row + kind.height)
+    again = jnp.where(is_lower, feet << U(WIDE * (kind.height % ROWS_A_WORD)), U(0))
+    ink = jnp.concatenate([ink[:-1], (ink[-1] | again)[None]])
+    return left, ink, edges + jnp.where(is_lower, 1, 0)[None] * A_ROW_LOWER[:, None]
+
+
+def _repeated_feet(in_own_colors: jax.Array, picture: jax.Array, kind: Figure) -> jax.Array:
+    """The last row of a picture, if the row below it shows it again; else 0."""
+    feet = _unpacked(picture, kind.height)[-1]
+    below = _unpacked(in_own_colors, kind.height + 1)[-1]
+    return jnp.where(feet & below == feet, feet, U(0))
+
+
+def _windows_around(
+    masks: jax.Array, shown: Bitmap, taken: Bitmap, row: jax.Array, strip: jax.Array, kind: Figure
+) -> tuple[jax.Array, jax.Array]:
+    """The pixels in the colours of the kind's rows that are not taken, and those in any colour."""
+    colors = np.array((*kind.colors, kind.colors[-1]))[:, None]  # the line below has the last one
+    one = 0 * colors
+    own = materialize(lambda m, r, s: _windows(m, colors, r, s), masks, row, strip)
+    seen = materialize(lambda m, r, s: _windows(m, one, r, s), shown[None], row, strip)
+    others = materialize(lambda m, r, s: _windows(m, one, r, s), taken[None], row, strip)
+    return own & ~others, seen
+
+
+def _windows(bitmaps: jax.Array, index: np.ndarray, row: jax.Array, strip: jax.Array) -> jax.Array:
+    """Three overlapping strips in rows from one on, uint32 `[3, rows, B]`: the middle one is given.
+
+    Args:
+        bitmaps: `[n, words, rows, B]`.
+        index: of the bitmap of each row, `[rows, 1]`.
+        row, strip: int32 `[B]`.
+    """
+    _, words, height, lanes = bitmaps.shape
+    rows = row[None] + np.arange(len(index))[:, None]
+
+    def word(at: jax.Array) -> jax.Array:
+        flat = ((index * words + jnp.clip(at, 0, words - 1)[None]) * height + rows) * lanes
+        got = bitmaps.ravel().at[flat + np.arange(lanes)[None]].get(mode="clip")
+        return jnp.where(((at >= 0) & (at < words))[None], got, U(0))
+
+    first = (strip >> 1) - 1
+    one, two, three = word(first), word(first + 1), word(first + 2)
+    is_odd = ((strip & 1) == 1)[None]
+    left = jnp.where(is_odd, one << HALF_STRIP | two >> HALF_STRIP, one)
+    right = jnp.where(is_odd, two << HALF_STRIP | three >> HALF_STRIP, two)
+    return jnp.stack([left, left << HALF_STRIP | right >> HALF_STRIP, right])
+
+
+def _fullest(
+    own: jax.Array, seen: jax.Array, strip: jax.Array
+) -> tuple[jax.Array, jax.Array, jax.Array]:
+    """The windows of the strip that has the most inner pixels of three, the middle one first."""
+    left, middle, right = (jnp.sum(bm.popcount(own[i] & INNER), axis=0) for i in range(3))
+    is_middle, is_left = (middle >= left) & (middle >= right), left >= right
+
+    def chosen(of: jax.Array) -> jax.Array:
+        return jnp.where(is_middle[None], of[1], jnp.where(is_left[None], of[0], of[2]))
+
+    moved = match((is_middle, 0), (is_left, -1), otherwise=1)
+    return materialize(chosen, own), materialize(chosen, seen), strip + moved
+
+
+def _best_picture(kind: Figure, own: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """The picture that fits best, and its first column in the window, int32 `[B]` each.
+
+    The pictures are tried near the eight columns with the most pixels. A pixel of a picture that
+    is there counts 1 and one that is not -1, and so does each other pixel.
+    """
+    near = _fullest_column(own)
+    tried = jnp.clip(near[None] + TRIED_AROUND[:, None], 0, COLUMN_COUNT - 1)
+    there = materialize(_eight_columns, own, tried)
+    pixels = materialize(_pixel_count, there)
+    pictures = [jnp.asarray(word)[:, None, None] for word in kind.packed]
+    hits = sum(bm.popcount(p & t[None]) for p, t in zip(pictures, there, strict=True))
+    size = np.bitwise_count(kind.packed).sum(0, dtype=np.int32)[:, None, None]
+    score = 2 * hits - pixels[None] - size + MOST_PIXELS  # [picture, tried, B]
+    numbers = np.arange(len(size) * len(TRIED_AROUND)).reshape(len(size), len(TRIED_AROUND))
+    scored = score * numbers.size + numbers[..., None]
+    best = jnp.max(jnp.max(scored, axis=0), axis=0) % numbers.size
+    column = near + best % len(TRIED_AROUND) + TRIED_AROUND[0]
+    return best // len(TRIED_AROUND), jnp.clip(column, 0, COLUMN_COUNT - 1)
+
+
+def _fullest_column(own: jax.Array) -> jax.Array:
+    """The leftmost of the columns from which on eight have the most pixels, int32 `[B]`."""
+    columns = np.arange(COLUMN_COUNT)[:, None]
+    counts = _pixel_count(materialize(lambda o: _eight_columns(o, columns), own))
+    from_right = COLUMN_COUNT - 1 - columns
+    best = jnp.max(counts * COLUMN_COUNT + from_right, axis=0) % COLUMN_COUNT
+    return COLUMN_COUNT - 1 - best
+
+
+def _pixel_count(packed: jax.Array) -> jax.Array:
+    """Pixels of all words."""
+    return sum((bm.popcount(word) for word in packed[1:]), bm.popcount(packed[0]))
+
+
+def _eight_columns(window: jax.Array, column: jax.Array | np.ndarray) -> jax.Array:
+    """Eight columns from each of some on, four rows in a word, uint32 `[words, columns, B]`."""
+    shift = jnp.asarray(STRIP_WIDTH - WIDE - column, U)
+    window = jnp.pad(window, ((0, PACKED_ROWS - len(window)), (0, 0)))
+    rows = window[:, None] >> shift[None] & U(255)
+    rows = rows.reshape(PICTURE_WORDS, ROWS_A_WORD, len(shift), -1)
+    return bm.any_of(rows[:, i] << U(WIDE * i) for i in range(ROWS_A_WORD))
+
+
+def _unpacked(words: jax.Array, count: int) -> jax.Array:
+    """The first rows of packed ones, uint32 `[rows, B]`."""
+    shift = WIDE * (np.arange(count, dtype=np.uint32) % ROWS_A_WORD)[:, None]
+    rows = jnp.repeat(words, ROWS_A_WORD, axis=0, total_repeat_length=PACKED_ROWS)[:count]
+    return rows >> shift & U(255)
+
+
+def _seen_edges(
+    ink: jax.Array, parts: jax.Array, left: jax.Array, top: jax.Array, kind: Figure
+) -> jax.Array:
+    """The edges of the parts of a picture that are seen, from the first to the last row of ink."""
+    first, last = bm.rows(_unpacked(ink, kind.height))
+    row = np.arange(kind.height)[:, None]
+    inside = (first[None] <= row) & (row <= last[None])
+    columns = bm.or_rows(jnp.where(inside, _unpacked(parts, kind.height), U(0))[None])[0]
+    begin = lax.clz(columns).astype(jnp.int32) - (32 - WIDE)
+    end = WIDE - bm.popcount(~columns & (columns - 1))
+    is_seen = (last >= 0) & (columns != 0)
+    edges = jnp.stack([left + begin, top + first, left + end, top + last + 1])
+    return jnp.where(is_seen[None], edges, 0)
+
+
+def with_figure(taken: Bitmap, ink: jax.Array, row: jax.Array, left: jax.Array) -> Bitmap:
+    """The pixels that are taken, with those of a figure."""
+    words, height, _ = taken.shape
+    pixels = _rows_of(ink, row, height)
+    first = left[None] - 32 * np.arange(words)[:, None]  # of the leftmost pixel in each word
+    to_left = jnp.clip(32 - WIDE - first, -31, 31)[:, None]
+    shifted = jnp.where(
+        to_left >= 0,
+        pixels[None] << jnp.maximum(to_left, 0).astype(U),
+        pixels[None] >> jnp.maximum(-to_left, 0).astype(U),
+    )
+    here = (first > -WIDE) & (first < 32)
+    return taken | jnp.where(here[:, None], shifted, U(0))
+
+
+def _rows_of(ink: jax.Array, row: jax.Array, height: int) -> jax.Array:
+    """The rows of the court with a figure that begins in a row of it, uint32 `[height, B]`."""
+    lanes = len(row)
+    at = np.arange(height)[:, None] - row[None]
+    inside = (at >= 0) & (at < PACKED_ROWS)
+    at = jnp.clip(at, 0, PACKED_ROWS - 1)
+    places = at // ROWS_A_WORD * lanes + np.arange(lanes)[None]
+    word = ink.ravel().at[places].get(mode="clip")
+    return jnp.where(inside, word >> (WIDE * (at % ROWS_A_WORD)).astype(U) & U(255), U(0))

@@ -1,0 +1,128 @@
+"""Where a kind of DoubleDunk's figures is likeliest: in which strip of the court and which row.
+
+A strip is two halves of 16 columns, and each half is in two strips. All strips are looked at
+together: a word holds a bit for each of them.
+"""
+
+from collections.abc import Sequence
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from ocjax._xla.kernels import materialize
+from ocjax.extractors.doubledunk.kinds import HALF_STRIP, SKIN_ROWS, Figure
+from ocjax.vision import bitmap as bm
+from ocjax.vision.bitmap import Bitmap, U
+
+STRIP_COUNT = 11
+ALL_STRIPS = 2**STRIP_COUNT - 1
+LEVELS = 6  # bits of a count of rows
+LEVELS_OF_EIGHT = 4  # bits of a count in eight rows
+
+
+def strips_of(masks: jax.Array, taken: Bitmap) -> jax.Array:
+    """A bit for each strip that has a colour in a row, uint32 `[colours, rows, B]`."""
+    halves = jnp.zeros_like(masks[:, 0])
+    for word in range(masks.shape[1]):
+        pixels = masks[:, word] & ~taken[word][None]
+        for half, own in enumerate((pixels >> HALF_STRIP, pixels << HALF_STRIP)):
+            halves = halves | jnp.where(own != 0, U(1 << (2 * word + half)), U(0))
+    return halves | halves << 1
+
+
+def row_counts(strips: jax.Array, kind: Figure) -> list[jax.Array]:
+    """The bits of the counts of rows that fit from each row on, the lowest first, `[rows, B]`.
+
+    A row counts 2 where a strip has its colour, 1 where it has none, and 0 where it has others.
+    """
+    none = materialize(_colorless, strips)
+    empty = materialize(_count_of_eight, none)
+    skin = materialize(_count_of_eight, strips[kind.colors[kind.skin]])
+
+    def counts(strips: jax.Array, none: jax.Array, *eights: jax.Array) -> list[jax.Array]:
+        empty, skin = eights[:LEVELS_OF_EIGHT], eights[LEVELS_OF_EIGHT:]
+        return _sum(_to_sum(strips, none, empty, skin, kind))
+
+    return materialize(counts, strips, none, *empty, *skin)
+
+
+def _to_sum(
+    strips: jax.Array,
+    none: jax.Array,
+    empty: Sequence[jax.Array],
+    skin: Sequence[jax.Array],
+    kind: Figure,
+) -> list[list[jax.Array]]:
+    """What is summed for each row from which a figure may begin: bits, by what they are worth.
+
+    Rows without a colour are counted in eights (`empty`), and so are the rows of skin (`skin`); the
+    rows that are in no eight are counted one by one.
+    """
+    height, starts = kind.height, len(none) - kind.height
+    summands = [[] for _ in range(LEVELS)]
+    others = [row for row in range(height) if not 0 <= row - kind.skin < SKIN_ROWS]
+    summands[1] += [strips[kind.colors[row], row : row + starts] for row in others]
+    in_eights = height // SKIN_ROWS * SKIN_ROWS
+    summands[0] += [none[row : row + starts] for row in range(in_eights, height)]
+    for level, (of_empty, of_skin) in enumerate(zip(empty, skin, strict=True)):
+        eights = range(0, height - SKIN_ROWS + 1, SKIN_ROWS)
+        summands[level] += [of_empty[row : row + starts] for row in eights]
+        summands[level + 1].append(of_skin[kind.skin : kind.skin + starts])
+    return summands
+
+
+def _colorless(strips: jax.Array) -> jax.Array:
+    """A bit for each strip that has no colour in a row, uint32 `[rows, B]`."""
+    return ~bm.any_of(strips)
+
+
+def _count_of_eight(rows: jax.Array) -> list[jax.Array]:
+    """The bits of the count in eight rows from each one on, the lowest first."""
+    starts = len(rows) - SKIN_ROWS + 1
+    ones = [rows[row : row + starts] for row in range(SKIN_ROWS)]
+    return _sum([ones, *([] for _ in range(LEVELS_OF_EIGHT - 1))])
+
+
+def _sum(summands: list[list[jax.Array]]) -> list[jax.Array]:
+    """The bits of sums, the lowest first, from bits of the same worth in each list.
+
+    Three bits at a time are added to one of the same worth and one that is carried on.
+    """
+    out, carries = [], []
+    for bits in summands:
+        ones, carries = bits + carries, []
+        while len(ones) > 1:
+            a, b = ones.pop(0), ones.pop(0)
+            c = ones.pop(0) if ones else None
+            odd = a ^ b
+            ones.append(odd if c is None else odd ^ c)
+            carries.append(a & b if c is None else a & b | odd & c)
+        out.append(ones[0])
+    return out
+
+
+def likeliest(counts: Sequence[jax.Array], kind: Figure) -> tuple[jax.Array, ...]:
+    """How many rows fit best, and the row and the strip in which they begin, int32 `[B]` each.
+
+    The strips with the greatest count are left when those without a bit of it are dropped, from the
+    highest bit down. The strip is the middle one of those that are left in their first row.
+    """
+    best = jnp.full_like(counts[0], ALL_STRIPS)
+    most = jnp.zeros_like(counts[0][0], jnp.int32)
+    for place, bit in reversed(list(enumerate(counts))):
+        narrowed, is_any = materialize(_with_bit, best, bit)
+        best = jnp.where(is_any[None], narrowed, best)
+        most = most + jnp.where(is_any, 1 << place, 0)
+    row, _ = bm.rows(best)
+    lanes = np.arange(best.shape[1])
+    strips = best.ravel().at[row * len(lanes) + lanes].get(mode="clip")
+    first = bm.popcount(~strips & (strips - 1))
+    last = 31 - lax.clz(strips).astype(jnp.int32)
+    return most - kind.height, row, (first + last) >> 1
+
+
+def _with_bit(best: jax.Array, bit: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """The strips whose counts have a bit, and whether there are any."""
+    narrowed = best & bit
+    return narrowed, bm.or_rows(narrowed[None])[0] != 0

@@ -1,0 +1,78 @@
+"""The two roads of Up'n Down: where they are in each row, and where a piece of them is.
+
+Most rows have both roads at the same distance from the middle of the screen, one on each side. Some
+rows have two roads that lead the same way, one 80 columns to the right of the other. One number
+tells either: the distance from the middle, or the left road's column plus `SAME_WAY`. Here it is
+called the road's `course` in that row.
+"""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.console.ops import lookup, when
+from ocjax.extractors.upndown.ram import BANK, ROM, Ram
+
+MAPS = 3  # each of the two roads of some rounds
+ROUND_MAPS = ((ROM.bytes(BANK + 0xBE3, 10) & 15) - 12).tolist()  # the map, by round from 1 on
+BYTES = 256  # of a map
+ROWS = 1024  # of a map
+MIDDLE = 72  # column from which courses are counted
+CROSSING = 1  # the least course, where the roads cross
+SAME_WAY = 128  # added to courses that are columns
+ROADS_APART = 80  # columns from one such road to the other
+RIGHT_FROM = MIDDLE + 4  # column from which a car is on the right one of such roads
+
+HASHES = 1024  # of the pieces
+HASH = np.array((125, 153, 27))  # of a piece's three bytes: few pieces share one
+
+
+def _all_courses() -> np.ndarray:
+    """The courses of all rows, `[map, row]`, flat."""
+    row = np.arange(ROWS)
+    road = ROM.bytes(BANK + 0xC00, MAPS * BYTES).astype(int).reshape(MAPS, BYTES)
+    here, there = (road[:, (2 * (row >> 3) + i) & BYTES - 1] for i in (0, 2))
+    bend = ((there & 0x3E) - (here & 0x3E)) * (row & 7) >> 3
+    left = (here & 0x3E) + 16 + bend + (bend < 0)
+    double = (here >= 0x80) & (left < MIDDLE)
+    return np.where(double, left + SAME_WAY, np.maximum(MIDDLE - left, CROSSING)).ravel()
+
+
+def _all_places() -> np.ndarray:
+    """The first and the last place of the pieces by hash: `[which, map, hash]`, flat."""
+    out = np.zeros((2, MAPS, HASHES), int)
+    for road in range(MAPS):
+        pages = ROM.bytes(0x500 + MAPS * BYTES * road, MAPS * BYTES).astype(int).reshape(3, BYTES)
+        at = HASH @ pages[[1, 2, 0]] % HASHES
+        for place in range(BYTES):
+            out[0, road, at[BYTES - 1 - place]] = BYTES - 1 - place
+            out[1, road, at[place]] = place
+    return out.ravel()
+
+
+COURSES = _all_courses()
+PLACES = _all_places()
+
+
+def course_at(m: Ram, row: jax.Array) -> jax.Array:
+    """The roads' courses in rows of the map."""
+    return lookup(COURSES, ROWS * lookup(ROUND_MAPS, m.level) + (row & (ROWS - 1)))
+
+
+def column_near(course: jax.Array, x: jax.Array) -> jax.Array:
+    """The column of what is on the road with a course, and was in column `x` a step later."""
+    opposite = jnp.where(x >= MIDDLE, MIDDLE + course, MIDDLE - course)
+    double = course - SAME_WAY + when(x >= RIGHT_FROM, ROADS_APART)
+    return jnp.where(course >= SAME_WAY, double, opposite)
+
+
+def is_on_road(course: jax.Array, x: jax.Array) -> jax.Array:
+    """Whether what is in column `x` is on a road with this course."""
+    opposite = jnp.minimum(jnp.abs(x - MIDDLE), MIDDLE)
+    double = jnp.where(x >= RIGHT_FROM, x - ROADS_APART, x) + SAME_WAY
+    return (course == opposite) | (course == double)
+
+
+def piece_places(m: Ram) -> jax.Array:
+    """Places on the map where the last piece that was drawn may be from, int32 `[2]`."""
+    at = HASHES * lookup(ROUND_MAPS, m.level) + (jnp.sum(m.piece * HASH) & (HASHES - 1))
+    return lookup(PLACES, at + MAPS * HASHES * np.arange(2))
