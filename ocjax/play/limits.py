@@ -188,6 +188,8 @@ def _of_blobs(game: Game, rule: Blobs, count: int) -> Frames:
             yield rule.palette, pair
     for pair in _filtered(rule.filters, color, region, least):
         yield rule.palette, pair
+    for other in _other_colors(rule.own_palette):
+        yield (*rule.palette, other), [Component(other, *region[:2], *least, least[0] * least[1])]
 
 
 def _next_place(before: Sequence[Component], size: tuple[int, int, int], region: Area, gap: tuple[int, int]) -> tuple[int, int] | None:
@@ -289,6 +291,11 @@ def _pairs(color: int, area: Area, size: tuple[int, int], gap: tuple[int, int]) 
         yield [first, Component(color, x, y + h + gap[1] + more, w, h, w * h)]
 
 
+def _other_colors(palette: Sequence[int]) -> list[int]:
+    """Colours that follow on one of several colours of a rule and are none of them."""
+    return [c + 2 for c in palette if c + 2 not in palette and c < 254][:TOGETHER] if len(palette) > 2 else []
+
+
 def _filtered(filters: Iterable[Filter], color: int, area: Area, size: tuple[int, int]) -> Iterator[list[Component]]:
     """A component, and runs that a filter just allows or not, which touch it or are apart."""
     (w, h), x, y = size, (area[0] + area[2] - size[0]) // 2, (area[1] + area[3] - size[1]) // 2
@@ -326,6 +333,9 @@ def _of_bounds(game: Game, rule: Bounds, *, apart: bool) -> Frames:
             yield from ((cleared, [component]) for component in (every[:REGIONS] if apart else ()))
     for pair in _filtered(rule.filters, slots[0][1], slots[0][0], tuple(smallest[0])):
         yield cleared, pair
+    for other in () if rule.inverse else _other_colors(rule.slots[0][1]):
+        (w, h), (left, top, *_) = smallest[0], slots[0][0]
+        yield (*cleared, other), [Component(other, left, top, w, h, w * h)]
     if rule.max_size is not None:
         for dw, dh in ((0, 0), (1, 0), (0, 1)):
             w, h = rule.max_size[0] + dw, rule.max_size[1] + dh
