@@ -15,6 +15,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import jax.numpy as jnp
 import numpy as np
 
 from ocjax import recordings
@@ -22,6 +23,7 @@ from ocjax.console.boxes import WIDTH, Area
 from ocjax.console.fonts import Digits, Font
 from ocjax.extraction.game import Game
 from ocjax.play.deciding import in_batches
+from ocjax.vision import bitmap as bm
 from ocjax.vision.filters import Filter, Lines, LoneRuns, ShortRuns
 from ocjax.vision.rules import Blobs, Bounds, Cells, Rule, Run, Runs
 from ocjax.vision.shapes import Shape, limits, span
@@ -119,19 +121,27 @@ def describe(game: Game, data: Path) -> str:
     valid = np.asarray(in_batches(game.vem, played).valid)
     lines: dict[str, None] = {}
     for c in game.categories:
-        number = _first([valid[:, game.slices[name]].any(axis=1) for name in (c.name, *c.needs)])
-        rules = [rule for rule in (c.rule, c.otherwise) if rule is not None]
-        for rule, colors in zip(rules, ((), c.rule.palette), strict=False):  # the second rule counts where the first one finds nothing
-            for palette, drawn in _drawn(game, rule, c.count, apart=rule is c.otherwise):
-                cleared = tuple(dict.fromkeys((*palette, *colors)))
-                background = _background(played[number], cleared)
-                lines[f"{number} | {background} {','.join(map(str, cleared))} | {' '.join(map(str, drawn))}"] = None
+        shown = [valid[:, game.slices[name]].any(axis=1) for name in (c.name, *c.needs)]
+        for rule, colors in ((c.rule, ()), (c.otherwise, c.rule.palette)):  # the second one counts where the first one finds nothing
+            for part in rule.rules if isinstance(rule, Blobs) else (rule,) if rule is not None else ():
+                number = _first(shown, _where_it_holds(part, played))
+                for palette, drawn in _drawn(game, part, c.count, apart=rule is c.otherwise):
+                    cleared = tuple(dict.fromkeys((*palette, *colors)))
+                    background = _background(played[number], cleared)
+                    lines[f"{number} | {background} {','.join(map(str, cleared))} | {' '.join(map(str, drawn))}"] = None
     return "".join(f"{line}\n" for line in lines)
 
 
-def _first(shown: Sequence[np.ndarray]) -> int:
-    """The first frame that shows a category or, if none does, one that it needs; bool `[frames]` each."""
-    return next((int(frames.argmax()) for frames in shown if frames.any()), 0)
+def _where_it_holds(rule: Rule, played: np.ndarray) -> np.ndarray:
+    """On which frames a rule holds, bool `[frames]`."""
+    if isinstance(rule, Blobs) and rule.frames is not None:
+        return np.asarray(rule.frames(bm.planes(jnp.asarray(played))))
+    return np.ones(len(played), bool)
+
+
+def _first(shown: Sequence[np.ndarray], holds: np.ndarray) -> int:
+    """The first frame on which a rule holds that shows the category or, if none does, one that it needs; bool `[frames]` each."""
+    return next((int(np.argmax(one & holds)) for one in (*shown, holds) if (one & holds).any()), 0)
 
 
 def _background(frame: np.ndarray, palette: Sequence[int]) -> int:
@@ -146,8 +156,7 @@ Frames = Iterator[tuple[tuple[int, ...], list[Component]]]  # colours that are c
 def _drawn(game: Game, rule: Rule, count: int, *, apart: bool) -> Frames:
     """What is drawn for a rule; `apart`: one object at a time, too."""
     if isinstance(rule, Blobs):
-        for part in rule.rules:
-            yield from _of_blobs(game, part, count)
+        yield from _of_blobs(game, rule, count)
     elif isinstance(rule, Bounds):
         for part in rule.parts:
             yield from _of_bounds(game, part, apart=apart)
