@@ -121,7 +121,7 @@ def describe(game: Game, data: Path) -> str:
     valid = np.asarray(in_batches(game.vem, played).valid)
     lines: dict[str, None] = {}
     for c in game.categories:
-        shown = [valid[:, game.slices[name]].any(axis=1) for name in (c.name, *c.needs)]
+        shown = [np.atleast_1d(valid[:, game.slices[name]].any(axis=1)) for name in (c.name, *c.needs)]
         for rule, colors in ((c.rule, ()), (c.otherwise, c.rule.palette)):  # the second one counts where the first one finds nothing
             for part in rule.rules if isinstance(rule, Blobs) else (rule,) if rule is not None else ():
                 number = _first(shown, _where_it_holds(part, played))
