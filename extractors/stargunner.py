@@ -109,8 +109,7 @@ class Wait:  # of Ram.wait
     ENDED = 128  # from here on
 
 
-class State:  # of Ram.state
-    FLIES = 0
+class State:  # of Ram.state, 0 while an enemy flies
     GONE = 128  # from here on, it explodes, or a new one appears
 
 
@@ -129,7 +128,7 @@ class Ram(RamMap):
     x = byte(21)  # x + 10
     picture = byte(23)  # low byte of the address
     thrower_x = byte(31)  # x + 9; also its colour
-    bomb_x = byte(33)  # x + 11; 0: no bomb
+    bomb_x = byte(33)  # x + 11; 0, left of the screen: no bomb
     bomb_y = byte(34)  # y - 32
     shot_color = byte(39)
     shot_x = byte(40)  # x + 11
@@ -231,7 +230,7 @@ def _bomb_box(m: Ram) -> Box:
     color = jnp.where(burst, SHIP_COLOR, only(jnp.arange(3) == m.drawn_enemy, m.enemy_color))
     first = (m.bomb_y == FIRST_ROW) & ~burst & (x >= FIRST_ROW_BOMB)
     falls = first | (m.bomb_y > FIRST_ROW + when(burst, 3))
-    return edges(left, y + lower, right, bottom, (m.bomb_x > 0) & falls, color=color)
+    return edges(left, y + lower, right, bottom, falls, color=color)
 
 
 def _score_box(m: Ram) -> Box:
