@@ -299,9 +299,8 @@ def _cut(kind: jax.Array, x: jax.Array, y: jax.Array, there: jax.Array, facing: 
     """Tight boxes of what the edges of the screen cut."""
     left, right = jnp.clip(FIELD[0] - x, 0, 7), jnp.clip(x - 152, 0, 7)
     part = jnp.where(right > 0, 7 + right, left)
-    there = there & (x > 0) & (x < 160)
     picture = KINDS.index(kind=kind, part=part)
-    return KINDS.box(picture, x, y, valid=there, orientation=facing)
+    return KINDS.box(picture, x, y, valid=there & (x > 0), orientation=facing)
 
 
 def _truck_boxes(m: Ram, drawn: Drawn) -> Box:

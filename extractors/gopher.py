@@ -94,8 +94,6 @@ class SeedY:  # of `Ram.seed_y`
 class Phase:  # pictures of the gopher after those of each height
     RUN_2 = 36  # the other phase of its run in the tunnel
     OUTSIDE_2 = 37  # and outside
-    TAUNT_1 = 38
-    TAUNT_2 = 39
 
 
 BLANK = 0xF87  # address of blank rows
@@ -112,8 +110,6 @@ def _gopher_rows(height: int) -> np.ndarray:
         Height.OUTSIDE: (0xFA9, BLANK, BLANK),
         Phase.RUN_2: (BLANK, BLANK, 0xFBA),
         Phase.OUTSIDE_2: (0xFBA, BLANK, BLANK),
-        Phase.TAUNT_1: (0xFCA, BLANK - Height.PEEPING, BLANK),
-        Phase.TAUNT_2: (0xFD9, BLANK - Height.PEEPING, BLANK),
     }
     running = (BLANK, BLANK, 0xFAA)
     default = running if height < Height.UPRIGHT else (body + 22, body, feet)
@@ -121,7 +117,7 @@ def _gopher_rows(height: int) -> np.ndarray:
     return np.concatenate([ROM.rows(s, n) for s, n in zip(starts, (13, 22, 12), strict=True)])
 
 
-GOPHERS = Pictures.of(map(_gopher_rows, range(Phase.TAUNT_2 + 1)))
+GOPHERS = Pictures.of(map(_gopher_rows, range(Phase.OUTSIDE_2 + 1)))
 
 # The six registers of a row of dirt: the bits of each from left to right that hold the columns of
 # the tunnel, and the first columns of the holes.
@@ -207,15 +203,11 @@ def _gopher(m: Ram) -> Box:
 
 
 def _gopher_picture(m: Ram, height: jax.Array) -> jax.Array:
+    """The picture, but for taunts, whose pictures are as large as that of who peeps out."""
     running = among(m.height, (Height.TUNNEL, Height.OUTSIDE))
     changed = (m.state == State.PLAY) & running & ((m.clock & 3) == 0)
     second = (m.run_phase != 0) ^ changed
-    frames = m.taunt + 1
-    taunts = (m.height == Height.PEEPING) & (frames <= TAUNT_BEGINS)
-    first_taunt = among(frames, (*range(7, 14), *range(21, 29)))
     return match(
-        (taunts & first_taunt, Phase.TAUNT_1),
-        (taunts, Phase.TAUNT_2),
         (second & (height == Height.OUTSIDE), Phase.OUTSIDE_2),
         (second & (height == Height.TUNNEL), Phase.RUN_2),
         otherwise=height,

@@ -79,6 +79,7 @@ FIRST_PICTURE = 88  # low byte of the address of the first of twelve pictures
 KINDS = 12  # pictures
 ENEMY_ROWS = 11  # of a picture
 LEFT_LATE = 9  # 0 to 8 columns of a picture show a row late
+THROWER_SIZE = (7, 10)
 FIRST_X = 20  # an enemy's least x
 LAST_X = 148
 
@@ -108,8 +109,7 @@ class Wait:  # of Ram.wait
     ENDED = 128  # from here on
 
 
-class State:  # of Ram.state
-    FLIES = 0
+class State:  # of Ram.state, 0 while an enemy flies
     GONE = 128  # from here on, it explodes, or a new one appears
 
 
@@ -128,7 +128,7 @@ class Ram(RamMap):
     x = byte(21)  # x + 10
     picture = byte(23)  # low byte of the address
     thrower_x = byte(31)  # x + 9; also its colour
-    bomb_x = byte(33)  # x + 11; 0: no bomb
+    bomb_x = byte(33)  # x + 11; 0, left of the screen: no bomb
     bomb_y = byte(34)  # y - 32
     shot_color = byte(39)
     shot_x = byte(40)  # x + 11
@@ -149,7 +149,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Player": _ship_box(m).where(ship),
         "PlayerMissile": _shot_box(m).where(ship),
         "FlyingEnemy": _enemy_boxes(m).where(all_drawn),
-        "BombThrower": box(m.thrower_x - 9, 37, 7, 10, color=m.thrower_x).where(all_drawn),
+        "BombThrower": box(m.thrower_x - 9, 37, *THROWER_SIZE, color=m.thrower_x).where(all_drawn),
         "Bomb": _bomb_box(m).where(all_drawn),
         "PlayerScore": _score_box(m),
         "Lives": _icons(m),
@@ -230,7 +230,7 @@ def _bomb_box(m: Ram) -> Box:
     color = jnp.where(burst, SHIP_COLOR, only(jnp.arange(3) == m.drawn_enemy, m.enemy_color))
     first = (m.bomb_y == FIRST_ROW) & ~burst & (x >= FIRST_ROW_BOMB)
     falls = first | (m.bomb_y > FIRST_ROW + when(burst, 3))
-    return edges(left, y + lower, right, bottom, (m.bomb_x > 0) & falls, color=color)
+    return edges(left, y + lower, right, bottom, falls, color=color)
 
 
 def _score_box(m: Ram) -> Box:
@@ -258,7 +258,7 @@ SHOT = Blobs(tuple(SHOT_COLORS), FIELD, Shape(w=(5, 8), h=1))
 BRIGHT = ANY[16:]  # not the colours of the lines of an explosion
 CUT_BOMB = Blobs(BRIGHT, FIELD, Shape(w=(1, 3), h=1))
 BOMB = Blobs(ANY, FIELD, Shape(w=4, h=(1, 6)), also=(CUT_BOMB,))
-THROWER = Bounds(BLACK, BELOW_TOP, min_size=(7, 10), max_size=(7, 10), inverse=True)
+THROWER = Bounds(BLACK, BELOW_TOP, THROWER_SIZE, max_size=THROWER_SIZE, inverse=True)
 WEIGHTS = (100_000, 10_000, 1000, 100)  # the last two zeros are no digits
 SCORE_RULE = Bounds(
     SCORE_COLOR, POINTS.area, value=Digits(FONT, POINTS.lefts[:4], POINTS.top, WEIGHTS)

@@ -15,6 +15,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import jax.numpy as jnp
 import numpy as np
 
 from ocjax import recordings
@@ -22,13 +23,17 @@ from ocjax.console.boxes import WIDTH, Area
 from ocjax.console.fonts import Digits, Font
 from ocjax.extraction.game import Game
 from ocjax.play.deciding import in_batches
-from ocjax.vision.rules import Blobs, Bounds, Rule, Run, Runs
+from ocjax.vision import bitmap as bm
+from ocjax.vision.filters import Filter, Lines, LoneRuns, ShortRuns
+from ocjax.vision.rules import Blobs, Bounds, Cells, Rule, Run, Runs
 from ocjax.vision.shapes import Shape, limits, span
 
 BEYOND = 2  # pixels by which an object crosses an edge
 LARGE = 48  # sides from which a limit is not looked at
 TOGETHER = 12  # objects on a frame at most
 REGIONS = 12  # of one rule at most that get frames of their own
+AREAS = 60  # likewise of those that are ignored, which share frames
+NO_GAP = (0, 0)
 
 
 class Component(NamedTuple):
@@ -116,13 +121,27 @@ def describe(game: Game, data: Path) -> str:
     valid = np.asarray(in_batches(game.vem, played).valid)
     lines: dict[str, None] = {}
     for c in game.categories:
-        number = int(valid[:, game.slices[c.name]].any(axis=1).argmax())
-        for rule in (c.rule, c.otherwise):
-            for palette, drawn in _drawn(game, rule, c.count) if rule is not None else ():
-                background = _background(played[number], palette)
-                cleared = ",".join(map(str, palette))
-                lines[f"{number} | {background} {cleared} | {' '.join(map(str, drawn))}"] = None
+        shown = [np.atleast_1d(valid[:, game.slices[name]].any(axis=1)) for name in (c.name, *c.needs)]
+        for rule, colors in ((c.rule, ()), (c.otherwise, c.rule.palette)):  # the second one counts where the first one finds nothing
+            for part in rule.rules if isinstance(rule, Blobs) else (rule,) if rule is not None else ():
+                number = _first(shown, _where_it_holds(part, played))
+                for palette, drawn in _drawn(game, part, c.count, apart=rule is c.otherwise):
+                    cleared = tuple(dict.fromkeys((*palette, *colors)))
+                    background = _background(played[number], cleared)
+                    lines[f"{number} | {background} {','.join(map(str, cleared))} | {' '.join(map(str, drawn))}"] = None
     return "".join(f"{line}\n" for line in lines)
+
+
+def _where_it_holds(rule: Rule, played: np.ndarray) -> np.ndarray:
+    """On which frames a rule holds, bool `[frames]`."""
+    if isinstance(rule, Blobs) and rule.frames is not None:
+        return np.asarray(rule.frames(bm.planes(jnp.asarray(played))))
+    return np.ones(len(played), bool)
+
+
+def _first(shown: Sequence[np.ndarray], holds: np.ndarray) -> int:
+    """The first frame on which a rule holds that shows the category or, if none does, one that it needs; bool `[frames]` each."""
+    return next((int(np.argmax(one & holds)) for one in (*shown, holds) if (one & holds).any()), 0)
 
 
 def _background(frame: np.ndarray, palette: Sequence[int]) -> int:
@@ -134,23 +153,25 @@ def _background(frame: np.ndarray, palette: Sequence[int]) -> int:
 Frames = Iterator[tuple[tuple[int, ...], list[Component]]]  # colours that are cleared, and what is drawn
 
 
-def _drawn(game: Game, rule: Rule, count: int) -> Frames:
+def _drawn(game: Game, rule: Rule, count: int, *, apart: bool) -> Frames:
+    """What is drawn for a rule; `apart`: one object at a time, too."""
     if isinstance(rule, Blobs):
-        for part in rule.rules:
-            yield from _of_blobs(game, part, count)
+        yield from _of_blobs(game, rule, count)
     elif isinstance(rule, Bounds):
         for part in rule.parts:
-            yield from _of_bounds(game, part)
+            yield from _of_bounds(game, part, apart=apart)
             if isinstance(part.value, Digits):
                 yield from _of_number(game, part, part.value)
-    elif isinstance(rule, Runs):
-        yield from _of_runs(rule)
+    elif isinstance(rule, Cells):
+        yield from _of_cells(rule)
+    else:
+        yield from _of_runs(rule, count)
 
 
 def _of_blobs(game: Game, rule: Blobs, count: int) -> Frames:
     region = rule.region or (0, 0, WIDTH, game.screen[0])
     color = (rule.first_colors or rule.own_palette)[0]
-    sizes = dict.fromkeys(size for shape in rule.all_shapes for size in _sizes(shape))
+    sizes = dict.fromkeys(size for shape in rule.all_shapes for size in _sizes(shape, rule.gap))
     together: list[Component] = []
     for size in sizes:
         place = _next_place(together, size, region, rule.gap)
@@ -163,15 +184,21 @@ def _of_blobs(game: Game, rule: Blobs, count: int) -> Frames:
     if rule.filters:  # some keep what is at an edge only
         for together in _at_bottom(color, region, sizes, min(count, TOGETHER)):
             yield rule.palette, together
-    least = rule.all_shapes[0].min_size
+    shape = next((shape for shape in rule.all_shapes if _may_be_full(shape, rule.gap)), rule.all_shapes[0])
+    least = shape.min_size
     for component in _across(color, region, least, least, game.screen[0]):
         yield rule.palette, [component]
-    for area in rule.ignore[:REGIONS]:
-        for component in _across(color, area, least, (BEYOND, BEYOND), game.screen[0]):
-            yield rule.palette, [component]
-    if rule.gap != (0, 0):
+    if not _may_be_full(shape, rule.gap):
+        yield from ((rule.palette, [component]) for component in _across_bottom(color, region, shape, rule.gap))
+    for together in _across_each(color, rule.ignore[:AREAS], least, game.screen[0], min(count, TOGETHER)):
+        yield rule.palette, together
+    if rule.gap != NO_GAP:
         for pair in _pairs(color, region, least, rule.gap):
             yield rule.palette, pair
+    for pair in _filtered(rule.filters, color, region, least):
+        yield rule.palette, pair
+    for other in _other_colors(rule.own_palette):
+        yield (*rule.palette, other), [Component(other, *region[:2], *least, least[0] * least[1])]
 
 
 def _next_place(before: Sequence[Component], size: tuple[int, int, int], region: Area, gap: tuple[int, int]) -> tuple[int, int] | None:
@@ -197,7 +224,25 @@ def _at_bottom(color: int, area: Area, sizes: Iterable[tuple[int, int, int]], mo
         yield together
 
 
-def _sizes(shape: Shape) -> Iterator[tuple[int, int, int]]:
+def _counted(width: int, height: int, gap: tuple[int, int]) -> dict[int, int]:
+    """Numbers of pixels of components of a size, by the number that a shape's limits count: with those that the gap bridges."""
+    out: dict[int, int] = {}
+    for pixels in range(width + height - 1, width * height + 1):
+        wide = np.pad(_mask(width, height, pixels), ((0, gap[1]), (0, gap[0])))
+        for axis, most in enumerate(reversed(gap)):
+            wide = np.logical_or.reduce([np.roll(wide, by, axis) for by in range(most + 1)])
+        out[int(np.count_nonzero(wide))] = pixels
+    return out
+
+
+def _may_be_full(shape: Shape, gap: tuple[int, int]) -> bool:
+    """Whether a shape allows a filled rectangle of its least size."""
+    least, most = (0, None) if shape.pixels is None else limits(shape.pixels)
+    (w, h), (dx, dy) = shape.min_size, gap
+    return least <= (w + dx) * (h + dy) and (most is None or (w + dx) * (h + dy) <= most)
+
+
+def _sizes(shape: Shape, gap: tuple[int, int] = NO_GAP) -> Iterator[tuple[int, int, int]]:
     """Widths, heights and numbers of pixels at the limits of a shape and beyond them."""
     (w0, w1), (h0, h1) = limits(shape.w), limits(shape.h)
     p0, p1 = (0, None) if shape.pixels is None else limits(shape.pixels)
@@ -209,6 +254,9 @@ def _sizes(shape: Shape) -> Iterator[tuple[int, int, int]]:
         if w > 0 and h > 0:
             counts = [min(max(w * h, p0), w * h if p1 is None else p1)]
             counts += [p for p in (p0 - 1, p0, p1, p1 + 1) if w + h - 1 <= p <= w * h] if p1 is not None else []
+            if p1 is not None and gap != NO_GAP:
+                by_count = _counted(w, h, gap)
+                counts += [by_count[p] for p in (p0 - 1, p0, p1, p1 + 1) if p in by_count]
             yield from ((w, h, p) for p in dict.fromkeys(counts))
 
 
@@ -227,6 +275,22 @@ def _across(color: int, area: Area, size: tuple[int, int], inside: tuple[int, in
         yield Component(color, x, bottom - inside[1], w, high, w * high)
 
 
+def _across_bottom(color: int, area: Area, shape: Shape, gap: tuple[int, int]) -> Iterator[Component]:
+    """A component that is no full rectangle and has all of its pixels but a few above the lower edge of an area."""
+    (w, h), counted = shape.min_size, _counted(*shape.min_size, gap)
+    least, most = (0, None) if shape.pixels is None else limits(shape.pixels)
+    allowed = [pixels for number, pixels in counted.items() if least <= number and (most is None or number <= most)]
+    if allowed:
+        yield Component(color, (area[0] + area[2] - w) // 2, area[3] - h, w, h + BEYOND, allowed[0] + BEYOND)
+
+
+def _across_each(color: int, areas: Sequence[Area], size: tuple[int, int], height: int, most: int) -> Iterator[list[Component]]:
+    """Components that cross an edge of an area with as much as counts outside, so many areas on a frame."""
+    for of_side in itertools.zip_longest(*(_across(color, area, size, (BEYOND, BEYOND), height) for area in areas)):
+        there = [component for component in of_side if component is not None]
+        yield from (there[i : i + most] for i in range(0, len(there), most))
+
+
 def _pairs(color: int, area: Area, size: tuple[int, int], gap: tuple[int, int]) -> Iterator[list[Component]]:
     """Two components with a gap that is bridged, and with a larger one."""
     (w, h), (x, y) = size, area[:2]
@@ -236,7 +300,30 @@ def _pairs(color: int, area: Area, size: tuple[int, int], gap: tuple[int, int]) 
         yield [first, Component(color, x, y + h + gap[1] + more, w, h, w * h)]
 
 
-def _of_bounds(game: Game, rule: Bounds) -> Frames:
+def _other_colors(palette: Sequence[int]) -> list[int]:
+    """Colours that follow on one of several colours of a rule and are none of them."""
+    return [c + 2 for c in palette if c + 2 not in palette and c < 254][:TOGETHER] if len(palette) > 2 else []
+
+
+def _filtered(filters: Iterable[Filter], color: int, area: Area, size: tuple[int, int]) -> Iterator[list[Component]]:
+    """A component, and runs that a filter just allows or not, which touch it or are apart."""
+    (w, h), x, y = size, (area[0] + area[2] - size[0]) // 2, (area[1] + area[3] - size[1]) // 2
+    for own in filters:
+        match own:
+            case ShortRuns(most=most, across=across):
+                runs = [(n, 1) if across else (1, n) for n in (most, most + 1)]
+            case LoneRuns(least=least):
+                runs = [(least, 1), (least - 1, 1)]
+            case Lines(least=least):
+                runs = [(1, least), (1, least - 1)]
+            case _:
+                runs = []
+        for (width, height), apart in itertools.product(runs, (0, BEYOND)):
+            if width:
+                yield [Component(color, x, y, w, h, w * h), Component(color, x + w + apart, y, width, height, width * height)]
+
+
+def _of_bounds(game: Game, rule: Bounds, *, apart: bool) -> Frames:
     """What fills each region and a little more, and objects of the least and the largest size in all regions."""
     slots = [(region, _color(colors, rule.inverse)) for region, colors in rule.slots]
     cleared = tuple(dict.fromkeys(color for _, color in slots))
@@ -250,7 +337,14 @@ def _of_bounds(game: Game, rule: Bounds) -> Frames:
     for dw, dh in ((0, 0), (-1, 0), (0, -1)):
         sizes = [(w + dw, h + dh) for w, h in smallest]
         if min(itertools.chain(*sizes)) > 0:
-            yield cleared, [Component(c, r[0], r[1], w, h, w * h) for (r, c), (w, h) in zip(slots, sizes, strict=True)]
+            every = [Component(c, r[0], r[1], w, h, w * h) for (r, c), (w, h) in zip(slots, sizes, strict=True)]
+            yield cleared, every
+            yield from ((cleared, [component]) for component in (every[:REGIONS] if apart else ()))
+    for pair in _filtered(rule.filters, slots[0][1], slots[0][0], tuple(smallest[0])):
+        yield cleared, pair
+    for other in () if rule.inverse else _other_colors(rule.slots[0][1]):
+        (w, h), (left, top, *_) = smallest[0], slots[0][0]
+        yield (*cleared, other), [Component(other, left, top, w, h, w * h)]
     if rule.max_size is not None:
         for dw, dh in ((0, 0), (1, 0), (0, 1)):
             w, h = rule.max_size[0] + dw, rule.max_size[1] + dh
@@ -292,8 +386,29 @@ def _color(colors: Sequence[int], inverse: bool) -> int:
     return colors[0] if not inverse else next(c for c in range(14, 256, 2) if c not in colors)
 
 
-def _of_runs(rule: Runs) -> Frames:
-    """Runs of the least and the largest width, at the outermost columns, and beyond; one in each row of a frame."""
+def _of_cells(rule: Cells) -> Frames:
+    """Full cells, cells that lack their last row or column, and some whose margins are not free."""
+    color, cells = rule.palette[0], list(zip(rule.x, rule.y, strict=True))[:REGIONS]
+    (right, down), (w, h) = rule.margin, (rule.w, rule.h)
+    for width, height in ((w, h), (w - 1, h), (w, h - 1)):
+        if width and height:
+            yield rule.palette, [Component(color, x, y, width, height, width * height) for x, y in cells]
+    for x, y in cells[:2]:
+        cell = Component(color, x, y, w, h, w * h)
+        beside = [(x - right - 1, y), (x - right, y), (x + w + right - 1, y), (x + w + right, y)]
+        above = [(x, y - down - 1), (x, y - down), (x, y + h + down - 1), (x, y + h + down)]
+        for left, top in dict.fromkeys((*beside, *above)):
+            yield rule.palette, [cell, Component(color, left, top, 1, 1, 1)]
+
+
+def _of_runs(rule: Runs, count: int) -> Frames:
+    """Runs of the least and the largest width, at the outermost columns, and beyond; one in each row of a frame.
+
+    Where a category has fewer slots than rows, each of them is alone on a frame, too.
+    """
+    if rule.slot_count is None and count < len(rule.rows):
+        for run in rule.runs:
+            yield rule.palette, [next(_variants(run))]
     for runs in itertools.zip_longest(*(list(_variants(run)) for run in rule.runs)):
         rows: dict[int, Component] = {}
         for component in runs:

@@ -33,7 +33,11 @@ def test_declaration(game):
 def test_colors_of_rules_are_even(game):
     """As all colours on a screen are. An odd index shows as the even one below it, so that a slip would go unnoticed."""
     rules = [rule for c in game.categories for rule in (c.rule, c.otherwise) if rule is not None]
-    odd = {color for rule in rules for color in rule.palette if color % 2}
+    parts = [part for rule in rules for part in getattr(rule, "parts", (rule,))]  # and what gauges measure
+    told = [color for c in game.categories if c.value is not None for color, _ in c.value.values]
+    searches = [getattr(f, "search", None) for rule in rules for f in getattr(rule, "filters", ())]
+    looked_for = [color for search in searches for color in getattr(search, "colors", ())]
+    odd = {color for color in (*told, *looked_for, *(color for part in parts for color in part.palette)) if color % 2}
     assert odd == ODD_COLORS.get(game.name, set())
 
 

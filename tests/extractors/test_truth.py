@@ -56,7 +56,7 @@ IN_TURNS = {"Adventure": 0.97}  # where things take turns of three frames, and m
 SCORED_OTHERWISE = {"Bowling": {"PlayerScore": 1}, "Jamesbond": {"Score": 1}, "MarioBros": {"Score": 9}}
 # Objects that the other recordings hardly show, or that are easily taken for others.
 RARE = {
-    "Adventure": ("Author", "Chalice", "Gate", "WhiteKey"),
+    "Adventure": ("Author", "Chalice", "Gate", "Level", "WhiteKey"),
     "BankHeist": ("Points", "Police"),
     "BattleZone": ("Red_Thing",),
     "BeamRider": ("Torpedos", "Player_Projectile"),
