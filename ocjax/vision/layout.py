@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -15,7 +16,8 @@ from ocjax.vision.search import UNLIMITED, Search, words_across
 from ocjax.vision.shapes import Shape, limits
 
 BLOCK = 8  # rows that candidates are counted in
-MIN_CANDIDATES, CANDIDATES_PER_FRAME = 32, 8  # candidates of a round: at least, and for each frame
+CANDIDATES_PER_FRAME = 8  # of a round
+WORD = 32  # candidates of a round are a multiple of it
 ANY_SIZE = UNLIMITED, UNLIMITED
 ANY_PIXELS = 0, 2**30
 WITHOUT_CORNERS, WITH_CORNERS = 0, -1  # words with no bits set, or all
@@ -42,8 +44,6 @@ class Entries(NamedTuple):
     gap_x: Any
     gap_y: Any
     up: Any  # rows from the board to the screen
-    count: Any  # slots
-    first_slot: Any
     limits: tuple[Limits, ...]  # of each shape, the first one first
     pictures: Any  # index into the layout's pictures, or -1; None, as those below: no mask has pictures
     left: Any  # edges of the region on the board
@@ -59,9 +59,8 @@ class Layout:
     """Where masks lie on the board, and the sizes and tables that follow from what is searched for."""
 
     def __init__(self, masks: Sequence[Bitmap], searches: Sequence[Search]) -> None:
-        ends = np.cumsum([0, *(s.count for s in searches)])
-        self.slots = list(itertools.pairwise(ends.tolist()))  # of each search, in the caller's order
         self.order = _sharing(masks, searches)
+        self.counts = [search.count for search in searches]
         masks = [masks[own[0]] for own in self.order]  # all that follows has this order
         searched, searches = searches, [searches[own[0]] for own in self.order]  # gaps and corners are those of all searches of a mask
         self.n_masks = len(masks)
@@ -78,19 +77,19 @@ class Layout:
         self.window_words = words_across(self.reach_x)
         self.has_margin = 2 * self.reach_x < 32 * self.window_words
         self.before = self.reach_x - (not self.has_margin)
-        self.n_candidates = max(MIN_CANDIDATES, CANDIDATES_PER_FRAME * self.lanes)
+        self.n_candidates = -(-CANDIDATES_PER_FRAME * self.lanes // WORD) * WORD
         self.pictures = tuple(dict.fromkeys(s.pictures for s in searches if s.pictures))
         self.n_shapes = max(len(s.shapes) for s in searched)
         self.reads_pixels = [any(len(s.shapes) > i and s.shapes[i].pixels is not None for s in searched) for i in range(self.n_shapes)]
         self.tables: list[Entries] = []  # of the first search of each mask, of the second one, and so on
         for own in itertools.zip_longest(*self.order):
             rows = [
-                self._entries(*((NO_SEARCH, 0) if i is None else (searched[i], int(ends[i]))), mask, begin)
+                self._entries(NO_SEARCH if i is None else searched[i], mask, begin)
                 for i, mask, begin in zip(own, masks, self.begins.tolist(), strict=False)
             ]
             self.tables.append(jax.tree.map(lambda *v: np.array(v, np.int32), *rows))
 
-    def _entries(self, search: Search, first_slot: int, mask: Bitmap, begin: int) -> Entries:
+    def _entries(self, search: Search, mask: Bitmap, begin: int) -> Entries:
         """The entries of one search of a mask, integers."""
         shapes = [_limits(shape) for shape in search.shapes]
         left, right = search.columns
@@ -100,8 +99,6 @@ class Layout:
             gap_x=search.gap[0],
             gap_y=search.gap[1],
             up=begin + 1 - search.top,
-            count=search.count,
-            first_slot=first_slot,
             limits=(*shapes, *[NO_SHAPE] * (self.n_shapes - len(shapes))),
             pictures=(self.pictures.index(search.pictures) if search.pictures else -1) if self.pictures else None,
             left=left if self.pictures else None,
@@ -115,6 +112,23 @@ class Layout:
         differ = [i for i, table in enumerate(tables) if (table != table[0]).any()]
         rows = dict(zip(differ, jnp.asarray(np.stack([tables[i] for i in differ]))[:, mask], strict=True)) if differ else {}
         return structure.unflatten([rows[i] if i in rows else jnp.full_like(mask, table[0]) for i, table in enumerate(tables)])
+
+    def slots_of_rank(self, rank: int) -> tuple[np.ndarray, np.ndarray]:
+        """The slots of the first search of all masks (rank 0), of the second ones, and so on: mask and number, int32 `[slots]`."""
+        counts = [self.counts[own[rank]] if rank < len(own) else 0 for own in self.order]
+        numbers = [np.arange(count, dtype=np.int32) for count in counts]
+        return np.repeat(np.arange(self.n_masks, dtype=np.int32), counts), np.concatenate(numbers)
+
+    @functools.cached_property
+    def slots(self) -> list[tuple[int, int, int]]:
+        """Where the slots of each search are, in the caller's order: its rank, and the first and the end among the slots of that rank."""
+        places: dict[int, tuple[int, int, int]] = {}
+        ends = [0] * len(self.tables)
+        for own in self.order:
+            for rank, i in enumerate(own):
+                places[i] = rank, ends[rank], ends[rank] + self.counts[i]
+                ends[rank] += self.counts[i]
+        return [places[i] for i in sorted(places)]
 
     def by_search(self, of_masks: jax.Array) -> jax.Array:
         """What is known of the first search of all masks, then of the second ones, and so on, in the caller's order of searches."""
