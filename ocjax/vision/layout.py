@@ -17,6 +17,7 @@ from ocjax.vision.shapes import Shape, limits
 
 BLOCK = 8  # rows that candidates are counted in
 CANDIDATES_PER_FRAME = 8  # of a round
+LARGE = 120  # words of a window from which a round has half as many: Pitfall takes 32 us a frame instead of 38, James Bond 34 instead of 38
 WORD = 32  # candidates of a round are a multiple of it
 ANY_SIZE = UNLIMITED, UNLIMITED
 ANY_PIXELS = 0, 2**30
@@ -77,7 +78,8 @@ class Layout:
         self.window_words = words_across(self.reach_x)
         self.has_margin = 2 * self.reach_x < 32 * self.window_words
         self.before = self.reach_x - (not self.has_margin)
-        self.n_candidates = -(-CANDIDATES_PER_FRAME * self.lanes // WORD) * WORD
+        per_frame = CANDIDATES_PER_FRAME // (2 if self.window_words * self.reach_y > LARGE else 1)
+        self.n_candidates = -(-per_frame * self.lanes // WORD) * WORD
         self.pictures = tuple(dict.fromkeys(s.pictures for s in searches if s.pictures))
         self.n_shapes = max(len(s.shapes) for s in searched)
         self.reads_pixels = [any(len(s.shapes) > i and s.shapes[i].pixels is not None for s in searched) for i in range(self.n_shapes)]
