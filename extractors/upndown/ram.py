@@ -36,6 +36,7 @@ class Attract:  # of `Ram.attract`
 
 
 BACKWARD = 128  # or more: of `Ram.speed` and `Ram.speeds`
+GROUND = 88  # `Ram.player_y` on the road; the records' `y` counts likewise
 
 
 class Ram(RamMap):
