@@ -53,6 +53,7 @@ FONT = ROM.font(0xF01, rows=7, stride=8)
 SCORE = NumberDisplay(FONT, right=70, top=32, digits=6)
 TIMER = NumberDisplay(FONT, right=70, top=43, digits=2, leading_zeros=True)
 HATS = IconRow(left=24, top=44, width=6, height=6, pitch=8)
+HATS_AREA = (20, 43, 48, 51)  # of three hats; the timer begins six columns further right
 
 SKY = 0xB8
 WHITE = 0x0C
@@ -310,7 +311,7 @@ GAME = Game(
         Category(
             "SecuritySystem", Bounds(RADAR_COLORS, (36, 188, 124, 206)), doc="map of the building"
         ),
-        display("BonusKops", HATS.rule(SKY, (20, 43, 48, 51), inverse=True), doc="Kops in reserve"),
+        display("BonusKops", HATS.rule(SKY, HATS_AREA, inverse=True), doc="Kops in reserve"),
         display("Score", SCORE.rule(BRIGHT), doc="points"),
         display(
             "Timer",
