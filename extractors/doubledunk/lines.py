@@ -121,9 +121,8 @@ def _delayed(m: Ram, end: jax.Array) -> jax.Array:
     that one changes.
     """
     count = len(end)
-    others = OTHER_SPRITES[
-        : count // 2, :count
-    ]  # while the lower ones' ends are not known, the upper one
+    # Of two figures, the lower ones are left out: where they end is not known yet.
+    others = OTHER_SPRITES[: count // 2, :count]
     other = end[others]
     late = when(_sprite_changes(m, end)[others], _lines_of_change(m, others))
     above = other - end[None]  # lines from this end up to the other one
