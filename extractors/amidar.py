@@ -35,17 +35,18 @@ are.
 
 import functools
 import itertools
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.boxes import Box, box, edges
-from ocjax.console.fonts import Digits, score_box
 from ocjax.console.ops import among, div, match, mod, only, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte
 from ocjax.console.rom import Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Gauge
+from ocjax.vision.displays import IconRow, NumberDisplay
+from ocjax.vision.rules import Blobs
 from ocjax.vision.shapes import Shape
 
 ROM = Rom("amidar", "acb7750b4d0c4bd34969802a7deb2990")
@@ -75,7 +76,12 @@ class Called:  # of `Ram.called`
     WALK_ON = 41
 
 
+SCORE = NumberDisplay(FONT, right=104, top=176, digits=6)
+RESERVE = IconRow(left=148, top=175, width=1, height=8, pitch=-16)
 SIX_DIGITS = 100_000  # least score with which the display begins a row earlier
+SCORE_AREA = (56, 175, 105, 183)  # with that row
+LIVES_AREA = (116, 174, 149, 183)  # likewise; of three icons
+LIVES_OF_ICON = 9  # that VEM reads off a single icon
 
 YELLOW = 30
 GREEN = 216
@@ -166,15 +172,19 @@ def decode(m: Ram) -> dict[str, Box]:
         "Pig": figures.where(kind == Kind.PIG),
         "Shadow": figures.where(kind == Kind.SHADOW),
         "Chicken": figures.where(kind == Kind.CHICKEN),
-        "Score": score_box(FONT, shown, right=104, top=176 - up, digits=6, value=m.score),
-        "Life": _lives_box(m, m.icons + when(begins, 1), up),
+        "Score": _raised(SCORE.box(shown, value=m.score), up),
+        "Life": _raised(_lives_box(m, m.icons + when(begins, 1)), up),
     }
     return {name: each.where(~blank) for name, each in boxes.items()}
 
 
-def _lives_box(m: Ram, icons: jax.Array, up: jax.Array) -> Box:
-    there = (icons > 0) & (m.over == 0)
-    return box(164 - 16 * icons, 175 - up, 16 * icons - 15, 8, there, value=m.lives)
+def _raised(of: Box, up: jax.Array) -> Box:
+    """What the display shows, rows further up."""
+    return of.trimmed(top=-up, bottom=up)
+
+
+def _lives_box(m: Ram, icons: jax.Array) -> Box:
+    return RESERVE.box(icons, m.over == 0, value=m.lives)
 
 
 def _others(m: Ram, x: jax.Array, y: jax.Array, own: jax.Array) -> jax.Array:
@@ -320,10 +330,9 @@ walkers = functools.partial(Blobs, region=MAZE, shapes=Shape(w=(5, 21), h=(5, 21
 PLAYER_RULE = Blobs(YELLOW, MAZE, Shape(w=(6, 14), h=(6, 14)))
 SHADOWS_RULE = Blobs(BLACK, MAZE, Shape(w=(1, 4), h=(1, 7)), gap=(0, 1), ignore=_gaps())
 CHICKENS = Blobs(YELLOW, MAZE, Shape(w=(4, 5), h=(6, 14), split=(5, 7)))
-number = functools.partial(Digits, FONT, range(57, 98, 8), required=True)
-SCORE = Bounds(YELLOW, (56, 175, 105, 183), value=number(176))
-SCORE_OF_SIX = Bounds(YELLOW, (56, 175, 105, 183), value=number(175))
-LIVES = Bounds(YELLOW, (116, 174, 149, 183), value=Gauge(16, 1, 9))
+SCORE_RULE = SCORE.rule(YELLOW, SCORE_AREA, required=True)
+RULE_OF_SIX = replace(SCORE, top=SCORE.top - 1).rule(YELLOW, SCORE_AREA, required=True)
+LIVES_RULE = RESERVE.rule(YELLOW, LIVES_AREA, single=LIVES_OF_ICON)
 
 GAME = Game(
     name="Amidar",
@@ -336,7 +345,7 @@ GAME = Game(
         others_of("Pig", walkers(RED), doc="even levels"),
         others_of("Shadow", SHADOWS_RULE, doc="black on the maze"),
         others_of("Chicken", CHICKENS, doc="to be caught"),
-        display("Score", SCORE, otherwise=SCORE_OF_SIX, doc="points"),
-        display("Life", LIVES, doc="lives left"),
+        display("Score", SCORE_RULE, otherwise=RULE_OF_SIX, doc="points"),
+        display("Life", LIVES_RULE, doc="lives left"),
     ),
 )

@@ -59,7 +59,7 @@ BROWN = 32
 LASER = (*range(112, 144, 2), 158)
 
 FIELD = (8, 52, 160, 168)  # columns 0-7 of the screen are black
-ROAD = (8, 161, 160, 168)
+ROAD = (8, 161, 160, 168)  # its rows are those of the trucks
 WINDOW = (56, 179, 104, 187)  # of the radar, below the mountains
 
 # Pictures of each kind: whole, without 1-7 columns on the left, without 1-7 on the right.

@@ -46,6 +46,7 @@ FONT = ROM.font(0xF00, rows=9, stride=10)
 SCORE = NumberDisplay(FONT, right=103, top=7, digits=6)
 SHIPS = IconRow(left=17, top=188, width=3, height=5, pitch=8)
 MOST_SHIPS = 6  # that are shown
+SHIPS_AREA = (16, 188, 66, 193)  # of so many
 PURPLE = 0x56
 SHOT = 0x6E
 MISSILE = 0x4E
@@ -346,7 +347,7 @@ DEMONS = Blobs(DEMON_COLORS, FIELD, DEMON_SHAPES, gap=(1, 1), also=(SMALL_EYES,)
 LAUNCHED = Blobs(SHOT, (0, 171, 160, 174), Shape(w=1, h=(1, 3)))
 SHOTS = Blobs(SHOT, (0, 17, 160, 178), Shape(w=1, h=(4, 12)), gap=(0, 3), also=(LAUNCHED,))
 MISSILES = Blobs(MISSILE, FIELD, Shape(w=1, h=(1, 40), split=(1, 8)))
-LIVES = SHIPS.rule(GROUND_COLORS, (16, 188, 66, 193), single=2, inverse=True)
+LIVES = SHIPS.rule(GROUND_COLORS, SHIPS_AREA, single=2, inverse=True)
 
 GAME = Game(
     name="DemonAttack",

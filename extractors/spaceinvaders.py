@@ -58,7 +58,6 @@ GRAY = 6
 FIELD = (0, 22, 160, 195)
 SCORES = (0, 8, 160, 22)
 CANNONS = (0, 185, 160, 195)
-SHIELDS = tuple((left, 157, left + 32, 175) for left in (30, 62, 94))  # they move in some modes
 
 SCORE_1 = NumberDisplay(FONT, right=64, top=10, digits=4, leading_zeros=True)
 SCORE_2 = NumberDisplay(FONT, right=144, top=10, digits=4, leading_zeros=True)
@@ -71,6 +70,9 @@ ALIENS_TOP = 31
 SHORT_ROWS = (ALIEN_ROW == 2) | (ALIEN_ROW == 3)  # a row less in the first pose
 SHIELD_ROWS = 9
 SHIELDS_TOP = 157
+SHIELDS_BOTTOM = SHIELDS_TOP + 2 * SHIELD_ROWS
+SHIELD_LEFTS = (30, 62, 94)  # of the columns in which each moves in some modes
+SHIELDS = tuple((left, SHIELDS_TOP, left + 32, SHIELDS_BOTTOM) for left in SHIELD_LEFTS)
 
 NO_SAUCER = 180  # `saucer_x`
 SAUCER_EXPLODES = 57  # these bits of `explosion`: row 7

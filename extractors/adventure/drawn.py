@@ -16,7 +16,7 @@ from ocjax.extractors.adventure.pictures import FIRST_ADDRESS, ROW_LINES, row_co
 from ocjax.extractors.adventure.ram import ENTRY_BYTES, Mouth, Push, Ram, Shown, Thing, Wait
 
 THING_LINE = 238  # line of a thing's first row if its `y` is 0, which counts pairs of lines upwards
-PLAYER_LINE = 230  # likewise, of the player
+PLAYER_LINE = 230  # likewise, of the player; what he runs into follows from it, too
 TOP_Y = 0x69  # things further up are moved down to it
 SECOND_TOP_Y = 0x68  # of the second thing that is drawn
 

@@ -80,7 +80,7 @@ COLORS = (ROM.bytes(0xF44 + ENTRY_BYTES + 6, THINGS, step=ENTRY_BYTES) & ~1).tol
 
 
 class Low:  # low bytes of the addresses of things with several pictures
-    OPEN_GATE = 0x24  # a gate that is less open begins earlier
+    OPEN_GATE = 0x24  # its four rows are still there; a gate that is less open begins earlier
     GATE_END = 0x28
     DRAGON = 0x3A
     BITING_DRAGON = 0x66
@@ -90,7 +90,7 @@ class Low:  # low bytes of the addresses of things with several pictures
     LEVELS = (0xF4, 0xF4, 0x04, 0x04, 0x0C)  # by `Ram.level`
 
 
-GATE_STEPS = 12
+GATE_STEPS = 12  # from open by way of closed, the middle one, to open again
 BAT_UP_MOST = 3  # `Ram.bat` of the first picture
 BOTTOM_Y = 9  # nothing is drawn of things further down
 FAR_Y = 0xE8  # nor of things whose `y` is larger than this

@@ -5,6 +5,11 @@ scenery. The menu of options is a screen that does not appear in the emulator's 
 
 Slots: Player is the green team, Opponent the white one; Big and Small are its two players.
 
+Files: `ram` has the RAM and what its values mean. `pictures` has the figures' pictures, `lines`
+which lines of them show, and `drawn` all about the players as they are drawn; `ball` has the ball's
+steps. VEM's `figures` finds players in frames (`kinds` has their looks, `strips` and `fitting` the
+two steps of the search), and `vision` tells which pixels count for a player and for the ball.
+
 RAM: ALE's source (scores), OCAtari 2.2 (positions, pictures), and the ROM's code. Each of the two
 sprites draws two figures, one below the other. Bytes 41, 48-51, 53-56 and 58-81 hold them as they
 are drawn, from the top, and do not change before the next frame is made. Where the figures of a
@@ -29,24 +34,23 @@ It does not see the ball among pixels of the players in whose colours it is draw
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, BoxTable, box
+from ocjax.console.boxes import Box, box
 from ocjax.console.ops import only, when
-from ocjax.console.registers import mirrored
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extractors.doubledunk.ball import ball_step, looks_at_ball
-from ocjax.extractors.doubledunk.drawn import (
-    BIG_HEAD,
-    FIRST_COLUMN,
-    HEADS,
-    LINES,
-    PLACES,
-    SMALL_HEAD,
-    Drawn,
-    as_drawn,
-    top_seen,
-)
+from ocjax.extractors.doubledunk.drawn import FIRST_COLUMN, Drawn, as_drawn
 from ocjax.extractors.doubledunk.figures import Figures
 from ocjax.extractors.doubledunk.kinds import Figure
+from ocjax.extractors.doubledunk.lines import top_seen
+from ocjax.extractors.doubledunk.pictures import (
+    BIG_PICTURES,
+    EXTENTS,
+    NO_PICTURE,
+    PICTURE_LINES,
+    SMALL_PICTURES,
+    extent_index,
+    is_big,
+)
 from ocjax.extractors.doubledunk.ram import ROM, Ram, Who
 from ocjax.extractors.doubledunk.vision import BallPixels, InBox
 from ocjax.vision.displays import NumberDisplay
@@ -68,7 +72,7 @@ CLOCK_COLORS = (12, 4)  # with a shot clock, without one
 LINE_0 = 181  # screen row of line 0; the game counts lines upwards
 UNEQUAL = 2 * np.arange(4) + 1  # added to eightfold distances, so that no two are equal
 FULL_WIDTH = 8  # of players who are not drawn
-HEIGHTS = np.array((23, 23, 19, 19))  # likewise, by `Who`
+HEIGHTS = np.array((23, 23, 19, 19))  # of players who are not drawn, by `Who`
 BASKET_BOX = (76, 42, 8, 9)
 BOARD_BOX = (68, 28, 24, 16)
 BYTES = (0, 8, 16, 24)  # of the sides of a box in a number
@@ -76,29 +80,6 @@ LIMIT = NumberDisplay(SMALL_FONT, right=43, top=18, digits=2)
 SHOT_CLOCK = NumberDisplay(SMALL_FONT, right=115, top=18, digits=2)
 PLAYER_SCORE = NumberDisplay(FONT, right=52, top=9, digits=2)
 OPPONENT_SCORE = NumberDisplay(FONT, right=116, top=9, digits=2)
-
-
-def _all_extents() -> np.ndarray:
-    """Left, top, width, height of what is drawn of each figure, by mirroring, first and last line.
-
-    The top is counted in lines from the one above the head. A figure of which nothing is drawn
-    has its whole extent.
-    """
-    rows = np.unpackbits(ROM.rows(PLACES.tolist(), LINES).astype(np.uint8)[..., None], axis=-1)
-    line = np.arange(LINES)[::-1]
-    inside = line < HEADS[:, None]
-    rows = np.stack([rows, rows[..., ::-1]], axis=1).astype(bool) & inside[:, None, :, None]
-    low, high = np.arange(LINES)[:, None, None], np.arange(LINES)[:, None]
-    drawn = rows[:, :, None, None] & ((line >= low) & (line <= high))[..., None]
-    whole = np.broadcast_to(rows[:, :, None, None], drawn.shape)
-    drawn = np.where(drawn.any((-1, -2), keepdims=True), drawn, whole)
-    ys, xs = np.any(drawn, -1), np.any(drawn, -2)
-    top, left = ys.argmax(-1), xs.argmax(-1)
-    bottom, right = LINES - ys[..., ::-1].argmax(-1), 8 - xs[..., ::-1].argmax(-1)
-    return np.stack([left, top, right - left, bottom - top], -1).reshape(-1, 4)
-
-
-EXTENTS = BoxTable(_all_extents())
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -134,12 +115,12 @@ def _player_boxes(m: Ram, drawn: Drawn) -> Box:
 
 def _figure_boxes(m: Ram, drawn: Drawn) -> Box:
     """The figures in the order of drawing, with the lines of each that are drawn."""
-    low = jnp.clip(drawn.low, 0, LINES - 1)
-    high = jnp.clip(drawn.first - drawn.y, 0, LINES - 1)
-    index = ((2 * drawn.figure + drawn.mirrored) * LINES + low) * LINES + high
-    extent = EXTENTS.at(index, x=drawn.x, y=LINE_0 - LINES + 1 - drawn.y)
-    lost = LINE_0 - extent.y - top_seen(m, drawn, LINE_0 - extent.y)
-    return extent.trimmed(top=lost, bottom=-drawn.more)
+    lines, top = drawn.lines, LINE_0 - PICTURE_LINES + 1 - drawn.feet
+    highest = lines.first - drawn.feet
+    index = extent_index(drawn.figure, drawn.mirrored, lines.lowest, highest)
+    extent = EXTENTS.at(index, x=drawn.x, y=top)
+    lost = LINE_0 - extent.y - top_seen(m, lines, LINE_0 - extent.y)
+    return extent.trimmed(top=lost, bottom=-lines.repeats)
 
 
 def _packed(of: Box) -> jax.Array:
@@ -156,14 +137,12 @@ def _whose(m: Ram, drawn: Drawn) -> jax.Array:
     the other figure.
     """
     across = jnp.abs(drawn.x[None] - m.x[:, None] - FIRST_COLUMN)
-    along = jnp.abs(drawn.y[None] - m.y[:, None])
-    to_green, to_white = (
-        (across + along)[::2],
-        (across + along)[1::2],
-    )  # of the big and the small one
+    along = jnp.abs(drawn.feet[None] - m.y[:, None])
+    to_green = (across + along)[::2]  # of the big and the small one
+    to_white = (across + along)[1::2]
     nearer = 8 * (to_green - to_white) + UNEQUAL[None]  # the less, the nearer to green
-    is_big = drawn.figure[None] & 1
-    fits = (drawn.figure[None] >= 0) & (is_big == np.array(((1,), (0,))))
+    of_size = is_big(drawn.figure)[None] == np.array(((True,), (False,)))
+    fits = (drawn.figure != NO_PICTURE)[None] & of_size
     the_other = jnp.sum(when(fits, nearer), axis=1)[:, None] - nearer
     players = jnp.stack([fits & (nearer < the_other), fits & (nearer > the_other)], axis=1)
     return players.reshape(4, 4)
@@ -173,7 +152,7 @@ def _ball_box(m: Ram, drawn: Drawn) -> Box:
     """The ball, 2 x 6 and 4 x 4 pixels by turns."""
     wide = (m.frame & 1) == 0
     x = m.ball_x - ball_step(m) + jnp.where(wide, 12, 13)
-    line, beam = looks_at_ball(m, drawn, jnp.stack([m.ball_top, m.ball_bottom]) - 1)
+    line, beam = looks_at_ball(m, drawn.lines, jnp.stack([m.ball_top, m.ball_bottom]) - 1)
     y = LINE_0 - line + when(x[None] < beam, 1)
     return box(x, y[0], jnp.where(wide, 4, 2), y[1] - y[0]).clip(*COURT)
 
@@ -181,12 +160,6 @@ def _ball_box(m: Ram, drawn: Drawn) -> Box:
 def _row_colors(*runs: tuple[int, int]) -> tuple[int, ...]:
     """The colours of a figure's rows from the top, from how many rows have each."""
     return tuple(COLORS.index(color) for count, color in runs for _ in range(count))
-
-
-def _pictures(first: int, height: int) -> np.ndarray:
-    """All different pictures of the big or small figures, and their mirror images."""
-    rows = ROM.rows(PLACES[first::2].tolist(), height)
-    return np.unique(np.concatenate([rows, mirrored(rows)]), axis=0)
 
 
 WHITE_BIG_SKIN = 226
@@ -209,10 +182,10 @@ GREEN_SMALL = _row_colors(
 # fmt: on
 FIGURE_SEARCH = Figures(
     kinds=(
-        Figure("Opponent_Big", WHITE_BIG, _pictures(1, BIG_HEAD), 1),
-        Figure("Player_Big", GREEN_BIG, _pictures(1, BIG_HEAD), 13),
-        Figure("Opponent_Small", WHITE_SMALL, _pictures(0, SMALL_HEAD), 6),
-        Figure("Player_Small", GREEN_SMALL, _pictures(0, SMALL_HEAD), 5),
+        Figure("Opponent_Big", WHITE_BIG, BIG_PICTURES, 1),
+        Figure("Player_Big", GREEN_BIG, BIG_PICTURES, 13),
+        Figure("Opponent_Small", WHITE_SMALL, SMALL_PICTURES, 6),
+        Figure("Player_Small", GREEN_SMALL, SMALL_PICTURES, 5),
     ),
     colors=COLORS,
     rows=(28, 182),

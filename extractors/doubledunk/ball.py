@@ -3,7 +3,7 @@
 import jax
 import jax.numpy as jnp
 from ocjax.console.ops import among, div, lookup, match, reached, when
-from ocjax.extractors.doubledunk.drawn import Drawn
+from ocjax.extractors.doubledunk.lines import Lines
 from ocjax.extractors.doubledunk.ram import Push, Ram
 
 DRIBBLE_SIDE = 3  # columns right of who has the ball from which on he dribbles
@@ -79,20 +79,20 @@ def _step_of_shot(m: Ram) -> jax.Array:
     )
 
 
-def looks_at_ball(m: Ram, drawn: Drawn, line: jax.Array) -> tuple[jax.Array, jax.Array]:
+def looks_at_ball(m: Ram, lines: Lines, line: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Where the drawing loop notices that the ball begins or ends: line and column of the beam.
 
     It looks a line late at a sprite's end, and not at all while it changes to the next player.
     """
-    skipped = when(drawn.changes, 2)[None]
-    below = drawn.end[None] - line[:, None]
+    skipped = when(lines.changes, 2)[None]
+    below = lines.end[None] - line[:, None]
     is_at_end = among(below, range(2))
     line = line - jnp.sum(when(is_at_end, skipped - below), axis=1)
     line = line - when(line == NOT_LOOKED, 1)
-    return line, _beam(m, drawn, line)
+    return line, _beam(m, lines, line)
 
 
-def _beam(m: Ram, drawn: Drawn, line: jax.Array) -> jax.Array:
+def _beam(m: Ram, lines: Lines, line: jax.Array) -> jax.Array:
     """The column of the beam when the drawing loop looks at the ball in some lines.
 
     Each sprite that is drawn there takes its time, and more if an address of its picture or of its
@@ -100,7 +100,7 @@ def _beam(m: Ram, drawn: Drawn, line: jax.Array) -> jax.Array:
     """
     rows = line[:, None]
     pages = (((m.picture & 255)[None] + rows) >> 8) + ((m.colors[None] + rows) >> 8)
-    shown = (drawn.first[None] >= rows) & (rows > drawn.end[None])
+    shown = (lines.first[None] >= rows) & (rows > lines.end[None])
     count = jnp.sum(when(shown, PLAYER + pages), axis=1)
     sprites, crossings = div(count, PLAYER), count & PLAYER - 1
     column = lookup(BEAM_COLUMNS, (len(PARTS) + 1) * sprites + reached(line, PARTS))

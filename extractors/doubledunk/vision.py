@@ -60,9 +60,8 @@ def _whole_ball(
     row = np.arange(pixels.shape[1])[:, None]
     inside = (row >= top[None]) & (row <= bottom[None])
     filled = materialize(lambda s, i: ~bm.or_rows(jnp.where(i[None], ~s, U(0))), shown, inside)
-    near = bm.columns_between(right[None] + 1 - whole_width[None], left[None] + whole_width[None])[
-        :, 0
-    ]
+    reach_left, reach_right = right + 1 - whole_width, left + whole_width
+    near = bm.columns_between(reach_left[None], reach_right[None])[:, 0]
     first, last = bm.columns((filled & near) | used)
     fits = last - first < whole_width
     return jnp.where(fits, first, left), top, jnp.where(fits, last, right) + 1, bottom + 1

@@ -26,7 +26,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, edges
+from ocjax.console.boxes import Area, Box, box, edges
 from ocjax.console.compass import EAST, WEST
 from ocjax.console.ops import among, mod, only, pick, when
 from ocjax.console.registers import copies, spacing
@@ -53,6 +53,7 @@ FONT = ROM.font(0xF01, rows=7, stride=8)
 SCORE = NumberDisplay(FONT, right=70, top=32, digits=6)
 TIMER = NumberDisplay(FONT, right=70, top=43, digits=2, leading_zeros=True)
 HATS = IconRow(left=24, top=44, width=6, height=6, pitch=8)
+HATS_AREA = (20, 43, 48, 51)  # of three hats; the timer begins six columns further right
 
 SKY = 0xB8
 WHITE = 0x0C
@@ -96,6 +97,9 @@ UPPER_AT_LEFT = (58, 78, 105, 118)
 LOWER_AT_LEFT = (58, 142, 105, 182)
 RIGHT_ESCALATORS = np.array((UPPER_AT_RIGHT, LOWER_AT_LEFT))  # the lower one is not there
 LEFT_ESCALATORS = np.array((UPPER_AT_LEFT, LOWER_AT_LEFT))
+RAIL_LEFT = 64  # of the level part of all handrails
+RAIL_WIDTH = 32
+RAIL_BELOW_TOP = 8  # lines from an escalator's first one down to it
 LAST_SECONDS = 10  # of a round, in which the display flashes
 
 
@@ -235,12 +239,24 @@ def _display_color(m: Ram, kop: Drawn) -> jax.Array:
     return when(is_ending, (m.clock - 1) & 0xFE)
 
 
-HANDRAILS = (
-    Run(BLACK, 86, 64, 32, 32, before=6, above=8, after=9),
-    Run(BLACK, 118, 64, 32, 32, before=9, above=8, after=6),
-    Run(BLACK, 150, 64, 32, 32, before=6, above=8, after=9),
-)
-HANDRAIL_ROWS = tuple((SCREEN_START, row, SCREEN_END, row + 1) for row in (86, 118, 150))
+def _handrail(escalator: Area) -> Run:
+    """The level part of the handrail, by which VEM knows an escalator."""
+    left, top, right, bottom = escalator
+    row = top + RAIL_BELOW_TOP
+    return Run(
+        BLACK,
+        row,
+        left=RAIL_LEFT,
+        width=RAIL_WIDTH,
+        height=bottom - row,
+        before=RAIL_LEFT - left,
+        above=RAIL_BELOW_TOP,
+        after=right - RAIL_LEFT - RAIL_WIDTH,
+    )
+
+
+HANDRAILS = tuple(_handrail(area) for area in (UPPER_AT_LEFT, UPPER_AT_RIGHT, LOWER_AT_LEFT))
+HANDRAIL_ROWS = tuple((SCREEN_START, rail.row, SCREEN_END, rail.row + 1) for rail in HANDRAILS)
 KOP_RULE = Blobs(
     (NAVY, SKIN, BLACK),
     FIELD,
@@ -295,7 +311,7 @@ GAME = Game(
         Category(
             "SecuritySystem", Bounds(RADAR_COLORS, (36, 188, 124, 206)), doc="map of the building"
         ),
-        display("BonusKops", HATS.rule(SKY, (20, 43, 48, 51), inverse=True), doc="Kops in reserve"),
+        display("BonusKops", HATS.rule(SKY, HATS_AREA, inverse=True), doc="Kops in reserve"),
         display("Score", SCORE.rule(BRIGHT), doc="points"),
         display(
             "Timer",

@@ -58,7 +58,8 @@ HUD_COLORS = (116, 20, 100, 84, 68, 52, 36, 132)  # likewise
 HUD_TOP = 15
 HUD_SIZE = (5, 11)
 ICON_COLOR = 54  # of the lives
-ICON_LEFTS = range(16, 48, 8)
+MOST_ICONS = 4
+ICON_LEFTS = range(16, 16 + 8 * MOST_ICONS, 8)
 ICON_TOP = 196
 ICON_SIZE = (4, 8)
 
@@ -77,7 +78,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Collectable": others.where(is_collectable(kind)),
         "HUD_Flag": box(np.array(HUD_LEFTS), HUD_TOP, *HUD_SIZE, is_left),
         "Score": _score_box(m),
-        "Life": box(np.array(ICON_LEFTS), ICON_TOP, *ICON_SIZE, lives > np.arange(4)),
+        "Life": box(np.array(ICON_LEFTS), ICON_TOP, *ICON_SIZE, lives > np.arange(MOST_ICONS)),
     }
 
 
@@ -141,6 +142,6 @@ GAME = Game(
         Category("Collectable", COLLECTABLES, count=3, doc="by record"),
         display("HUD_Flag", HUD, count=8, attributes=(), doc="the flags still to collect"),
         display("Score", SCORE.rule(84, required=True), doc="points"),
-        display("Life", ICONS, count=4, attributes=(), doc="lives in reserve"),
+        display("Life", ICONS, count=MOST_ICONS, attributes=(), doc="lives in reserve"),
     ),
 )

@@ -12,8 +12,8 @@ import jax
 import jax.numpy as jnp
 from ocjax.console.ops import among, match, when
 from ocjax.console.registers import mirrored
-from ocjax.extractors.upndown.lost import GROUND, drawn_records
-from ocjax.extractors.upndown.ram import BACKWARD, Attract, Jump, Pause, Ram
+from ocjax.extractors.upndown.lost import drawn_records
+from ocjax.extractors.upndown.ram import BACKWARD, GROUND, Attract, Jump, Pause, Ram
 from ocjax.extractors.upndown.road import column_near, course_at
 
 FASTEST = 255  # twice a forward speed less than this is what has to reach the limit
@@ -21,11 +21,15 @@ QUICK_ROWS = 3  # by which a jump within a road falls a frame
 
 
 class Drawn(NamedTuple):
-    """The sprites as they were drawn, the player's first."""
+    """The sprites as they were drawn, the player's first.
+
+    Their rows decide which of them give way to others (`sprites`), so that a row that is wrong here
+    is wrong in the boxes of its neighbours, too. What is wrong in one kind's boxes alone is not.
+    """
 
     kind: jax.Array
     x: jax.Array
-    y: jax.Array
+    y: jax.Array  # 16 less than the row of the screen where a picture begins
     fine: jax.Array  # rows by which the road had come down
 
 

@@ -24,10 +24,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.console.ops import among, lookup, match, only, when
-from ocjax.extractors.upndown.ram import Kind, Ram
+from ocjax.extractors.upndown.ram import GROUND, Kind, Ram
 from ocjax.extractors.upndown.road import course_at, is_on_road, piece_places
 
-GROUND = 88  # row of the player on the road
 VIEW_ROWS = 160  # from row 0 to the row where the rows below the last sprite end
 GAP_ROWS = 2  # that a gap does not count
 PIECES_SHOWN = 42  # pieces of the road on the screen, four rows each

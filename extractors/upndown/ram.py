@@ -36,6 +36,7 @@ class Attract:  # of `Ram.attract`
 
 
 BACKWARD = 128  # or more: of `Ram.speed` and `Ram.speeds`
+GROUND = 88  # `Ram.player_y` on the road; the records' `y` counts likewise
 
 
 class Ram(RamMap):
@@ -67,8 +68,6 @@ class Ram(RamMap):
     # What was made for drawing the frame: of the four sprites, from the top.
     ends = byte(76)  # half of the rows that are above the first one or below the last one
     gaps = byte(77, 78, 79)  # rows from one to the next, less those that were lost
-    pictures = byte(
-        88, 90, 92, 94
-    )  # low bytes of addresses, higher by the rows that a picture loses
+    pictures = byte(88, 90, 92, 94)  # low bytes of addresses, plus the rows that each loses
     pages = byte(89, 91, 93, 95)  # of the pictures
     piece = byte(123, 124, 125)  # of the road, the last one drawn

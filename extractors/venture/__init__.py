@@ -246,11 +246,7 @@ GAME = Game(
             "Green_Collectable", field(EMERALD, shapes=Shape(w=(1, 8), h=(1, 8))), doc="of room 7"
         ),
         Category("Wall", MOVING, count=4, needs=("Chamber",), doc="of room 3"),
-        Category(
-            "Chamber",
-            Bounds(WALL_COLORS, (8, WALL_TOP, 152, WALL_TOP + WALL_HEIGHT)),
-            doc="upper wall of a room",
-        ),
+        Category("Chamber", UPPER_WALL, doc="upper wall of a room"),
         Category("Room", MAPPED, count=MAPPED.slots, doc="on the map"),
         display(
             "Life",
