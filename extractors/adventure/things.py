@@ -90,7 +90,7 @@ class Low:  # low bytes of the addresses of things with several pictures
     LEVELS = (0xF4, 0xF4, 0x04, 0x04, 0x0C)  # by `Ram.level`
 
 
-GATE_STEPS = 12  # from open by way of closed, the middle one, to open again
+GATE_STEPS = 12  # at 0 and 12 it is open, at 6 closed
 BAT_UP_MOST = 3  # `Ram.bat` of the first picture
 BOTTOM_Y = 9  # nothing is drawn of things further down
 FAR_Y = 0xE8  # nor of things whose `y` is larger than this
