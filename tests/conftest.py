@@ -1,3 +1,4 @@
+import hashlib
 from pathlib import Path
 
 import jax
@@ -59,10 +60,20 @@ def pytest_runtest_setup(item):
     global _compiled_for
     callspec = getattr(item, "callspec", None)
     game = callspec.params.get("game") if callspec else None
-    if game is not None and game is not _compiled_for:
+    if game is not _compiled_for:
         if _compiled_for is not None:
             jax.clear_caches()
+        jax.config.update("jax_disable_most_optimizations", game is not None and not is_optimized(game.name, item.config))
         _compiled_for = game
+
+
+def is_optimized(name, config):
+    """Whether a game's programs are compiled as for users: all with `--all` or `--game`, else one in eight, drawn by a hash.
+
+    Without optimization of the machine code, compiling takes a third of the time, and the programs compute the same with whole numbers.
+    """
+    drawn = hashlib.sha256(name.encode()).digest()[0] % 8 == 0
+    return drawn or config.getoption("--all") or config.getoption("--game") is not None
 
 
 @pytest.fixture(scope="module")
