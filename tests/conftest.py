@@ -1,4 +1,5 @@
 import hashlib
+import os
 from pathlib import Path
 
 import jax
@@ -11,7 +12,9 @@ from tests.support.states import excerpt
 
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 jax.config.update("jax_numpy_rank_promotion", "raise")
-process.use_compilation_cache()
+# Also in the processes that tests start.
+os.environ["JAX_COMPILATION_CACHE_DIR"] = str(process.use_compilation_cache())
+os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", str(process.MIN_CACHED_SECONDS))
 
 # Shrinking a failing batch of frames takes minutes and says nothing that the failure does not.
 settings.register_profile("ocjax", deadline=None, derandomize=True, phases=[Phase.explicit, Phase.generate])
