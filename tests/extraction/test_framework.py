@@ -19,7 +19,7 @@ from tests.support.synthetic import drawn
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 
-REAL = ("Pong", *(pytest.param(name, marks=pytest.mark.slow) for name in ("MsPacman", "SpaceInvaders")))
+REAL = [pytest.param(name, marks=pytest.mark.slow) for name in ("Pong", "MsPacman", "SpaceInvaders")]
 SAMPLES = 42  # of which groups of three can be made
 
 
