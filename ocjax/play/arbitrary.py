@@ -174,7 +174,7 @@ class _Changes:
 def _around(source: np.ndarray, where: slice, by: int, axis: int) -> np.ndarray:
     """Some rows or columns moved by so many; behind the last one is the first."""
     start, stop, size = where.start + by, where.stop + by, source.shape[axis]
-    if 0 <= start and stop <= size:
+    if start >= 0 and stop <= size:
         return source[start:stop] if axis == 0 else source[:, start:stop]
     return source.take(np.arange(start, stop) % size, axis)
 
