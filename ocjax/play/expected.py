@@ -83,7 +83,7 @@ def _checksum(objects: Objects) -> str:
     fields = (objects.xywh, objects.valid, objects.orientation, objects.value, objects.rgb)
     checksum = 0
     for field in fields:
-        checksum = zlib.crc32(np.ascontiguousarray(field, "<i4"), checksum)
+        checksum = zlib.crc32(np.ascontiguousarray(field, "<i4").data, checksum)
     return f"{np.count_nonzero(objects.valid)}/{checksum:08x}"
 
 
