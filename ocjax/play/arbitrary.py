@@ -129,8 +129,8 @@ def frames(game: Game, played: np.ndarray) -> np.ndarray:
         for k, (color, number, *sizes, a, b, c, d) in enumerate(numbers[: CHANGES[i // 8 % len(CHANGES)]]):
             most = SIZES[k % 2]
             begin = [max(0, at - before % most) for at, before in zip(source.pixel(color, number), (c, d), strict=True)]
-            rows, columns = (np.arange(at, min(at + 1 + n % most, end)) for at, n, end in zip(begin, sizes, frame.shape, strict=True))
-            frame[rows[:, None], columns] = changes.of(frame, rows, columns, k // 2 + i // 8, (a, b, c))
+            rows, columns = (slice(at, min(at + 1 + n % most, end)) for at, n, end in zip(begin, sizes, frame.shape, strict=True))
+            frame[rows, columns] = changes.of(frame, rows, columns, k // 2 + i // 8, (a, b, c))
     return out
 
 
@@ -142,15 +142,15 @@ class _Changes:
     colors: np.ndarray
     holes: np.ndarray  # numbers below `THINNED`, larger than a frame
 
-    def of(self, frame: np.ndarray, rows: np.ndarray, columns: np.ndarray, kind: int, choices: tuple[int, int, int]) -> np.ndarray:
+    def of(self, frame: np.ndarray, rows: slice, columns: slice, kind: int, choices: tuple[int, int, int]) -> np.ndarray:
         """The pixels that replace some rows and columns of a frame."""
-        piece, color = frame[rows[:, None], columns], self.colors[choices[0] % len(self.colors)]
+        piece, color = frame[rows, columns], self.colors[choices[0] % len(self.colors)]
         background = piece[0, 0]
         down, right = (choice % (2 * FAR + 1) - FAR for choice in choices[1:])
         next_to_it = NEXT[choices[1] % len(NEXT)]
 
         def moved(source: np.ndarray, down: int, right: int) -> np.ndarray:
-            return source[((rows + down) % source.shape[0])[:, None], (columns + right) % source.shape[1]]
+            return _around(_around(source, rows, down, 0), columns, right, 1)
 
         match kind % 8:
             case 0:
@@ -169,6 +169,14 @@ class _Changes:
                 return np.where(moved(self.holes, down, right) < choices[0] % THINNED, background, piece)
         objects = piece[piece != background]
         return np.where(piece == objects[choices[1] % len(objects)], color, piece) if len(objects) else piece
+
+
+def _around(source: np.ndarray, where: slice, by: int, axis: int) -> np.ndarray:
+    """Some rows or columns moved by so many; behind the last one is the first."""
+    start, stop, size = where.start + by, where.stop + by, source.shape[axis]
+    if start >= 0 and stop <= size:
+        return source[start:stop] if axis == 0 else source[:, start:stop]
+    return source.take(np.arange(start, stop) % size, axis)
 
 
 def _stretched(piece: np.ndarray, axis: int, n: int, of: int) -> np.ndarray:

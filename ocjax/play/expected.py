@@ -81,8 +81,10 @@ def _checksums(game: Game, data: Path, tapes: list[Recording]) -> Iterator[str]:
 def _checksum(objects: Objects) -> str:
     """The number of objects, and a checksum of their fields."""
     fields = (objects.xywh, objects.valid, objects.orientation, objects.value, objects.rgb)
-    data = b"".join(np.ascontiguousarray(field).astype("<i4").tobytes() for field in fields)
-    return f"{np.count_nonzero(objects.valid)}/{zlib.crc32(data):08x}"
+    checksum = 0
+    for field in fields:
+        checksum = zlib.crc32(np.ascontiguousarray(field, "<i4").data, checksum)
+    return f"{np.count_nonzero(objects.valid)}/{checksum:08x}"
 
 
 def _usual_colors(game: Game, found: list[Objects]) -> dict[str, str]:

@@ -121,9 +121,13 @@ def test_nothing_is_learned_from_steps_that_only_begin_an_episode(learner):
     assert all(np.array_equal(p, q) for p, q in zip(jax.tree.leaves(still), jax.tree.leaves(state.params), strict=True))
 
 
-def test_convolutional_network():
+@pytest.mark.parametrize("drawn", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_convolutional_network(drawn):
     network = networks.nature_cnn(4, 6)
-    params = network.init(jax.random.key(0))
+    if drawn:
+        params = network.init(jax.random.key(0))
+    else:  # drawing orthogonal matrices takes seconds
+        params = jax.tree.map(lambda p: jnp.zeros(p.shape, p.dtype), jax.eval_shape(network.init, jax.random.key(0)))
     logits, value = network.apply(params, jnp.zeros((2, 4, 84, 84), jnp.uint8))
     assert logits.shape == (2, 6)
     assert value.shape == (2,)

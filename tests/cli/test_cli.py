@@ -17,6 +17,7 @@ from ocjax.cli.messages import console
 from ocjax.evaluation import tables
 from ocjax.files import writing
 from tests.support.command import run
+from tests.support.marks import some
 from tests.support.states import DATA
 
 
@@ -29,7 +30,7 @@ def test_games():
     assert json.loads(run("games", "--json").output) == list(ocjax.games())
 
 
-@pytest.mark.parametrize("name", ocjax.games())
+@pytest.mark.parametrize("name", some(8, ocjax.games()))  # each starts an emulator
 def test_a_game_is_described(name):
     game = ocjax.load(name)
     about = description.describe(game)

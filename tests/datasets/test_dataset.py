@@ -18,6 +18,7 @@ from ocjax import datasets, files
 from ocjax.cli.app import app
 from ocjax.datasets import DatasetError, columns, exports, labels, shards, starts
 from ocjax.files import pipeline
+from tests.support.marks import slow_but
 
 pa = pytest.importorskip("pyarrow")
 parquet = pytest.importorskip("pyarrow.parquet")
@@ -293,7 +294,7 @@ else:
 """
 
 
-@pytest.mark.parametrize("stage", ["extracting", "copying"])
+@pytest.mark.parametrize("stage", slow_but(["extracting"], ["extracting", "copying"]))
 def test_minari_killed_and_resumed_equals_uninterrupted(folder, minari, monkeypatch, tmp_path, stage):
     monkeypatch.setitem(pipeline.BLOCK_ROWS, "rem", 4)
     datasets.export(folder, "minari:pong/oda-v0")

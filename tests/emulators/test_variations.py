@@ -12,6 +12,7 @@ from ocjax.emulators import variations
 from ocjax.emulators.variations.mechanism import Moment
 from ocjax.envs import make
 from ocjax.ocatari import OCAtari
+from tests.support.marks import some
 
 STEPS = 150
 BLUE, WHITE, RED, DARK_RED = (45, 50, 184), (214, 214, 214), (167, 26, 26), (144, 28, 0)
@@ -244,7 +245,7 @@ def trajectory(envs, seed, steps):
     return np.stack(out)
 
 
-@pytest.mark.parametrize("key", TIMED)
+@pytest.mark.parametrize("key", some(5, TIMED))
 def test_restored_states_continue_identically(key):
     """In environments of another seed and with another past, too; and a seed gives the same episodes again."""
     options = {"num_workers": 0, "mode": "raw", "obs": "ram", "full_action_space": True, "hook": key}

@@ -21,6 +21,7 @@ from ocjax.emulators import ale, variations
 from ocjax.emulators.worker.emulator import TRANSITIONS, Event, Phase
 from ocjax.emulators.worker.interface import WorkerConfig
 from ocjax.envs import PRESETS, AlePool, RomError, Settings, WorkerError
+from tests.support.marks import slow_but
 
 gymnasium.register_envs(ale_py)
 
@@ -99,7 +100,7 @@ def test_rows_are_independent(actions):
     together.reset([3, 4, 5, 6, 7])
     whole = step(together, slice(None))
     for i in (0, 3):
-        alone = AlePool(game, 1, screens=("screen",))
+        alone = AlePool(game, 1, screens=("screen",), num_workers=min(i, 1))
         alone.reset([3 + i])
         assert np.array_equal(step(alone, slice(i, i + 1))[:, 0], whole[:, i])
 
@@ -153,7 +154,7 @@ def test_pooled_frames_are_the_brighter_of_the_last_two(actions, skip):
     pool.close()
 
 
-@pytest.mark.parametrize("mode", ["rem", "vem", "both", "raw"])
+@pytest.mark.parametrize("mode", slow_but(["rem", "both"], ["rem", "vem", "both", "raw"]))
 def test_vector_env(mode, actions):
     envs = ocjax.make_vec("Pong", 5, mode=mode)
     assert isinstance(envs, gymnasium.vector.VectorEnv)
@@ -274,7 +275,7 @@ def test_failing_worker_is_reported():
     assert pool.closed
 
 
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL, None])
+@pytest.mark.parametrize("how", slow_but([signal.SIGKILL], [signal.SIGINT, signal.SIGKILL, None]))
 def test_workers_do_not_outlive_their_parent(how):
     """No worker and no shared memory remains when the parent is interrupted, is killed, or ends without close()."""
     code = textwrap.dedent("""
@@ -307,7 +308,7 @@ def test_workers_do_not_outlive_their_parent(how):
     assert set(Path("/dev/shm").iterdir()) <= before
 
 
-@pytest.mark.parametrize("sticky", [0.0, 0.25])
+@pytest.mark.parametrize("sticky", slow_but([0.25], [0.0, 0.25]))
 def test_states_are_saved_and_restored(actions, sticky):
     """From a restored state the same actions give the same RAM, frames and rewards. Emulators outside the mask do not change."""
     settings = Settings(repeat_action_probability=sticky)

@@ -64,7 +64,7 @@ def drawn(game, objects, size):
     return out
 
 
-@pytest.mark.parametrize("size", [(84, 84), None, (30, 40)])
+@pytest.mark.parametrize("size", [pytest.param((84, 84), marks=pytest.mark.slow), pytest.param(None, marks=pytest.mark.slow), (30, 40)])
 @pytest.mark.parametrize("kind", masks.KINDS)
 def test_masks(pong, objects, gray, kind, size):
     got = np.asarray(masks.masks(objects, kind, gray=gray, size=size, pixels=True))

@@ -14,6 +14,7 @@ import pytest
 import ocjax
 from ocjax.envs import AlePool, make
 from ocjax.ocatari import OCAtari
+from tests.support.marks import slow_but
 
 COMPUTE = "import numpy as np; ocjax.load('Pong').rem(np.zeros(128, np.uint8))"  # JAX's threads run from here on
 REFUSAL = "forked from one that had already computed with JAX"
@@ -64,13 +65,13 @@ MADE = [
 ]
 
 
-@pytest.mark.parametrize("made", [MADE[0], *(pytest.param(made, marks=pytest.mark.slow) for made in MADE[1:])])
+@pytest.mark.parametrize("made", slow_but(MADE[:1], MADE))
 def test_environments_run_in_forked_processes(made):
     out, errors = run(FORKS, "", made)
     assert out == "stepped\n", errors
 
 
-@pytest.mark.parametrize("made", MADE)
+@pytest.mark.parametrize("made", slow_but(MADE[:1], MADE))
 def test_forked_processes_say_that_jax_does_not_work_in_them(made):
     out, errors = run(FORKS, COMPUTE, made)
     assert out == ""
@@ -111,13 +112,13 @@ def test_environments_run_in_spawned_processes():
     assert out == "stepped\n", errors
 
 
-@pytest.mark.parametrize("function", [pickle.dumps, cloudpickle.dumps, copy.deepcopy, copy.copy])
-def test_pickles_and_copies_of_environments_are_refused(function):
+def test_pickles_and_copies_of_environments_are_refused():
     made = [ocjax.make_vec("Pong", 2, num_workers=1), make("Pong"), OCAtari("Pong"), AlePool(ocjax.load("Pong"), 1, num_workers=0)]
     for env in made:
         env.reset()
-        with pytest.raises(TypeError, match=rf"{type(env).__name__} cannot be pickled or copied.* Save instead: \w*clone_state\(\)"):
-            function(env)
+        for function in (pickle.dumps, cloudpickle.dumps, copy.deepcopy, copy.copy):
+            with pytest.raises(TypeError, match=rf"{type(env).__name__} cannot be pickled or copied.* Save instead: \w*clone_state\(\)"):
+                function(env)
         env.close()
 
 

@@ -23,6 +23,7 @@ import ocjax
 from ocjax.emulators import ale, memory, process
 from ocjax.emulators.worker import snapshot
 from ocjax.envs import AlePool, Settings, States, Vector, WorkerError, make
+from tests.support.marks import slow_but
 
 PONG = ocjax.load("Pong")
 OBS = {"ram": "ram", "vector": Vector(history=3)}  # one that shows the emulators, and one with a memory
@@ -214,7 +215,7 @@ def test_a_worker_that_does_not_reply_is_named_in_time(how):
     assert not any(Path(f"/proc/{pid}").exists() for pid in pids)
 
 
-@pytest.mark.parametrize("stopped", ["all", "parent"])
+@pytest.mark.parametrize("stopped", slow_but(["all"], ["all", "parent"]))
 def test_a_suspension_is_no_silence(stopped):
     """Clusters and containers suspend whole jobs, a terminal the parent; the time of it counts at most as one wait."""
     program = """
@@ -600,7 +601,7 @@ def test_an_interrupted_step_is_finished(monkeypatch):
     envs.close()
 
 
-@pytest.mark.parametrize("name", ["reset", "restore_state", "clone_state", "set_ram"])
+@pytest.mark.parametrize("name", slow_but(["reset", "set_ram"], ["reset", "restore_state", "clone_state", "set_ram"]))
 def test_other_interrupted_calls_leave_the_environments_usable(name, monkeypatch):
     """The next call works, or says that a reset must come first; it never takes what was left half done for whole."""
     envs = ocjax.make_vec("Pong", 4, obs=OBS, num_workers=2)

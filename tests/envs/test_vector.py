@@ -19,6 +19,7 @@ from gymnasium.vector import AutoresetMode
 import ocjax
 from ocjax.emulators import ale, variations
 from ocjax.envs import PRESETS, Dqn, Masks, Vector, WorkerError, make
+from tests.support.marks import slow_but
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 
@@ -140,7 +141,7 @@ def players(ram):
 
 def test_disabled_autoreset():
     """A step past an end is an error; after a reset the environments continue as single environments do."""
-    envs = ocjax.make_vec("Breakout", 2, autoreset_mode="Disabled", **OPTIONS)
+    envs = ocjax.make_vec("Breakout", 2, autoreset_mode="Disabled", num_workers=0, **OPTIONS)
     envs.reset(seed=[0, 0])
     column = np.random.default_rng(1).integers(4, size=(400, 4))[:, 0]
     ends = 0
@@ -177,7 +178,7 @@ def test_a_masked_reset_changes_no_other_environment(num_shards, actions):
     assert not all(equal(at(a[:4], 1), at(b[:4], 1)) for a, b in zip(*runs, strict=True))
 
 
-@pytest.mark.parametrize("obs", ["objects", "vector", "dqn", "pixels", "ram", ["planes", "ram"]])
+@pytest.mark.parametrize("obs", slow_but(["vector", ["planes", "ram"]], ["objects", "vector", "dqn", "pixels", "ram", ["planes", "ram"]]))
 def test_gymnasium_checks_the_single_environment(obs):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -360,11 +361,11 @@ def test_options_that_do_not_exist_are_refused(option, hint):
     ("theirs", "ours"),
     [
         ({"frameskip": 3}, {"frame_skip": 3}),
-        ({"difficulty": 1}, {"game_difficulty": 1}),
-        ({"max_num_frames_per_episode": 1000}, {"max_episode_frames": 1000}),
+        pytest.param({"difficulty": 1}, {"game_difficulty": 1}, marks=pytest.mark.slow),
+        pytest.param({"max_num_frames_per_episode": 1000}, {"max_episode_frames": 1000}, marks=pytest.mark.slow),
         ({"mode": 1}, {"game_mode": 1}),
         ({"mode": "ram"}, {"mode": "rem"}),
-        ({"mode": "vision"}, {"mode": "vem"}),
+        pytest.param({"mode": "vision"}, {"mode": "vem"}, marks=pytest.mark.slow),
     ],
 )
 def test_names_of_other_projects_are_accepted(theirs, ours):
@@ -420,7 +421,7 @@ def test_states_contain_the_memory_of_observations(num_shards, actions):
     back, _ = envs.restore_state(states, some)
     assert equal(at(back, 0), at(observed, 0))
     assert equal(at(back, slice(1, 4)), at(late, slice(1, 4)))
-    other = ocjax.make_vec("Breakout", 4, obs="vector")
+    other = ocjax.make_vec("Breakout", 4, obs="vector", num_workers=0)
     other.reset(seed=0)
     with pytest.raises(ValueError, match="of environments with other observations"):
         other.restore_state(states)
@@ -446,8 +447,8 @@ def test_set_ram_extracts_before_the_next_step(num_shards):
     ("name", "hook", "category", "most"),
     [
         ("Pong", variations.lazy_enemy, "Enemy", 4),
-        ("Freeway", variations.stopped_cars, "Car", 1),
-        ("SpaceInvaders", variations.no_shields, "Shield", None),
+        pytest.param("Freeway", variations.stopped_cars, "Car", 1, marks=pytest.mark.slow),
+        pytest.param("SpaceInvaders", variations.no_shields, "Shield", None, marks=pytest.mark.slow),
     ],
 )
 def test_variations(name, hook, category, most):
@@ -483,7 +484,7 @@ def test_a_hook_that_fails_is_reported():
 
 
 def test_render():
-    envs = ocjax.make_vec("Pong", 2, render_mode="rgb_array", obs="pixels")
+    envs = ocjax.make_vec("Pong", 2, render_mode="rgb_array", obs="pixels", num_workers=0)
     observed, _ = envs.reset(seed=0)
     assert np.array_equal(np.stack(envs.render()), observed)
     envs.close()

@@ -20,6 +20,7 @@ from ocjax import files
 from ocjax.cli.app import app
 from ocjax.console import palette
 from ocjax.files import InputError, open_input, pipeline
+from tests.support.marks import slow_but
 from tests.support.states import excerpt
 
 FIELDS = ("xywh", "valid", "orientation", "value", "rgb")
@@ -222,7 +223,7 @@ def expect_fields(path, objects):
             assert np.array_equal(found[name], getattr(objects, name)), name
 
 
-@pytest.mark.parametrize("dtype", ["int16", "int32", "int64", "uint16", "uint32", "uint64", ">i4"])
+@pytest.mark.parametrize("dtype", slow_but(["int64", ">i4"], ["int16", "int32", "int64", "uint16", "uint32", "uint64", ">i4"]))
 def test_integers_of_other_widths(tmp_path, pong, rams, dtype):
     out = tmp_path / "out.npz"
     np.save(tmp_path / "Pong.npy", rams.astype(dtype))
@@ -382,7 +383,7 @@ files.extract(sys.argv[1], sys.argv[2], report=report)
 """
 
 
-@pytest.mark.parametrize("suffix", ["npz", "h5", "parquet", "json", "txt"])
+@pytest.mark.parametrize("suffix", slow_but(["npz", "txt"], ["npz", "h5", "parquet", "json", "txt"]))
 def test_killed_and_resumed_equals_uninterrupted(tmp_path, rams, suffix):
     if suffix in ("h5", "parquet"):
         pytest.importorskip({"h5": "h5py", "parquet": "pyarrow"}[suffix])

@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+import itertools
 
 import jax
 import jax.numpy as jnp
@@ -20,6 +21,7 @@ from ocjax.vision.filters import Lines, NoLines
 from ocjax.vision.pictures import PICTURE_WIDTH, picture
 from ocjax.vision.search import MAX_PARTS, Search
 from ocjax.vision.shapes import Shape, limits
+from tests.support.marks import slow_but
 from tests.support.states import excerpt
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
@@ -195,9 +197,11 @@ SEARCHES = {
     "pictures": Search(60, (Shape(w=(1, 30), h=(1, 20), split=(16, 9)),), pictures=PICTURES),
     "so many pixels": Search(60, (Shape(w=(1, 20), h=(1, 10), pixels=(5, 40)),), gap=(1, 0)),
 }
+# Of which these have all features: a gap, both connectivities, several sizes, parts, numbers of pixels, and pictures.
+FEATURES = ("any size", "joined", "4-connected", "two sizes", "pictures")
 
 
-@pytest.mark.parametrize("search", SEARCHES)
+@pytest.mark.parametrize("search", slow_but(FEATURES, SEARCHES))
 def test_worst_cases(search):
     check([np.stack(list(WORST.values()))], (SEARCHES[search],))
 
@@ -211,8 +215,7 @@ def test_real_frames(search, name, colors):
     check([np.isin(excerpt(name)["screens"][::4], colors)], (SEARCHES[search],))
 
 
-@pytest.mark.parametrize("connectivity", [4, 8])
-@pytest.mark.parametrize("most", [15, 16, 17, 31, 32, 33])
+@pytest.mark.parametrize(("most", "connectivity"), slow_but([(17, 4), (32, 8)], list(itertools.product([15, 16, 17, 31, 32, 33], [4, 8]))))
 def test_widest_objects(most, connectivity):
     """Components of the greatest width and one column wider that begin at their right, left or middle, on every column of the screen."""
     masks = []
@@ -238,7 +241,7 @@ def masks(draw):
     return out
 
 
-@pytest.mark.parametrize("search", SEARCHES)
+@pytest.mark.parametrize("search", slow_but(FEATURES, SEARCHES))
 @settings(max_examples=25)
 @given(mask=masks())
 def test_random_masks(search, mask):
@@ -328,9 +331,9 @@ def test_only_lines_of_one_colour_are_left(least):
                 expected[y + np.arange(least), columns] = True
     planes = bitmap.planes(jnp.asarray(frame)[None])
     colored = bitmap.color_mask(planes, range(2, 14, 2))
-    found = Lines(least, (0, height))(colored, planes)
+    found = jax.jit(Lines(least, (0, height)))(colored, planes)
     assert np.array_equal(found, packed_bits(expected))
-    inner = Lines(least, (1, 60))(colored, planes[:3])
+    inner = jax.jit(Lines(least, (1, 60)))(colored, planes[:3])
     assert np.array_equal(inner[:, 1:60], found[:, 1:60])  # no line ends outside of these rows, and these bits tell the colours apart
     assert not inner[:, :1].any()
     assert not inner[:, 60:].any()
@@ -370,13 +373,17 @@ def test_rows_and_columns(height):
     pixels = rng.random((height, 160, 20)) < rng.choice([0, 0.0005, 0.5], 20)
     words = jnp.asarray(np.packbits(pixels, axis=1).reshape(height, 5, 4, 20).transpose(1, 0, 3, 2).copy().view(">u4")[..., 0].astype("u4"))
     for used, (first, last) in (
-        (pixels.any(axis=1), bitmap.rows(bitmap.any_of(words))),
-        (pixels.any(axis=0), bitmap.columns(bitmap.or_rows(words))),
+        (pixels.any(axis=1), _edges(lambda w: bitmap.rows(bitmap.any_of(w)), words)),
+        (pixels.any(axis=0), _edges(lambda w: bitmap.columns(bitmap.or_rows(w)), words)),
     ):
         for lane in range(20):
             where = np.flatnonzero(used[:, lane])
             assert int(last[lane]) == (where[-1] if len(where) else -1)
             assert int(first[lane]) == where[0] if len(where) else int(first[lane]) > int(last[lane])
+
+
+def _edges(method, words):
+    return map(np.asarray, jax.jit(method)(words))
 
 
 def test_stage_last_at_most():
