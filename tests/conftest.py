@@ -66,14 +66,15 @@ def pytest_runtest_setup(item):
     if game is not _compiled_for:
         if _compiled_for is not None:
             jax.clear_caches()
-        jax.config.update("jax_disable_most_optimizations", game is not None and not is_optimized(game.name, item.config))
+        jax.config.update("jax_disable_most_optimizations", game is not None and not is_thorough(game.name, item.config))
         _compiled_for = game
 
 
-def is_optimized(name, config):
-    """Whether a game's programs are compiled as for users: all with `--all` or `--game`, else one in eight, drawn by a hash.
+def is_thorough(name, config):
+    """Whether a game is tested in full: all games with `--all` or `--game`, else one in eight, drawn by a hash.
 
-    Without optimization of the machine code, compiling takes a third of the time, and the programs compute the same with whole numbers.
+    The programs of the other games are compiled without optimization of the machine code, which takes a third of the time; they compute the
+    same with whole numbers. Their objects in states and frames that no game shows are not compared.
     """
     drawn = hashlib.sha256(name.encode()).digest()[0] % 8 == 0
     return drawn or config.getoption("--all") or config.getoption("--game") is not None
@@ -86,6 +87,11 @@ def quick_compilation():
     yield
     jax.config.update("jax_disable_most_optimizations", False)
     jax.clear_caches()
+
+
+@pytest.fixture
+def thorough(game, request):
+    return is_thorough(game.name, request.config)
 
 
 @pytest.fixture(scope="session")
