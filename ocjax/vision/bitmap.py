@@ -287,6 +287,20 @@ def popcount(word: jax.Array) -> jax.Array:
     return lax.population_count(word).astype(jnp.int32)
 
 
+def nth_bit(word: jax.Array, n: jax.Array) -> jax.Array:
+    """Position of the n-th set bit, counted from the most significant one."""
+    bit = jnp.zeros_like(n)
+    for step in (16, 8, 4, 2, 1):
+        head = popcount(word >> (31 - bit - step + 1).astype(U))
+        bit = jnp.where(head <= n, bit + step, bit)
+    return bit
+
+
+def at(array: jax.Array, index: jax.Array) -> jax.Array:
+    """`array[index]` for indices that are known to be in range."""
+    return array.at[index].get(mode="promise_in_bounds", wrap_negative_indices=False)
+
+
 def any_of(bitmap: Iterable[jax.Array]) -> jax.Array:
     """Words or-ed together: not zero where a row holds a pixel."""
     return functools.reduce(operator.or_, bitmap)

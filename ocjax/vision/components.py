@@ -10,7 +10,7 @@ once, and each component is measured once for all of them:
 3. `_windows`, `fill`: the mask around each of a fixed number of candidates is cut out as a small window, and the component is filled
    there by sweeps down and up over the window's rows. `_measure` takes its extent. A candidate that is not the first pixel of what it
    filled is dropped: a component with two horns has two candidates.
-4. `_accept`, `_parted`, `_write`: components within the rule's limits go to their slots, larger ones in parts.
+4. `_accept`, `_parted`, `fill_slots`: components within the rule's limits go to their slots, larger ones in parts.
 5. Steps 2-4 repeat until no candidate is left, so the result is exact for any mask.
 
 A component that leaves its window is larger than the rule's `max_size`, hence no object. Without such a limit those that leave a window of
@@ -43,6 +43,7 @@ from ocjax.vision.fill import extent, fill, fill_large
 from ocjax.vision.layout import BLOCK, Entries, Layout
 from ocjax.vision.pictures import largest
 from ocjax.vision.search import MAX_PARTS, UNLIMITED, Search
+from ocjax.vision.slots import Found, fill_slots
 from ocjax.vision.splitting import Edges, in_two, part
 
 # ------------------------------------------------------------------------------------------------------------ the board
@@ -138,24 +139,19 @@ class _Index:
     def locate(self, k: jax.Array) -> _Candidates:
         """The k-th candidates; in range even where there are fewer."""
         lanes = self.layout.lanes
-        segment = _last_at_most(lambda i: _at(self.segments, i), self.layout.n_masks * lanes, k)
+        segment = _last_at_most(lambda i: bm.at(self.segments, i), self.layout.n_masks * lanes, k)
         lane = segment % lanes
-        rest = k - _at(self.segments, segment) + _at(self._ends, segment)
-        block = _last_at_most(lambda i: _at(self._above, i * lanes + lane[None]), self.n_blocks, rest)
-        rest = rest - _at(self._above, block * lanes + lane)
+        rest = k - bm.at(self.segments, segment) + bm.at(self._ends, segment)
+        block = _last_at_most(lambda i: bm.at(self._above, i * lanes + lane[None]), self.n_blocks, rest)
+        rest = rest - bm.at(self._above, block * lanes + lane)
         rows = (block * BLOCK)[None] + np.arange(BLOCK, dtype=np.int32)[:, None]
-        row, rest = _which(_at(self._counts, rows * lanes + lane[None]), rest)
+        row, rest = _which(bm.at(self._counts, rows * lanes + lane[None]), rest)
         row = block * BLOCK + row
         first = np.arange(self.layout.n_words, dtype=np.int32)[:, None] * self.n_rows
-        words = _at(self._starts, (first + row[None]) * lanes + lane[None])
+        words = bm.at(self._starts, (first + row[None]) * lanes + lane[None])
         index, rest = _which(bm.popcount(words), rest)
         word = jnp.sum(jnp.where(np.arange(len(words), dtype=np.int32)[:, None] == index[None], words, U(0)), axis=0, dtype=U)
-        return _Candidates(segment, row + 1, 32 * index + _nth_bit(word, rest))
-
-
-def _at(array: jax.Array, index: jax.Array) -> jax.Array:
-    """`array[index]` for indices that are known to be in range."""
-    return array.at[index].get(mode="promise_in_bounds", wrap_negative_indices=False)
+        return _Candidates(segment, row + 1, 32 * index + bm.nth_bit(word, rest))
 
 
 def _last_at_most(table: Callable[[jax.Array], jax.Array], n: int, k: jax.Array) -> jax.Array:
@@ -181,15 +177,6 @@ def _which(counts: jax.Array, rest: jax.Array) -> tuple[jax.Array, jax.Array]:
         beyond = beyond & (rest >= count)
         index, rest = index + beyond.astype(jnp.int32), rest - jnp.where(beyond, count, 0)
     return index, rest
-
-
-def _nth_bit(word: jax.Array, n: jax.Array) -> jax.Array:
-    """Position of the n-th set bit, counted from the most significant one."""
-    bit = jnp.zeros_like(n)
-    for step in (16, 8, 4, 2, 1):
-        head = bm.popcount(word >> (31 - bit - step + 1).astype(U))
-        bit = jnp.where(head <= n, bit + step, bit)
-    return bit
 
 
 # ------------------------------------------------------------------------------------------------------------ filling
@@ -311,7 +298,7 @@ def _quotient(a: jax.Array, b: jax.Array) -> jax.Array:
 
 def _to_cover(size: jax.Array, part: jax.Array) -> jax.Array:
     """Parts that cover a size, 1 to `MAX_PARTS`."""
-    return 1 + sum((size > part * i).astype(jnp.int32) for i in range(1, MAX_PARTS))
+    return sum(((size > part * i).astype(jnp.int32) for i in range(1, MAX_PARTS)), start=jnp.ones_like(size))
 
 
 def _accept(layout: Layout, found: _Candidates, measured: _Measured, entries: Entries, exists: jax.Array) -> _Accepted:
@@ -367,72 +354,6 @@ class _Progress(NamedTuple):
     slots: tuple[tuple[jax.Array, ...], ...]  # uint32 [slots, lanes]: boxes as words, 0 where there is none, and heads if asked for
 
 
-class _Order:
-    """The objects of a round, numbered in the order of their candidates."""
-
-    def __init__(self, counts: jax.Array, most: int) -> None:
-        """Number the objects of candidates with so many each, int32 `[n]`, at most `most`."""
-        self.most = most
-        is_object = np.arange(most, dtype=np.int32)[None] < counts[:, None]
-        bits = np.array(1 << 31 >> np.arange(32), np.uint32)
-        self._words = jnp.sum(jnp.where(is_object.reshape(-1, 32), bits, U(0)), axis=1, dtype=U)  # the first object in the top bit
-        self._ends = running_sum(bm.popcount(self._words))
-
-    def before(self, candidate: jax.Array) -> jax.Array:
-        """How many objects the candidates before this one are; candidate 0 to n."""
-        place = candidate * self.most
-        words, begins = jnp.pad(self._words, (0, 1)), jnp.pad(self._ends, (1, 0))
-        earlier = ~(U(bm.ALL) >> (place & 31).astype(U))
-        return _at(begins, place >> 5) + bm.popcount(_at(words, place >> 5) & earlier)
-
-    def places(self) -> tuple[jax.Array, jax.Array]:
-        """Candidate and part of each object, int32 `[n * most]`; in range even beyond the last object."""
-        k = jnp.arange(32 * len(self._words), dtype=jnp.int32)
-        word = jnp.sum(self._ends[:, None] <= k[None], axis=0, dtype=jnp.int32)
-        word = jnp.minimum(word, len(self._words) - 1)
-        rest = k - _at(jnp.pad(self._ends, (1, 0)), word)
-        place = 32 * word + _nth_bit(_at(self._words, word), rest)
-        return place // self.most, place % self.most
-
-
-class _Found(NamedTuple):
-    """The objects of a round before they have slots."""
-
-    begins: jax.Array  # int32 [segments + 1]: the first candidate of each segment, and the end
-    counts: jax.Array  # int32 [n]: objects of each candidate
-    parts: jax.Array  # uint32 [parts, n]: their boxes as words
-    column: jax.Array  # int32 [n]: the candidate's, which is the head of its objects
-
-
-COUNT_BITS = 12
-MAX_COUNT = 2**COUNT_BITS  # more slots than any search has
-
-
-def _fill_slots(
-    layout: Layout, rank: int, found: _Found, totals: jax.Array, slots: Sequence[jax.Array]
-) -> tuple[jax.Array, tuple[jax.Array, ...]]:
-    """Put objects into the slots of each mask's search of that rank: totals and slots of `_Progress`, given those before the round.
-
-    The objects are put in order, and each slot takes its own. To write each of them to its slot takes XLA 45 ns for every place where one
-    may be: 43 us a frame instead of 31 for Berzerk, whose components have up to four parts.
-    """
-    order = _Order(found.counts, len(found.parts))
-    before = order.before(found.begins)
-    ends = totals + jnp.diff(before).reshape(totals.shape)
-    candidate, part = order.places()
-    fields = [_at(found.parts.ravel(), part * len(found.counts) + candidate)]
-    if len(slots) > 1:
-        fields.append(_at(found.column, candidate).astype(U))
-    mask, number = layout.slots_of_rank(rank)
-    # Of each segment, in one word so that there is one look-up: how many objects it has, and where on the list the one of slot 0 would be.
-    known = (before[:-1].reshape(totals.shape) - totals) * MAX_COUNT + jnp.minimum(ends, MAX_COUNT - 1)
-    known = materialize(lambda known: known[mask], known, small=0)
-    place = (known >> COUNT_BITS) + number[:, None]
-    place = jnp.clip(place, 0, len(fields[0]) - 1)
-    is_new = (slots[0] == 0) & (number[:, None] < known % MAX_COUNT)
-    return ends, tuple(jnp.where(is_new, _at(field, place), old) for field, old in zip(fields, slots, strict=True))
-
-
 def components(masks: Sequence[Bitmap], searches: Sequence[Search], *, heads: bool = False) -> list[Detected]:
     """Bounding boxes of the connected components of several masks, found together.
 
@@ -468,8 +389,8 @@ def components(masks: Sequence[Bitmap], searches: Sequence[Search], *, heads: bo
             parts = _parts(layout, accepted)
             if layout.pictures and rank == 0:  # searches with pictures share no mask
                 accepted, parts = _parted(layout, found, accepted, parts, filled, entries)
-            objects = _Found(begins, accepted.parts, parts, found.column)
-            total, filled_slots = _fill_slots(layout, rank, objects, so_far.totals[rank], so_far.slots[rank])
+            objects = Found(begins, accepted.parts, parts, found.column)
+            total, filled_slots = fill_slots(layout, rank, objects, so_far.totals[rank], so_far.slots[rank])
             totals.append(total)
             slots.append(filled_slots)
         return _Progress(so_far.done + layout.n_candidates, tuple(totals), tuple(slots))
