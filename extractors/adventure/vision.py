@@ -3,148 +3,230 @@
 The walls' colour is that of the upper left corner. A wall is a cell of four columns and 32 lines
 without a pixel of the background, which is grey; in dark rooms, where walls are grey themselves,
 the light round the player is that background.
+
+XLA fuses slices of a bitmap into what reads them, and padded ones hardly. So what lies above and
+below the view is room for pixels to move up and down in, and for pixels that move to the sides,
+`_edged` bitmaps have an empty word on both sides.
 """
 
-import itertools
+import functools
+from dataclasses import dataclass
+from operator import and_, or_
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax._xla.kernels import materialize
+from ocjax.extractors.adventure.rooms import BEFORE_ROWS, ROW_COUNT, ROW_HEIGHT, VIEW
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap
 from ocjax.vision.filters import Searched
 
+RED = 0x66
+YELLOW = 0x2A
+GREEN = 0x58
+PURPLE = 0x86
+WHITE = 0x0E
+BLACK = 0x00
 GREY = 0x08
 LAMP = 0x48
+FIELD_COLORS = (RED, YELLOW, GREEN, PURPLE, WHITE, BLACK)
+SMALL_COLORS = (YELLOW, BLACK)
+# No flashes: the ground, and dragons, which may have the chalice's shape where the lower edge cuts
+# them off.
+OTHERS = (RED, YELLOW, GREEN, GREY)
+FLASHES = tuple(color for color in range(0, 256, 2) if color not in OTHERS)
+
 CORNER_LINE = 29  # of a pixel that is a wall in all rooms, in column 0
-STARTS = (27, 44, 76, 108, 140, 172, 204, 221)  # of the rows of walls, and the end
+WALLS_TOP = 27
+WALLS_END = 221
+CELLS_TOP = BEFORE_ROWS  # of seven rows of cells, if the first and the last one were whole
+CELLS_END = CELLS_TOP + ROW_COUNT * ROW_HEIGHT
 FIRST_THIN = bm.areas(1, ((11, 0, 12, 1), (148, 0, 149, 1)))  # first column of each thin wall
 SECOND_THIN = bm.areas(1, ((12, 0, 13, 1), (149, 0, 150, 1)))
-THIN_LINE = 27  # walls begin on it, and things on the next one
-WHOLE = (4, 8)  # size of the player
-UPRIGHT = (1, 4)  # of the least part that is taken before others
+SQUARE_WIDTH = 4  # of the player
+SQUARE_HEIGHT = 8
+UPRIGHT = 4  # lines of the least part of him that is taken before others
+AROUND = 2  # lines above and below a dot, and columns beside it
+TOP = CELLS_TOP + AROUND  # first line of which dots are told
 FIRST_OF_CELL = np.uint32(0x11111111)
 
 
 class Found(NamedTuple):
-    """Pixels of frames."""
+    """Pixels of the view, some of them by colour."""
+
+    field: dict[int, Bitmap]  # that are no walls
+    small: dict[int, Bitmap]  # that do not fill the player's square either
+    flashes: Bitmap  # that flash and are neither walls nor of the walls' colour
+    dot: Bitmap  # single grey dots on walls or light
+    player: Bitmap  # that are most likely his
+
+
+class _Room(NamedTuple):
+    """A frame's walls and what has their colour, from line `TOP` on."""
 
     walls: Bitmap
     loose: Bitmap  # pixels of the walls' colour that are no walls
-    square: Bitmap  # those of them that fill the player's square
-    player: Bitmap  # those that are most likely his
     dot: Bitmap  # single dots of the walls' colour on the background, or the other way round
     thin: Bitmap  # the columns of a thin wall, which has the first thing's colour, or the second's
 
 
-def _like_corner(planes: jax.Array) -> Bitmap:
-    """The pixels that have the walls' colour."""
-    corner = -(planes[:, :1, CORNER_LINE : CORNER_LINE + 1] >> 31)
-    differs = planes ^ corner
-    other = differs[0]
-    for plane in differs[1:]:
-        other = other | plane
-    return ~other
-
-
-def _spread_cells(line: jax.Array) -> jax.Array:
-    """The columns of all cells that have a pixel in a line."""
-    any_pixel = line | line >> 1 | line >> 2 | line >> 3
-    return (any_pixel & FIRST_OF_CELL) * 15
-
-
-def _open_cells(background: Bitmap) -> Bitmap:
-    """The pixels of all cells that show the background."""
-    words, height, lanes = background.shape
-    blank = jnp.zeros((words, STARTS[0], lanes), background.dtype)
-    parts = [blank]
-    for start, stop in itertools.pairwise(STARTS):
-        line = _spread_cells(bm.or_rows(background[:, start:stop]))
-        parts.append(jnp.broadcast_to(line[:, None], (words, stop - start, lanes)))
-    parts.append(jnp.zeros((words, height - STARTS[-1], lanes), background.dtype))
-    return jnp.concatenate(parts, axis=1)
-
-
 def look(planes: jax.Array) -> Found:
-    """Find walls, the player and the dot."""
+    """Find what is before the walls, the player and the dot."""
     same, ground = materialize(_masks, planes)
-    is_open = materialize(_open_cells, ground)
-    walls, loose, dot, thin = materialize(_sort_out, same, ground, is_open)
-    square, tall = _squares(loose)
-    return Found(walls, loose, square, materialize(_likeliest, loose, square, tall), dot, thin)
+    room = _Room(*materialize(_sort_out, same, ground, *materialize(_openings, ground)))
+    square, player = _find_player(room.loose)
+    field, small, flashes, dot = materialize(_things, planes, room, square)
+    return Found(field, small, flashes, dot, player)
+
+
+def _edged(pixels: Bitmap) -> Bitmap:
+    return jnp.pad(pixels, ((1, 1), (0, 0), (0, 0)))
+
+
+def _left(edged: Bitmap, n: int) -> Bitmap:
+    """Pixels moved to the left, without edges."""
+    return edged[1:-1] << n | edged[2:] >> 32 - n
+
+
+def _right(edged: Bitmap, n: int) -> Bitmap:
+    """Pixels moved to the right, without edges."""
+    return edged[1:-1] >> n | edged[:-2] << 32 - n
+
+
+def _view(pixels: jax.Array, top: int) -> jax.Array:
+    """The lines of the view, of a bitmap that begins at line `top`."""
+    _, first, _, end = VIEW
+    return pixels[..., first - top : end - top, :]
+
+
+def _each(pixels: Bitmap, count: int) -> list[Bitmap]:
+    """Each line where `count - 1` others follow, then the next ones, up to the last of them."""
+    height = pixels.shape[1] - count + 1
+    return [pixels[:, i : i + height] for i in range(count)]
 
 
 def _masks(planes: jax.Array) -> tuple[Bitmap, Bitmap]:
-    """The pixels of the walls' colour and of the background."""
-    same, usual = _like_corner(planes), bm.color_mask(planes, (GREY,))
+    """The pixels of the walls' colour and of the background, edged."""
+    corner = -(planes[:, :1, CORNER_LINE : CORNER_LINE + 1] >> 31)
+    differs = functools.reduce(or_, planes ^ corner)
+    usual, light = bm.color_mask(planes, (GREY,)), bm.color_mask(planes, (LAMP,))
     dark = (usual[:1, CORNER_LINE : CORNER_LINE + 1] >> 31) > 0
-    light = bm.color_mask(planes, (LAMP,))
-    return same, jnp.where(dark, light, usual)
+    return _edged(~differs), _edged(jnp.where(dark, light, usual))
+
+
+def _openings(ground: Bitmap) -> tuple[Bitmap, Bitmap]:
+    """The columns of the cells of each row that show the background, and those of all lines."""
+    ground = ground[1:-1]
+    words, _, lanes = ground.shape
+    walls = np.zeros((1, CELLS_END - CELLS_TOP, 1), np.uint32)
+    walls[:, WALLS_TOP - CELLS_TOP : WALLS_END - CELLS_TOP] = bm.ALL
+    cells = ground[:, CELLS_TOP:CELLS_END] & walls
+    rows = cells.reshape(words, ROW_COUNT, ROW_HEIGHT, lanes)
+    line = jax.lax.reduce(rows, np.uint32(0), jax.lax.bitwise_or, (2,))
+    outside = bm.or_rows(ground[:, :WALLS_TOP]) | bm.or_rows(ground[:, WALLS_END:])
+    columns = bm.any_of(jnp.moveaxis(line, 1, 0)) | outside
+    any_pixel = line | line >> 1 | line >> 2 | line >> 3
+    return (any_pixel & FIRST_OF_CELL) * 15, columns[:, None]
 
 
 def _within(pixels: Bitmap) -> Bitmap:
     """Where all pixels two columns and two lines away, and those next in the line, are these."""
-    across = [bm.shift_left(pixels, n) & bm.shift_right(pixels, n) for n in (1, 2)]
-    return across[0] & across[1] & bm.shift_up(pixels, 2) & bm.shift_down(pixels, 2)
+    middle = pixels[:, AROUND:-AROUND]
+    across = functools.reduce(and_, (_left(middle, n) & _right(middle, n) for n in (1, AROUND)))
+    return across & pixels[1:-1, 2 * AROUND :] & pixels[1:-1, : -2 * AROUND]
 
 
-def _sort_out(same: Bitmap, ground: Bitmap, is_open: Bitmap) -> tuple[Bitmap, ...]:
-    """Walls, loose pixels, dots and the columns of thin walls, as of `Found`."""
-    lines = jnp.any(ground > 0, axis=0, keepdims=True)
-    columns = bm.or_rows(ground)[:, None]
-    dot = (ground & _within(same)) | (same & _within(ground))
-    loose = jnp.where(lines, same & is_open & columns & ~dot, 0)
-    thin = ~same[:, THIN_LINE : THIN_LINE + 1] & (FIRST_THIN | SECOND_THIN)
-    return same & ~is_open, loose, dot, thin
+def _sort_out(same: Bitmap, ground: Bitmap, is_open: Bitmap, columns: Bitmap) -> tuple[Bitmap, ...]:
+    """What `_Room` has."""
+    thin = ~same[1:-1, WALLS_TOP : WALLS_TOP + 1] & (FIRST_THIN | SECOND_THIN)
+    same, ground = (b[:, CELLS_TOP:CELLS_END] for b in (same, ground))
+    words, height, lanes = len(is_open), same.shape[1], same.shape[2]
+    is_open = jnp.broadcast_to(is_open[:, :, None], (words, ROW_COUNT, ROW_HEIGHT, lanes))
+    own, free, is_open = (
+        b[:, AROUND:-AROUND]
+        for b in (same[1:-1], ground[1:-1], is_open.reshape(words, height, lanes))
+    )
+    line = np.arange(TOP, TOP + own.shape[1])[:, None]
+    inside = bm.any_of(free) != 0
+    inside = inside & ((line >= WALLS_TOP) & (line < WALLS_END))
+    dot = (free & _within(same)) | (own & _within(ground))
+    loose = jnp.where(inside, own & is_open & columns & ~dot, 0)
+    return own & ~is_open, loose, dot, thin
 
 
-def _opened(pixels: Bitmap, size: tuple[int, int]) -> Bitmap:
-    """The pixels in filled rectangles of a size."""
-    corners = materialize(lambda b: bm.all_within(b, *size), pixels)
-    return materialize(lambda b: bm.any_within(b, *size), corners)
+def _find_player(loose: Bitmap) -> tuple[Bitmap, Bitmap]:
+    """What fills the player's square, also where a thing of his colour touches him; and him."""
+    uprights = materialize(lambda b: _edged(functools.reduce(and_, _each(b, UPRIGHT))), loose)
+    wide = materialize(_to_width, materialize(_corners, uprights))
+    return materialize(_likeliest, loose, uprights, wide)
 
 
-def _squares(loose: Bitmap) -> tuple[Bitmap, Bitmap]:
-    """The whole player, also where a thing of his colour touches him, and what is upright."""
-    return _opened(loose, WHOLE), _opened(loose, UPRIGHT)
+def _corners(uprights: Bitmap) -> Bitmap:
+    """The upper left corners of all squares, edged."""
+    whole = uprights[:, :-UPRIGHT] & uprights[:, UPRIGHT:]
+    moved = (_left(whole, n) for n in range(1, SQUARE_WIDTH))
+    return _edged(functools.reduce(and_, moved, whole[1:-1]))
 
 
-def _likeliest(loose: Bitmap, square: Bitmap, tall: Bitmap) -> Bitmap:
-    """The whole player if he is there, or parts that are upright, or all that may be parts."""
-    near = loose & bm.spread(bm.spread(tall))
-    is_whole, is_upright = (jnp.any(b > 0, axis=(0, 1), keepdims=True) for b in (square, near))
-    return jnp.where(is_whole, square, jnp.where(is_upright, near, loose))
+def _to_width(corners: Bitmap) -> Bitmap:
+    """The first lines of all squares."""
+    moved = (_right(corners, n) for n in range(1, SQUARE_WIDTH))
+    return functools.reduce(or_, moved, corners[1:-1])
 
 
-def _no_walls(mask: Bitmap, found: Found) -> Bitmap:
-    """Pixels that are no walls; those in a thin wall's columns only if one beside it is of them."""
-    free = mask & ~found.walls
-    beside = bm.shift_right(free, 1) & FIRST_THIN | bm.shift_left(free, 1) & SECOND_THIN
-    wide = bm.shift_left(beside, 1) | bm.shift_right(beside, 1) | beside
-    return free & (wide | ~found.thin)
+def _likeliest(loose: Bitmap, uprights: Bitmap, wide: Bitmap) -> tuple[Bitmap, Bitmap]:
+    """All squares; and these if there are any, or what is upright, or all that may be parts."""
+    square = _view(functools.reduce(or_, _each(wide, SQUARE_HEIGHT)), TOP + SQUARE_HEIGHT - 1)
+    upright = _view(functools.reduce(or_, _each(uprights, UPRIGHT)), TOP + UPRIGHT - 1)
+    moved = (move(upright, n) for move in (_left, _right) for n in (1, 2))
+    own = _view(loose, TOP)
+    near = own & functools.reduce(or_, moved, upright[1:-1])
+    is_whole, is_upright = (bm.any_of(bm.or_rows(b)) != 0 for b in (wide, uprights))
+    return square, jnp.where(is_whole, square, jnp.where(is_upright, near, own))
 
 
-def _player_pixels(_: Bitmap, found: Found) -> Bitmap:
-    return found.player
+def _things(
+    planes: jax.Array, room: _Room, square: Bitmap
+) -> tuple[dict[int, Bitmap], dict[int, Bitmap], Bitmap, Bitmap]:
+    """What is told by colours, in one pass over the frames: all of `Found` but the player."""
+    colors = _view(planes, 0)
+    walls, loose, dot = (_view(b, TOP) for b in (room.walls, room.loose, room.dot))
+    free = {color: bm.color_mask(colors, (color,)) & ~walls for color in FIELD_COLORS}
+    field = {color: _without_thin(mask, room.thin) for color, mask in free.items()}
+    small = {color: free[color] & ~square for color in SMALL_COLORS}
+    flashes = bm.color_mask(colors, FLASHES) & ~walls & ~loose
+    return field, small, flashes, bm.color_mask(colors, (GREY,)) & dot
 
 
-def _beside_square(mask: Bitmap, found: Found) -> Bitmap:
-    return mask & ~found.walls & ~found.square
+def _without_thin(free: Bitmap, thin: Bitmap) -> Bitmap:
+    """The pixels; those in a thin wall's columns only if one beside it is of them."""
+    beside = (free >> 1 & FIRST_THIN) | (free << 1 & SECOND_THIN)  # never in another word
+    return free & (beside | beside << 1 | beside >> 1 | ~thin)
 
 
-def _dots_alone(mask: Bitmap, found: Found) -> Bitmap:
-    return mask & found.dot
+@dataclass(frozen=True)
+class _Pixels:
+    """The pixels of a field of `Found`, of one colour where it has several."""
+
+    name: str
+    color: int | None = None
+
+    def __call__(self, mask: Bitmap, found: Found) -> Bitmap:
+        pixels = getattr(found, self.name)
+        pixels = pixels if self.color is None else pixels[self.color]
+        _, top, _, bottom = VIEW
+        return jnp.pad(pixels, ((0, 0), (top, mask.shape[1] - bottom), (0, 0)))
 
 
-def _neither(mask: Bitmap, found: Found) -> Bitmap:
-    return mask & ~found.walls & ~found.loose
+def _filter(name: str, color: int | None = None) -> Searched:
+    return Searched(look, _Pixels(name, color), whole=True)
 
 
 # Filters.
-NOT_WALLS = Searched(look, _no_walls)
-IS_PLAYER = Searched(look, _player_pixels)
-NOT_SQUARE = Searched(look, _beside_square)
-IS_DOT = Searched(look, _dots_alone)
-COLORED = Searched(look, _neither)
+NOT_WALLS = {color: _filter("field", color) for color in FIELD_COLORS}
+NOT_SQUARE = {color: _filter("small", color) for color in SMALL_COLORS}
+IS_FLASH = _filter("flashes")
+IS_PLAYER = _filter("player")
+IS_DOT = _filter("dot")
