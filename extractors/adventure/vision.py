@@ -10,6 +10,7 @@ below the view is room for pixels to move up and down in, and for pixels that mo
 """
 
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass
 from operator import and_, or_
 from typing import NamedTuple
@@ -31,12 +32,13 @@ WHITE = 0x0E
 BLACK = 0x00
 GREY = 0x08
 LAMP = 0x48
-FIELD_COLORS = (RED, YELLOW, GREEN, PURPLE, WHITE, BLACK)
-SMALL_COLORS = (YELLOW, BLACK)
 # No flashes: the ground, and dragons, which may have the chalice's shape where the lower edge cuts
 # them off.
 OTHERS = (RED, YELLOW, GREEN, GREY)
 FLASHES = tuple(color for color in range(0, 256, 2) if color not in OTHERS)
+# Numbers of three bits, the highest one set for flashes. All others that flash have number 7.
+NUMBERS = {RED: 1, YELLOW: 2, GREEN: 3, PURPLE: 4, WHITE: 5, BLACK: 6}
+OTHER_FLASH = 7
 
 CORNER_LINE = 29  # of a pixel that is a wall in all rooms, in column 0
 WALLS_TOP = 27
@@ -54,13 +56,14 @@ FIRST_OF_CELL = np.uint32(0x11111111)
 
 
 class Found(NamedTuple):
-    """Pixels of the view, some of them by colour."""
+    """Pixels of the view."""
 
-    field: dict[int, Bitmap]  # that are no walls
-    small: dict[int, Bitmap]  # that do not fill the player's square either
-    flashes: Bitmap  # that flash and are neither walls nor of the walls' colour
-    dot: Bitmap  # single grey dots on walls or light
+    bits: tuple[Bitmap, ...]  # of the numbers of colours, the lowest first; 0 for walls, too
+    loose: Bitmap  # of the walls' colour, but no walls
+    thin: Bitmap  # columns of a thin wall, which has the first thing's colour, or the second's
+    square: Bitmap  # that fill the player's square
     player: Bitmap  # that are most likely his
+    dot: Bitmap  # single dots of the walls' colour on the background, or the other way round
 
 
 class _Room(NamedTuple):
@@ -77,8 +80,9 @@ def look(planes: jax.Array) -> Found:
     same, ground = materialize(_masks, planes)
     room = _Room(*materialize(_sort_out, same, ground, *materialize(_openings, ground)))
     square, player = _find_player(room.loose)
-    field, small, flashes, dot = materialize(_things, planes, room, square)
-    return Found(field, small, flashes, dot, player)
+    bits = materialize(_numbered, planes, room.walls)
+    loose, dot = (_view(b, TOP) for b in (room.loose, room.dot))
+    return Found(bits, loose, room.thin, square, player, dot)
 
 
 def _edged(pixels: Bitmap) -> Bitmap:
@@ -160,7 +164,9 @@ def _find_player(loose: Bitmap) -> tuple[Bitmap, Bitmap]:
     """What fills the player's square, also where a thing of his colour touches him; and him."""
     uprights = materialize(lambda b: _edged(functools.reduce(and_, _each(b, UPRIGHT))), loose)
     wide = materialize(_to_width, materialize(_corners, uprights))
-    return materialize(_likeliest, loose, uprights, wide)
+    square = materialize(lambda b: _view(_down(b, SQUARE_HEIGHT), TOP + SQUARE_HEIGHT - 1), wide)
+    parts = materialize(lambda b: _view(_down(b, UPRIGHT), TOP + UPRIGHT - 1), uprights)
+    return square, materialize(_likeliest, _view(loose, TOP), square, parts)
 
 
 def _corners(uprights: Bitmap) -> Bitmap:
@@ -176,57 +182,77 @@ def _to_width(corners: Bitmap) -> Bitmap:
     return functools.reduce(or_, moved, corners[1:-1])
 
 
-def _likeliest(loose: Bitmap, uprights: Bitmap, wide: Bitmap) -> tuple[Bitmap, Bitmap]:
-    """All squares; and these if there are any, or what is upright, or all that may be parts."""
-    square = _view(functools.reduce(or_, _each(wide, SQUARE_HEIGHT)), TOP + SQUARE_HEIGHT - 1)
-    upright = _view(functools.reduce(or_, _each(uprights, UPRIGHT)), TOP + UPRIGHT - 1)
+def _down(pixels: Bitmap, count: int) -> Bitmap:
+    """Pixels and those below them, from the line on that the first ones reach."""
+    return functools.reduce(or_, _each(pixels, count))
+
+
+def _likeliest(loose: Bitmap, square: Bitmap, upright: Bitmap) -> Bitmap:
+    """All squares if there are any, or what is upright, or all that may be parts."""
     moved = (move(upright, n) for move in (_left, _right) for n in (1, 2))
-    own = _view(loose, TOP)
-    near = own & functools.reduce(or_, moved, upright[1:-1])
-    is_whole, is_upright = (bm.any_of(bm.or_rows(b)) != 0 for b in (wide, uprights))
-    return square, jnp.where(is_whole, square, jnp.where(is_upright, near, own))
+    near = loose & functools.reduce(or_, moved, upright[1:-1])
+    is_whole, is_upright = (bm.any_of(bm.or_rows(b)) != 0 for b in (square, upright))
+    return jnp.where(is_whole, square, jnp.where(is_upright, near, loose))
 
 
-def _things(
-    planes: jax.Array, room: _Room, square: Bitmap
-) -> tuple[dict[int, Bitmap], dict[int, Bitmap], Bitmap, Bitmap]:
-    """What is told by colours, in one pass over the frames: all of `Found` but the player."""
-    colors = _view(planes, 0)
-    walls, loose, dot = (_view(b, TOP) for b in (room.walls, room.loose, room.dot))
-    free = {color: bm.color_mask(colors, (color,)) & ~walls for color in FIELD_COLORS}
-    field = {color: _without_thin(mask, room.thin) for color, mask in free.items()}
-    small = {color: free[color] & ~square for color in SMALL_COLORS}
-    flashes = bm.color_mask(colors, FLASHES) & ~walls & ~loose
-    return field, small, flashes, bm.color_mask(colors, (GREY,)) & dot
+def _numbered(planes: jax.Array, walls: Bitmap) -> tuple[Bitmap, ...]:
+    """The bits of the numbers of colours."""
+    numbers = dict.fromkeys(FLASHES, OTHER_FLASH) | NUMBERS
+    view, free = _view(planes, 0), ~_view(walls, TOP)
+    colors = [[color for color, number in numbers.items() if number >> bit & 1] for bit in range(3)]
+    return tuple(bm.color_mask(view, own) & free for own in colors)
 
 
-def _without_thin(free: Bitmap, thin: Bitmap) -> Bitmap:
-    """The pixels; those in a thin wall's columns only if one beside it is of them."""
+def _things(found: Found, color: int) -> Bitmap:
+    """The pixels of a colour that are no walls."""
+    bits = (b if NUMBERS[color] >> i & 1 else ~b for i, b in enumerate(found.bits))
+    return functools.reduce(and_, bits)
+
+
+def _before_walls(found: Found, color: int) -> Bitmap:
+    """These; those in a thin wall's columns only if one beside it is of them."""
+    free = _things(found, color)
     beside = (free >> 1 & FIRST_THIN) | (free << 1 & SECOND_THIN)  # never in another word
-    return free & (beside | beside << 1 | beside >> 1 | ~thin)
+    return free & (beside | beside << 1 | beside >> 1 | ~found.thin)
+
+
+def _beside_square(found: Found, color: int) -> Bitmap:
+    return _things(found, color) & ~found.square
+
+
+def _flashes(found: Found) -> Bitmap:
+    return found.bits[-1] & ~found.loose
+
+
+def _player(found: Found) -> Bitmap:
+    return found.player
+
+
+def _grey_dots(found: Found) -> Bitmap:
+    """Dots have no number in grey alone: none of them is a wall."""
+    return found.dot & ~functools.reduce(or_, found.bits)
 
 
 @dataclass(frozen=True)
 class _Pixels:
-    """The pixels of a field of `Found`, of one colour where it has several."""
+    """The pixels of frames that a function finds in the view."""
 
-    name: str
-    color: int | None = None
+    of: Callable[..., Bitmap]
+    color: int | None = None  # for functions of one
 
     def __call__(self, mask: Bitmap, found: Found) -> Bitmap:
-        pixels = getattr(found, self.name)
-        pixels = pixels if self.color is None else pixels[self.color]
+        pixels = self.of(found) if self.color is None else self.of(found, self.color)
         _, top, _, bottom = VIEW
         return jnp.pad(pixels, ((0, 0), (top, mask.shape[1] - bottom), (0, 0)))
 
 
-def _filter(name: str, color: int | None = None) -> Searched:
-    return Searched(look, _Pixels(name, color), whole=True)
+def _filter(of: Callable[..., Bitmap], color: int | None = None) -> Searched:
+    return Searched(look, _Pixels(of, color), whole=True)
 
 
 # Filters.
-NOT_WALLS = {color: _filter("field", color) for color in FIELD_COLORS}
-NOT_SQUARE = {color: _filter("small", color) for color in SMALL_COLORS}
-IS_FLASH = _filter("flashes")
-IS_PLAYER = _filter("player")
-IS_DOT = _filter("dot")
+NOT_WALLS = {color: _filter(_before_walls, color) for color in NUMBERS}
+NOT_SQUARE = {color: _filter(_beside_square, color) for color in (YELLOW, BLACK)}
+IS_FLASH = _filter(_flashes)
+IS_PLAYER = _filter(_player)
+IS_DOT = _filter(_grey_dots)
