@@ -217,7 +217,7 @@ def _before_walls(found: Found, color: int) -> Bitmap:
 
 
 def _beside_square(found: Found, color: int) -> Bitmap:
-    return _things(found, color) & ~found.square
+    return _before_walls(found, color) & ~found.square
 
 
 def _flashes(found: Found) -> Bitmap:
