@@ -161,7 +161,7 @@ YELLOW_KEY = small(YELLOW, shapes=(KEY_SHAPE, Shape((5, 7), 6, pixels=(14, 26)))
 WHITE_KEY = field(WHITE, shapes=Shape((1, 8), (2, 6)))
 BLACK_KEY = small(BLACK, shapes=KEY_SHAPE)
 BATS = field(BLACK, shapes=(Shape(8, 14), Shape(8, 22), Shape(8, (8, 12))), gap=(1, 2))
-MAGNET = small(BLACK, shapes=Shape(8, 16, pixels=72))
+MAGNET = field(BLACK, shapes=Shape(8, 16, pixels=72))
 CHALICE = Blobs(FLASHES, VIEW, Shape(8, 18, pixels=68), filters=(IS_FLASH,))
 GATE = Bounds(BLACK, (76, 140, 83, 172), (7, 8), (7, 32), filters=(NOT_WALLS[BLACK],))
 DOT_ALONE = Bounds(GREY, VIEW, (1, 2), (1, 2), filters=(IS_DOT,))
@@ -183,7 +183,7 @@ GAME = Game(
     categories=(
         Category("Player", SQUARES, doc="the square, in the colour of the walls"),
         taking_turns("RedDragon", field(RED, shapes=RED_SHAPES), doc="Rhindle"),
-        taking_turns("YellowDragon", small(YELLOW, shapes=YELLOW_SHAPES), doc="Yorgle"),
+        taking_turns("YellowDragon", field(YELLOW, shapes=YELLOW_SHAPES), doc="Yorgle"),
         taking_turns("GreenDragon", field(GREEN, shapes=GREEN_SHAPES), doc="Grundle"),
         taking_turns("DragonSword", SWORD, doc="it kills dragons"),
         taking_turns("BridgeEdge", field(PURPLE, shapes=RAIL_SHAPE), count=2, doc="the rails"),

@@ -6,7 +6,7 @@ the light round the player is that background.
 
 XLA fuses slices of a bitmap into what reads them, and padded ones hardly. So what lies above and
 below the view is room for pixels to move up and down in, and for pixels that move to the sides,
-`_edged` bitmaps have an empty word on both sides.
+`_with_edges` bitmaps have an empty word on both sides.
 """
 
 import functools
@@ -49,9 +49,9 @@ FIRST_THIN = bm.areas(1, ((11, 0, 12, 1), (148, 0, 149, 1)))  # first column of 
 SECOND_THIN = bm.areas(1, ((12, 0, 13, 1), (149, 0, 150, 1)))
 SQUARE_WIDTH = 4  # of the player
 SQUARE_HEIGHT = 8
-UPRIGHT = 4  # lines of the least part of him that is taken before others
+UPRIGHT_LINES = 4  # lines of the least part of him that is taken before others
 AROUND = 2  # lines above and below a dot, and columns beside it
-TOP = CELLS_TOP + AROUND  # first line of which dots are told
+DOTS_TOP = CELLS_TOP + AROUND  # first line of which dots are told
 FIRST_OF_CELL = np.uint32(0x11111111)
 
 
@@ -67,7 +67,7 @@ class Found(NamedTuple):
 
 
 class _Room(NamedTuple):
-    """A frame's walls and what has their colour, from line `TOP` on."""
+    """A frame's walls and what has their colour, from line `DOTS_TOP` on."""
 
     walls: Bitmap
     loose: Bitmap  # pixels of the walls' colour that are no walls
@@ -81,11 +81,11 @@ def look(planes: jax.Array) -> Found:
     room = _Room(*materialize(_sort_out, same, ground, *materialize(_openings, ground)))
     square, player = _find_player(room.loose)
     bits = materialize(_numbered, planes, room.walls)
-    loose, dot = (_view(b, TOP) for b in (room.loose, room.dot))
+    loose, dot = (_in_view(b, DOTS_TOP) for b in (room.loose, room.dot))
     return Found(bits, loose, room.thin, square, player, dot)
 
 
-def _edged(pixels: Bitmap) -> Bitmap:
+def _with_edges(pixels: Bitmap) -> Bitmap:
     return jnp.pad(pixels, ((1, 1), (0, 0), (0, 0)))
 
 
@@ -99,7 +99,7 @@ def _right(edged: Bitmap, n: int) -> Bitmap:
     return edged[1:-1] >> n | edged[:-2] << 32 - n
 
 
-def _view(pixels: jax.Array, top: int) -> jax.Array:
+def _in_view(pixels: jax.Array, top: int) -> jax.Array:
     """The lines of the view, of a bitmap that begins at line `top`."""
     _, first, _, end = VIEW
     return pixels[..., first - top : end - top, :]
@@ -117,7 +117,7 @@ def _masks(planes: jax.Array) -> tuple[Bitmap, Bitmap]:
     differs = functools.reduce(or_, planes ^ corner)
     usual, light = bm.color_mask(planes, (GREY,)), bm.color_mask(planes, (LAMP,))
     dark = (usual[:1, CORNER_LINE : CORNER_LINE + 1] >> 31) > 0
-    return _edged(~differs), _edged(jnp.where(dark, light, usual))
+    return _with_edges(~differs), _with_edges(jnp.where(dark, light, usual))
 
 
 def _openings(ground: Bitmap) -> tuple[Bitmap, Bitmap]:
@@ -152,7 +152,7 @@ def _sort_out(same: Bitmap, ground: Bitmap, is_open: Bitmap, columns: Bitmap) ->
         b[:, AROUND:-AROUND]
         for b in (same[1:-1], ground[1:-1], is_open.reshape(words, height, lanes))
     )
-    line = np.arange(TOP, TOP + own.shape[1])[:, None]
+    line = np.arange(DOTS_TOP, DOTS_TOP + own.shape[1])[:, None]
     inside = bm.any_of(free) != 0
     inside = inside & ((line >= WALLS_TOP) & (line < WALLS_END))
     dot = (free & _within(same)) | (own & _within(ground))
@@ -162,18 +162,24 @@ def _sort_out(same: Bitmap, ground: Bitmap, is_open: Bitmap, columns: Bitmap) ->
 
 def _find_player(loose: Bitmap) -> tuple[Bitmap, Bitmap]:
     """What fills the player's square, also where a thing of his colour touches him; and him."""
-    uprights = materialize(lambda b: _edged(functools.reduce(and_, _each(b, UPRIGHT))), loose)
-    wide = materialize(_to_width, materialize(_corners, uprights))
-    square = materialize(lambda b: _view(_down(b, SQUARE_HEIGHT), TOP + SQUARE_HEIGHT - 1), wide)
-    parts = materialize(lambda b: _view(_down(b, UPRIGHT), TOP + UPRIGHT - 1), uprights)
-    return square, materialize(_likeliest, _view(loose, TOP), square, parts)
+    uprights = materialize(
+        lambda b: _with_edges(functools.reduce(and_, _each(b, UPRIGHT_LINES))), loose
+    )
+    wide = materialize(_to_width, materialize(_square_corners, uprights))
+    square = materialize(
+        lambda b: _in_view(_down(b, SQUARE_HEIGHT), DOTS_TOP + SQUARE_HEIGHT - 1), wide
+    )
+    parts = materialize(
+        lambda b: _in_view(_down(b, UPRIGHT_LINES), DOTS_TOP + UPRIGHT_LINES - 1), uprights
+    )
+    return square, materialize(_likeliest, _in_view(loose, DOTS_TOP), square, parts)
 
 
-def _corners(uprights: Bitmap) -> Bitmap:
+def _square_corners(uprights: Bitmap) -> Bitmap:
     """The upper left corners of all squares, edged."""
-    whole = uprights[:, :-UPRIGHT] & uprights[:, UPRIGHT:]
+    whole = uprights[:, :-UPRIGHT_LINES] & uprights[:, UPRIGHT_LINES:]
     moved = (_left(whole, n) for n in range(1, SQUARE_WIDTH))
-    return _edged(functools.reduce(and_, moved, whole[1:-1]))
+    return _with_edges(functools.reduce(and_, moved, whole[1:-1]))
 
 
 def _to_width(corners: Bitmap) -> Bitmap:
@@ -197,10 +203,12 @@ def _likeliest(loose: Bitmap, square: Bitmap, upright: Bitmap) -> Bitmap:
 
 def _numbered(planes: jax.Array, walls: Bitmap) -> tuple[Bitmap, ...]:
     """The bits of the numbers of colours."""
-    numbers = dict.fromkeys(FLASHES, OTHER_FLASH) | NUMBERS
-    view, free = _view(planes, 0), ~_view(walls, TOP)
-    colors = [[color for color, number in numbers.items() if number >> bit & 1] for bit in range(3)]
-    return tuple(bm.color_mask(view, own) & free for own in colors)
+    by_color = dict.fromkeys(FLASHES, OTHER_FLASH) | NUMBERS
+    shown, free = _in_view(planes, 0), ~_in_view(walls, DOTS_TOP)
+    colors = [
+        [color for color, number in by_color.items() if number >> bit & 1] for bit in range(3)
+    ]
+    return tuple(bm.color_mask(shown, own) & free for own in colors)
 
 
 def _things(found: Found, color: int) -> Bitmap:
@@ -217,14 +225,14 @@ def _before_walls(found: Found, color: int) -> Bitmap:
 
 
 def _beside_square(found: Found, color: int) -> Bitmap:
-    return _before_walls(found, color) & ~found.square
+    return _things(found, color) & ~found.square
 
 
-def _flashes(found: Found) -> Bitmap:
+def _flashing(found: Found) -> Bitmap:
     return found.bits[-1] & ~found.loose
 
 
-def _player(found: Found) -> Bitmap:
+def _players_pixels(found: Found) -> Bitmap:
     return found.player
 
 
@@ -253,6 +261,6 @@ def _filter(of: Callable[..., Bitmap], color: int | None = None) -> Searched:
 # Filters.
 NOT_WALLS = {color: _filter(_before_walls, color) for color in NUMBERS}
 NOT_SQUARE = {color: _filter(_beside_square, color) for color in (YELLOW, BLACK)}
-IS_FLASH = _filter(_flashes)
-IS_PLAYER = _filter(_player)
+IS_FLASH = _filter(_flashing)
+IS_PLAYER = _filter(_players_pixels)
 IS_DOT = _filter(_grey_dots)
