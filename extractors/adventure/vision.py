@@ -71,17 +71,17 @@ class _Room(NamedTuple):
 
     walls: Bitmap
     loose: Bitmap  # pixels of the walls' colour that are no walls
-    dot: Bitmap  # single dots of the walls' colour on the background, or the other way round
     thin: Bitmap  # the columns of a thin wall, which has the first thing's colour, or the second's
 
 
 def look(planes: jax.Array) -> Found:
     """Find what is before the walls, the player and the dot."""
     same, ground = materialize(_masks, planes)
-    room = _Room(*materialize(_sort_out, same, ground, *materialize(_openings, ground)))
+    dot = materialize(_dots, same, ground)
+    room = materialize(_sort_out, same, ground, dot, *materialize(_openings, ground))
     square, player = _find_player(room.loose)
     bits = materialize(_numbered, planes, room.walls)
-    loose, dot = (_in_view(b, DOTS_TOP) for b in (room.loose, room.dot))
+    loose, dot = (_in_view(b, DOTS_TOP) for b in (room.loose, dot))
     return Found(bits, loose, room.thin, square, player, dot)
 
 
@@ -142,22 +142,25 @@ def _within(pixels: Bitmap) -> Bitmap:
     return across & pixels[1:-1, 2 * AROUND :] & pixels[1:-1, : -2 * AROUND]
 
 
-def _sort_out(same: Bitmap, ground: Bitmap, is_open: Bitmap, columns: Bitmap) -> tuple[Bitmap, ...]:
-    """What `_Room` has."""
-    thin = ~same[1:-1, WALLS_TOP : WALLS_TOP + 1] & (FIRST_THIN | SECOND_THIN)
+def _dots(same: Bitmap, ground: Bitmap) -> Bitmap:
+    """Single dots, from line `DOTS_TOP` on."""
     same, ground = (b[:, CELLS_TOP:CELLS_END] for b in (same, ground))
-    words, height, lanes = len(is_open), same.shape[1], same.shape[2]
-    is_open = jnp.broadcast_to(is_open[:, :, None], (words, ROW_COUNT, ROW_HEIGHT, lanes))
-    own, free, is_open = (
-        b[:, AROUND:-AROUND]
-        for b in (same[1:-1], ground[1:-1], is_open.reshape(words, height, lanes))
-    )
-    line = np.arange(DOTS_TOP, DOTS_TOP + own.shape[1])[:, None]
-    inside = bm.any_of(free) != 0
-    inside = inside & ((line >= WALLS_TOP) & (line < WALLS_END))
-    dot = (free & _within(same)) | (own & _within(ground))
+    own, free = (b[1:-1, AROUND:-AROUND] for b in (same, ground))
+    return (free & _within(same)) | (own & _within(ground))
+
+
+def _sort_out(same: Bitmap, ground: Bitmap, dot: Bitmap, is_open: Bitmap, columns: Bitmap) -> _Room:
+    """A frame's walls and what has their colour."""
+    thin = ~same[1:-1, WALLS_TOP : WALLS_TOP + 1] & (FIRST_THIN | SECOND_THIN)
+    end = CELLS_END - AROUND
+    own, free = (b[1:-1, DOTS_TOP:end] for b in (same, ground))
+    words, rows, lanes = own.shape
+    whole = jnp.broadcast_to(is_open[:, :, None], (words, ROW_COUNT, ROW_HEIGHT, lanes))
+    is_open = whole.reshape(words, -1, lanes)[:, AROUND : AROUND + rows]
+    line = np.arange(DOTS_TOP, end)[:, None]
+    inside = (bm.any_of(free) != 0) & ((line >= WALLS_TOP) & (line < WALLS_END))
     loose = jnp.where(inside, own & is_open & columns & ~dot, 0)
-    return own & ~is_open, loose, dot, thin
+    return _Room(own & ~is_open, loose, thin)
 
 
 def _find_player(loose: Bitmap) -> tuple[Bitmap, Bitmap]:
