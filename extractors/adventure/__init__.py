@@ -26,6 +26,7 @@ other.
 
 import functools
 from dataclasses import replace
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -41,13 +42,20 @@ from ocjax.extractors.adventure.ram import GATES, ROM, Ram, Thing, Wait
 from ocjax.extractors.adventure.rooms import COLORS, VIEW, row_of, walls_at
 from ocjax.extractors.adventure.things import cut_things, place_of, thing_box
 from ocjax.extractors.adventure.vision import (
-    COLORED,
+    BLACK,
+    FLASHES,
+    GREEN,
     GREY,
     IS_DOT,
+    IS_FLASH,
     IS_PLAYER,
     LAMP,
     NOT_SQUARE,
     NOT_WALLS,
+    PURPLE,
+    RED,
+    WHITE,
+    YELLOW,
 )
 from ocjax.vision.rules import Blobs, Bounds
 from ocjax.vision.shades import Saver
@@ -122,21 +130,19 @@ def _saver_key(m: Ram) -> jax.Array:
     return jnp.where(m.saver >= SAVES, 2 * m.saver & 255, -1)
 
 
-RED = 0x66
-YELLOW = 0x2A
-GREEN = 0x58
-PURPLE = 0x86
-WHITE = 0x0E
-BLACK = 0x00
-# No flashes: the ground, and dragons, which may have the chalice's shape where the lower edge cuts
-# them off.
-OTHERS = (RED, YELLOW, GREEN, GREY)
-FLASHES = tuple(color for color in range(0, 256, 2) if color not in OTHERS)
 WALL_COLORS = tuple(dict.fromkeys(COLORS.tolist()))
 
-# `small`: of colours that walls may have, too, and the player with them.
-field = functools.partial(Blobs, region=VIEW, filters=(NOT_WALLS,))
-small = functools.partial(Blobs, region=VIEW, filters=(NOT_SQUARE,))
+
+def field(color: int, shapes: Shape | tuple[Shape, ...], **more: Any) -> Blobs:
+    """What has a colour."""
+    return Blobs(color, VIEW, shapes, filters=(NOT_WALLS[color],), **more)
+
+
+def small(color: int, shapes: Shape | tuple[Shape, ...]) -> Blobs:
+    """What has a colour that walls may have, too, and the player with them."""
+    return Blobs(color, VIEW, shapes, filters=(NOT_SQUARE[color],))
+
+
 SQUARE_SHAPES = (Shape((2, 4), (2, 8)), Shape(1, (4, 8)))
 SQUARES = Blobs(WALL_COLORS, VIEW, SQUARE_SHAPES, gap=(1, 2), filters=(IS_PLAYER,))
 RED_SHAPES = (Shape((5, 8), (2, 44)), Shape((1, 8), (9, 44)))
@@ -156,11 +162,11 @@ WHITE_KEY = field(WHITE, shapes=Shape((1, 8), (2, 6)))
 BLACK_KEY = small(BLACK, shapes=KEY_SHAPE)
 BATS = field(BLACK, shapes=(Shape(8, 14), Shape(8, 22), Shape(8, (8, 12))), gap=(1, 2))
 MAGNET = field(BLACK, shapes=Shape(8, 16, pixels=72))
-CHALICE = Blobs(FLASHES, VIEW, Shape(8, 18, pixels=68), filters=(COLORED,))
-GATE = Bounds(BLACK, (76, 140, 83, 172), (7, 8), (7, 32), filters=(NOT_WALLS,))
+CHALICE = Blobs(FLASHES, VIEW, Shape(8, 18, pixels=68), filters=(IS_FLASH,))
+GATE = Bounds(BLACK, (76, 140, 83, 172), (7, 8), (7, 32), filters=(NOT_WALLS[BLACK],))
 DOT_ALONE = Bounds(GREY, VIEW, (1, 2), (1, 2), filters=(IS_DOT,))
 LEVEL_NUMBER = Bounds(GREEN, (79, 110, 87, 124), (3, 14), (5, 14))
-NAME = Bounds(FLASHES, (79, 28, 87, 220), (8, 180), filters=(COLORED,))
+NAME = Bounds(FLASHES, (79, 28, 87, 220), (8, 180), filters=(IS_FLASH,))
 
 # What may share a room with two others takes turns.
 taking_turns = functools.partial(Category, blinks=True)

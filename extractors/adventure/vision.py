@@ -3,148 +3,267 @@
 The walls' colour is that of the upper left corner. A wall is a cell of four columns and 32 lines
 without a pixel of the background, which is grey; in dark rooms, where walls are grey themselves,
 the light round the player is that background.
+
+XLA fuses slices of a bitmap into what reads them, and padded ones hardly. So what lies above and
+below the view is room for pixels to move up and down in, and for pixels that move to the sides,
+`_with_edges` bitmaps have an empty word on both sides.
 """
 
-import itertools
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass
+from operator import and_, or_
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax._xla.kernels import materialize
+from ocjax.extractors.adventure.rooms import BEFORE_ROWS, ROW_COUNT, ROW_HEIGHT, VIEW
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap
 from ocjax.vision.filters import Searched
 
+RED = 0x66
+YELLOW = 0x2A
+GREEN = 0x58
+PURPLE = 0x86
+WHITE = 0x0E
+BLACK = 0x00
 GREY = 0x08
 LAMP = 0x48
+# No flashes: the ground, and dragons, which may have the chalice's shape where the lower edge cuts
+# them off.
+OTHERS = (RED, YELLOW, GREEN, GREY)
+FLASHES = tuple(color for color in range(0, 256, 2) if color not in OTHERS)
+# Numbers of three bits, the highest one set for flashes. All others that flash have number 7.
+NUMBERS = {RED: 1, YELLOW: 2, GREEN: 3, PURPLE: 4, WHITE: 5, BLACK: 6}
+OTHER_FLASH = 7
+
 CORNER_LINE = 29  # of a pixel that is a wall in all rooms, in column 0
-STARTS = (27, 44, 76, 108, 140, 172, 204, 221)  # of the rows of walls, and the end
+WALLS_TOP = 27
+WALLS_END = 221
+CELLS_TOP = BEFORE_ROWS  # of seven rows of cells, if the first and the last one were whole
+CELLS_END = CELLS_TOP + ROW_COUNT * ROW_HEIGHT
 FIRST_THIN = bm.areas(1, ((11, 0, 12, 1), (148, 0, 149, 1)))  # first column of each thin wall
 SECOND_THIN = bm.areas(1, ((12, 0, 13, 1), (149, 0, 150, 1)))
-THIN_LINE = 27  # walls begin on it, and things on the next one
-WHOLE = (4, 8)  # size of the player
-UPRIGHT = (1, 4)  # of the least part that is taken before others
+SQUARE_WIDTH = 4  # of the player
+SQUARE_HEIGHT = 8
+UPRIGHT_LINES = 4  # lines of the least part of him that is taken before others
+AROUND = 2  # lines above and below a dot, and columns beside it
+DOTS_TOP = CELLS_TOP + AROUND  # first line of which dots are told
 FIRST_OF_CELL = np.uint32(0x11111111)
 
 
 class Found(NamedTuple):
-    """Pixels of frames."""
+    """Pixels of the view."""
+
+    bits: tuple[Bitmap, ...]  # of the numbers of colours, the lowest first; 0 for walls, too
+    loose: Bitmap  # of the walls' colour, but no walls
+    thin: Bitmap  # columns of a thin wall, which has the first thing's colour, or the second's
+    square: Bitmap  # that fill the player's square
+    player: Bitmap  # that are most likely his
+    dot: Bitmap  # single dots of the walls' colour on the background, or the other way round
+
+
+class _Room(NamedTuple):
+    """A frame's walls and what has their colour, from line `DOTS_TOP` on."""
 
     walls: Bitmap
     loose: Bitmap  # pixels of the walls' colour that are no walls
-    square: Bitmap  # those of them that fill the player's square
-    player: Bitmap  # those that are most likely his
-    dot: Bitmap  # single dots of the walls' colour on the background, or the other way round
     thin: Bitmap  # the columns of a thin wall, which has the first thing's colour, or the second's
 
 
-def _like_corner(planes: jax.Array) -> Bitmap:
-    """The pixels that have the walls' colour."""
-    corner = -(planes[:, :1, CORNER_LINE : CORNER_LINE + 1] >> 31)
-    differs = planes ^ corner
-    other = differs[0]
-    for plane in differs[1:]:
-        other = other | plane
-    return ~other
-
-
-def _spread_cells(line: jax.Array) -> jax.Array:
-    """The columns of all cells that have a pixel in a line."""
-    any_pixel = line | line >> 1 | line >> 2 | line >> 3
-    return (any_pixel & FIRST_OF_CELL) * 15
-
-
-def _open_cells(background: Bitmap) -> Bitmap:
-    """The pixels of all cells that show the background."""
-    words, height, lanes = background.shape
-    blank = jnp.zeros((words, STARTS[0], lanes), background.dtype)
-    parts = [blank]
-    for start, stop in itertools.pairwise(STARTS):
-        line = _spread_cells(bm.or_rows(background[:, start:stop]))
-        parts.append(jnp.broadcast_to(line[:, None], (words, stop - start, lanes)))
-    parts.append(jnp.zeros((words, height - STARTS[-1], lanes), background.dtype))
-    return jnp.concatenate(parts, axis=1)
-
-
 def look(planes: jax.Array) -> Found:
-    """Find walls, the player and the dot."""
+    """Find what is before the walls, the player and the dot."""
     same, ground = materialize(_masks, planes)
-    is_open = materialize(_open_cells, ground)
-    walls, loose, dot, thin = materialize(_sort_out, same, ground, is_open)
-    square, tall = _squares(loose)
-    return Found(walls, loose, square, materialize(_likeliest, loose, square, tall), dot, thin)
+    dot = materialize(_dots, same, ground)
+    room = materialize(_sort_out, same, ground, dot, *materialize(_openings, ground))
+    square, player = _find_player(room.loose)
+    bits = materialize(_numbered, planes, room.walls)
+    loose, dot = (_in_view(b, DOTS_TOP) for b in (room.loose, dot))
+    return Found(bits, loose, room.thin, square, player, dot)
+
+
+def _with_edges(pixels: Bitmap) -> Bitmap:
+    return jnp.pad(pixels, ((1, 1), (0, 0), (0, 0)))
+
+
+def _left(edged: Bitmap, n: int) -> Bitmap:
+    """Pixels moved to the left, without edges."""
+    return edged[1:-1] << n | edged[2:] >> 32 - n
+
+
+def _right(edged: Bitmap, n: int) -> Bitmap:
+    """Pixels moved to the right, without edges."""
+    return edged[1:-1] >> n | edged[:-2] << 32 - n
+
+
+def _in_view(pixels: jax.Array, top: int) -> jax.Array:
+    """The lines of the view, of a bitmap that begins at line `top`."""
+    _, first, _, end = VIEW
+    return pixels[..., first - top : end - top, :]
+
+
+def _each(pixels: Bitmap, count: int) -> list[Bitmap]:
+    """Each line where `count - 1` others follow, then the next ones, up to the last of them."""
+    height = pixels.shape[1] - count + 1
+    return [pixels[:, i : i + height] for i in range(count)]
 
 
 def _masks(planes: jax.Array) -> tuple[Bitmap, Bitmap]:
-    """The pixels of the walls' colour and of the background."""
-    same, usual = _like_corner(planes), bm.color_mask(planes, (GREY,))
+    """The pixels of the walls' colour and of the background, edged."""
+    corner = -(planes[:, :1, CORNER_LINE : CORNER_LINE + 1] >> 31)
+    differs = functools.reduce(or_, planes ^ corner)
+    usual, light = bm.color_mask(planes, (GREY,)), bm.color_mask(planes, (LAMP,))
     dark = (usual[:1, CORNER_LINE : CORNER_LINE + 1] >> 31) > 0
-    light = bm.color_mask(planes, (LAMP,))
-    return same, jnp.where(dark, light, usual)
+    return _with_edges(~differs), _with_edges(jnp.where(dark, light, usual))
+
+
+def _openings(ground: Bitmap) -> tuple[Bitmap, Bitmap]:
+    """The columns of the cells of each row that show the background, and those of all lines."""
+    ground = ground[1:-1]
+    words, _, lanes = ground.shape
+    walls = np.zeros((1, CELLS_END - CELLS_TOP, 1), np.uint32)
+    walls[:, WALLS_TOP - CELLS_TOP : WALLS_END - CELLS_TOP] = bm.ALL
+    cells = ground[:, CELLS_TOP:CELLS_END] & walls
+    rows = cells.reshape(words, ROW_COUNT, ROW_HEIGHT, lanes)
+    line = jax.lax.reduce(rows, np.uint32(0), jax.lax.bitwise_or, (2,))
+    outside = bm.or_rows(ground[:, :WALLS_TOP]) | bm.or_rows(ground[:, WALLS_END:])
+    columns = bm.any_of(jnp.moveaxis(line, 1, 0)) | outside
+    any_pixel = line | line >> 1 | line >> 2 | line >> 3
+    return (any_pixel & FIRST_OF_CELL) * 15, columns[:, None]
 
 
 def _within(pixels: Bitmap) -> Bitmap:
     """Where all pixels two columns and two lines away, and those next in the line, are these."""
-    across = [bm.shift_left(pixels, n) & bm.shift_right(pixels, n) for n in (1, 2)]
-    return across[0] & across[1] & bm.shift_up(pixels, 2) & bm.shift_down(pixels, 2)
+    middle = pixels[:, AROUND:-AROUND]
+    across = functools.reduce(and_, (_left(middle, n) & _right(middle, n) for n in (1, AROUND)))
+    return across & pixels[1:-1, 2 * AROUND :] & pixels[1:-1, : -2 * AROUND]
 
 
-def _sort_out(same: Bitmap, ground: Bitmap, is_open: Bitmap) -> tuple[Bitmap, ...]:
-    """Walls, loose pixels, dots and the columns of thin walls, as of `Found`."""
-    lines = jnp.any(ground > 0, axis=0, keepdims=True)
-    columns = bm.or_rows(ground)[:, None]
-    dot = (ground & _within(same)) | (same & _within(ground))
-    loose = jnp.where(lines, same & is_open & columns & ~dot, 0)
-    thin = ~same[:, THIN_LINE : THIN_LINE + 1] & (FIRST_THIN | SECOND_THIN)
-    return same & ~is_open, loose, dot, thin
+def _dots(same: Bitmap, ground: Bitmap) -> Bitmap:
+    """Single dots, from line `DOTS_TOP` on."""
+    same, ground = (b[:, CELLS_TOP:CELLS_END] for b in (same, ground))
+    own, free = (b[1:-1, AROUND:-AROUND] for b in (same, ground))
+    return (free & _within(same)) | (own & _within(ground))
 
 
-def _opened(pixels: Bitmap, size: tuple[int, int]) -> Bitmap:
-    """The pixels in filled rectangles of a size."""
-    corners = materialize(lambda b: bm.all_within(b, *size), pixels)
-    return materialize(lambda b: bm.any_within(b, *size), corners)
+def _sort_out(same: Bitmap, ground: Bitmap, dot: Bitmap, is_open: Bitmap, columns: Bitmap) -> _Room:
+    """A frame's walls and what has their colour."""
+    thin = ~same[1:-1, WALLS_TOP : WALLS_TOP + 1] & (FIRST_THIN | SECOND_THIN)
+    end = CELLS_END - AROUND
+    own, free = (b[1:-1, DOTS_TOP:end] for b in (same, ground))
+    words, rows, lanes = own.shape
+    whole = jnp.broadcast_to(is_open[:, :, None], (words, ROW_COUNT, ROW_HEIGHT, lanes))
+    is_open = whole.reshape(words, -1, lanes)[:, AROUND : AROUND + rows]
+    line = np.arange(DOTS_TOP, end)[:, None]
+    inside = (bm.any_of(free) != 0) & ((line >= WALLS_TOP) & (line < WALLS_END))
+    loose = jnp.where(inside, own & is_open & columns & ~dot, 0)
+    return _Room(own & ~is_open, loose, thin)
 
 
-def _squares(loose: Bitmap) -> tuple[Bitmap, Bitmap]:
-    """The whole player, also where a thing of his colour touches him, and what is upright."""
-    return _opened(loose, WHOLE), _opened(loose, UPRIGHT)
+def _find_player(loose: Bitmap) -> tuple[Bitmap, Bitmap]:
+    """What fills the player's square, also where a thing of his colour touches him; and him."""
+    uprights = materialize(
+        lambda b: _with_edges(functools.reduce(and_, _each(b, UPRIGHT_LINES))), loose
+    )
+    wide = materialize(_to_width, materialize(_square_corners, uprights))
+    square = materialize(
+        lambda b: _in_view(_down(b, SQUARE_HEIGHT), DOTS_TOP + SQUARE_HEIGHT - 1), wide
+    )
+    parts = materialize(
+        lambda b: _in_view(_down(b, UPRIGHT_LINES), DOTS_TOP + UPRIGHT_LINES - 1), uprights
+    )
+    return square, materialize(_likeliest, _in_view(loose, DOTS_TOP), square, parts)
 
 
-def _likeliest(loose: Bitmap, square: Bitmap, tall: Bitmap) -> Bitmap:
-    """The whole player if he is there, or parts that are upright, or all that may be parts."""
-    near = loose & bm.spread(bm.spread(tall))
-    is_whole, is_upright = (jnp.any(b > 0, axis=(0, 1), keepdims=True) for b in (square, near))
+def _square_corners(uprights: Bitmap) -> Bitmap:
+    """The upper left corners of all squares, edged."""
+    whole = uprights[:, :-UPRIGHT_LINES] & uprights[:, UPRIGHT_LINES:]
+    moved = (_left(whole, n) for n in range(1, SQUARE_WIDTH))
+    return _with_edges(functools.reduce(and_, moved, whole[1:-1]))
+
+
+def _to_width(corners: Bitmap) -> Bitmap:
+    """The first lines of all squares."""
+    moved = (_right(corners, n) for n in range(1, SQUARE_WIDTH))
+    return functools.reduce(or_, moved, corners[1:-1])
+
+
+def _down(pixels: Bitmap, count: int) -> Bitmap:
+    """Pixels and those below them, from the line on that the first ones reach."""
+    return functools.reduce(or_, _each(pixels, count))
+
+
+def _likeliest(loose: Bitmap, square: Bitmap, upright: Bitmap) -> Bitmap:
+    """All squares if there are any, or what is upright, or all that may be parts."""
+    moved = (move(upright, n) for move in (_left, _right) for n in (1, 2))
+    near = loose & functools.reduce(or_, moved, upright[1:-1])
+    is_whole, is_upright = (bm.any_of(bm.or_rows(b)) != 0 for b in (square, upright))
     return jnp.where(is_whole, square, jnp.where(is_upright, near, loose))
 
 
-def _no_walls(mask: Bitmap, found: Found) -> Bitmap:
-    """Pixels that are no walls; those in a thin wall's columns only if one beside it is of them."""
-    free = mask & ~found.walls
-    beside = bm.shift_right(free, 1) & FIRST_THIN | bm.shift_left(free, 1) & SECOND_THIN
-    wide = bm.shift_left(beside, 1) | bm.shift_right(beside, 1) | beside
-    return free & (wide | ~found.thin)
+def _numbered(planes: jax.Array, walls: Bitmap) -> tuple[Bitmap, ...]:
+    """The bits of the numbers of colours."""
+    by_color = dict.fromkeys(FLASHES, OTHER_FLASH) | NUMBERS
+    shown, free = _in_view(planes, 0), ~_in_view(walls, DOTS_TOP)
+    colors = [
+        [color for color, number in by_color.items() if number >> bit & 1] for bit in range(3)
+    ]
+    return tuple(bm.color_mask(shown, own) & free for own in colors)
 
 
-def _player_pixels(_: Bitmap, found: Found) -> Bitmap:
+def _things(found: Found, color: int) -> Bitmap:
+    """The pixels of a colour that are no walls."""
+    bits = (b if NUMBERS[color] >> i & 1 else ~b for i, b in enumerate(found.bits))
+    return functools.reduce(and_, bits)
+
+
+def _before_walls(found: Found, color: int) -> Bitmap:
+    """These; those in a thin wall's columns only if one beside it is of them."""
+    free = _things(found, color)
+    beside = (free >> 1 & FIRST_THIN) | (free << 1 & SECOND_THIN)  # never in another word
+    return free & (beside | beside << 1 | beside >> 1 | ~found.thin)
+
+
+def _beside_square(found: Found, color: int) -> Bitmap:
+    return _things(found, color) & ~found.square
+
+
+def _flashing(found: Found) -> Bitmap:
+    return found.bits[-1] & ~found.loose
+
+
+def _players_pixels(found: Found) -> Bitmap:
     return found.player
 
 
-def _beside_square(mask: Bitmap, found: Found) -> Bitmap:
-    return mask & ~found.walls & ~found.square
+def _grey_dots(found: Found) -> Bitmap:
+    """Dots have no number in grey alone: none of them is a wall."""
+    return found.dot & ~functools.reduce(or_, found.bits)
 
 
-def _dots_alone(mask: Bitmap, found: Found) -> Bitmap:
-    return mask & found.dot
+@dataclass(frozen=True)
+class _Pixels:
+    """The pixels of frames that a function finds in the view."""
+
+    of: Callable[..., Bitmap]
+    color: int | None = None  # for functions of one
+
+    def __call__(self, mask: Bitmap, found: Found) -> Bitmap:
+        pixels = self.of(found) if self.color is None else self.of(found, self.color)
+        _, top, _, bottom = VIEW
+        return jnp.pad(pixels, ((0, 0), (top, mask.shape[1] - bottom), (0, 0)))
 
 
-def _neither(mask: Bitmap, found: Found) -> Bitmap:
-    return mask & ~found.walls & ~found.loose
+def _filter(of: Callable[..., Bitmap], color: int | None = None) -> Searched:
+    return Searched(look, _Pixels(of, color), whole=True)
 
 
 # Filters.
-NOT_WALLS = Searched(look, _no_walls)
-IS_PLAYER = Searched(look, _player_pixels)
-NOT_SQUARE = Searched(look, _beside_square)
-IS_DOT = Searched(look, _dots_alone)
-COLORED = Searched(look, _neither)
+NOT_WALLS = {color: _filter(_before_walls, color) for color in NUMBERS}
+NOT_SQUARE = {color: _filter(_beside_square, color) for color in (YELLOW, BLACK)}
+IS_FLASH = _filter(_flashing)
+IS_PLAYER = _filter(_players_pixels)
+IS_DOT = _filter(_grey_dots)

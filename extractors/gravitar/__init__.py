@@ -45,6 +45,7 @@ from ocjax.extractors.gravitar.drawn import (
     enemy_shots_drawn,
     ship_shots_drawn,
 )
+from ocjax.extractors.gravitar.lone import Lone
 from ocjax.extractors.gravitar.ram import ROM, Ground, Ram, Sky
 from ocjax.vision.bitmap import Bitmap
 from ocjax.vision.displays import NumberDisplay
@@ -283,7 +284,8 @@ SHIELDS = Bounds(PINK, PLAY, (6, 7), (7, 9), exclude=("Player_Shot",))
 BEAMS = Bounds(PINK, PLAY, (5, 10), (7, 10), exclude=("Player_Shot",))
 # A single row is a shot in colours that nothing else so small has.
 CUT_SHOTS = Blobs((RED, GREEN, PURPLE, WHITE), PLAY, Shape(w=1, h=1))
-ENEMY_SHOTS = Blobs(SHOT_COLORS, PLAY, Shape(w=1, h=(2, 3)), gap=(2, 0), also=(CUT_SHOTS,))
+ALONE = Lone(heights=(2, 3), aside=3, rows=(PLAY[1], PLAY[3]))
+ENEMY_SHOTS = Blobs(SHOT_COLORS, PLAY, Shape(w=1, h=(2, 3)), filters=(ALONE,), also=(CUT_SHOTS,))
 SAUCERS = Blobs(BROWN, PLAY, Shape(w=8, h=7), also=(Blobs(SAUCER_COLOR, PLAY, Shape(w=7, h=6)),))
 # A planet as large as the sun.
 TALL = Blobs(0xAC, PLAY, Shape(w=8, h=13), gap=(3, 3))
