@@ -94,9 +94,9 @@ def _by_shape(planes: jax.Array) -> Missiles:
     """Lone squares of four pixels, and the first eight pixels of lone white runs."""
     own = _in_lift(planes)
     drawn = materialize(lambda p: ~color_mask(p, SCENERY), own)
-    white = materialize(lambda p: color_mask(p, (WHITE,)), own)
+    shots = materialize(lambda p: color_mask(p, (WHITE,)), own)
     corner = materialize(_lone_corners, *materialize(_fours, drawn))
-    start = materialize(_lone_starts, white, *materialize(_runs, white))
+    start = materialize(_lone_starts, shots, *materialize(_runs, shots))
     return Missiles(
         materialize(lambda c: any_within(c, 4, 4), corner),
         materialize(lambda s: any_within(s, 8, 1), start),
@@ -125,13 +125,13 @@ def _lone_starts(mask: Bitmap, run: Bitmap, six: Bitmap) -> Bitmap:
     return run & ~shift_right(mask, 1) & ~shift_up(six, 1) & ~shift_down(run, 1)
 
 
-def _meat(mask: Bitmap) -> Bitmap:
+def _meat_corners(mask: Bitmap) -> Bitmap:
     """The corners of 8 x 2 pixels in the lift's rows."""
     return all_within(_in_lift(mask), 8, 2)
 
 
 def _pig_pixels(mask: Bitmap, missiles: Missiles) -> Bitmap:
-    meat = any_within(materialize(_meat, mask), 8, 2)
+    meat = any_within(materialize(_meat_corners, mask), 8, 2)
     return mask & ~_on_screen(meat | missiles.stones | missiles.arrows, mask)
 
 
@@ -143,7 +143,7 @@ def _arrow_pixels(mask: Bitmap, missiles: Missiles) -> Bitmap:
 
 def _bait_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
     """The first eight pixels of runs of at least as many, in two rows or more."""
-    start = materialize(lambda m: _meat(m) & ~shift_right(_in_lift(m), 1), mask)
+    start = materialize(lambda m: _meat_corners(m) & ~shift_right(_in_lift(m), 1), mask)
     return _on_screen(any_within(start, 8, 2), mask)
 
 
