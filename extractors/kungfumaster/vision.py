@@ -14,8 +14,8 @@ from ocjax.vision import bitmap as bm
 from ocjax.vision.detected import Detected, boxes
 from ocjax.vision.steps import Context, Step
 
-ROOM = (8, 95, 160, 162)  # where figures are
-_, TOP, _, BOTTOM = ROOM
+TOP, BOTTOM = 95, 162  # rows where figures are
+ROOM = (8, TOP, 160, BOTTOM)
 WHITE = 12
 SMOKE_COLOR = 14
 JACKET_COLORS = (10, 2)  # colours of throwers, of masters
