@@ -32,6 +32,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from ocjax._xla.kernels import materialize
 from ocjax.console.boxes import Box, box
 from ocjax.console.ops import among, div, match, mod, when
 from ocjax.console.registers import packed_position
@@ -313,7 +314,8 @@ FLYING = Blobs(BIRD_COLORS, (0, TOP_LINE, 160, 165), Shape(w=(5, 8), h=(8, 13)))
 
 def _bat_pixels(mask: Bitmap, planes: jax.Array) -> Bitmap:
     """None on frames without any of the colours that birds do not have: a bat has several."""
-    own = color_mask(planes[:, :, TOP_LINE:GROUND], set(BAT_COLORS) - set(BIRD_COLORS))
+    air = planes[:, :, TOP_LINE:GROUND]
+    own = materialize(lambda p: color_mask(p, set(BAT_COLORS) - set(BIRD_COLORS)), air)
     return jnp.where(any_of(or_rows(own)) != 0, mask, U(0))
 
 
