@@ -46,10 +46,9 @@ class Figures:
 
     def __call__(self, planes: jax.Array) -> dict[str, jax.Array]:
         """The edges of each kind's figure, int32 `[4, B]`, 0 where there is none; other pixels."""
-        top, bottom = self.rows
-        court = planes[:, :, top:bottom]
-        masks = materialize(self._masks, court)
-        shown = materialize(lambda p: bm.color_mask(p, self.colors), court)
+        top = self.rows[0]
+        masks = materialize(self._masks, planes)
+        shown = materialize(lambda p: bm.color_mask(self._court(p), self.colors), planes)
         taken, out = jnp.zeros_like(shown), {}
         for kind in self.kinds:
             taken, edges = _search(masks, shown, taken, kind)
@@ -60,8 +59,13 @@ class Figures:
         out[NO_FIGURE] = materialize(_others, masks, taken)
         return out
 
-    def _masks(self, court: jax.Array) -> jax.Array:
+    def _court(self, planes: jax.Array) -> jax.Array:
+        """The rows that are looked at."""
+        return planes[:, :, self.rows[0] : self.rows[1]]
+
+    def _masks(self, planes: jax.Array) -> jax.Array:
         """The pixels in each of the colours."""
+        court = self._court(planes)
         return jnp.stack([bm.color_mask(court, [color]) for color in self.colors])
 
 

@@ -14,7 +14,8 @@ from ocjax.vision import bitmap as bm
 from ocjax.vision.detected import Detected, boxes
 from ocjax.vision.steps import Context, Step
 
-TOP, BOTTOM = 95, 162  # rows where figures are
+TOP = 95  # rows where figures are
+BOTTOM = 162
 ROOM = (8, TOP, 160, BOTTOM)
 WHITE = 12
 SMOKE_COLOR = 14
@@ -60,22 +61,23 @@ class Whites:
 
     def __call__(self, mask: bm.Bitmap, planes: jax.Array) -> bm.Bitmap:
         """The pixels that count, in the room alone."""
-        shown, room = _in_room(mask), _in_room(planes)
-        own = materialize(_own_white, room)
+        shown = _in_room(mask)
+        own = materialize(_own_white, planes)
         below = _columns_with(own, (TOP, BOTTOM))
         rows = slice(BRIM_ROWS[0] - TOP, BRIM_ROWS[-1] + 1 - TOP)
-        hat = shown[:, rows] & ~bm.color_mask(room[:, :, rows], (WHITE,))
+        hat = shown[:, rows] & ~bm.color_mask(_in_room(planes)[:, :, rows], (WHITE,))
         brim = hat & bm.spread(hat & below) & ~below
         begin = rows.start + BRIM_SHIFT
         lower = jnp.pad(brim, ((0, 0), (begin, BOTTOM - TOP - begin - len(BRIM_ROWS)), (0, 0)))
         return _on_screen(own | lower, mask)
 
 
-def _own_white(room: jax.Array) -> bm.Bitmap:
-    """White pixels that are not a thrower's, a master's or the smoke's."""
-    jackets = _columns_with(bm.color_mask(room, JACKET_COLORS), JACKET_ROWS, reach=1)
-    smoke = _columns_with(bm.color_mask(room, (SMOKE_COLOR,)), SMOKE_ROWS, reach=1)
-    return bm.color_mask(room, (WHITE,)) & ~((jackets & _row_words(WHITE_ROWS)) | smoke)
+def _own_white(planes: jax.Array) -> bm.Bitmap:
+    """White pixels of the room that are not a thrower's, a master's or the smoke's."""
+    own = _in_room(planes)
+    jackets = _columns_with(bm.color_mask(own, JACKET_COLORS), JACKET_ROWS, reach=1)
+    smoke = _columns_with(bm.color_mask(own, (SMOKE_COLOR,)), SMOKE_ROWS, reach=1)
+    return bm.color_mask(own, (WHITE,)) & ~((jackets & _row_words(WHITE_ROWS)) | smoke)
 
 
 def _in_room(bitmap: jax.Array) -> jax.Array:

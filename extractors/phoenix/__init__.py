@@ -313,10 +313,9 @@ FLYING = Blobs(BIRD_COLORS, (0, TOP_LINE, 160, 165), Shape(w=(5, 8), h=(8, 13)))
 
 
 def _bat_pixels(mask: Bitmap, planes: jax.Array) -> Bitmap:
-    """None on frames without any of the colours that birds do not have: a bat has several."""
-    air = planes[:, :, TOP_LINE:GROUND]
-    own = materialize(lambda p: color_mask(p, set(BAT_COLORS) - set(BIRD_COLORS)), air)
-    return jnp.where(any_of(or_rows(own)) != 0, mask, U(0))
+    """None on frames with birds, some of whose rows have a colour of bats."""
+    birds = materialize(lambda p: color_mask(p[:, :, TOP_LINE:GROUND], (PURPLE,)), planes)
+    return jnp.where(any_of(or_rows(birds)) != 0, U(0), mask)
 
 
 BOTH_WINGS = Blobs(BAT_COLORS, AIR, Shape(w=(4, 16), h=(8, 15)), filters=(_bat_pixels,))

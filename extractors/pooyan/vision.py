@@ -92,9 +92,8 @@ class Missiles(NamedTuple):
 
 def _by_shape(planes: jax.Array) -> Missiles:
     """Lone squares of four pixels, and the first eight pixels of lone white runs."""
-    own = _in_lift(planes)
-    drawn = materialize(lambda p: ~color_mask(p, SCENERY), own)
-    shots = materialize(lambda p: color_mask(p, (WHITE,)), own)
+    drawn = materialize(lambda p: ~color_mask(_in_lift(p), SCENERY), planes)
+    shots = materialize(lambda p: color_mask(_in_lift(p), (WHITE,)), planes)
     corner = materialize(_lone_corners, *materialize(_fours, drawn))
     start = materialize(_lone_starts, shots, *materialize(_runs, shots))
     return Missiles(
