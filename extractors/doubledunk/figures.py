@@ -14,6 +14,7 @@ The figure's pixels are then taken: they do not count for the kinds that follow.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -21,7 +22,7 @@ import numpy as np
 from ocjax._xla.kernels import materialize
 from ocjax.extractors.doubledunk.fitting import best_fit, with_figure
 from ocjax.extractors.doubledunk.kinds import Figure
-from ocjax.extractors.doubledunk.strips import likeliest, row_counts, strips_of
+from ocjax.extractors.doubledunk.strips import likeliest, row_counts
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 
@@ -44,7 +45,7 @@ class Figures:
     colors: tuple[int, ...]
     rows: tuple[int, int]
 
-    def __call__(self, planes: jax.Array) -> dict[str, jax.Array]:
+    def __call__(self, planes: jax.Array) -> dict[str, Any]:
         """The edges of each kind's figure, int32 `[4, B]`, 0 where there is none; other pixels."""
         top = self.rows[0]
         masks = materialize(self._masks, planes)
@@ -56,7 +57,7 @@ class Figures:
             from_top = np.array((0, top, 0, top))[:, None]
             out[kind.name] = jnp.where(is_found, edges + from_top, 0)
         out[ANY_COLOR] = shown
-        out[NO_FIGURE] = materialize(_others, masks, taken)
+        out[NO_FIGURE] = materialize(_others, masks, shown, taken)
         return out
 
     def _court(self, planes: jax.Array) -> jax.Array:
@@ -69,17 +70,16 @@ class Figures:
         return jnp.stack([bm.color_mask(court, [color]) for color in self.colors])
 
 
-def _others(masks: jax.Array, taken: Bitmap) -> jax.Array:
+def _others(masks: jax.Array, shown: Bitmap, taken: Bitmap) -> tuple[Bitmap, Bitmap]:
     """The pixels that are not taken, in the first colour and in any."""
-    return jnp.stack([masks[0], bm.any_of(masks)]) & ~taken[None]
+    return masks[0] & ~taken, shown & ~taken
 
 
 def _search(
     masks: jax.Array, shown: Bitmap, taken: Bitmap, kind: Figure
 ) -> tuple[Bitmap, jax.Array]:
     """The pixels that are taken when this kind has been looked for, too, and its edges."""
-    strips = materialize(strips_of, masks, taken)
-    counts = row_counts(strips, kind)
+    counts = row_counts(masks, shown, taken, kind)
     score, row, strip = materialize(lambda *c: likeliest(c, kind), *counts)
     column, ink, edges = materialize(
         lambda *a: best_fit(*a, kind=kind), masks, shown, taken, row, strip

@@ -123,7 +123,7 @@ def _best_picture(kind: Figure, own: jax.Array) -> tuple[jax.Array, jax.Array]:
     tried = jnp.clip(near[None] + TRIED_AROUND[:, None], 0, COLUMN_COUNT - 1)
     there = materialize(_eight_columns, own, tried)
     pixels = materialize(_pixel_count, there)
-    scored = materialize(lambda t, p: _scores(kind, t, p), there, pixels)
+    scored = materialize(lambda t, p: _scores(kind, t, p), there, pixels, small=0)
     best = jnp.max(jnp.max(scored, axis=0), axis=0) % (scored.shape[0] * len(TRIED_AROUND))
     column = near + best % len(TRIED_AROUND) + TRIED_AROUND[0]
     return best // len(TRIED_AROUND), jnp.clip(column, 0, COLUMN_COUNT - 1)
@@ -188,7 +188,7 @@ def _seen_edges(
 def with_figure(taken: Bitmap, ink: jax.Array, row: jax.Array, left: jax.Array) -> Bitmap:
     """The pixels that are taken, with those of a figure."""
     words, height, _ = taken.shape
-    pixels = _rows_of(ink, row, height)
+    pixels = materialize(lambda i, r: _rows_of(i, r, height), ink, row, small=0)
     first = left[None] - 32 * np.arange(words)[:, None]  # of the leftmost pixel in each word
     to_left = jnp.clip(32 - WIDE - first, -31, 31)[:, None]
     shifted = jnp.where(
