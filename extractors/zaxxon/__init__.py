@@ -29,6 +29,7 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
+from ocjax._xla.kernels import materialize
 from ocjax.console import palette
 from ocjax.console.boxes import Box, box, edges
 from ocjax.console.fonts import Digits
@@ -255,7 +256,16 @@ def _tall(mask: Bitmap, planes: jax.Array) -> Bitmap:
     return mask & ~ShortRuns(2)(mask, planes)
 
 
+def _short_black(mask: Bitmap, planes: jax.Array) -> Bitmap:
+    """Black runs of at most the shadow's width, in the rows of the shadow alone."""
+    _, top, _, bottom = SHADOW_FIELD
+    rows = materialize(lambda p: bm.color_mask(p[:, :, top:bottom], (BLACK,)), planes)
+    runs = ShortRuns(14, across=True)(rows, planes)
+    return jnp.pad(runs, ((0, 0), (top, mask.shape[1] - bottom), (0, 0)))
+
+
 FIELD = (16, 24, 160, 194)
+SHADOW_FIELD = (16, 172, 144, 194)
 SHORT = ShortRuns(1, across=True)  # pixels that are alone in a row
 THING = Shape(w=(2, 16), h=(1, 34))
 FIGHTER_SHAPES = (Shape(w=(4, 8), h=(1, 5)), Shape(w=16, h=(8, 12)))
@@ -284,11 +294,7 @@ in_plane_color = functools.partial(
 )
 PLANE_RULE = in_plane_color(shapes=Shape(w=14, h=(8, 16)))
 SHADOW_RULE = Blobs(
-    BLACK,
-    (16, 172, 144, 194),
-    Shape(w=14, h=(2, 16)),
-    gap=(0, 2),
-    filters=(ShortRuns(14, across=True),),
+    BLACK, SHADOW_FIELD, Shape(w=14, h=(2, 16)), gap=(0, 2), filters=(_short_black,)
 )
 SHOT_RULE = Blobs(PLANE_COLOR, (0, 24, 160, 194), SHOT_SHAPE, filters=(SHORT,))
 HOMING_RULE = in_plane_color(shapes=Shape(w=8, h=(6, 16)))
