@@ -83,8 +83,8 @@ def _words_at(bitmaps: jax.Array, index: np.ndarray, row: jax.Array, first: jax.
     _, words, height, lanes = bitmaps.shape
     rows = row[None] + np.arange(len(index))[:, None]
     at = (first[None] + np.arange(3)[:, None])[:, None]
-    flat = ((index * words + jnp.clip(at, 0, words - 1)) * height + rows[None]) * lanes
-    got = bitmaps.ravel().at[flat + np.arange(lanes)].get(mode="clip")
+    flat = ((index[None] * words + jnp.clip(at, 0, words - 1)) * height + rows[None]) * lanes
+    got = bitmaps.ravel().at[flat + np.arange(lanes)[None, None]].get(mode="clip")
     return jnp.where((at >= 0) & (at < words), got, U(0))
 
 
