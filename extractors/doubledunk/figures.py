@@ -14,6 +14,7 @@ The figure's pixels are then taken: they do not count for the kinds that follow.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -21,7 +22,7 @@ import numpy as np
 from ocjax._xla.kernels import materialize
 from ocjax.extractors.doubledunk.fitting import best_fit, with_figure
 from ocjax.extractors.doubledunk.kinds import Figure
-from ocjax.extractors.doubledunk.strips import likeliest, row_counts, strips_of
+from ocjax.extractors.doubledunk.strips import likeliest, row_counts
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 
@@ -44,12 +45,11 @@ class Figures:
     colors: tuple[int, ...]
     rows: tuple[int, int]
 
-    def __call__(self, planes: jax.Array) -> dict[str, jax.Array]:
+    def __call__(self, planes: jax.Array) -> dict[str, Any]:
         """The edges of each kind's figure, int32 `[4, B]`, 0 where there is none; other pixels."""
-        top, bottom = self.rows
-        court = planes[:, :, top:bottom]
-        masks = materialize(self._masks, court)
-        shown = materialize(lambda p: bm.color_mask(p, self.colors), court)
+        top = self.rows[0]
+        masks = materialize(self._masks, planes)
+        shown = materialize(lambda p: bm.color_mask(self._court(p), self.colors), planes)
         taken, out = jnp.zeros_like(shown), {}
         for kind in self.kinds:
             taken, edges = _search(masks, shown, taken, kind)
@@ -57,25 +57,29 @@ class Figures:
             from_top = np.array((0, top, 0, top))[:, None]
             out[kind.name] = jnp.where(is_found, edges + from_top, 0)
         out[ANY_COLOR] = shown
-        out[NO_FIGURE] = materialize(_others, masks, taken)
+        out[NO_FIGURE] = materialize(_others, masks, shown, taken)
         return out
 
-    def _masks(self, court: jax.Array) -> jax.Array:
+    def _court(self, planes: jax.Array) -> jax.Array:
+        """The rows that are looked at."""
+        return planes[:, :, self.rows[0] : self.rows[1]]
+
+    def _masks(self, planes: jax.Array) -> jax.Array:
         """The pixels in each of the colours."""
+        court = self._court(planes)
         return jnp.stack([bm.color_mask(court, [color]) for color in self.colors])
 
 
-def _others(masks: jax.Array, taken: Bitmap) -> jax.Array:
+def _others(masks: jax.Array, shown: Bitmap, taken: Bitmap) -> tuple[Bitmap, Bitmap]:
     """The pixels that are not taken, in the first colour and in any."""
-    return jnp.stack([masks[0], bm.any_of(masks)]) & ~taken[None]
+    return masks[0] & ~taken, shown & ~taken
 
 
 def _search(
     masks: jax.Array, shown: Bitmap, taken: Bitmap, kind: Figure
 ) -> tuple[Bitmap, jax.Array]:
     """The pixels that are taken when this kind has been looked for, too, and its edges."""
-    strips = materialize(strips_of, masks, taken)
-    counts = row_counts(strips, kind)
+    counts = row_counts(masks, shown, taken, kind)
     score, row, strip = materialize(lambda *c: likeliest(c, kind), *counts)
     column, ink, edges = materialize(
         lambda *a: best_fit(*a, kind=kind), masks, shown, taken, row, strip

@@ -59,48 +59,55 @@ def _repeated_feet(in_own_colors: jax.Array, picture: jax.Array, kind: Figure) -
 def _windows_around(
     masks: jax.Array, shown: Bitmap, taken: Bitmap, row: jax.Array, strip: jax.Array, kind: Figure
 ) -> tuple[jax.Array, jax.Array]:
-    """The pixels in the colours of the kind's rows that are not taken, and those in any colour."""
+    """The pixels in the colours of the kind's rows that are not taken, and those in any colour.
+
+    They are three words across, from the one before the strip's first one on: `[3, rows, B]`.
+    """
     colors = np.array((*kind.colors, kind.colors[-1]))[:, None]  # the line below has the last one
     one = 0 * colors
-    own = materialize(lambda m, r, s: _windows(m, colors, r, s), masks, row, strip)
-    seen = materialize(lambda m, r, s: _windows(m, one, r, s), shown[None], row, strip)
-    others = materialize(lambda m, r, s: _windows(m, one, r, s), taken[None], row, strip)
+    first = (strip >> 1) - 1
+    own = materialize(lambda m, r, s: _words_at(m, colors, r, s), masks, row, first, small=0)
+    seen = materialize(lambda m, r, s: _words_at(m, one, r, s), shown[None], row, first, small=0)
+    others = materialize(lambda m, r, s: _words_at(m, one, r, s), taken[None], row, first, small=0)
     return own & ~others, seen
 
 
-def _windows(bitmaps: jax.Array, index: np.ndarray, row: jax.Array, strip: jax.Array) -> jax.Array:
-    """Three overlapping strips in rows from one on, uint32 `[3, rows, B]`: the middle one is given.
+def _words_at(bitmaps: jax.Array, index: np.ndarray, row: jax.Array, first: jax.Array) -> jax.Array:
+    """Three words of rows from one on, uint32 `[3, rows, B]`; 0 beside the screen.
 
     Args:
         bitmaps: `[n, words, rows, B]`.
         index: of the bitmap of each row, `[rows, 1]`.
-        row, strip: int32 `[B]`.
+        row, first: int32 `[B]`, the first row and the first word.
     """
     _, words, height, lanes = bitmaps.shape
     rows = row[None] + np.arange(len(index))[:, None]
+    at = (first[None] + np.arange(3)[:, None])[:, None]
+    flat = ((index[None] * words + jnp.clip(at, 0, words - 1)) * height + rows[None]) * lanes
+    got = bitmaps.ravel().at[flat + np.arange(lanes)[None, None]].get(mode="clip")
+    return jnp.where((at >= 0) & (at < words), got, U(0))
 
-    def word(at: jax.Array) -> jax.Array:
-        flat = ((index * words + jnp.clip(at, 0, words - 1)[None]) * height + rows) * lanes
-        got = bitmaps.ravel().at[flat + np.arange(lanes)[None]].get(mode="clip")
-        return jnp.where(((at >= 0) & (at < words))[None], got, U(0))
 
-    first = (strip >> 1) - 1
-    one, two, three = word(first), word(first + 1), word(first + 2)
+def _windows(words: jax.Array, strip: jax.Array) -> tuple[jax.Array, ...]:
+    """Three overlapping strips of three words, `[rows, B]` each: the middle one is given."""
+    one, two, three = words
     is_odd = ((strip & 1) == 1)[None]
     left = jnp.where(is_odd, one << HALF_STRIP | two >> HALF_STRIP, one)
     right = jnp.where(is_odd, two << HALF_STRIP | three >> HALF_STRIP, two)
-    return jnp.stack([left, left << HALF_STRIP | right >> HALF_STRIP, right])
+    return left, left << HALF_STRIP | right >> HALF_STRIP, right
 
 
 def _fullest(
     own: jax.Array, seen: jax.Array, strip: jax.Array
 ) -> tuple[jax.Array, jax.Array, jax.Array]:
     """The windows of the strip that has the most inner pixels of three, the middle one first."""
-    left, middle, right = (jnp.sum(bm.popcount(own[i] & INNER), axis=0) for i in range(3))
+    counts = (jnp.sum(bm.popcount(w & INNER), axis=0) for w in _windows(own, strip))
+    left, middle, right = counts
     is_middle, is_left = (middle >= left) & (middle >= right), left >= right
 
-    def chosen(of: jax.Array) -> jax.Array:
-        return jnp.where(is_middle[None], of[1], jnp.where(is_left[None], of[0], of[2]))
+    def chosen(words: jax.Array) -> jax.Array:
+        before, here, after = _windows(words, strip)
+        return jnp.where(is_middle[None], here, jnp.where(is_left[None], before, after))
 
     moved = match((is_middle, 0), (is_left, -1), otherwise=1)
     return materialize(chosen, own), materialize(chosen, seen), strip + moved
@@ -116,21 +123,27 @@ def _best_picture(kind: Figure, own: jax.Array) -> tuple[jax.Array, jax.Array]:
     tried = jnp.clip(near[None] + TRIED_AROUND[:, None], 0, COLUMN_COUNT - 1)
     there = materialize(_eight_columns, own, tried)
     pixels = materialize(_pixel_count, there)
+    scored = materialize(lambda t, p: _scores(kind, t, p), there, pixels, small=0)
+    best = jnp.max(jnp.max(scored, axis=0), axis=0) % (scored.shape[0] * len(TRIED_AROUND))
+    column = near + best % len(TRIED_AROUND) + TRIED_AROUND[0]
+    return best // len(TRIED_AROUND), jnp.clip(column, 0, COLUMN_COUNT - 1)
+
+
+def _scores(kind: Figure, there: jax.Array, pixels: jax.Array) -> jax.Array:
+    """How well each picture fits in each of the columns, with its number: `[picture, tried, B]`."""
     pictures = [jnp.asarray(word)[:, None, None] for word in kind.packed]
     hits = sum(bm.popcount(p & t[None]) for p, t in zip(pictures, there, strict=True))
     size = np.bitwise_count(kind.packed).sum(0, dtype=np.int32)[:, None, None]
-    score = 2 * hits - pixels[None] - size + MOST_PIXELS  # [picture, tried, B]
+    score = 2 * hits - pixels[None] - size + MOST_PIXELS
     numbers = np.arange(len(size) * len(TRIED_AROUND)).reshape(len(size), len(TRIED_AROUND))
-    scored = score * numbers.size + numbers[..., None]
-    best = jnp.max(jnp.max(scored, axis=0), axis=0) % numbers.size
-    column = near + best % len(TRIED_AROUND) + TRIED_AROUND[0]
-    return best // len(TRIED_AROUND), jnp.clip(column, 0, COLUMN_COUNT - 1)
+    return score * numbers.size + numbers[..., None]
 
 
 def _fullest_column(own: jax.Array) -> jax.Array:
     """The leftmost of the columns from which on eight have the most pixels, int32 `[B]`."""
     columns = np.arange(COLUMN_COUNT)[:, None]
-    counts = _pixel_count(materialize(lambda o: _eight_columns(o, columns), own))
+    packed = materialize(lambda o: _eight_columns(o, columns), own)
+    counts = materialize(_pixel_count, packed)
     from_right = COLUMN_COUNT - 1 - columns
     best = jnp.max(counts * COLUMN_COUNT + from_right, axis=0) % COLUMN_COUNT
     return COLUMN_COUNT - 1 - best
@@ -175,7 +188,7 @@ def _seen_edges(
 def with_figure(taken: Bitmap, ink: jax.Array, row: jax.Array, left: jax.Array) -> Bitmap:
     """The pixels that are taken, with those of a figure."""
     words, height, _ = taken.shape
-    pixels = _rows_of(ink, row, height)
+    pixels = materialize(lambda i, r: _rows_of(i, r, height), ink, row, small=0)
     first = left[None] - 32 * np.arange(words)[:, None]  # of the leftmost pixel in each word
     to_left = jnp.clip(32 - WIDE - first, -31, 31)[:, None]
     shifted = jnp.where(
@@ -189,10 +202,7 @@ def with_figure(taken: Bitmap, ink: jax.Array, row: jax.Array, left: jax.Array) 
 
 def _rows_of(ink: jax.Array, row: jax.Array, height: int) -> jax.Array:
     """The rows of the court with a figure that begins in a row of it, uint32 `[height, B]`."""
-    lanes = len(row)
     at = np.arange(height)[:, None] - row[None]
-    inside = (at >= 0) & (at < PACKED_ROWS)
-    at = jnp.clip(at, 0, PACKED_ROWS - 1)
-    places = at // ROWS_A_WORD * lanes + np.arange(lanes)[None]
-    word = ink.ravel().at[places].get(mode="clip")
-    return jnp.where(inside, word >> (WIDE * (at % ROWS_A_WORD)).astype(U) & U(255), U(0))
+    which, shift = at // ROWS_A_WORD, (WIDE * (at % ROWS_A_WORD)).astype(U)
+    word = bm.any_of(jnp.where(which == i, w[None], U(0)) for i, w in enumerate(ink))
+    return word >> shift & U(255)

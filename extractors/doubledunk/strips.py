@@ -4,7 +4,7 @@ A strip is two halves of 16 columns, and each half is in two strips. All strips 
 together: a word holds a bit for each of them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import jax
 import jax.numpy as jnp
@@ -21,34 +21,41 @@ LEVELS = 6  # bits of a count of rows
 LEVELS_OF_EIGHT = 4  # bits of a count in eight rows
 
 
-def strips_of(masks: jax.Array, taken: Bitmap) -> jax.Array:
-    """A bit for each strip that has a colour in a row, uint32 `[colours, rows, B]`."""
-    halves = jnp.zeros_like(masks[:, 0])
-    for word in range(masks.shape[1]):
-        pixels = masks[:, word] & ~taken[word][None]
-        for half, own in enumerate((pixels >> HALF_STRIP, pixels << HALF_STRIP)):
+def _strips_of(pixels: Bitmap, taken: Bitmap) -> jax.Array:
+    """A bit for each strip that has pixels in a row which are not taken, uint32 `[rows, B]`."""
+    halves = jnp.zeros_like(pixels[0])
+    for word in range(len(pixels)):
+        free = pixels[word] & ~taken[word]
+        for half, own in enumerate((free >> HALF_STRIP, free << HALF_STRIP)):
             halves = halves | jnp.where(own != 0, U(1 << (2 * word + half)), U(0))
     return halves | halves << 1
 
 
-def row_counts(strips: jax.Array, kind: Figure) -> list[jax.Array]:
+def row_counts(masks: jax.Array, shown: Bitmap, taken: Bitmap, kind: Figure) -> list[jax.Array]:
     """The bits of the counts of rows that fit from each row on, the lowest first, `[rows, B]`.
 
     A row counts 2 where a strip has its colour, 1 where it has none, and 0 where it has others.
     """
-    none = materialize(_colorless, strips)
+    colors = sorted(set(kind.colors))
+
+    def in_colors(masks: jax.Array, taken: Bitmap) -> list[jax.Array]:
+        return [_strips_of(masks[color], taken) for color in colors]
+
+    strips = dict(zip(colors, materialize(in_colors, masks, taken), strict=True))
+    none = materialize(lambda s, t: ~_strips_of(s, t), shown, taken)
     empty = materialize(_count_of_eight, none)
     skin = materialize(_count_of_eight, strips[kind.colors[kind.skin]])
 
-    def counts(strips: jax.Array, none: jax.Array, *eights: jax.Array) -> list[jax.Array]:
-        empty, skin = eights[:LEVELS_OF_EIGHT], eights[LEVELS_OF_EIGHT:]
+    def counts(none: jax.Array, *rest: jax.Array) -> list[jax.Array]:
+        empty, skin = rest[:LEVELS_OF_EIGHT], rest[LEVELS_OF_EIGHT : 2 * LEVELS_OF_EIGHT]
+        strips = dict(zip(colors, rest[2 * LEVELS_OF_EIGHT :], strict=True))
         return _sum(_to_sum(strips, none, empty, skin, kind))
 
-    return materialize(counts, strips, none, *empty, *skin)
+    return materialize(counts, none, *empty, *skin, *strips.values())
 
 
 def _to_sum(
-    strips: jax.Array,
+    strips: Mapping[int, jax.Array],
     none: jax.Array,
     empty: Sequence[jax.Array],
     skin: Sequence[jax.Array],
@@ -62,7 +69,7 @@ def _to_sum(
     height, starts = kind.height, len(none) - kind.height
     summands = [[] for _ in range(LEVELS)]
     others = [row for row in range(height) if not 0 <= row - kind.skin < SKIN_ROWS]
-    summands[1] += [strips[kind.colors[row], row : row + starts] for row in others]
+    summands[1] += [strips[kind.colors[row]][row : row + starts] for row in others]
     in_eights = height // SKIN_ROWS * SKIN_ROWS
     summands[0] += [none[row : row + starts] for row in range(in_eights, height)]
     for level, (of_empty, of_skin) in enumerate(zip(empty, skin, strict=True)):
@@ -70,11 +77,6 @@ def _to_sum(
         summands[level] += [of_empty[row : row + starts] for row in eights]
         summands[level + 1].append(of_skin[kind.skin : kind.skin + starts])
     return summands
-
-
-def _colorless(strips: jax.Array) -> jax.Array:
-    """A bit for each strip that has no colour in a row, uint32 `[rows, B]`."""
-    return ~bm.any_of(strips)
 
 
 def _count_of_eight(rows: jax.Array) -> list[jax.Array]:

@@ -81,7 +81,8 @@ def _box(edges: Sequence[jax.Array] | jax.Array, height: int, first: int = 0) ->
     left, top, right, bottom = edges
     row = np.arange(-first, height - first)[:, None]
     inside = (row >= top[None]) & (row < bottom[None])
-    return jnp.where(inside[None], bm.columns_between(left[None], right[None]), U(0))
+    ink = materialize(bm.columns_between, left[None], right[None], small=0)
+    return jnp.where(inside[None], ink, U(0))
 
 
 def _opened(pixels: Bitmap, size: tuple[int, int]) -> Bitmap:

@@ -9,11 +9,14 @@ from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
+from ocjax._xla.kernels import materialize
 from ocjax.vision import bitmap as bm
 from ocjax.vision.detected import Detected, boxes
 from ocjax.vision.steps import Context, Step
 
-ROOM = (8, 95, 160, 162)  # where figures are
+TOP = 95  # rows where figures are
+BOTTOM = 162
+ROOM = (8, TOP, 160, BOTTOM)
 WHITE = 12
 SMOKE_COLOR = 14
 JACKET_COLORS = (10, 2)  # colours of throwers, of masters
@@ -41,11 +44,11 @@ class Body:
     reach: int = 0
 
     def __call__(self, mask: bm.Bitmap, planes: jax.Array) -> bm.Bitmap:
-        """The pixels that count."""
-        own = bm.color_mask(planes, self.colors)
-        others = mask & _row_words(self.rows, mask)
+        """The pixels that count, in the room alone."""
+        shown, own = _in_room(mask), bm.color_mask(_in_room(planes), self.colors)
+        others = shown & _row_words(self.rows)
         inner = others & _columns_with(own, self.chest, self.reach)
-        return mask & (own | (others & bm.spread(inner)))
+        return _on_screen(shown & (own | (others & bm.spread(inner))), mask)
 
 
 @dataclass(frozen=True)
@@ -57,26 +60,45 @@ class Whites:
     """
 
     def __call__(self, mask: bm.Bitmap, planes: jax.Array) -> bm.Bitmap:
-        """The pixels that count."""
-        is_white = bm.color_mask(planes, (WHITE,))
-        jackets = _columns_with(bm.color_mask(planes, JACKET_COLORS), JACKET_ROWS, reach=1)
-        smoke = _columns_with(bm.color_mask(planes, (SMOKE_COLOR,)), SMOKE_ROWS, reach=1)
-        own = mask & is_white & ~((jackets & _row_words(WHITE_ROWS, mask)) | smoke)
-        below = _columns_with(own, (ROOM[1], ROOM[3]))
-        hat = mask & ~is_white & _row_words(BRIM_ROWS, mask)
+        """The pixels that count, in the room alone."""
+        shown = _in_room(mask)
+        own = materialize(_own_white, planes)
+        below = _columns_with(own, (TOP, BOTTOM))
+        rows = slice(BRIM_ROWS[0] - TOP, BRIM_ROWS[-1] + 1 - TOP)
+        hat = shown[:, rows] & ~bm.color_mask(_in_room(planes)[:, :, rows], (WHITE,))
         brim = hat & bm.spread(hat & below) & ~below
-        return own | bm.shift_down(brim, BRIM_SHIFT)
+        begin = rows.start + BRIM_SHIFT
+        lower = jnp.pad(brim, ((0, 0), (begin, BOTTOM - TOP - begin - len(BRIM_ROWS)), (0, 0)))
+        return _on_screen(own | lower, mask)
+
+
+def _own_white(planes: jax.Array) -> bm.Bitmap:
+    """White pixels of the room that are not a thrower's, a master's or the smoke's."""
+    own = _in_room(planes)
+    jackets = _columns_with(bm.color_mask(own, JACKET_COLORS), JACKET_ROWS, reach=1)
+    smoke = _columns_with(bm.color_mask(own, (SMOKE_COLOR,)), SMOKE_ROWS, reach=1)
+    return bm.color_mask(own, (WHITE,)) & ~((jackets & _row_words(WHITE_ROWS)) | smoke)
+
+
+def _in_room(bitmap: jax.Array) -> jax.Array:
+    """The rows of the room."""
+    return bitmap[..., TOP:BOTTOM, :]
+
+
+def _on_screen(pixels: bm.Bitmap, like: bm.Bitmap) -> bm.Bitmap:
+    """Pixels of the room's rows, at their place on the screen."""
+    return jnp.pad(pixels, ((0, 0), (TOP, like.shape[1] - BOTTOM), (0, 0)))
 
 
 def _columns_with(mask: bm.Bitmap, rows: tuple[int, int], reach: int = 0) -> bm.Bitmap:
-    """The columns that have pixels in some rows, and some beside them: one row."""
-    used = bm.or_rows(mask[:, rows[0] : rows[1]])[:, None]
+    """The columns that have pixels in some rows of the screen, and some beside them: one row."""
+    used = bm.or_rows(mask[:, rows[0] - TOP : rows[1] - TOP])[:, None]
     return functools.reduce(lambda columns, _: bm.spread(columns), range(reach), used)
 
 
-def _row_words(rows: tuple[int, ...], like: bm.Bitmap) -> jax.Array:
-    """Whole rows, one column of words."""
-    return jnp.asarray(bm.areas(like.shape[1], ((0, y, 160, y + 1) for y in rows)))
+def _row_words(rows: tuple[int, ...]) -> jax.Array:
+    """Whole rows of the screen in the room, one column of words."""
+    return jnp.asarray(bm.areas(BOTTOM, ((0, y, 160, y + 1) for y in rows))[:, TOP:])
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from ocjax._xla.kernels import materialize
 from ocjax.console.boxes import Box, box
 from ocjax.console.ops import among, div, match, mod, when
 from ocjax.console.registers import packed_position
@@ -60,6 +61,7 @@ from ocjax.extractors.phoenix.ship import (
     line_of,
     place,
 )
+from ocjax.vision.bitmap import Bitmap, U, any_of, color_mask, or_rows
 from ocjax.vision.displays import IconRow, NumberDisplay
 from ocjax.vision.rules import Blobs, Bounds, Cells
 from ocjax.vision.shapes import Shape
@@ -308,7 +310,15 @@ PLAYER = Bounds(ORANGE, (0, 172, 160, GROUND), min_size=(5, 10))
 SHIELD = Bounds(WHITE, (0, GROUND, 160, 189), min_size=(8, 3), then=(Raised(15),))
 SHOTS = Blobs((BALL, GREEN, RED), AIR, Shape(w=1, h=(5, 7)))
 FLYING = Blobs(BIRD_COLORS, (0, TOP_LINE, 160, 165), Shape(w=(5, 8), h=(8, 13)))
-BOTH_WINGS = Blobs(BAT_COLORS, AIR, Shape(w=(4, 16), h=(8, 15)))
+
+
+def _bat_pixels(mask: Bitmap, planes: jax.Array) -> Bitmap:
+    """None on frames with birds, some of whose rows have a colour of bats."""
+    birds = materialize(lambda p: color_mask(p[:, :, TOP_LINE:GROUND], (PURPLE,)), planes)
+    return jnp.where(any_of(or_rows(birds)) != 0, U(0), mask)
+
+
+BOTH_WINGS = Blobs(BAT_COLORS, AIR, Shape(w=(4, 16), h=(8, 15)), filters=(_bat_pixels,))
 MISSILE_COLORS = tuple(sorted({WHITE, *BIRD_COLORS, *BAT_COLORS} - {BALL, RED}))
 HIGH = (0, TOP_LINE, 160, BLACK_LINES[0])
 LOW = Blobs(WHITE, (0, BLACK_LINES[1], 160, GROUND), Shape(w=1, h=(2, 6)))

@@ -45,6 +45,8 @@ from ocjax.vision.steps import Packed, SideBySide
 SCENERY = (SKY, PINK, *CLIFF_COLORS)  # no stone has these colours
 TOP = FIRST_LINE + PITCH * ROWS.start
 BOTTOM = FIRST_LINE + PITCH * ROWS.stop
+FIRST = TOP - 4  # rows in which shapes are looked for: a stone's more than the lift's
+END = BOTTOM + 4
 LEFT_FIELD = (0, TOP, 44, BOTTOM)  # left of balloons
 SHOT_FIELD = (0, TOP, 138, BOTTOM)
 STONE_FIELD = (44, TOP, WIDTH, BOTTOM)
@@ -64,14 +66,25 @@ CELLS = tuple(
 )
 
 
+def _in_lift(bitmap: Bitmap) -> Bitmap:
+    """The lift's rows, and those around that a shape there depends on."""
+    return bitmap[..., FIRST:END, :]
+
+
+def _on_screen(pixels: Bitmap, like: Bitmap) -> Bitmap:
+    """Pixels of the lift's rows, at their place on the screen."""
+    return jnp.pad(pixels, ((0, 0), (FIRST, like.shape[1] - END), (0, 0)))
+
+
 def _balloon_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
     """Runs of three pixels and what is above and below them."""
-    run = materialize(lambda m: any_within(all_within(m, 3, 1), 3, 1), mask)
-    return run | (mask & (shift_up(run, 1) | shift_down(run, 1)))
+    own = _in_lift(mask)
+    run = materialize(lambda m: any_within(all_within(m, 3, 1), 3, 1), own)
+    return _on_screen(run | (own & (shift_up(run, 1) | shift_down(run, 1))), mask)
 
 
 class Missiles(NamedTuple):
-    """Pixels that are found by their shape."""
+    """Pixels that are found by their shape, in the lift's rows."""
 
     stones: Bitmap
     arrows: Bitmap
@@ -79,57 +92,74 @@ class Missiles(NamedTuple):
 
 def _by_shape(planes: jax.Array) -> Missiles:
     """Lone squares of four pixels, and the first eight pixels of lone white runs."""
-    drawn = ~color_mask(planes, SCENERY)
-    corner = materialize(lambda m: all_within(m, 4, 4), drawn)
-    start = materialize(_lone_starts, color_mask(planes, (WHITE,)))
+    drawn = materialize(lambda p: ~color_mask(_in_lift(p), SCENERY), planes)
+    shots = materialize(lambda p: color_mask(_in_lift(p), (WHITE,)), planes)
+    corner = materialize(_lone_corners, *materialize(_fours, drawn))
+    start = materialize(_lone_starts, shots, *materialize(_runs, shots))
     return Missiles(
-        any_within(materialize(_lone_corners, corner, drawn), 4, 4), any_within(start, 8, 1)
+        materialize(lambda c: any_within(c, 4, 4), corner),
+        materialize(lambda s: any_within(s, 8, 1), start),
     )
 
 
-def _lone_corners(corner: Bitmap, drawn: Bitmap) -> Bitmap:
+def _fours(drawn: Bitmap) -> tuple[Bitmap, Bitmap]:
+    """The first pixels of runs of four pixels that are drawn, and of four that are not."""
+    return all_within(drawn, 4, 1), all_within(~drawn, 4, 1)
+
+
+def _lone_corners(drawn: Bitmap, free: Bitmap) -> Bitmap:
     """Those of squares that nothing is above or below."""
-    free = all_within(~drawn, 4, 1)
+    corner = all_within(drawn, 1, 4)
     beside = shift_left(corner, 1) | shift_right(corner, 1)
     return corner & shift_down(free, 1) & shift_up(free, 4) & ~beside
 
 
-def _lone_starts(mask: Bitmap) -> Bitmap:
+def _runs(mask: Bitmap) -> tuple[Bitmap, Bitmap]:
+    """The first pixels of runs of eight pixels, and the pixels before runs of six."""
+    return all_within(mask, 8, 1), shift_left(all_within(mask, 6, 1), 1)
+
+
+def _lone_starts(mask: Bitmap, run: Bitmap, six: Bitmap) -> Bitmap:
     """The first pixels of runs of eight pixels and more that nothing is above or below."""
-    run = all_within(mask, 8, 1)
-    below = shift_up(shift_left(all_within(mask, 6, 1), 1), 1)
-    return run & ~shift_right(mask, 1) & ~below & ~shift_down(run, 1)
+    return run & ~shift_right(mask, 1) & ~shift_up(six, 1) & ~shift_down(run, 1)
+
+
+def _meat_corners(mask: Bitmap) -> Bitmap:
+    """The corners of 8 x 2 pixels in the lift's rows."""
+    return all_within(_in_lift(mask), 8, 2)
 
 
 def _pig_pixels(mask: Bitmap, missiles: Missiles) -> Bitmap:
-    meat = any_within(materialize(lambda m: all_within(m, 8, 2), mask), 8, 2)
-    return mask & ~(meat | missiles.stones | missiles.arrows)
+    meat = any_within(materialize(_meat_corners, mask), 8, 2)
+    return mask & ~_on_screen(meat | missiles.stones | missiles.arrows, mask)
 
 
 def _arrow_pixels(mask: Bitmap, missiles: Missiles) -> Bitmap:
     """Left of balloons, all pixels are the arrow's."""
-    return missiles.arrows | (mask & jnp.asarray(areas(mask.shape[1], [LEFT_FIELD])))
+    left = mask & jnp.asarray(areas(mask.shape[1], [LEFT_FIELD]))
+    return _on_screen(missiles.arrows, mask) | left
 
 
 def _bait_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
     """The first eight pixels of runs of at least as many, in two rows or more."""
-    start = materialize(lambda m: all_within(m, 8, 2) & ~shift_right(m, 1), mask)
-    return any_within(start, 8, 2)
+    start = materialize(lambda m: _meat_corners(m) & ~shift_right(_in_lift(m), 1), mask)
+    return _on_screen(any_within(start, 8, 2), mask)
 
 
-def _stone_pixels(_: Bitmap, missiles: Missiles) -> Bitmap:
-    return missiles.stones
+def _stone_pixels(mask: Bitmap, missiles: Missiles) -> Bitmap:
+    return _on_screen(missiles.stones, mask)
 
 
 def _wolf_pixels(mask: Bitmap, missiles: Missiles) -> Bitmap:
     """All but stones in front of the climber."""
-    return mask & ~(missiles.stones & jnp.asarray(areas(mask.shape[1], (CLIMBER_FIELD,))))
+    here = jnp.asarray(areas(mask.shape[1], (CLIMBER_FIELD,)))
+    return mask & ~(_on_screen(missiles.stones, mask) & here)
 
 
 def _rock_pixels(mask: Bitmap, missiles: Missiles) -> Bitmap:
     """What is where the rock may be, without stones that have its colour."""
     here = jnp.asarray(areas(mask.shape[1], (ROCK_TOP_FIELD, ROCK_FALL_FIELD)))
-    return mask & here & ~missiles.stones
+    return mask & here & ~_on_screen(missiles.stones, mask)
 
 
 PIG = Bounds((WHITE, PINK), PIG_FIELD, filters=(Searched(_by_shape, _pig_pixels),))

@@ -29,6 +29,7 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
+from ocjax._xla.kernels import materialize
 from ocjax.console import palette
 from ocjax.console.boxes import Box, box, edges
 from ocjax.console.fonts import Digits
@@ -255,7 +256,16 @@ def _tall(mask: Bitmap, planes: jax.Array) -> Bitmap:
     return mask & ~ShortRuns(2)(mask, planes)
 
 
+def _short_black(mask: Bitmap, planes: jax.Array) -> Bitmap:
+    """Black runs of at most the shadow's width, in the rows of the shadow alone."""
+    _, top, _, bottom = SHADOW_FIELD
+    rows = materialize(lambda p: bm.color_mask(p[:, :, top:bottom], (BLACK,)), planes)
+    runs = ShortRuns(14, across=True)(rows, planes)
+    return jnp.pad(runs, ((0, 0), (top, mask.shape[1] - bottom), (0, 0)))
+
+
 FIELD = (16, 24, 160, 194)
+SHADOW_FIELD = (16, 172, 144, 194)
 SHORT = ShortRuns(1, across=True)  # pixels that are alone in a row
 THING = Shape(w=(2, 16), h=(1, 34))
 FIGHTER_SHAPES = (Shape(w=(4, 8), h=(1, 5)), Shape(w=16, h=(8, 12)))
@@ -274,22 +284,22 @@ SENTRY_SHAPES = (
     Shape(w=(14, 16), h=(12, 24)),
 )
 ZAXXON_SHAPES = (Shape(w=8, h=(13, 14)), Shape(w=16, h=(28, 30)))
-BRIGHT_SHAPES = (Shape(w=5, h=(1, 10)), Shape(w=10, h=(1, 20)))
+FAR_BRIGHT = Shape(w=5, h=(1, 10))
+NEAR_BRIGHT = Shape(w=10, h=(1, 20))
 SHOT_SHAPE = Shape(w=1, h=(3, 12))
 in_field = functools.partial(Blobs, region=FIELD, shapes=THING)
-PLANE_RULE = Blobs(
-    PLANE_COLOR, (8, 100, 160, 194), Shape(w=14, h=(8, 16)), gap=(0, 2), filters=(_wide,)
+# The plane and near things of its color share a mask, and the plane is one component there.
+in_plane_color = functools.partial(
+    Blobs, PLANE_COLOR, (8, 24, 160, 194), gap=(0, 2), filters=(_wide,)
 )
+PLANE_RULE = in_plane_color(shapes=Shape(w=14, h=(8, 16)))
 SHADOW_RULE = Blobs(
-    BLACK,
-    (16, 172, 144, 194),
-    Shape(w=14, h=(2, 16)),
-    gap=(0, 2),
-    filters=(ShortRuns(14, across=True),),
+    BLACK, SHADOW_FIELD, Shape(w=14, h=(2, 16)), gap=(0, 2), filters=(_short_black,)
 )
 SHOT_RULE = Blobs(PLANE_COLOR, (0, 24, 160, 194), SHOT_SHAPE, filters=(SHORT,))
-HOMING_RULE = Blobs(PLANE_COLOR, FIELD, Shape(w=8, h=(6, 16)), filters=(_wide,))
-ORANGE_RULE = in_field(ORANGE, also=(in_field(PLANE_COLOR, shapes=BRIGHT_SHAPES),))
+HOMING_RULE = in_plane_color(shapes=Shape(w=8, h=(6, 16)))
+FAR_RULE = Blobs(PLANE_COLOR, (16, 24, 160, 82), FAR_BRIGHT)
+ORANGE_RULE = in_field(ORANGE, also=(FAR_RULE, in_plane_color(shapes=NEAR_BRIGHT)))
 BARRIER_RULE = Bounds(BARRIER_COLOR, (16, 24, 144, 194), min_size=(16, 4), filters=(_tall,))
 LIVES_AREA = (LIVES_LEFT, 194, FUEL_LEFT, 208)
 LIVES_RULE = Bounds(YELLOW, LIVES_AREA, value=Digits(FONT, (LIVES_LEFT,), 196, required=True))

@@ -195,10 +195,27 @@ def gather_rows(bitmap: Bitmap, left: np.ndarray, rows: np.ndarray, n_words: int
 
 def over(bitmap: Bitmap, size: int, move: Callable[[Bitmap, int], Bitmap], combine: Callable[[Bitmap, Bitmap], Bitmap]) -> Bitmap:
     """Every pixel combined with the `size - 1` next to it on one side."""
+    if move in (shift_left, shift_right) and size <= 32:
+        return _over_columns(bitmap, size, move is shift_left, combine)
     n = 1
     while n < size:
         step = min(n, size - n)
         bitmap, n = combine(bitmap, move(bitmap, step)), n + step
+    return bitmap
+
+
+def _over_columns(bitmap: Bitmap, size: int, to_left: bool, combine: Callable[[Bitmap, Bitmap], Bitmap]) -> Bitmap:
+    """`over` of columns that move to the left or to the right, from one word and the word beside it.
+
+    The word beside is moved along instead of looked at again: XLA stores a bitmap for each step that looks at it.
+    """
+    beside = _pad(bitmap[1:], (0, 1)) if to_left else _pad(bitmap[:-1], (1, 0))
+    toward, away = (jnp.left_shift, jnp.right_shift) if to_left else (jnp.right_shift, jnp.left_shift)
+    n = 1
+    while n < size:
+        step = min(n, size - n)
+        bitmap = combine(bitmap, toward(bitmap, U(step)) | away(beside, U(32 - step)))
+        beside, n = combine(beside, toward(beside, U(step))), n + step
     return bitmap
 
 

@@ -32,22 +32,22 @@ def detect_cells(rule: Cells, mask: Bitmap, anchor: Bitmap | None = None) -> Det
 
 
 def _to_own_place(rule: Cells, mask: Bitmap, anchor: Bitmap) -> tuple[Bitmap, jax.Array]:
-    """The pixels in the cells' columns, moved up so that the last row that has any of the anchor is where the rule says.
+    """The pixels in the cells' rows and columns, moved up so that the last row that has any of the anchor is where the rule says.
+
+    Rows are looked up where they are. Moved bit by bit of the distance, whole bitmaps take Phoenix 3 us a frame more.
 
     Returns:
         Them, and by how many rows they were moved, int32 `[B]`.
     """
     height, usual = mask.shape[1], rule.bottom if rule.anchor is None else rule.anchor[1]
-    first, last = min(rule.x) >> 5, (max(rule.x) + rule.w - 1) >> 5
     columns = jnp.asarray(bm.areas(1, ((x, 0, x + rule.w, 1) for x in rule.x)))
-    inside, marks = ((bits & columns)[first : last + 1] for bits in (mask, anchor))
     row = jnp.arange(1, height + 1, dtype=jnp.int32)[:, None]
-    end = jnp.max(jnp.where(bm.any_of(marks) != 0, row, 0), axis=0)
-    inside = jnp.pad(inside, ((0, 0), (usual, max(rule.bottom - usual, 0)), (0, 0)))
-    for bit in range(height.bit_length()):
-        inside = jnp.where((end >> bit & 1) != 0, bm.shift_up(inside, 1 << bit), inside)
-    inside = inside[:, : rule.bottom]
-    return jnp.pad(inside, ((first, len(mask) - 1 - last), (0, 0), (0, 0))), end - usual
+    down = jnp.max(jnp.where(bm.any_of(anchor & columns) != 0, row, 0), axis=0) - usual
+    top = max(min(rule.y) - rule.margin[1], 0)
+    shown = jnp.arange(top, rule.bottom, dtype=jnp.int32)[:, None] + down[None]
+    there = (shown >= 0) & (shown < height)
+    inside = jnp.where(there[None], bm.rows_at(mask, jnp.clip(shown, 0, height - 1)) & columns, U(0))
+    return jnp.pad(inside, ((0, 0), (top, 0), (0, 0))), down
 
 
 def _detect(rule: Cells, mask: Bitmap) -> Detected:

@@ -46,7 +46,9 @@ def _read(digits: Sequence[Digits], mask: Bitmap) -> list[Reading]:
     worth = np.zeros((len(digits), starts[-1]), np.int32)
     for row, own, start in zip(worth, digits, starts, strict=False):
         row[start : start + len(own.lefts)] = own.worth
-    shown = materialize(lambda m: _shown(digits, m), mask)
+    first = min(own.top for own in digits)
+    rows = mask[:, first : max(own.bottom for own in digits)]  # a mask that is not stored is computed in these rows alone
+    shown = materialize(lambda m: _shown(digits, m, first), rows, small=0)
     number = jnp.sum(worth[:, :, None] * jnp.maximum(shown, 0)[None], axis=1, dtype=jnp.int32)  # [numbers, B]
     readings = []
     for i, (own, start) in enumerate(zip(digits, starts, strict=False)):
@@ -71,9 +73,9 @@ def _centered(number: jax.Array, shown: jax.Array) -> jax.Array:
     return number // jnp.sum(jnp.where(last[None] == cells, powers, 0), axis=0, dtype=jnp.int32)
 
 
-def _shown(digits: Sequence[Digits], mask: Bitmap) -> jax.Array:
-    """The digit in each cell, or `EMPTY` or `UNREADABLE`, int32 `[cells, B]`."""
-    pictures = _pictures(digits, mask)
+def _shown(digits: Sequence[Digits], rows: Bitmap, first: int) -> jax.Array:
+    """The digit in each cell, or `EMPTY` or `UNREADABLE`, int32 `[cells, B]`, given the rows of a mask from a first one on."""
+    pictures = _pictures(digits, rows, first)
     font = digits[0].font
     read = [d for d in range(BASE) if font.glyphs.count(font.glyphs[d]) == 1]  # what a picture of several digits shows stays unread
     blank = (0,) * len(font.glyphs[0])
@@ -83,16 +85,16 @@ def _shown(digits: Sequence[Digits], mask: Bitmap) -> jax.Array:
     return UNREADABLE + jnp.sum(jnp.where(same, np.array(known)[:, None, None] - UNREADABLE, 0), axis=0, dtype=jnp.int32)
 
 
-def _pictures(digits: Sequence[Digits], mask: Bitmap) -> jax.Array:
+def _pictures(digits: Sequence[Digits], rows: Bitmap, first: int) -> jax.Array:
     """The dots in each cell, uint32 `[rows, cells, B]` with the rightmost dot in the lowest bit.
 
     A dot is set where its first column has a pixel in any of its rows.
     """
     font = digits[0].font
     dot_width, dot_height = font.dot
-    tops = np.concatenate([np.full(len(own.cells), own.top) for own in digits])
+    tops = np.concatenate([np.full(len(own.cells), own.top - first) for own in digits])
     lefts = np.concatenate([own.cells for own in digits])
-    cells = bm.gather_rows(mask, lefts, tops + np.arange(font.height)[:, None], 1)[:, 0]
+    cells = bm.gather_rows(rows, lefts, tops + np.arange(font.height)[:, None], 1)[:, 0]
     cells = lax.reduce(cells.reshape(font.height // dot_height, dot_height, *cells.shape[1:]), U(0), lax.bitwise_or, (1,))
     pictures = jnp.zeros_like(cells)
     for i in range(font.dots):

@@ -148,7 +148,8 @@ class Scene:
         """Whether a mask is better computed where it is read than stored."""
         if isinstance(rule, Blobs):
             return rule.gap == (0, 0) and not rule.filters
-        return self._bounds[colors] <= FEW and not rule.digits and not rule.filters
+        reads_color = len(colors) > 1  # of single pixels, for which a mask that isn't stored would be computed again
+        return self._bounds[colors] <= FEW and not rule.filters and not (rule.digits and reads_color)
 
 
 def _is_whole(rule: Bounds | Blobs) -> bool:
