@@ -400,7 +400,7 @@ def test_stage_which():
 
 def test_stage_nth_bit():
     word = jnp.full(4, 0b1001_0000_0000_0000_0000_0000_0000_0011, jnp.uint32)
-    assert stages._nth_bit(word, jnp.arange(4)).tolist() == [0, 3, 30, 31]
+    assert bitmap.nth_bit(word, jnp.arange(4)).tolist() == [0, 3, 30, 31]
 
 
 def test_stage_starts():
