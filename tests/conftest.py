@@ -20,6 +20,8 @@ os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", str(process.
 settings.register_profile("ocjax", deadline=None, derandomize=True, phases=[Phase.explicit, Phase.generate])
 settings.load_profile("ocjax")
 
+FEW_GAMES = 4  # tested in full if no others are chosen, as by `-k Pong`
+
 
 def pytest_addoption(parser):
     parser.addoption("--all", action="store_true", help="also the tests that take long, and more random states")
@@ -55,14 +57,25 @@ def pytest_collection_modifyitems(config, items):
             item.add_marker(pytest.mark.xdist_group(item.path.stem))
 
 
+def game_of(item):
+    """The game that a test is of, if any."""
+    callspec = getattr(item, "callspec", None)
+    return callspec.params.get("game") if callspec else None
+
+
+_of_few_games = False  # whether the tests that are run are of few games, or of none
 _compiled_for = None
+
+
+def pytest_collection_finish(session):
+    global _of_few_games
+    _of_few_games = len({game.name for item in session.items if (game := game_of(item)) is not None}) <= FEW_GAMES
 
 
 def pytest_runtest_setup(item):
     """Forget the compiled programs of the game before: a process may hold only so many pieces of memory, and a game's take thousands."""
     global _compiled_for
-    callspec = getattr(item, "callspec", None)
-    game = callspec.params.get("game") if callspec else None
+    game = game_of(item)
     if game is not _compiled_for:
         if _compiled_for is not None:
             jax.clear_caches()
@@ -71,13 +84,13 @@ def pytest_runtest_setup(item):
 
 
 def is_thorough(name, config):
-    """Whether a game is tested in full: all games with `--all` or `--game`, else one in eight, drawn by a hash.
+    """Whether a game is tested in full: all games with `--all`, or where few are chosen, else one in eight, drawn by a hash.
 
     The programs of the other games are compiled without optimization of the machine code, which takes a third of the time; they compute the
     same with whole numbers. Their objects in states and frames that no game shows are not compared.
     """
     drawn = hashlib.sha256(name.encode()).digest()[0] % 8 == 0
-    return drawn or config.getoption("--all") or config.getoption("--game") is not None
+    return drawn or _of_few_games or config.getoption("--all") or config.getoption("--game") is not None
 
 
 @pytest.fixture(scope="module")
