@@ -93,20 +93,21 @@ def _bridged(masks: Sequence[Bitmap], gap: tuple[int, int]) -> Bitmap:
     return materialize(lambda m: bm.stretched(m, gap), materialize(lambda *own: jnp.concatenate(own, axis=1), *masks))
 
 
-def _starts(board: Bitmap, corners: np.ndarray = bm.ALL) -> Bitmap:
-    """First pixels of runs that nothing in the row above touches, judged word by word; a bitmap without the first row.
+def _starts(here: Sequence[jax.Array], above: Sequence[jax.Array], corners: np.ndarray | jax.Array = bm.ALL) -> list[jax.Array]:
+    """First pixels of runs that nothing in the row above touches, judged word by word.
 
     Args:
-        board: bitmap `[words, rows, lanes]`.
-        corners: words with all bits set where pixels touch at their corners, too, uint32 that broadcasts to `[words, rows - 1, lanes]`.
+        here: the words of rows from left to right, uint32 of any shape.
+        above: those of the rows above them.
+        corners: words with all bits set where pixels touch at their corners, too, uint32 that broadcasts to each of them.
     """
-    here, above = board[:, 1:], board[:, :-1]
-    above = above | (((above << 1) | (above >> 1)) & corners)
-    free = here & ~above
-    total = free + (free & ~(here << 1))  # the carry goes from the last pixel of a free run to the left of its first
-    first = ((total & ~here) >> 1) | jnp.where(total < free, U(1 << 31), U(0))
-    continues = jnp.pad(here[:-1] << 31, ((1, 0), (0, 0), (0, 0)))
-    return first & ~continues
+    starts = []
+    for word, over, left in zip(here, above, [None, *here], strict=False):
+        free = word & ~(over | (((over << 1) | (over >> 1)) & corners))
+        total = free + (free & ~(word << 1))  # the carry goes from the last pixel of a free run to the left of its first
+        first = ((total & ~word) >> 1) | jnp.where(total < free, U(1 << 31), U(0))
+        starts.append(first if left is None else first & ~(left << 31))
+    return starts
 
 
 # ------------------------------------------------------------------------------------------------------------ candidates
@@ -126,15 +127,20 @@ class _Index:
     def __init__(self, layout: Layout, board: Bitmap) -> None:
         self.layout = layout
         searched = int(layout.begins[-1]) + 1
-        starts = materialize(lambda b: _starts(b[:, :searched], layout.corners_by_row()[:, 1:searched]), board)
-        counts = jnp.sum(bm.popcount(starts), axis=0, dtype=jnp.int32)
+        self._corners = layout.corners_by_row()[:searched]
+
+        def in_rows(board: Bitmap) -> jax.Array:
+            starts = _starts(list(board[:, 1:searched]), list(board[:, : searched - 1]), self._corners[1:, None])
+            return sum((bm.popcount(word) for word in starts), start=jnp.zeros(starts[0].shape, jnp.int32))
+
+        counts = materialize(in_rows, board)
         blocks = jnp.sum(counts.reshape(-1, BLOCK, layout.lanes), axis=1, dtype=jnp.int32)
         above = jnp.pad(running_sum(blocks), ((1, 0), (0, 0)))  # candidates above each block
         ends = above[layout.begins // BLOCK]
         self.segments = jnp.pad(running_sum((ends[1:] - ends[:-1]).ravel()), (1, 0))  # candidates before each segment
         self.total = self.segments[-1]
-        self.n_blocks, self.n_rows = len(blocks), starts.shape[1]
-        self._starts, self._counts, self._above, self._ends = (v.ravel() for v in (starts, counts, above, ends))
+        self.n_blocks = len(blocks)
+        self._board, self._counts, self._above, self._ends = (v.ravel() for v in (board, counts, above, ends))
 
     def locate(self, k: jax.Array) -> _Candidates:
         """The k-th candidates; in range even where there are fewer."""
@@ -147,8 +153,10 @@ class _Index:
         rows = (block * BLOCK)[None] + np.arange(BLOCK, dtype=np.int32)[:, None]
         row, rest = _which(bm.at(self._counts, rows * lanes + lane[None]), rest)
         row = block * BLOCK + row
-        first = np.arange(self.layout.n_words, dtype=np.int32)[:, None] * self.n_rows
-        words = bm.at(self._starts, (first + row[None]) * lanes + lane[None])
+        first = np.arange(self.layout.n_words, dtype=np.int32)[:, None] * self.layout.n_rows
+        above = (first + row[None]) * lanes + lane[None]
+        corners = self._corners[0] if len(set(self._corners)) == 1 else bm.at(jnp.asarray(self._corners), row + 1)
+        words = jnp.stack(_starts(list(bm.at(self._board, above + lanes)), list(bm.at(self._board, above)), corners))
         index, rest = _which(bm.popcount(words), rest)
         word = jnp.sum(jnp.where(np.arange(len(words), dtype=np.int32)[:, None] == index[None], words, U(0)), axis=0, dtype=U)
         return _Candidates(segment, row + 1, 32 * index + bm.nth_bit(word, rest))
@@ -256,7 +264,7 @@ def _measure_large(layout: Layout, board: Bitmap, found: _Candidates, measured: 
         bit = (U(1) << (31 - (column & 31)).astype(U))[None, None]
         words = jnp.arange(layout.n_words)[:, None, None] == (column >> 5)[None, None]
         seed = jnp.where(words & (rows == row[None, None]), bit, U(0))
-        filled = fill_large(board, seed & board, layout.corners_by_row())
+        filled = fill_large(board, seed & board, layout.corners_by_row()[None, :, None])
         first, last, top, bottom = extent(filled)
         head, _ = bm.columns(bm.rows_at(filled, jnp.minimum(top, layout.n_rows - 1)[None])[:, 0])
         here = open_ & (index[lane] == jnp.arange(layout.n_candidates))

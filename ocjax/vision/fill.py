@@ -1,5 +1,8 @@
 """Flood fill: the components of bitmaps that hold given pixels, and their extents."""
 
+import functools
+import operator
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -15,7 +18,8 @@ def fill(mask: jax.Array, seed: jax.Array, corners: jax.Array | np.ndarray = bm.
 
     `corners` has all bits set where pixels touch at their corners, too; runs are filled to both sides at least as far as `reach`.
     """
-    rows, words = mask.shape[:2]
+    words = mask.shape[1]
+    rows = _depth(mask)
 
     def touched(filled: jax.Array, mask: jax.Array, *above: jax.Array) -> list[jax.Array]:
         """The pixels of a row that are filled or touch those of the row before, an array for each word."""
@@ -45,6 +49,13 @@ def fill(mask: jax.Array, seed: jax.Array, corners: jax.Array | np.ndarray = bm.
         return filled, jnp.any(missing != 0)  # after a sweep up, nothing is missing upwards
 
     return lax.while_loop(lambda state: state[1], down_and_up, (seed, varying(jnp.bool_(True), seed)))[0]
+
+
+def _depth(mask: jax.Array) -> jax.Array:
+    """How many rows from the first one on a component may have: those above an empty row; the most of all masks, int32."""
+    empty = functools.reduce(operator.or_, list(jnp.moveaxis(mask, 1, 0))) == 0
+    rows = jnp.arange(len(mask), dtype=jnp.int32).reshape(-1, *([1] * (empty.ndim - 1)))
+    return jnp.max(jnp.min(jnp.where(empty, rows, len(mask)), axis=0))
 
 
 def fill_large(board: Bitmap, seed: Bitmap, corners: np.ndarray = bm.ALL) -> Bitmap:

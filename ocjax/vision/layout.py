@@ -138,9 +138,9 @@ class Layout:
         return of_masks[np.array([rows[i] for i in sorted(rows)])]
 
     def corners_by_row(self) -> np.ndarray:
-        """Whether corners connect in each row of the board: words with all bits set, or none, uint32 `[1, rows, 1]`."""
+        """Whether corners connect in each row of the board: words with all bits set, or none, uint32 `[rows]`."""
         heights = np.diff([*self.begins[:-1], self.n_rows])
-        return np.repeat(self.tables[0].corners.view(np.uint32), heights)[None, :, None]
+        return np.repeat(self.tables[0].corners.view(np.uint32), heights)
 
 
 def _limits(shape: Shape) -> Limits:

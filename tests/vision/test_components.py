@@ -409,7 +409,7 @@ def test_stage_starts():
     rows[1, 3:6] = rows[2, 6] = rows[2, 10] = rows[3, 9:12] = 1
     board = jnp.asarray(np.packbits(rows, axis=1).view(">u4").astype(np.uint32))[None]
     for corners, want in ((bitmap.ALL, [(1, 3), (2, 10)]), (~bitmap.ALL, [(1, 3), (2, 6), (2, 10)])):
-        starts = np.asarray(stages._starts(board, corners))[0, :, 0]
+        starts = np.asarray(stages._starts(list(board[:, 1:]), list(board[:, :-1]), corners))[0, :, 0]
         found = np.unpackbits(starts.astype(">u4")[:, None].view(np.uint8), axis=1)
         assert [(y + 1, x) for y, x in np.argwhere(found).tolist()] == want
 
