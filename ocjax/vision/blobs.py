@@ -31,17 +31,14 @@ def detect_blobs(scene: Scene, rules: Mapping[str, tuple[Blobs, int]], *, heads:
     searched = [(name, rule, count) for name, (first, count) in rules.items() for rule in first.rules]
     masks = [scene.cut(rule) for _, rule, _ in searched]
     searches = [_search(rule, count, scene.region(rule)) for _, rule, count in searched]
-    found: dict[int, Detected] = {}
+    lists = [(name, rule.frames) for name, rule, _ in searched]  # what is valid on other frames has other slots
+    found: dict[str, list[Detected]] = {name: [] for name in rules}
     for board in _boards(searches):
-        objects = components([masks[i] for i in board], [searches[i] for i in board], heads=heads)
-        found |= dict(zip(board, objects, strict=True))
-    for i, (_, rule, _) in enumerate(searched):
-        if rule.frames is not None:
-            found[i] = found[i].where(scene.search(rule.frames)[None])
-    lists: dict[str, list[Detected]] = {name: [] for name in rules}
-    for i, (name, _, _) in enumerate(searched):
-        lists[name].append(found[i])
-    return {name: _merge(lists[name], count) for name, (_, count) in rules.items()}
+        own = list(dict.fromkeys(lists[i] for i in board))
+        objects = components([masks[i] for i in board], [searches[i] for i in board], [own.index(lists[i]) for i in board], heads=heads)
+        for (name, frames), of_list in zip(own, objects, strict=True):
+            found[name].append(of_list if frames is None else of_list.where(scene.search(frames)[None]))
+    return {name: found[name][0] if len(rule.rules) == 1 else _merge(found[name], count) for name, (rule, count) in rules.items()}
 
 
 def _boards(searches: Sequence[Search]) -> list[list[int]]:
@@ -72,9 +69,7 @@ def _search(rule: Blobs, count: int, region: Area) -> Search:
 
 
 def _merge(lists: Sequence[Detected], count: int) -> Detected:
-    """The first `count` boxes of several searches, in raster order of their corners."""
-    if len(lists) == 1:
-        return lists[0]
+    """The first `count` boxes of several lists, in raster order of their corners."""
     box = jnp.concatenate([found.box for found in lists])
     both, index = Detected(box), jnp.arange(len(box), dtype=jnp.int32)[:, None]
     order = jnp.where(both.valid, both.y * WIDTH + both.x, 2**16 - 1) * 2**15 + index  # one number each: sorting two arrays takes longer

@@ -362,18 +362,22 @@ class _Progress(NamedTuple):
     slots: tuple[tuple[jax.Array, ...], ...]  # uint32 [slots, lanes]: boxes as words, 0 where there is none, and heads if asked for
 
 
-def components(masks: Sequence[Bitmap], searches: Sequence[Search], *, heads: bool = False) -> list[Detected]:
+def components(
+    masks: Sequence[Bitmap], searches: Sequence[Search], lists: Sequence[int] | None = None, *, heads: bool = False
+) -> list[Detected]:
     """Bounding boxes of the connected components of several masks, found together.
 
     Args:
         masks: bitmaps of equal numbers of words and frames; the numbers of rows may differ.
         searches: what to look for in each mask.
+        lists: which list of objects each search adds to; None: each has its own. Searches of one list have as many slots, and share them.
         heads: whether to return the column of each object's first pixel (`Detected.head`), too; searches that split components have none.
 
     Returns:
-        The boxes in each mask, in raster order of the components' first pixels.
+        The boxes of each list, in the order of the first searches that add to them. Those of one search are in raster order of the
+        components' first pixels.
     """
-    layout = Layout(masks, searches)
+    layout = Layout(masks, searches, lists)
     board = _board(layout, [masks[i] for i, *_ in layout.order])
     index = _Index(layout, board)
 
@@ -405,14 +409,16 @@ def components(masks: Sequence[Bitmap], searches: Sequence[Search], *, heads: bo
 
     ranks = range(len(layout.tables))
     none = tuple(jnp.zeros((layout.n_masks, layout.lanes), jnp.int32) for _ in ranks)
-    empty = tuple((jnp.zeros((len(layout.slots_of_rank(rank)[0]), layout.lanes), U),) * (1 + heads) for rank in ranks)
+    empty = tuple((jnp.zeros((layout.lists_of_rank(rank)[1].sum(), layout.lanes), U),) * (1 + heads) for rank in ranks)
     start = _Progress(jnp.int32(0), none, empty)
     _, totals, slots = lax.while_loop(lambda s: s.done < index.total, one_round, varying(start, board))
-    most = np.array([[s.count] for s in searches], np.int32)
-    overflow = jnp.maximum(layout.by_search(jnp.concatenate(totals)) - most, 0)
-    own = [[field[first:end] for field in slots[rank]] for rank, first, end in layout.slots]
-    found = [Detected(own_slots[0], overflow=more) for own_slots, more in zip(own, overflow, strict=True)]
-    if not heads:
-        return found
-    columns = [None if s.splits else own_slots[1].astype(jnp.int32) for s, own_slots in zip(searches, own, strict=True)]
-    return [f._replace(head=column) for f, column in zip(found, columns, strict=True)]
+    most = np.array([[layout.counts[own]] for own in layout.slots], np.int32)
+    overflow = jnp.maximum(layout.by_list(jnp.concatenate(totals)) - most, 0)
+    splits = {own for own, search in zip(layout.lists, searches, strict=True) if search.splits}
+    found = []
+    for (own, places), more in zip(layout.slots.items(), overflow, strict=True):
+        pieces = [[field[first:end] for field in slots[rank]] for rank, first, end in places]
+        box, *columns = pieces[0] if len(pieces) == 1 else (jnp.concatenate(field) for field in zip(*pieces, strict=True))
+        head = columns[0].astype(jnp.int32) if columns and own not in splits else None
+        found.append(Detected(box, head=head, overflow=more))
+    return found

@@ -59,9 +59,10 @@ NO_SEARCH = Search(0, ())  # in place of a further search of a mask that has non
 class Layout:
     """Where masks lie on the board, and the sizes and tables that follow from what is searched for."""
 
-    def __init__(self, masks: Sequence[Bitmap], searches: Sequence[Search]) -> None:
+    def __init__(self, masks: Sequence[Bitmap], searches: Sequence[Search], lists: Sequence[int] | None = None) -> None:
         self.order = _sharing(masks, searches)
-        self.counts = [search.count for search in searches]
+        self.lists = range(len(searches)) if lists is None else lists  # the list that each search adds to
+        self.counts = {own: search.count for own, search in zip(self.lists, searches, strict=True)}
         masks = [masks[own[0]] for own in self.order]  # all that follows has this order
         searched, searches = searches, [searches[own[0]] for own in self.order]  # gaps and corners are those of all searches of a mask
         self.n_masks = len(masks)
@@ -115,27 +116,42 @@ class Layout:
         rows = dict(zip(differ, jnp.asarray(np.stack([tables[i] for i in differ]))[:, mask], strict=True)) if differ else {}
         return structure.unflatten([rows[i] if i in rows else jnp.full_like(mask, table[0]) for i, table in enumerate(tables)])
 
-    def slots_of_rank(self, rank: int) -> tuple[np.ndarray, np.ndarray]:
-        """The slots of the first search of all masks (rank 0), of the second ones, and so on: mask and number, int32 `[slots]`."""
-        counts = [self.counts[own[rank]] if rank < len(own) else 0 for own in self.order]
-        numbers = [np.arange(count, dtype=np.int32) for count in counts]
-        return np.repeat(np.arange(self.n_masks, dtype=np.int32), counts), np.concatenate(numbers)
+    def masks_of_lists(self, rank: int) -> dict[int, list[int]]:
+        """The masks whose first search (rank 0) adds to each list, or whose second one, and so on."""
+        masks: dict[int, list[int]] = {}
+        for mask, own in enumerate(self.order):
+            if rank < len(own):
+                masks.setdefault(self.lists[own[rank]], []).append(mask)
+        return masks
+
+    def lists_of_rank(self, rank: int) -> tuple[np.ndarray, np.ndarray]:
+        """Which masks the lists of a rank take objects of, int32 `[masks, lists]`, and how many slots they have, int32 `[lists]`.
+
+        Lists of fewer masks name their last one repeatedly.
+        """
+        of_lists = self.masks_of_lists(rank)
+        most = max(map(len, of_lists.values()))
+        masks = [[*own, *own[-1:] * (most - len(own))] for own in of_lists.values()]
+        return np.array(masks, np.int32).T, np.array([self.counts[own] for own in of_lists], np.int32)
 
     @functools.cached_property
-    def slots(self) -> list[tuple[int, int, int]]:
-        """Where the slots of each search are, in the caller's order: its rank, and the first and the end among the slots of that rank."""
-        places: dict[int, tuple[int, int, int]] = {}
-        ends = [0] * len(self.tables)
-        for own in self.order:
-            for rank, i in enumerate(own):
-                places[i] = rank, ends[rank], ends[rank] + self.counts[i]
-                ends[rank] += self.counts[i]
-        return [places[i] for i in sorted(places)]
+    def slots(self) -> dict[int, list[tuple[int, int, int]]]:
+        """Where the slots of each list are: a rank, and the first and the end among the slots of that rank."""
+        places: dict[int, list[tuple[int, int, int]]] = {own: [] for own in dict.fromkeys(self.lists)}
+        for rank in range(len(self.tables)):
+            first = 0
+            for own in self.masks_of_lists(rank):
+                places[own].append((rank, first, first + self.counts[own]))
+                first += self.counts[own]
+        return places
 
-    def by_search(self, of_masks: jax.Array) -> jax.Array:
-        """What is known of the first search of all masks, then of the second ones, and so on, in the caller's order of searches."""
-        rows = {i: rank * self.n_masks + mask for mask, own in enumerate(self.order) for rank, i in enumerate(own)}
-        return of_masks[np.array([rows[i] for i in sorted(rows)])]
+    def by_list(self, of_masks: jax.Array) -> jax.Array:
+        """Sums of what is known of the first search of all masks, then of the second ones, and so on, int32 `[lists, lanes]`."""
+        belongs = np.zeros((len(self.slots), len(of_masks), 1), bool)
+        for i, own in enumerate(self.slots):
+            for rank in range(len(self.tables)):
+                belongs[i, [rank * self.n_masks + mask for mask in self.masks_of_lists(rank).get(own, [])]] = True
+        return jnp.sum(jnp.where(belongs, of_masks[None], 0), axis=1)
 
     def corners_by_row(self) -> np.ndarray:
         """Whether corners connect in each row of the board: words with all bits set, or none, uint32 `[rows]`."""

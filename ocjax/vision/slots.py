@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import functools
+import operator
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import jax
@@ -72,16 +74,48 @@ def fill_slots(
     """
     order = _Order(found.counts, len(found.parts))
     before = order.before(found.begins)
-    ends = totals + jnp.diff(before).reshape(totals.shape)
+    new = jnp.diff(before).reshape(totals.shape)
     candidate, part = order.places()
     fields = [bm.at(found.parts.ravel(), part * len(found.counts) + candidate)]
     if len(slots) > 1:
         fields.append(bm.at(found.column, candidate).astype(U))
-    mask, number = layout.slots_of_rank(rank)
-    # Of each segment, in one word so that there is one look-up: how many objects it has, and where on the list the one of slot 0 would be.
-    known = (before[:-1].reshape(totals.shape) - totals) * MAX_COUNT + jnp.minimum(ends, MAX_COUNT - 1)
-    known = materialize(lambda known: known[mask], known, small=0)
-    place = (known >> COUNT_BITS) + number[:, None]
+    taken = _taken(layout.masks_of_lists(rank).values(), totals, new)
+    # Of each segment, in one word: which slots its objects end before, and where on the list of objects the one of slot 0 would be.
+    known = (before[:-1].reshape(totals.shape) - taken) * MAX_COUNT + jnp.minimum(taken + new, MAX_COUNT - 1)
+    place = materialize(functools.partial(_places, *layout.lists_of_rank(rank)), known, small=0)
+    is_new = (place >= 0) & (slots[0] == 0)
     place = jnp.clip(place, 0, len(fields[0]) - 1)
-    is_new = (slots[0] == 0) & (number[:, None] < known % MAX_COUNT)
-    return ends, tuple(jnp.where(is_new, bm.at(field, place), old) for field, old in zip(fields, slots, strict=True))
+    return totals + new, tuple(jnp.where(is_new, bm.at(field, place), old) for field, old in zip(fields, slots, strict=True))
+
+
+def _places(masks: np.ndarray, counts: np.ndarray, known: jax.Array) -> jax.Array:
+    """Where the object of each slot is among those of a round, int32 `[slots, lanes]`; negative where there is none.
+
+    Args:
+        masks: those of each list, int32 `[masks, lists]`.
+        counts: slots of each list.
+        known: see `fill_slots`, int32 `[masks, lanes]`.
+    """
+    number = np.arange(counts.max(), dtype=np.int32)[None, :, None]
+    place = jnp.int32(-1)
+    for mask in reversed(masks):
+        of_mask = known[mask][:, None]
+        place = jnp.where(number < of_mask % MAX_COUNT, (of_mask >> COUNT_BITS) + number, place)
+    # All lists have as many slots up to here, so that no slot looks up its mask.
+    return place.reshape(-1, known.shape[1])[np.flatnonzero(number[..., 0] < counts[:, None])]
+
+
+def _taken(lists: Iterable[Sequence[int]], totals: jax.Array, new: jax.Array) -> jax.Array:
+    """How many slots of its list are taken before the new objects of each mask: int32 `[masks, lanes]`.
+
+    Args:
+        lists: the masks that add to each list.
+        totals: objects of earlier rounds, int32 `[masks, lanes]`.
+        new: those of this round.
+    """
+    taken = list(totals)
+    for masks in lists:
+        so_far = functools.reduce(operator.add, (totals[mask] for mask in masks))
+        for mask in masks:
+            taken[mask], so_far = so_far, so_far + new[mask]
+    return jnp.stack(taken)
