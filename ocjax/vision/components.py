@@ -26,7 +26,9 @@ of a row stacked while they are filled: 46 instead of 33 for Asteroids, because 
 
 from __future__ import annotations
 
+import functools
 import itertools
+import operator
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -112,6 +114,9 @@ def _starts(here: Sequence[jax.Array], above: Sequence[jax.Array], corners: np.n
 
 # ------------------------------------------------------------------------------------------------------------ candidates
 
+STARTS_BITS = 5  # for up to 16 candidates in a word
+ROWS = 4  # whose counts share a word
+
 
 class _Candidates(NamedTuple):
     """Some candidates, int32 `[n]` each."""
@@ -122,7 +127,7 @@ class _Candidates(NamedTuple):
 
 
 class _Index:
-    """Candidates in order: counts by row, by block of rows, and by segment (one mask of one frame)."""
+    """Candidates in order: counts by word of a row, by row, by block of rows, and by segment (one mask of one frame)."""
 
     def __init__(self, layout: Layout, board: Bitmap) -> None:
         self.layout = layout
@@ -130,56 +135,67 @@ class _Index:
         self._corners = layout.corners_by_row()[:searched]
 
         def in_rows(board: Bitmap) -> jax.Array:
+            """The candidates in each word of a row, in a word."""
             starts = _starts(list(board[:, 1:searched]), list(board[:, : searched - 1]), self._corners[1:, None])
-            return sum((bm.popcount(word) for word in starts), start=jnp.zeros(starts[0].shape, jnp.int32))
+            return functools.reduce(operator.or_, (lax.population_count(word) << STARTS_BITS * i for i, word in enumerate(starts)))
 
-        counts = materialize(in_rows, board)
-        blocks = jnp.sum(counts.reshape(-1, BLOCK, layout.lanes), axis=1, dtype=jnp.int32)
+        in_words = materialize(in_rows, board)
+        counts = materialize(lambda words: _packed(sum(_fields(words, STARTS_BITS, layout.n_words))), in_words)
+        blocks = jnp.sum(sum(_fields(counts, 8, ROWS)).reshape(-1, BLOCK // ROWS, layout.lanes), axis=1, dtype=jnp.int32)
         above = jnp.pad(running_sum(blocks), ((1, 0), (0, 0)))  # candidates above each block
         ends = above[layout.begins // BLOCK]
         self.segments = jnp.pad(running_sum((ends[1:] - ends[:-1]).ravel()), (1, 0))  # candidates before each segment
         self.total = self.segments[-1]
         self.n_blocks = len(blocks)
-        self._board, self._counts, self._above, self._ends = (v.ravel() for v in (board, counts, above, ends))
+        self._board, self._words, self._counts, self._above, self._ends = (v.ravel() for v in (board, in_words, counts, above, ends))
 
     def locate(self, k: jax.Array) -> _Candidates:
         """The k-th candidates; in range even where there are fewer."""
         lanes = self.layout.lanes
-        segment = _last_at_most(lambda i: bm.at(self.segments, i), self.layout.n_masks * lanes, k)
-        lane = segment % lanes
+        mask = jnp.sum(self.segments[lanes:-1:lanes, None] <= k[None], axis=0, dtype=jnp.int32)
+        first = mask * lanes
+        lane = _last_at_most(lambda i: bm.at(self.segments, first + i), lanes, k)
+        segment = first + lane
         rest = k - bm.at(self.segments, segment) + bm.at(self._ends, segment)
-        block = _last_at_most(lambda i: bm.at(self._above, i * lanes + lane[None]), self.n_blocks, rest)
+        begin = bm.at(jnp.asarray(self.layout.begins // BLOCK, jnp.int32), mask)
+        most = int(np.diff(self.layout.begins).max()) // BLOCK
+        block = begin + _last_at_most(lambda i: bm.at(self._above, jnp.minimum(begin + i, self.n_blocks) * lanes + lane), most, rest)
         rest = rest - bm.at(self._above, block * lanes + lane)
-        rows = (block * BLOCK)[None] + np.arange(BLOCK, dtype=np.int32)[:, None]
-        row, rest = _which(bm.at(self._counts, rows * lanes + lane[None]), rest)
+        quads = (block * (BLOCK // ROWS))[None] + np.arange(BLOCK // ROWS, dtype=np.int32)[:, None]
+        in_rows = bm.at(self._counts, quads * lanes + lane[None])
+        row, rest = _which([count for quad in in_rows for count in _fields(quad, 8, ROWS)], rest)
         row = block * BLOCK + row
-        first = np.arange(self.layout.n_words, dtype=np.int32)[:, None] * self.layout.n_rows
-        above = (first + row[None]) * lanes + lane[None]
+        word, rest = _which(_fields(bm.at(self._words, row * lanes + lane), STARTS_BITS, self.layout.n_words), rest)
+        above = (word * self.layout.n_rows + row) * lanes + lane
+        here = above + lanes
+        left = jnp.where(word > 0, bm.at(self._board, jnp.maximum(here - self.layout.n_rows * lanes, 0)), U(0))
         corners = self._corners[0] if len(set(self._corners)) == 1 else bm.at(jnp.asarray(self._corners), row + 1)
-        words = jnp.stack(_starts(list(bm.at(self._board, above + lanes)), list(bm.at(self._board, above)), corners))
-        index, rest = _which(bm.popcount(words), rest)
-        word = jnp.sum(jnp.where(np.arange(len(words), dtype=np.int32)[:, None] == index[None], words, U(0)), axis=0, dtype=U)
-        return _Candidates(segment, row + 1, 32 * index + bm.nth_bit(word, rest))
+        _, starts = _starts([left, bm.at(self._board, here)], [left, bm.at(self._board, above)], corners)
+        return _Candidates(segment, row + 1, 32 * word + bm.nth_bit(starts, rest))
+
+
+def _fields(words: jax.Array, bits: int, n: int) -> list[jax.Array]:
+    """The first n numbers of so many bits in words, the lowest first, int32."""
+    return [(words >> bits * i & (1 << bits) - 1).astype(jnp.int32) for i in range(n)]
+
+
+def _packed(counts: jax.Array) -> jax.Array:
+    """The counts of four rows in a word, uint32 `[rows / 4, lanes]`."""
+    rows = counts.astype(U).reshape(-1, ROWS, counts.shape[1])
+    return functools.reduce(operator.or_, (rows[:, i] << 8 * i for i in range(ROWS)))
 
 
 def _last_at_most(table: Callable[[jax.Array], jax.Array], n: int, k: jax.Array) -> jax.Array:
-    """The largest i < n where `table(i) <= k`; the table is ascending and begins with nothing larger.
-
-    Each step looks at three entries, which takes half the steps of a binary search. A loop is compiled once for all steps.
-    """
-    exponents = -(-(n - 1).bit_length() // 2)
-
-    def narrow(e: jax.Array, i: jax.Array) -> jax.Array:
-        step = jnp.left_shift(1, 2 * (exponents - 1 - e))
-        ahead = i[None] + step * np.arange(1, 4, dtype=np.int32)[:, None]
-        reached = (ahead < n) & (table(jnp.minimum(ahead, n - 1)) <= k[None])
-        return i + step * jnp.sum(reached, axis=0, dtype=jnp.int32)
-
-    return lax.fori_loop(0, exponents, narrow, jnp.zeros_like(k))
+    """The largest i < n where `table(i) <= k`; the table is ascending and begins with nothing larger."""
+    i = jnp.zeros_like(k)
+    for bit in reversed(range((n - 1).bit_length())):
+        ahead = i + (1 << bit)
+        i = jnp.where((ahead < n) & (table(jnp.minimum(ahead, n - 1)) <= k), ahead, i)
+    return i
 
 
-def _which(counts: jax.Array, rest: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """The index at which counts `[m, n]` add up to more than `rest` `[n]`, and what is left of it there."""
+def _which(counts: Sequence[jax.Array], rest: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """The index at which counts `[n]` add up to more than `rest` `[n]`, and what is left of it there."""
     index, beyond = jnp.zeros_like(rest), jnp.ones_like(rest, bool)
     for count in counts[:-1]:
         beyond = beyond & (rest >= count)
