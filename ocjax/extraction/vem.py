@@ -84,7 +84,8 @@ def _extract(game: Declaration, frames: jax.Array) -> tuple[jax.Array, jax.Array
     if any(f.color is not None for f in found):
         fields.append(_by_slot([f.color for f in found], game, lanes, OWN_COLOR))
     rows = [lax.bitcast_convert_type(box, jnp.int32), *(jnp.where(box != 0, field, 0) for field in fields)]
-    slots = kernels.transpose(jnp.concatenate(rows)).reshape(lanes, len(rows), -1)
+    joined = kernels.materialize(lambda *rows: jnp.concatenate(rows), *rows, small=0)
+    slots = kernels.transpose(joined).reshape(lanes, len(rows), -1)
     nothing = jnp.zeros(lanes, jnp.int32)
     overflow = jnp.stack([nothing if f.overflow is None else f.overflow for f in found])
     return slots, jnp.where(needed, overflow, 0).T
