@@ -15,6 +15,7 @@ from ocjax.vision.rules import Blobs
 from ocjax.vision.scene import Scene
 from ocjax.vision.search import Search, window_words
 
+SPARE = 4  # slots that several rules of a category share beyond its own: of too many objects, those at the top of the screen are kept
 LESS = 1.9  # a second board is worth it where so many times fewer words are filled, if each search has as many candidates
 
 
@@ -28,10 +29,11 @@ def detect_blobs(scene: Scene, rules: Mapping[str, tuple[Blobs, int]], *, heads:
     """
     if not rules:
         return {}
-    searched = [(name, rule, count) for name, (first, count) in rules.items() for rule in first.rules]
-    masks = [scene.cut(rule) for _, rule, _ in searched]
-    searches = [_search(rule, count, scene.region(rule)) for _, rule, count in searched]
-    lists = [(name, rule.frames) for name, rule, _ in searched]  # what is valid on other frames has other slots
+    searched = [(name, rule) for name, (first, _) in rules.items() for rule in first.rules]
+    masks = [scene.cut(rule) for _, rule in searched]
+    lists = [(name, rule.frames) for name, rule in searched]  # what is valid on other frames has other slots
+    counts = [rules[name][1] + SPARE * (lists.count((name, frames)) > 1) for name, frames in lists]
+    searches = [_search(rule, count, scene.region(rule)) for (_, rule), count in zip(searched, counts, strict=True)]
     found: dict[str, list[Detected]] = {name: [] for name in rules}
     for board in _boards(searches):
         own = list(dict.fromkeys(lists[i] for i in board))
