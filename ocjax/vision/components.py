@@ -50,17 +50,8 @@ from ocjax.vision.splitting import Edges, in_two, part
 
 # ------------------------------------------------------------------------------------------------------------ the board
 
-# Masks up to which they are written to the board one by one. At once, Solaris' 13 take 4 us a frame less, and Ms. Pac-Man's 2 us more.
-MANY = 12
-
-
 def _board(layout: Layout, masks: Sequence[Bitmap]) -> Bitmap:
     """All masks, one below the other, with an empty row above each, and the parts of each component connected."""
-    return (_joined if len(masks) > MANY else _written)(layout, masks)
-
-
-def _written(layout: Layout, masks: Sequence[Bitmap]) -> Bitmap:
-    """The board, with masks written to it one by one."""
     board = jnp.zeros((layout.n_words, layout.n_rows, layout.lanes), U)
     for mask, begin in zip(masks, layout.begins.tolist(), strict=False):
         board = lax.dynamic_update_slice(board, mask, (0, begin + 1, 0))
@@ -72,27 +63,6 @@ def _written(layout: Layout, masks: Sequence[Bitmap]) -> Bitmap:
             bridged = materialize(lambda b, first=first, end=end, gap=gap: bm.stretched(b[:, first:end], gap), board)
             board = lax.dynamic_update_slice(board, bridged, (0, first, 0))
     return board
-
-
-def _joined(layout: Layout, masks: Sequence[Bitmap]) -> Bitmap:
-    """The board, with many masks joined at once."""
-    pieces = []
-    of_masks = zip(masks, layout.gaps, np.diff(layout.begins).tolist(), strict=True)
-    for gap, neighbours in itertools.groupby(of_masks, key=lambda of_mask: of_mask[1]):
-        padded = [_padded(mask, rows, layout.n_words) for mask, _, rows in neighbours]
-        pieces += [padded] if gap == (0, 0) else [[_bridged(padded, gap)]]
-    pieces.append([jnp.zeros((layout.n_words, layout.n_rows - int(layout.begins[-1]), layout.lanes), U)])
-    return materialize(lambda *own: jnp.concatenate(own, axis=1), *itertools.chain(*pieces))
-
-
-def _padded(mask: Bitmap, rows: int, n_words: int) -> Bitmap:
-    """A mask between empty rows, the first one above it, and with empty words on the right."""
-    return jnp.pad(mask, ((0, n_words - len(mask)), (1, rows - 1 - mask.shape[1]), (0, 0)))
-
-
-def _bridged(masks: Sequence[Bitmap], gap: tuple[int, int]) -> Bitmap:
-    """Masks one below the other, with the parts of each component connected."""
-    return materialize(lambda m: bm.stretched(m, gap), materialize(lambda *own: jnp.concatenate(own, axis=1), *masks))
 
 
 def _starts(here: Sequence[jax.Array], above: Sequence[jax.Array], corners: np.ndarray | jax.Array = bm.ALL) -> list[jax.Array]:
