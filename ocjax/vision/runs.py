@@ -31,7 +31,7 @@ def detect_runs(rules: Sequence[Runs], masks: Sequence[Sequence[Bitmap]]) -> lis
     rows = jnp.concatenate([_rows(rule, own) for rule, own in zip(rules, masks, strict=True)], axis=1)
     runs = lax.scan(_next_run, rows, length=max(rule.most for rule in rules))[1]
     x, end = (jnp.moveaxis(v, 0, 1) for v in runs)  # [rows, most, B]
-    boxes = materialize(functools.partial(_boxes, _regions(rules)), x, end)
+    boxes = materialize(functools.partial(_boxes, _regions(rules)), x, end, small=0)
     ends = np.cumsum([0, *(len(rule.rows) for rule in rules)]).tolist()
     return [
         Detected(boxes[start:stop, : rule.most].reshape(rule.slots, -1))
