@@ -1,11 +1,11 @@
 """`Scene`: a batch of frames, the masks of colours computed from it so far, and the objects found so far.
 
-Masks are bitmaps (`ocjax.vision.bitmap`): uint32 `[5, H, B]`, the batch last.
+Masks are bitmaps (`ocjax.vision.bitmap`): uint32 `[5, rows, B]`, the batch last.
 """
 
 import functools
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import jax
@@ -20,8 +20,8 @@ from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.cells import cell_pixels
 from ocjax.vision.colors import EVEN, color_set
 from ocjax.vision.detected import Detected
-from ocjax.vision.filters import Searched
-from ocjax.vision.rules import Blobs, Bounds, Cells, Rule
+from ocjax.vision.filters import Lines, Searched
+from ocjax.vision.rules import Blobs, Bounds, Cells, Rule, Runs
 from ocjax.vision.shades import Shades
 from ocjax.vision.steps import Context, Step
 
@@ -38,18 +38,20 @@ class Scene:
 
     Attributes:
         found: the objects of each category, as far as they have been searched for.
+        height: rows of the masks: those from the top of the screen in which rules look for pixels.
     """
 
     def __init__(self, rules: Mapping[str, Rule], frames: jax.Array, shades: Shades | None) -> None:
         self.rules = rules
         self.frames = frames
+        self.height = _rows_looked_at(rules.values(), frames.shape[1])
         self.shades = shades
         self.found: dict[str, Detected] = {}
         self._shade_bits = None if shades is None else kernels.materialize(functools.partial(_shade_bits, shades), frames)
         self._bounds = Counter(
             colors for rule in rules.values() if isinstance(rule, Bounds) for part in rule.parts for _, colors in part.slots
         )
-        self._planes = bm.planes(frames)
+        self._planes = bm.planes(frames[:, : self.height])
         self._masks: dict[tuple[int, ...], Bitmap] = {}
         self._searches: dict[Callable[[jax.Array], Any], Any] = {}
         self._counted: dict[Any, Bitmap] = {}
@@ -94,11 +96,11 @@ class Scene:
 
     def region(self, rule: Blobs) -> Area:
         """Where a rule looks."""
-        return rule.region or (0, 0, WIDTH, self.frames.shape[1])
+        return rule.region or (0, 0, WIDTH, self.height)
 
     def after(self, steps: tuple[Step, ...], found: Detected, rule: Rule, count: int) -> Detected:
         """The objects of a rule after some steps, in `count` slots."""
-        region = self.region(rule) if isinstance(rule, Blobs) else (0, 0, WIDTH, self.frames.shape[1])
+        region = self.region(rule) if isinstance(rule, Blobs) else (0, 0, WIDTH, self.height)
 
         def pixels() -> Bitmap:
             return self.cut(rule) if isinstance(rule, Blobs) else bm.cut(self.mask(rule.palette), region)
@@ -121,7 +123,7 @@ class Scene:
     def _inside(self, name: str) -> Bitmap:
         """The pixels in the boxes of a category of `Blobs`."""
         found = self.found[name]
-        return bm.boxes(found.x, found.y, found.w, found.h, found.valid, self.frames.shape[1])
+        return bm.boxes(found.x, found.y, found.w, found.h, found.valid, self.height)
 
     def _count(self, rule: Bounds | Blobs, colors: tuple[int, ...]) -> Bitmap:
         read_once = _is_whole(rule) or self._read_once(rule, colors)
@@ -129,7 +131,7 @@ class Scene:
         if isinstance(rule, Bounds) and rule.inverse:
             mask = ~mask
         if rule.ignore:
-            mask = mask & jnp.asarray(~bm.areas(self.frames.shape[1], rule.ignore))
+            mask = mask & jnp.asarray(~bm.areas(self.height, rule.ignore))
         for name in rule.exclude:
             other = self.rules[name]
             inside = cell_pixels(other, self.mask(other.palette)) if isinstance(other, Cells) else self._inside(name)
@@ -150,6 +152,24 @@ class Scene:
             return rule.gap == (0, 0) and not rule.filters
         reads_color = len(colors) > 1  # of single pixels, for which a mask that isn't stored would be computed again
         return self._bounds[colors] <= FEW and not rule.filters and not (rule.digits and reads_color)
+
+
+def _rows_looked_at(rules: Iterable[Rule | None], height: int) -> int:
+    """The rows of the screen above which all is that rules look at. Most games leave a tenth of them, and take so much less time."""
+    return min(max((_end(rule, height) for rule in rules if rule is not None), default=1), height)
+
+
+def _end(rule: Rule, height: int) -> int:
+    """The row below all that a rule looks at; `height` where that is not known."""
+    if isinstance(rule, Cells):
+        return height if rule.floats else rule.bottom + rule.margin[1]
+    if isinstance(rule, Runs):
+        return rule.bottom
+    parts = rule.parts if isinstance(rule, Bounds) else rule.rules
+    searches = isinstance(rule, Blobs) and any(own.region is None or own.frames is not None for own in rule.rules)
+    filters = [only for part in parts for only in part.filters]
+    ends = [only.rows[1] if isinstance(only, Lines) else height for only in filters]
+    return max(rule.bottom, *ends, height if searches else 0)
 
 
 def _is_whole(rule: Bounds | Blobs) -> bool:
