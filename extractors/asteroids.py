@@ -327,8 +327,9 @@ def _by_color(rule: Blobs) -> Blobs:
 
 ROCK_RULE = _by_color(Blobs(ROCK_COLORS, FIELD, ROCK_SHAPES, pictures=ROCK_MASKS))
 # Of two shots of the ship, one has the saucer's colour and is told from the ship that it touches.
+# Saucers have one colour at a time.
 SHOT = Blobs(SHIP_COLORS[0], FIELD, Shape(w=1, h=(1, 2)), gap=(3, 4))
-SHOTS = replace(SHOT, also=(replace(SHOT, colors=SAUCER_COLORS),))  # saucers have one colour at a time
+SHOTS = replace(SHOT, also=(replace(SHOT, colors=SAUCER_COLORS),))
 SAUCERS = Blobs(SAUCER_COLORS, FIELD, Shape(w=(5, 7), h=(6, 10)))
 LIVES = Bounds(TEXT, (116, 5, 144, 15), value=Digits(FONT, (132,), 5))
 

@@ -31,16 +31,24 @@ def detect_blobs(scene: Scene, rules: Mapping[str, tuple[Blobs, int]], *, heads:
         return {}
     searched = [(name, rule) for name, (first, _) in rules.items() for rule in first.rules]
     masks = [scene.cut(rule) for _, rule in searched]
-    lists = [(name, rule.frames) for name, rule in searched]  # what is valid on other frames has other slots
-    counts = [rules[name][1] + SPARE * (lists.count((name, frames)) > 1) for name, frames in lists]
+    # Rules share slots where they are searched one after the other, and what they find is valid on the same frames.
+    lists = [(name, rule.frames, rule.gap) for name, rule in searched]
+    counts = [rules[own[0]][1] + SPARE * (lists.count(own) > 1) for own in lists]
     searches = [_search(rule, count, scene.region(rule)) for (_, rule), count in zip(searched, counts, strict=True)]
-    found: dict[str, list[Detected]] = {name: [] for name in rules}
+    found: dict[int, Detected] = {}  # by the first rule of each list on each board
     for board in _boards(searches):
-        own = list(dict.fromkeys(lists[i] for i in board))
-        objects = components([masks[i] for i in board], [searches[i] for i in board], [own.index(lists[i]) for i in board], heads=heads)
-        for (name, frames), of_list in zip(own, objects, strict=True):
-            found[name].append(of_list if frames is None else of_list.where(scene.search(frames)[None]))
-    return {name: found[name][0] if len(rule.rules) == 1 else _merge(found[name], count) for name, (rule, count) in rules.items()}
+        first = {lists[i]: i for i in reversed(board)}
+        own = [first[lists[i]] for i in board]
+        objects = components([masks[i] for i in board], [searches[i] for i in board], own, heads=heads)
+        found |= dict(zip(dict.fromkeys(own), objects, strict=True))
+    of_categories: dict[str, list[Detected]] = {name: [] for name in rules}
+    for i, of_list in sorted(found.items()):
+        name, frames, _ = lists[i]
+        of_categories[name].append(of_list if frames is None else of_list.where(scene.search(frames)[None]))
+    return {
+        name: of_categories[name][0] if len(rule.rules) == 1 else _merge(of_categories[name], count)
+        for name, (rule, count) in rules.items()
+    }
 
 
 def _boards(searches: Sequence[Search]) -> list[list[int]]:

@@ -50,6 +50,7 @@ from ocjax.vision.splitting import Edges, in_two, part
 
 # ------------------------------------------------------------------------------------------------------------ the board
 
+
 def _board(layout: Layout, masks: Sequence[Bitmap]) -> Bitmap:
     """All masks, one below the other, with an empty row above each, and the parts of each component connected."""
     board = jnp.zeros((layout.n_words, layout.n_rows, layout.lanes), U)
@@ -110,8 +111,8 @@ class _Index:
             return functools.reduce(operator.or_, (lax.population_count(word) << STARTS_BITS * i for i, word in enumerate(starts)))
 
         in_words = materialize(in_rows, board)
-        counts = materialize(lambda words: _packed(sum(_fields(words, STARTS_BITS, layout.n_words))), in_words)
-        blocks = jnp.sum(sum(_fields(counts, 8, ROWS)).reshape(-1, BLOCK // ROWS, layout.lanes), axis=1, dtype=jnp.int32)
+        counts = materialize(lambda words: _packed(_total(_fields(words, STARTS_BITS, layout.n_words))), in_words)
+        blocks = jnp.sum(_total(_fields(counts, 8, ROWS)).reshape(-1, BLOCK // ROWS, layout.lanes), axis=1, dtype=jnp.int32)
         above = jnp.pad(running_sum(blocks), ((1, 0), (0, 0)))  # candidates above each block
         ends = above[layout.begins // BLOCK]
         self.segments = jnp.pad(running_sum((ends[1:] - ends[:-1]).ravel()), (1, 0))  # candidates before each segment
@@ -125,28 +126,42 @@ class _Index:
         mask = jnp.sum(self.segments[lanes:-1:lanes, None] <= k[None], axis=0, dtype=jnp.int32)
         first = mask * lanes
         lane = _last_at_most(lambda i: bm.at(self.segments, first + i), lanes, k)
-        segment = first + lane
-        rest = k - bm.at(self.segments, segment) + bm.at(self._ends, segment)
+        rest = k - bm.at(self.segments, first + lane) + bm.at(self._ends, first + lane)
+        row, rest = self._row(mask, lane, rest)
+        return _Candidates(first + lane, row, self._column(lane, row, rest))
+
+    def _row(self, mask: jax.Array, lane: jax.Array, rest: jax.Array) -> tuple[jax.Array, jax.Array]:
+        """The row of the board with the candidate before which there are `rest` in its lane, and how many of those are in that row."""
+        lanes = self.layout.lanes
         begin = bm.at(jnp.asarray(self.layout.begins // BLOCK, jnp.int32), mask)
-        most = int(np.diff(self.layout.begins).max()) // BLOCK
+        most = int(np.diff(self.layout.begins).max()) // BLOCK  # of a mask
         block = begin + _last_at_most(lambda i: bm.at(self._above, jnp.minimum(begin + i, self.n_blocks) * lanes + lane), most, rest)
+        block = jnp.minimum(block, self.n_blocks - 1)
         rest = rest - bm.at(self._above, block * lanes + lane)
         quads = (block * (BLOCK // ROWS))[None] + np.arange(BLOCK // ROWS, dtype=np.int32)[:, None]
-        in_rows = bm.at(self._counts, quads * lanes + lane[None])
-        row, rest = _which([count for quad in in_rows for count in _fields(quad, 8, ROWS)], rest)
-        row = block * BLOCK + row
-        word, rest = _which(_fields(bm.at(self._words, row * lanes + lane), STARTS_BITS, self.layout.n_words), rest)
-        above = (word * self.layout.n_rows + row) * lanes + lane
-        here = above + lanes
-        left = jnp.where(word > 0, bm.at(self._board, jnp.maximum(here - self.layout.n_rows * lanes, 0)), U(0))
-        corners = self._corners[0] if len(set(self._corners)) == 1 else bm.at(jnp.asarray(self._corners), row + 1)
-        _, starts = _starts([left, bm.at(self._board, here)], [left, bm.at(self._board, above)], corners)
-        return _Candidates(segment, row + 1, 32 * word + bm.nth_bit(starts, rest))
+        counts = bm.at(self._counts, quads * lanes + lane[None])
+        row, rest = _which([count for quad in counts for count in _fields(quad, 8, ROWS)], rest)
+        return block * BLOCK + row + 1, rest
+
+    def _column(self, lane: jax.Array, row: jax.Array, rest: jax.Array) -> jax.Array:
+        """The column of the candidate before which there are `rest` in its row. What is looked at are the words around it alone."""
+        lanes, n_rows = self.layout.lanes, self.layout.n_rows
+        word, rest = _which(_fields(bm.at(self._words, (row - 1) * lanes + lane), STARTS_BITS, self.layout.n_words), rest)
+        place = (word * n_rows + row) * lanes + lane
+        here, above = bm.at(self._board, place), bm.at(self._board, place - lanes)
+        left = jnp.where(word > 0, bm.at(self._board, jnp.maximum(place - n_rows * lanes, 0)), U(0))
+        corners = self._corners[0] if len(set(self._corners)) == 1 else bm.at(jnp.asarray(self._corners), row)
+        _, starts = _starts([left, here], [left, above], corners)
+        return 32 * word + bm.nth_bit(starts, rest)
 
 
 def _fields(words: jax.Array, bits: int, n: int) -> list[jax.Array]:
     """The first n numbers of so many bits in words, the lowest first, int32."""
     return [(words >> bits * i & (1 << bits) - 1).astype(jnp.int32) for i in range(n)]
+
+
+def _total(numbers: Sequence[jax.Array]) -> jax.Array:
+    return functools.reduce(operator.add, numbers)
 
 
 def _packed(counts: jax.Array) -> jax.Array:

@@ -1,6 +1,7 @@
 """VEM's rules for colours that change, for objects side by side, and for cells that others cover."""
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -8,9 +9,10 @@ from ocjax.extraction.categories import Category
 from ocjax.extraction.detection import detect
 from ocjax.vision.bitmap import color_mask
 from ocjax.vision.blobs import _boards
-from ocjax.vision.filters import Searched
+from ocjax.vision.filters import Lines, Searched, ShortRuns
 from ocjax.vision.pictures import picture
 from ocjax.vision.rules import Blobs, Bounds, Cells
+from ocjax.vision.scene import Scene
 from ocjax.vision.search import Search, window_words
 from ocjax.vision.shades import Shades
 from ocjax.vision.shapes import Shape
@@ -191,6 +193,28 @@ def test_rules_of_different_screens_share_their_pixels():
     assert found(categories, frame)[0] == [[[20, 20, 4, 4]], []]
     frame[0, 0] = 64
     assert found(categories, frame)[0] == [[], [[20, 20, 4, 4], [20, 50, 8, 8]]]
+
+
+SMALL = Shape((1, 4), (1, 4))
+
+
+@pytest.mark.parametrize(
+    ("rule", "rows"),
+    [
+        (Blobs(20, (0, 0, 160, 50), SMALL), 50),
+        (Blobs(20, (0, 0, 160, 50), SMALL, also=(Blobs(30, (0, 0, 160, 70), SMALL),)), 70),
+        (Blobs(20, shapes=SMALL), 210),
+        (Blobs(20, (0, 0, 160, 50), SMALL, frames=lambda planes: planes[0, 0, 0] > 0), 210),
+        (Blobs(20, (0, 0, 160, 50), SMALL, filters=(Lines(5, rows=(20, 60)),)), 60),
+        (Blobs(20, (0, 0, 160, 50), SMALL, filters=(ShortRuns(4),)), 210),
+        (Bounds(20, (0, 0, 160, 40)), 40),
+        (Cells(20, (8, 16), (30, 30), 4, 8), 38),
+        (Cells(20, (8, 16), (30, 30), 4, 8, margin=(0, 3)), 41),
+        (Cells(20, (8, 16), (30, 30), 4, 8, floats=True), 210),
+    ],
+)
+def test_rows_below_what_rules_look_at_are_left_out(rule, rows):
+    assert Scene({"Thing": rule}, jnp.zeros((1, 210, 160), jnp.uint8), None).height == rows
 
 
 def test_large_windows_have_a_board_of_their_own():
