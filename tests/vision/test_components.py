@@ -118,23 +118,23 @@ def check(masks, searches):
 @pytest.mark.parametrize("order", [(0, 1, 2), (2, 0, 1)])
 def test_searches_of_one_list_share_its_slots(order):
     """Also where their candidates are more than one round looks at: what is found in a mask follows what is found in those before it."""
-    lists = 0, 7, 0
-    searches = [Search(count, (Shape((1, 3), (1, 3)),)) for count in (45, 5, 45)]
+    lists, shape = (0, 7, 0), Shape((1, 3), (1, 3))
 
     @jax.jit
     def both(frames):
         masks = [bitmap.color_mask(bitmap.planes(frames), (2 * i + 2,)) for i in order]
-        return components(masks, searches, lists), components(masks, searches)
+        sharing = components(masks, [Search(count, (shape,)) for count in (45, 100, 45)], lists)
+        return sharing, components(masks, [Search(100, (shape,))] * 3)
 
     frames = np.random.default_rng(5).choice([0, 2, 4, 6], (3, 48, 160), p=[0.988, 0.004, 0.004, 0.004]).astype(np.uint8)
     together, alone = jax.tree.map(np.asarray, both(jnp.asarray(frames)))
     assert len(together) == 2
     assert (together[1].box == alone[1].box).all()
     for lane in range(3):
-        want = [box for i in (0, 2) for box in alone[i].box[:, lane] if box]
-        assert len(want) > 45 and alone[0].overflow[lane] == alone[2].overflow[lane] == 0
-        assert together[0].box[:, lane].tolist() == want[:45]
-        assert together[0].overflow[lane] == len(want) - 45
+        first, last = ([box for box in alone[i].box[:, lane] if box] for i in (0, 2))
+        assert len(first) < 45 < len(first) + len(last)
+        assert together[0].box[:, lane].tolist() == (first + last)[:45]
+        assert together[0].overflow[lane] == len(first) + len(last) - 45
 
 
 def test_searches_of_one_mask_find_what_each_finds_alone():
