@@ -123,7 +123,7 @@ def test_searches_of_one_list_share_its_slots(order):
     @jax.jit
     def both(frames):
         masks = [bitmap.color_mask(bitmap.planes(frames), (2 * i + 2,)) for i in order]
-        sharing = components(masks, [Search(count, (shape,)) for count in (45, 100, 45)], lists)
+        sharing = components(masks, [Search(count, (shape,)) for count in (50, 100, 50)], lists)
         return sharing, components(masks, [Search(100, (shape,))] * 3)
 
     frames = np.random.default_rng(5).choice([0, 2, 4, 6], (3, 48, 160), p=[0.988, 0.004, 0.004, 0.004]).astype(np.uint8)
@@ -132,9 +132,9 @@ def test_searches_of_one_list_share_its_slots(order):
     assert (together[1].box == alone[1].box).all()
     for lane in range(3):
         first, last = ([box for box in alone[i].box[:, lane] if box] for i in (0, 2))
-        assert len(first) < 45 < len(first) + len(last)
-        assert together[0].box[:, lane].tolist() == (first + last)[:45]
-        assert together[0].overflow[lane] == len(first) + len(last) - 45
+        assert len(first) < 50 < len(first) + len(last)
+        assert together[0].box[:, lane].tolist() == (first + last)[:50]
+        assert together[0].overflow[lane] == len(first) + len(last) - 50
 
 
 def test_searches_of_one_mask_find_what_each_finds_alone():
