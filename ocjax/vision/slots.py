@@ -60,11 +60,11 @@ class Found(NamedTuple):
 def fill_slots(
     layout: Layout, rank: int, found: Found, totals: jax.Array, slots: Sequence[jax.Array]
 ) -> tuple[jax.Array, tuple[jax.Array, ...]]:
-    """Put objects into the slots of each mask's search of that rank: totals and slots of the search, given those before the round.
+    """Put objects into the slots of the lists of a rank: the totals and the slots after a round, given those before it.
 
     Args:
         layout: where masks lie.
-        rank: which search of each mask.
+        rank: which search of each mask; searches add to the lists of its rank.
         found: the objects.
         totals: objects so far of each mask and frame, int32 `[masks, lanes]`.
         slots: boxes as words, 0 where there is none, and their heads if they are asked for: uint32 `[slots, lanes]` each.
