@@ -1,8 +1,5 @@
 """Flood fill: the components of bitmaps that hold given pixels, and their extents."""
 
-import functools
-import operator
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -53,7 +50,7 @@ def fill(mask: jax.Array, seed: jax.Array, corners: jax.Array | np.ndarray = bm.
 
 def _depth(mask: jax.Array) -> jax.Array:
     """How many rows from the first one on a component may have: those above an empty row; the most of all masks, int32."""
-    empty = functools.reduce(operator.or_, list(jnp.moveaxis(mask, 1, 0))) == 0
+    empty = bm.any_of(jnp.moveaxis(mask, 1, 0)) == 0
     rows = jnp.arange(len(mask), dtype=jnp.int32).reshape(-1, *([1] * (empty.ndim - 1)))
     return jnp.max(jnp.min(jnp.where(empty, rows, len(mask)), axis=0))
 
