@@ -110,7 +110,7 @@ def _fullest(
         return jnp.where(is_middle[None], here, jnp.where(is_left[None], before, after))
 
     moved = match((is_middle, 0), (is_left, -1), otherwise=1)
-    return materialize(chosen, own), materialize(chosen, seen), strip + moved
+    return *(materialize(chosen, words, small=0) for words in (own, seen)), strip + moved
 
 
 def _best_picture(kind: Figure, own: jax.Array) -> tuple[jax.Array, jax.Array]:
@@ -166,7 +166,7 @@ def _eight_columns(window: jax.Array, column: jax.Array | np.ndarray) -> jax.Arr
 def _unpacked(words: jax.Array, count: int) -> jax.Array:
     """The first rows of packed ones, uint32 `[rows, B]`."""
     shift = WIDE * (np.arange(count, dtype=np.uint32) % ROWS_A_WORD)[:, None]
-    rows = jnp.repeat(words, ROWS_A_WORD, axis=0, total_repeat_length=PACKED_ROWS)[:count]
+    rows = jnp.repeat(words, ROWS_A_WORD, axis=0)[:count]
     return rows >> shift & U(255)
 
 

@@ -34,13 +34,14 @@ def bench(
         Path | None, typer.Option(metavar="FOLDER", help="Write figures: steps.png and batches.png. Needs matplotlib.")
     ] = None,
 ) -> None:
-    """Time REM, VEM and the environments on this machine, beside other programs.
+    """Time REM, VEM and the environments on one core of this machine, beside other programs.
 
-    These are ale-py's vector environment, envpool and OpenCV where they are installed, and OCAtari with --ocatari.
+    These are ale-py's vector environment, envpool and OpenCV where they are installed, and OCAtari with --ocatari. On systems that cannot
+    bind a process to a core, such as macOS, all cores take part.
 
     Times are of one state, frame or agent step, which emulates four frames. Each is the median of repeated calls after the first one.
     """
-    with errors_in_one_line():
+    with errors_in_one_line(), timing.one_core():  # before JAX starts its threads
         if plots is not None:
             require("matplotlib")
             plots.mkdir(parents=True, exist_ok=True)
@@ -53,8 +54,7 @@ def bench(
             for measurement in _measurements(known, num_envs, seconds, python):
                 console.print(f"{measurement.game}, {measurement.what}, {measurement.batch}: {measurement.median:.3f} us", markup=False)
                 found.append(measurement)
-    tables.show(_table(found), console)
-    with errors_in_one_line():
+        tables.show(_table(found), console)
         _write(found, out, plots)
 
 
@@ -82,7 +82,8 @@ def _write(found: list[Measurement], out: Path | None, plots: Path | None) -> No
 
 def _table(found: list[Measurement]) -> tables.Table:
     machine = timing.machine()
-    title = f"{machine['processor']}, {machine['cores']} cores, jax {machine['jax']}, ocjax {machine['ocjax']}"
+    cores = "1 core" if machine["cores"] == 1 else f"{machine['cores']} cores"
+    title = f"{machine['processor']}, {cores}, jax {machine['jax']}, ocjax {machine['ocjax']}"
     rows = [
         (m.game, m.what, m.batch, f"{m.first_call:.2f}", f"{m.median:.3f}", f"{m.low:.3f}-{m.high:.3f}", round(1e6 / m.median))
         for m in found

@@ -51,6 +51,20 @@ class Measurement:
     high: float
 
 
+@contextlib.contextmanager
+def one_core() -> Iterator[None]:
+    """Bind this process to one core, and the threads that it starts, on systems that have such bindings, like Linux."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(before)})
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, before)
+
+
 def methods(game: Game, rams: np.ndarray, frames: np.ndarray, seconds: float) -> Iterator[Measurement]:
     """Time REM and VEM on batches of several sizes.
 
@@ -121,13 +135,13 @@ def ocatari(game: Game, rams: np.ndarray, frames: np.ndarray, python: Path) -> I
 
 
 def machine() -> dict[str, Any]:
-    """What the times depend on: processor, cores, device, and versions."""
+    """What the times depend on: processor, cores to which the process is bound, device, and versions."""
     lines = Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []
     names = [line.split(":")[1].strip() for line in lines if line.startswith("model name")]
     versions = {name: importlib.metadata.version(name) for name in ("ocjax", "jax", "ale-py", "numpy")}
     return {
         "processor": names[0] if names else platform.processor() or platform.machine(),
-        "cores": os.cpu_count(),
+        "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
         "device": jax.devices()[0].device_kind,
         "python": platform.python_version(),
         "commit": _commit(),

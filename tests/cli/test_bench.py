@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import os
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ def measurement(game, what, batch=64, median=1.0):
 
 
 def test_bench(tmp_path):
+    before = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else None
     out = tmp_path / "times.jsonl"
     result = run("bench", "Pong", "--envs", 2, "--seconds", 0.01, "--json", out)
     assert result.exit_code == 0, result.output
@@ -28,6 +30,9 @@ def test_bench(tmp_path):
     assert {m["what"] for m in found} >= {"REM", "VEM", "ale-py's vector environment"} | environments
     assert all(0 < m["low"] <= m["median"] <= m["high"] for m in found)
     assert all(m["processor"] and m["jax"] for m in found)
+    if hasattr(os, "sched_getaffinity"):
+        assert {m["cores"] for m in found} == {1}
+        assert os.sched_getaffinity(0) == before
     assert "first call, s" in result.output
 
 
