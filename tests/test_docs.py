@@ -43,6 +43,19 @@ def test_blocks_of_the_readme_run_as_they_stand(tmp_path):
     assert "PlayerScore 0: 12 x 20 at (116, 1)" in done.stdout
 
 
+@pytest.mark.slow
+def test_several_cores():
+    """The block of the documentation, in a process that has not used JAX; each core has its own part of the results."""
+    (block,) = re.findall(r"^```py\n(import os\n.*?)^```$", (ROOT / "docs" / "loops.md").read_text(), re.DOTALL | re.MULTILINE)
+    check = """
+assert len(objects.xywh.sharding.device_set) == cores == 3
+assert objects.valid.shape[0] == 64 * cores
+"""
+    code = block.replace("os.cpu_count()", "3") + check
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
 def test_readable_records_of_the_readme():
     game, data = ocjax.load("Pong"), excerpt("Pong")
     state = jax.tree.map(np.asarray, game.rem(data["rams"]))[0]
