@@ -87,7 +87,8 @@ def _box(edges: Sequence[jax.Array] | jax.Array, height: int, first: int = 0) ->
 
 def _opened(pixels: Bitmap, size: tuple[int, int]) -> Bitmap:
     """The pixels of filled rectangles of a size."""
-    return bm.any_within(bm.all_within(pixels, *size), *size)
+    corners = materialize(lambda p: bm.all_within(p, *size), pixels)
+    return bm.any_within(corners, *size)
 
 
 def _has_any(pixels: Bitmap) -> jax.Array:
