@@ -32,7 +32,7 @@ SUMMARIES = {  # the first line of each subcommand's help
     "record": "Create the small recordings that the tests of a game use.",
     "evaluate": "Measure how well REM and VEM agree in each category, and how often scores and lives are right.",
     "parity": "Compare another implementation of a game with the real ROM, frame by frame, with the same actions.",
-    "bench": "Time REM, VEM and the environments on this machine, beside other programs.",
+    "bench": "Time REM, VEM and the environments on one core of this machine, beside other programs.",
     "extract": "Extract objects from RAM or frames in files.",
     "gaze": "Find the objects that people look at in Atari-HEAD: frames, actions and gaze of people who play.",
     "dataset": "Make a dataset of frames and RAM with the objects of both methods.",
