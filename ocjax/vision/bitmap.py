@@ -193,6 +193,29 @@ def gather_rows(bitmap: Bitmap, left: np.ndarray, rows: np.ndarray, n_words: int
     return (pieces[:, :-1] << shift) | ((pieces[:, 1:] >> 1) >> (31 - shift))
 
 
+def windows(bitmap: Bitmap, margin: int) -> jax.Array:
+    """The bitmap as words that overlap, in which pixels can move `margin` columns without a look at another word: uint32 `[n, rows, B]`.
+
+    Each word holds `32 - 2 * margin` columns of its own, between `margin` columns that belong to its neighbours (margin < 16).
+    """
+    padded = _pad(bitmap, (1, 1))
+    first, end = 32 - margin, 32 * (len(bitmap) + 1) - margin
+    places = (divmod(left, 32) for left in range(first, end, 32 - 2 * margin))
+    return jnp.stack([(padded[word] << shift) | (padded[word + 1] >> 1 >> (31 - shift)) for word, shift in places])
+
+
+def from_windows(words: jax.Array, margin: int, n_words: int) -> Bitmap:
+    """The bitmap of `n_words` words that `windows` made these of, from the columns that are each word's own."""
+    own = 32 - 2 * margin
+
+    def word(left: int) -> jax.Array:
+        shifts = ((k, left - (own * k - margin)) for k in range(left // own, -(-(left + 32) // own)))
+        return any_of(kept[k] << shift if shift > 0 else kept[k] >> -shift for k, shift in shifts)
+
+    kept = words & U((1 << own) - 1 << margin)
+    return jnp.stack([word(32 * i) for i in range(n_words)])
+
+
 def over(bitmap: Bitmap, size: int, move: Callable[[Bitmap, int], Bitmap], combine: Callable[[Bitmap, Bitmap], Bitmap]) -> Bitmap:
     """Every pixel combined with the `size - 1` next to it on one side."""
     if move in (shift_left, shift_right) and size <= 32:
