@@ -67,19 +67,30 @@ def _told(rule: ByColor, color: jax.Array, frames: jax.Array) -> jax.Array:
 def _read_off(scene: Scene, categories: Sequence[Category]) -> list[jax.Array]:
     """Palette index of the first pixel in one row of each box, `Category.color_row`; int32 `[count, B]` for each category."""
     found = [scene.found[c.name] for c in categories]
-    lane, last_row = jnp.arange(scene.frames.shape[0])[None], scene.frames.shape[1] - 1
+    last_row = scene.frames.shape[1] - 1
     rows = np.concatenate([np.full((c.count, 1), c.color_row, np.int32) for c in categories])
     y = jnp.minimum(_row(Detected(jnp.concatenate([f.box for f in found])), rows), last_row)
     heads = [_head(scene, c, f) if f.head is None or c.color_row else f.head for c, f in zip(categories, found, strict=True)]
     column = jnp.minimum(jnp.concatenate(heads), WIDTH - 1)
-    color = scene.frames[lane, y, column].astype(jnp.int32) & EVEN
+    color = _pixels(scene.frames, y, column).astype(jnp.int32) & EVEN
     ends = np.cumsum([0, *(len(f.box) for f in found)]).tolist()
     return [color[start:end] for start, end in itertools.pairwise(ends)]
+
+
+def _pixels(frames: jax.Array, row: jax.Array, column: jax.Array) -> jax.Array:
+    """Pixels of each frame, uint8 `[n, B]`, for indices int32 `[n, B]` in range."""
+    lanes, height, width = frames.shape
+    lane = jnp.arange(lanes, dtype=jnp.int32)[None]
+    if frames.size >= 2**31:
+        return frames[lane, row, column]
+    return bm.at(frames.ravel(), (lane * height + row) * width + column)
 
 
 def _head(scene: Scene, c: Category, found: Detected) -> jax.Array:
     """Column of the first pixel in a row of each of a category's boxes, `Category.color_row`; int32 `[count, B]`."""
     rule = c.rule
+    if isinstance(rule, Cells) and rule.whole:
+        return found.x
     of_one_mask = not isinstance(rule, Cells | Runs) and not (isinstance(rule, Blobs) and rule.also)
     mask = scene.counted(rule, rule.palette) if of_one_mask else scene.mask(rule.palette)  # pyright: ignore
     words = bm.rows_at(mask, jnp.minimum(_row(found, np.int32(c.color_row)), mask.shape[1] - 1))
