@@ -108,15 +108,16 @@ class _Index:
     def __init__(self, layout: Layout, board: Bitmap) -> None:
         self.layout = layout
         searched = int(layout.begins[-1]) + 1
+        words = layout.mask_words  # a component begins in the words of its mask
         self._corners = layout.corners_by_row()[:searched]
 
         def in_rows(board: Bitmap) -> jax.Array:
             """The candidates in each word of a row, in a word."""
-            starts = _starts(list(board[:, 1:searched]), list(board[:, : searched - 1]), self._corners[1:, None])
+            starts = _starts(list(board[:words, 1:searched]), list(board[:words, : searched - 1]), self._corners[1:, None])
             return functools.reduce(operator.or_, (lax.population_count(word) << STARTS_BITS * i for i, word in enumerate(starts)))
 
         in_words = materialize(in_rows, board)
-        counts = materialize(lambda words: _packed(_total(_fields(words, STARTS_BITS, layout.n_words))), in_words)
+        counts = materialize(lambda in_words: _packed(_total(_fields(in_words, STARTS_BITS, words))), in_words)
         blocks = jnp.sum(_total(_fields(counts, 8, ROWS)).reshape(-1, BLOCK // ROWS, layout.lanes), axis=1, dtype=jnp.int32)
         above = jnp.pad(running_sum(blocks), ((1, 0), (0, 0)))  # candidates above each block
         ends = above[layout.begins // BLOCK]
@@ -151,7 +152,7 @@ class _Index:
     def _column(self, lane: jax.Array, row: jax.Array, rest: jax.Array) -> jax.Array:
         """The column of the candidate before which there are `rest` in its row. What is looked at are the words around it alone."""
         lanes, n_rows = self.layout.lanes, self.layout.n_rows
-        word, rest = _which(_fields(bm.at(self._words, (row - 1) * lanes + lane), STARTS_BITS, self.layout.n_words), rest)
+        word, rest = _which(_fields(bm.at(self._words, (row - 1) * lanes + lane), STARTS_BITS, self.layout.mask_words), rest)
         place = (word * n_rows + row) * lanes + lane
         here, above = bm.at(self._board, place), bm.at(self._board, place - lanes)
         left = jnp.where(word > 0, bm.at(self._board, jnp.maximum(place - n_rows * lanes, 0)), U(0))

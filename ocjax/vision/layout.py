@@ -70,7 +70,8 @@ class Layout:
         self.gaps = [search.gap for search in searches]
         self.lanes = masks[0].shape[2]
         self.reach_x, self.reach_y = (max(side) for side in zip(*(s.reach for s in searched), strict=True))
-        self.n_words = masks[0].shape[0] + any(s.gap[0] for s in searches)
+        self.mask_words = masks[0].shape[0]
+        self.n_words = self.mask_words + any(s.gap[0] for s in searches)  # pixels are spread to the right
         heights = [-(-(m.shape[1] + s.gap[1] + 1) // BLOCK) * BLOCK for m, s in zip(masks, searches, strict=True)]
         self.begins = np.cumsum([0, *heights])  # first row of each mask's part; an empty row separates parts
         self.n_rows = int(self.begins[-1]) + self.reach_y + 1
