@@ -28,6 +28,9 @@ from ocjax.vision.steps import Context, Step
 FEW = 2  # regions with the same colours up to which their mask is computed for each, in its rows only
 # Boxes from which the pixels inside them are stored: Road Runner, with 13, takes 24 us a frame instead of 30, games with fewer take longer.
 MANY_BOXES = 12
+# Colours from which the first mask is stored. The board's empty rows are written in the loop that computes it, which XLA then does not
+# vectorise: Freeway, with 11 colours, takes 18 us a frame instead of 15.
+MANY_COLORS = 10
 
 
 class Scene:
@@ -82,7 +85,9 @@ class Scene:
         """The pixels that count for a rule, in the rows of its region. Rules that look at the same pixels have one array."""
         key = _counts_alike(rule, rule.own_palette), self.region(rule)
         if key not in self._cuts:
-            self._cuts[key] = bm.cut(self.counted(rule, rule.own_palette), self.region(rule))
+            pixels = bm.cut(self.counted(rule, rule.own_palette), self.region(rule))
+            is_slow = not self._cuts and len(rule.own_palette) >= MANY_COLORS
+            self._cuts[key] = kernels.materialize(lambda pixels: pixels, pixels) if is_slow else pixels
         return self._cuts[key]
 
     def cell_mask(self, rule: Cells) -> Bitmap:
