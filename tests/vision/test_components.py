@@ -335,45 +335,40 @@ def test_windows_hold_what_moves(seed, margin, words):
     assert np.array_equal(bitmap.from_windows(inside, margin, words), across)
 
 
-@pytest.mark.parametrize("most", [3, 4, 14, 15])
+@pytest.mark.parametrize("most", [3, 4, 20])
 def test_lines_are_left_out(most):
-    """A fish on a slanting line of 15 rows, and a line of 4 rows beside it."""
+    """A fish on a slanting line of 20 rows, and a line of 4 rows beside it."""
     fish = np.zeros((H, W), bool)
     fish[20:23, 35:41] = True
     slanting, short = np.zeros_like(fish), np.zeros_like(fish)
-    slanting[np.arange(5, 20), 30 + np.arange(5, 20) // 3] = True
+    slanting[np.arange(20), 30 + np.arange(20) // 3] = True
     short[4:8, 60] = True
     packed = packed_bits(fish | slanting | short)
-    kept = fish | (slanting if most >= 15 else False) | (short if most >= 4 else False)
+    kept = fish | (slanting if most >= 20 else False) | (short if most >= 4 else False)
     expected = packed_bits(kept)
     assert np.array_equal(NoLines(most)(packed, packed), expected)
 
 
-@settings(max_examples=20)
-@given(seed=st.integers(0, 2**32 - 1), most=st.integers(1, 15))
-def test_no_pixel_of_a_long_line_is_left(seed, most):
-    """Against the steps row by row, on lines that wander at random over the edges of the screen and over each other."""
-    rng = np.random.default_rng(seed)
-    pixels = rng.random((H, W)) < 0.02
-    for _ in range(12):
-        rows = np.arange(rng.integers(0, H - 20), H)[: rng.integers(1, 20)]
-        columns = rng.integers(0, W) + np.cumsum(rng.integers(-1, 2, len(rows)))
-        seen = (columns >= 0) & (columns < W)
-        pixels[rows[seen], columns[seen]] = True
+@pytest.mark.parametrize("most", [1, 2, 4, 7, 8, 9, 20])
+@settings(max_examples=25)
+@given(seed=st.integers(0, 2**32 - 1), density=st.floats(0.3, 0.8))
+def test_no_pixel_of_a_long_line_is_left(most, seed, density):
+    """Against the steps row by row, on lines that slant at random, branch and cross each other."""
+    y, x = np.indices((H, W))
+    pixels = (np.random.default_rng(seed).random((H, W)) < density) & ((x + y) % 2 == 0)
     padded = np.pad(pixels, 1)
-    thin = padded & ~(np.roll(padded, 1, 1) | np.roll(padded, -1, 1))
-    line = thin
+    line = padded
     for _ in range(most):
-        line = thin & _beside(np.roll(line, -1, 0))
+        line = padded & _beside(np.roll(line, -1, 0))
     for _ in range(most):
-        line = line | (thin & _beside(np.roll(line, 1, 0)))
+        line = line | (padded & _beside(np.roll(line, 1, 0)))
     packed = packed_bits(pixels)
     assert np.array_equal(NoLines(most)(packed, packed), packed_bits((padded & ~line)[1:-1, 1:-1]))
 
 
 def _beside(pixels):
     """Each pixel and its neighbours left and right; the outermost columns are blank."""
-    return (pixels | np.roll(pixels, 1, 1) | np.roll(pixels, -1, 1)) & np.pad(np.ones((H, W), bool), 1)
+    return pixels | np.roll(pixels, 1, 1) | np.roll(pixels, -1, 1)
 
 
 @pytest.mark.parametrize("least", [2, 5, 6, 31])
