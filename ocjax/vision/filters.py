@@ -23,7 +23,7 @@ __all__ = ["SLOPES", "CutOff", "Filter", "Lines", "LoneRuns", "NoLines", "NoPair
 
 Filter = Callable[[Bitmap, jax.Array], Bitmap]
 _Search = Callable[[jax.Array], Any]
-AT_ONCE = 8  # rows that lines are followed by within words, which then hold 16 columns of their own
+_AT_ONCE = 8  # rows that lines are followed by within words, which then hold 16 columns of their own
 SLOPES = 0, 1, -1  # of lines: columns to the right a row
 
 
@@ -137,7 +137,7 @@ class NoLines:
     def __call__(self, mask: Bitmap, _: jax.Array) -> Bitmap:
         """The pixels that count."""
         thin = materialize(lambda m: m & ~(bm.shift_left(m, 1) | bm.shift_right(m, 1)), mask)
-        rounds = [min(AT_ONCE, self.most - done) for done in range(0, self.most, AT_ONCE)]
+        rounds = [min(_AT_ONCE, self.most - done) for done in range(0, self.most, _AT_ONCE)]
         lines = thin  # from here on their first pixels, then all of them
         for step in (_leading, _following):
             for rows in rounds:
