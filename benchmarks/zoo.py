@@ -3,9 +3,9 @@
     python benchmarks/zoo.py [GAME ...] [--folder zoo]
     python benchmarks/zoo.py --pause | --resume
 
-Needs the extras `rl` and `dev`. The first pass trains each game without a policy for 10 million emulated frames with seed 0: the games of the
-OCAtari paper, then Atari-57, then the others. The second pass trains again, from scratch and for 20 million frames, the games whose return
-rose by more than 5 % over the last quarter of the first pass, and the paper's PPO games with two more seeds.
+Needs the extras `rl` and `dev`. The first pass trains each game without a policy for 10 million emulated frames with seed 0: the games of
+the OCAtari paper, then Atari-57, then the others. The second pass trains again, from scratch and for 20 million frames, the games whose
+return rose by more than 5 % over the last quarter of the first pass, and the paper's PPO games with two more seeds.
 
 Each finished run adds its row to benchmarks/zoo.csv and its curve to benchmarks/curves; a run with seed 0 also replaces the policy
 that ships (ocjax/play/trained). Unfinished runs stay in the folder: the same command continues them. All processes have the lowest
