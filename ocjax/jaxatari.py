@@ -10,6 +10,7 @@ and 0.05 ms for each emulated frame, in one thread: use `ocjax.make_vec` for spe
 """
 
 import contextlib
+import dataclasses
 import functools
 import importlib
 import threading
@@ -24,6 +25,7 @@ import numpy as np
 
 from ocjax._jaxtari import FIELDS, ObservedField
 from ocjax.console.ram import RAM_SIZE
+from ocjax.emulators.settings import Settings
 from ocjax.emulators.start import start_emulator
 from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.game import Game
@@ -31,9 +33,21 @@ from ocjax.extraction.objects import Objects, whose
 from ocjax.extraction.records import constant
 from ocjax.extraction.registry import load
 
-__all__ = ["CAPACITY", "FIELDS", "Environment", "GymnaxEnvironment", "ObjectObservation", "ObservedField", "State", "fields", "observation"]
+__all__ = [
+    "CAPACITY",
+    "FIELDS",
+    "Environment",
+    "GymnaxEnvironment",
+    "GymnaxParams",
+    "ObjectObservation",
+    "ObservedField",
+    "State",
+    "fields",
+    "observation",
+]
 
 CAPACITY = 16_384  # bytes of a saved emulator; they are 14.4 kB and fill up to a few hundred more
+_MAX_EPISODE_FRAMES = Settings().max_episode_frames
 _DEGREES = 22.5  # of a compass point
 _KEEP = -1  # in the place of a number of no-ops: a game that is over stays over
 _LENGTH = np.dtype("<u4")  # of a saved emulator, in front of it
@@ -59,6 +73,7 @@ class State(NamedTuple):
     ram: jax.Array  # uint8 [..., 128]
     lives: jax.Array  # int32 [...]
     frame: jax.Array  # int32 [...]: emulated frames since the game began
+    time: jax.Array  # int32 [...]: steps since the game began
 
 
 @functools.cache
@@ -159,48 +174,53 @@ class _Console:
         """New games `[...]` after the given numbers of no-ops."""
         return self._each(np.shape(noops), lambda i: self._start(int(np.ravel(noops)[i])))
 
-    def step(self, emulator: np.ndarray, action: np.ndarray, noops: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Step saved games `[...]`; those that end begin again after the given number of no-ops, unless it is `_KEEP`."""
+    def step(self, emulator: np.ndarray, action: np.ndarray, noops: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Step saved games `[...]`.
+
+        Games that end, and games whose `last` step this is, begin again after the given number of no-ops, unless it is `_KEEP`.
+        """
         rows = np.reshape(emulator, (-1, CAPACITY))
 
-        def one(i: int) -> tuple[float, bool]:
+        def one(i: int) -> tuple[float, bool, np.ndarray]:
             length = int(rows[i, : _LENGTH.itemsize].view(_LENGTH)[0])
             saved = rows[i, _LENGTH.itemsize : _LENGTH.itemsize + length].tobytes()
             self._ale.restoreState(ale_py.ALEState(saved))
             reward = sum(self._ale.act(int(np.ravel(action)[i])) for _ in range(self._frame_skip))
-            over = self._ale.game_over()
-            if over and np.ravel(noops)[i] != _KEEP:
+            over, ram = self._ale.game_over(), self._ale.getRAM()
+            if (over or np.ravel(last)[i]) and np.ravel(noops)[i] != _KEEP:
                 self._start(int(np.ravel(noops)[i]))
-            return float(reward), over
+            return float(reward), over, ram
 
         return self._each(np.shape(action), one)
 
-    def _start(self, noops: int) -> tuple[float, bool]:
+    def _start(self, noops: int) -> tuple[float, bool, np.ndarray]:
         self._ale.restoreState(self._initial)
         for _ in range(noops):
             self._ale.act(ale_py.Action.NOOP)
-        return 0.0, False
+        return 0.0, False, self._ale.getRAM()
 
     def _each(self, batch: tuple[int, ...], run: Any) -> tuple[np.ndarray, ...]:
-        """Run each game of a batch, and collect the states after it: emulator, RAM, lives, frame, reward and whether it was over."""
+        """Run each game of a batch, and collect `_results`."""
         out = _results(batch)
         flat = [a.reshape(-1, *a.shape[len(batch) :]) for a in out]
         with self._lock:
             for i in range(flat[-1].shape[0]):
-                reward, over = run(i)
+                reward, over, ram = run(i)
                 saved = np.frombuffer(self._ale.cloneState(include_rng=True).serialize(), np.uint8)
                 if len(saved) > CAPACITY - _LENGTH.itemsize:
                     raise ValueError(f"a saved emulator has {len(saved)} bytes, more than the {CAPACITY} of `CAPACITY`")
                 flat[0][i, : _LENGTH.itemsize] = np.array([len(saved)], _LENGTH).view(np.uint8)
                 flat[0][i, _LENGTH.itemsize : _LENGTH.itemsize + len(saved)] = saved
                 flat[1][i] = self._ale.getRAM()
-                for a, number in zip(flat[2:], (self._ale.lives(), self._ale.getEpisodeFrameNumber(), reward, over), strict=True):
-                    a[i] = number
+                for a, result in zip(flat[2:], (self._ale.lives(), self._ale.getEpisodeFrameNumber(), reward, over, ram), strict=True):
+                    a[i] = result
         return out
 
 
 def _results(batch: tuple[int, ...]) -> tuple[np.ndarray, ...]:
-    kinds = ((CAPACITY,), np.uint8), ((RAM_SIZE,), np.uint8), ((), np.int32), ((), np.int32), ((), np.float32), ((), np.bool_)
+    """Emulators, RAM, lives and frames; rewards, whether a game is over, and the RAM before a new game begins."""
+    ram = (RAM_SIZE,), np.uint8
+    kinds = ((CAPACITY,), np.uint8), ram, ((), np.int32), ((), np.int32), ((), np.float32), ((), np.bool_), ram
     return tuple(np.zeros((*batch, *tail), dtype) for tail, dtype in kinds)
 
 
@@ -231,8 +251,13 @@ class Environment:
         if frame_skip < 1 or noop_max < 0:
             raise ValueError(f"frame_skip must be at least 1 and noop_max at least 0, got {frame_skip} and {noop_max}")
         self.game, self.noop_max = load(game) if isinstance(game, str) else game, noop_max
+        self.frame_skip = frame_skip
         self._console = _console(self.game, frame_skip)
         self.ACTION_SET = jnp.array([a.value for a in self._console.actions], jnp.int32)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copies and pickles share the emulator of their process."""
+        return functools.partial(type(self), frame_skip=self.frame_skip, noop_max=self.noop_max), (self.game,)
 
     def _noops(self, key: jax.Array) -> jax.Array:
         return jax.random.randint(key, (), 0, self.noop_max + 1, jnp.int32)
@@ -240,7 +265,7 @@ class Environment:
     def reset(self, key: jax.Array) -> tuple[Any, State]:
         """Begin a game after a random number of no-ops; returns the observation (see `observation`) and the state."""
         out = _on_host(self._console.begin, self._noops(key))
-        state = State(*out[:4])
+        state = State(*out[:4], time=jnp.int32(0))
         return observation(self.game.rem(state.ram)), state
 
     def step(self, state: State, action: Any) -> tuple[Any, State, jax.Array, jax.Array, dict[str, jax.Array]]:
@@ -253,13 +278,14 @@ class Environment:
         Returns:
             The observation, the new state, the reward float32, whether the game is over, bool, and `lives` and `frame` as `info`.
         """
-        state, reward, done = self._step(state, action, jnp.int32(_KEEP))
+        state, reward, done, _ = self._step(state, action, jnp.int32(_KEEP), jnp.bool_(False))
         return observation(self.game.rem(state.ram)), state, reward, done, {"lives": state.lives, "frame": state.frame}
 
-    def _step(self, state: State, action: Any, noops: jax.Array) -> tuple[State, jax.Array, jax.Array]:
+    def _step(self, state: State, action: Any, noops: jax.Array, last: jax.Array) -> tuple[State, jax.Array, jax.Array, jax.Array]:
+        """The new state, the reward, whether the game is over, and the RAM before a new game begins; see `_Console.step`."""
         chosen = jnp.take(self.ACTION_SET, jnp.asarray(action).astype(jnp.int32), mode="clip")
-        *new, reward, done = _on_host(self._console.step, state.emulator, chosen, noops)
-        return State(*new), reward, done
+        *new, reward, done, ram = _on_host(self._console.step, state.emulator, chosen, noops, last)
+        return State(*new, time=state.time + 1), reward, done, ram
 
     def observation_space(self) -> Any:
         """The space of observations as JAXAtari's wrappers need it, a `Dict` of its module `spaces`.
@@ -301,32 +327,110 @@ def _on_host(function: Any, *arguments: jax.Array) -> Any:
     return jax.pure_callback(lambda *a: function(*map(np.asarray, a)), shapes, *arguments, vmap_method="broadcast_all")
 
 
-class GymnaxEnvironment(Environment):
-    """A game with the interface of gymnax: explicit keys and parameters, games that begin again by themselves, and flat observations."""
+@functools.partial(jax.tree_util.register_dataclass, data_fields=["max_steps_in_episode"], meta_fields=[])
+@dataclasses.dataclass(frozen=True)
+class GymnaxParams:
+    """The parameters of `GymnaxEnvironment`.
 
-    default_params = None  # there are no parameters
+    Args:
+        max_steps_in_episode: steps after which an episode is truncated.
+    """
+
+    max_steps_in_episode: int
+
+    def replace(self, **changes: Any) -> "GymnaxParams":
+        """A copy with other values."""
+        return dataclasses.replace(self, **changes)
+
+
+class GymnaxEnvironment(Environment):
+    """A game with the interface of gymnax 1.0, whose wrappers take it.
+
+    Keys and parameters are explicit, a game that ends begins again in the same step, and observations are flat. For programs written for
+    gymnax 0.0.9 or older, such as PureJaxRL, gymnax has `gymnax.wrappers.compat.LegacyStepAPIWrapper`.
+    """
+
+    @property
+    def name(self) -> str:
+        """The game's name."""
+        return self.game.name
 
     @property
     def num_actions(self) -> int:
         """Size of the action set."""
         return len(self.ACTION_SET)
 
-    def reset(self, key: jax.Array, params: Any = None) -> tuple[jax.Array, State]:  # pyright: ignore[reportIncompatibleMethodOverride]
+    @property
+    def default_params(self) -> GymnaxParams:
+        """Episodes are truncated after half an hour, as in ALE."""
+        return GymnaxParams(_MAX_EPISODE_FRAMES // self.frame_skip)
+
+    def reset(self, key: jax.Array, params: GymnaxParams | None = None) -> tuple[jax.Array, State]:  # pyright: ignore[reportIncompatibleMethodOverride]
         """Begin a game; returns the observation, float32 `[n]`, all fields one after the other, and the state."""
         seen, state = super().reset(key)
         return _flat(seen), state
 
     def step(  # pyright: ignore[reportIncompatibleMethodOverride]
-        self, key: jax.Array, state: State, action: Any, params: Any = None
-    ) -> tuple[jax.Array, State, jax.Array, jax.Array, dict[str, jax.Array]]:
-        """One step; when the game ends, the observation and the state are those of the next game.
+        self, key: jax.Array, state: State, action: Any, params: GymnaxParams | None = None
+    ) -> tuple[jax.Array, State, jax.Array, jax.Array, jax.Array, dict[str, Any]]:
+        """One step; when an episode ends, the observation and the state are those of the next game.
+
+        Args:
+            key: of the no-ops with which a new game begins.
+            state: of one game.
+            action: an index into `ACTION_SET`.
+            params: by default those of `default_params`.
 
         Returns:
-            The observation float32 `[n]`, the new state, the reward float32, whether a game has ended, bool, and `lives` and `frame`.
+            The observation float32 `[n]`, the new state, the reward float32, whether the game is over and whether the episode is truncated,
+            both bool, and a dict of `terminated`, `truncated`, `final_observation` (of the last step, also if a new game has begun), and
+            `lives` and `frame` of the new state.
         """
-        state, reward, done = self._step(state, action, self._noops(key))
-        seen = _flat(observation(self.game.rem(state.ram)))
-        return seen, state, reward, done, {"lives": state.lives, "frame": state.frame}
+        limit = (params or self.default_params).max_steps_in_episode
+        truncated = state.time + 1 >= limit
+        new, reward, terminated, ram = self._step(state, action, self._noops(key), truncated)
+        new = new._replace(time=jnp.where(terminated | truncated, jnp.int32(0), new.time))
+        info = {"lives": new.lives, "frame": new.frame, "terminated": terminated, "truncated": truncated}
+        seen, final = (_flat(observation(self.game.rem(each))) for each in (new.ram, ram))
+        return seen, new, reward, terminated, truncated, info | {"final_observation": final}
+
+    def observation_space(self, params: GymnaxParams | None = None) -> Any:
+        """The space of observations, a `Box` of gymnax.
+
+        Raises:
+            ModuleNotFoundError: gymnax is not installed.
+        """
+        ram = jax.ShapeDtypeStruct((RAM_SIZE,), jnp.uint8)
+        shape = jax.eval_shape(lambda ram: _flat(observation(self.game.rem(ram))), ram).shape
+        return _gymnax_spaces().Box(-jnp.inf, jnp.inf, shape, jnp.float32)
+
+    def action_space(self, params: GymnaxParams | None = None) -> Any:
+        """The space of actions, a `Discrete` of gymnax.
+
+        Raises:
+            ModuleNotFoundError: gymnax is not installed.
+        """
+        return _gymnax_spaces().Discrete(self.num_actions)
+
+    def state_space(self, params: GymnaxParams | None = None) -> Any:
+        """The space of states, a `Dict` of gymnax.
+
+        Raises:
+            ModuleNotFoundError: gymnax is not installed.
+        """
+        spaces = _gymnax_spaces()
+        _, state = jax.eval_shape(self.reset, jax.random.key(0))
+        limits = {name: np.iinfo(field.dtype) for name, field in state._asdict().items()}
+        return spaces.Dict(
+            {name: spaces.Box(limits[name].min, limits[name].max, field.shape, field.dtype) for name, field in state._asdict().items()}
+        )
+
+
+def _gymnax_spaces() -> Any:
+    try:
+        return importlib.import_module("gymnax.environments.spaces")
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError("gymnax is not installed: pip install gymnax", name="gymnax") from error
 
 
 def _flat(seen: Any) -> jax.Array:

@@ -78,19 +78,35 @@ def test_keys_choose_the_number_of_noops():
 @pytest.mark.slow
 def test_gymnax():
     env = jaxatari.GymnaxEnvironment("Breakout", frame_skip=16)
-    assert env.num_actions == 4
+    assert (env.name, env.num_actions) == ("Breakout", 4)
     seen, state = env.reset(KEY, env.default_params)
     assert seen.shape == (sum(a.size for a in jax.tree.leaves(jaxatari.observation(env.game.rem(state.ram)))),)
 
     def step(state, key):
-        seen, state, _, done, info = env.step(key, state, 1, env.default_params)
-        return state, (done, info["frame"], info["lives"], seen.sum())
+        seen, state, _, terminated, truncated, info = env.step(key, state, 1, env.default_params)
+        return state, (terminated, truncated, info, seen, state.time)
 
-    _, (done, frames, lives, _) = jax.lax.scan(step, state, jax.random.split(KEY, 90))
-    ends = np.flatnonzero(done)
+    _, (terminated, truncated, info, seen, times) = jax.lax.scan(step, state, jax.random.split(KEY, 90))
+    ends = np.flatnonzero(terminated)
     assert len(ends) > 0
-    assert (frames[ends] <= 30).all()  # of the next game
-    assert (lives[ends] == 5).all()
+    assert not truncated.any()
+    assert (info["frame"][ends] <= 30).all()  # of the next game
+    assert (info["lives"][ends] == 5).all()
+    same = (info["final_observation"] == seen).all(axis=1)
+    assert np.array_equal(np.flatnonzero(~same), ends)
+    assert (times[ends] == 0).all()
+
+
+def test_gymnax_truncates():
+    env = jaxatari.GymnaxEnvironment("Pong", frame_skip=4, noop_max=0)
+    assert env.default_params.max_steps_in_episode == 27_000
+    params = env.default_params.replace(max_steps_in_episode=3)
+    _, state = env.reset(KEY, params)
+    times = []
+    for _ in range(6):
+        _, state, _, terminated, truncated, info = env.step(KEY, state, 0, params)
+        times.append((int(state.time), bool(terminated), bool(truncated), int(info["frame"])))
+    assert times == 2 * [(1, False, False, 4), (2, False, False, 8), (0, False, True, 0)]
 
 
 def empty(name, *batch):
