@@ -13,10 +13,10 @@ from ocjax import jaxatari
 if importlib.util.find_spec("gymnax") is None:
     pytest.skip("gymnax is not installed", allow_module_level=True)
 
-import gymnax  # noqa: E402
-from flax import linen  # noqa: E402
-from gymnax.environments import spaces  # noqa: E402
-from gymnax.wrappers import compat, dm_env, gym, purerl  # noqa: E402
+import gymnax
+from flax import linen
+from gymnax.environments import spaces
+from gymnax.wrappers import compat, dm_env, gym, purerl
 
 pytestmark = pytest.mark.filterwarnings("default")  # warnings of other projects
 KEY = jax.random.key(0)
