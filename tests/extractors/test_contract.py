@@ -6,10 +6,11 @@ import pytest
 
 import ocjax
 from ocjax._xla import batches
-from ocjax.console import rom
+from ocjax.console import palette, rom
 from ocjax.play.deciding import BATCH, in_batches
 from tests.support.checks import check, host, random_frames, same
 
+GREY_HUES = {0x0, 0x1, 0xE, 0xF}  # of PAL consoles
 ODD_COLORS = {"TimePilot": {3, 5, 7, 9}}  # by which it tells the enemies' planes apart
 
 
@@ -58,6 +59,26 @@ def test_random_frames(game, fuzz):
     rng = np.random.default_rng(0)
     for _ in range(0, fuzz, BATCH):
         check(game, game.vem(random_frames(game, rng, BATCH)), (BATCH,))
+
+
+def arbitrary_frames(game, rng):
+    """Frames of one colour, checkerboards, and noise, in palette indices uint8 `[n, H, 160]`."""
+    height, width = game.screen
+    y, x = np.indices((height, width))
+    plain = [np.full((height, width), color) for color in range(0, 256, 2)]
+    boards = [rng.choice(256, 2)[(x // size + y // size) % 2] for size in (4, 8, 16, 32) for _ in range(15)]
+    noise = [rng.choice(colors, (height, width)) for colors in (np.arange(256), np.array(game.colors)) for _ in range(2)]
+    return np.array([*plain, *boards, *noise], np.uint8)
+
+
+def test_rgb_is_as_good_as_indices(game):
+    """Where several palette indices show as the same colour, which PAL consoles have for greys, RGB stands for one of them."""
+    shown = np.asarray(palette.to_index(game.palette, game.palette, game.colors))
+    assert np.array_equal(game.palette[shown], game.palette)
+    different = {color >> 4 for color in np.flatnonzero(shown != np.arange(256) & 0xFE)}
+    assert different <= (GREY_HUES if game.pal else set())
+    frames = shown[arbitrary_frames(game, np.random.default_rng(0))]
+    assert same(in_batches(game.vem, frames), in_batches(game.vem, game.palette[frames]))
 
 
 @pytest.mark.slow
