@@ -6,7 +6,7 @@ from typing import Any
 from ocjax.emulators.settings import PRESETS
 
 FIXED = ("frame_skip", "repeat_action_probability", "full_action_space")  # what an id of version 0 or 4 says
-_ID = re.compile(r"(?:(?:ALE|ocjax)/)?\w+?(?:-ram)?(?P<kind>Deterministic|NoFrameskip)?(?:-ram)?-v(?P<version>\d+)")
+_ID = re.compile(r"(?:(?:ale_py|ocjax):)?(?:(?:ALE|ocjax)/)?\w+?(?:-ram)?(?P<kind>Deterministic|NoFrameskip)?(?:-ram)?-v(?P<version>\d+)")
 _PRESETS = {
     "-v0": "v0",
     "-v4": "v4",

@@ -13,6 +13,12 @@ from ocjax.extraction.suites import SUITES, Suite
 
 __all__ = ["PRESETS", "env_id", "games", "modules", "register", "suite_of"]
 
+TITLES = {  # modules of games whose cartridge has another name
+    "jamesbond007": "jamesbond",
+    "montezumasrevenge": "montezumarevenge",
+    "pitfallii": "pitfall2",
+}
+
 
 @functools.cache
 def modules() -> tuple[str, ...]:

@@ -34,10 +34,12 @@ def _without_hud(name: str) -> Game:
 
 
 def load(name: str, *, hud: bool = True) -> Game:
-    """Load a game by name, such as "Pong", "pong", "ALE/Pong-v5", "PongNoFrameskip-v4", "space_invaders" or "ocjax/Pong-v5".
+    """Load a game by name.
 
     Args:
-        name: the name in any of these spellings.
+        name: as in `ocjax.games()`; upper and lower case, spaces, underscores and punctuation make no difference ("space_invaders",
+            "Ms. Pac-Man"). Also the name of ALE's ROM, or an environment's id ("ALE/Pong-v5", "ale_py:ALE/Pong-v5", "ocjax/Pong-v5",
+            "PongNoFrameskip-v4").
         hud: whether the display categories (score, lives, ...) are included; without them, the other slots stay the same.
 
     Raises:
@@ -46,9 +48,10 @@ def load(name: str, *, hud: bool = True) -> Game:
     """
     if not isinstance(name, str):
         raise TypeError(f"a game's name must be a string such as 'Pong', got {name!r}")
-    short = re.sub(r"^(ALE|ocjax)/", "", name)
+    short = re.sub(r"^((ale_py|ocjax):)?((ALE|ocjax)/)?", "", name)
     short = re.sub(r"(-ram)?(Deterministic|NoFrameskip)?(-ram)?-v\d+$", "", short)
-    key = short.replace("_", "").replace(" ", "").lower()
+    letters = re.sub(r"[\W_]", "", short).lower()
+    key = names.TITLES.get(letters, letters)
     if key not in names.modules():
         raise UnknownGameError(f"no game {name!r}: {_hint(key)}")
     return _load_module(key) if hud else _without_hud(key)

@@ -34,6 +34,9 @@ def test_ids_are_those_of_ale_py(name):
         ("PongDeterministic-v4", "deterministic-v4"),
         ("SpaceInvadersNoFrameskip-v4", "noframeskip"),
         ("space_invaders", "v5"),
+        ("Ms. Pac-Man", "v5"),
+        ("ale_py:ALE/Pong-v5", "v5"),
+        ("ale_py:PongNoFrameskip-v4", "noframeskip"),
     ],
 )
 def test_presets_of_names(name, preset):

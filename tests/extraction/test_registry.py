@@ -14,6 +14,32 @@ def test_spellings():
         assert ocjax.load(name) is pong
 
 
+@pytest.mark.parametrize(
+    ("name", "found"),
+    [
+        ("Q*bert", "Qbert"),
+        ("H.E.R.O.", "Hero"),
+        ("Ms. Pac-Man", "MsPacman"),
+        ("Pac-Man", "Pacman"),
+        ("Up'n Down", "UpNDown"),
+        ("Yars\u2019 Revenge", "YarsRevenge"),
+        ("Pitfall II", "Pitfall2"),
+        ("ale_py:ALE/Pong-v5", "Pong"),
+        ("ocjax:ocjax/Pong-v5", "Pong"),
+        ("ale_py:PongNoFrameskip-v4", "Pong"),
+    ],
+)
+def test_names_on_pages(name, found):
+    assert ocjax.load(name).name == found
+
+
+def test_all_games_by_title():
+    """The title of a game's docstring, which is printed on its page."""
+    for name in ocjax.games():
+        title, _, _ = sys.modules[f"ocjax.extractors.{ocjax.load(name).name.lower()}"].__doc__.partition(":")
+        assert ocjax.load(title).name == name
+
+
 def test_all_games_by_rom_name():
     for name in ocjax.games():
         assert ocjax.load(ocjax.load(name).rom).name == name
