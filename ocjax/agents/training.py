@@ -102,6 +102,7 @@ class Trainer:
 
     def __init__(self, config: Config, folder: Path) -> None:
         self.config, self.folder = config, folder.resolve()
+        jobs.check_contents(self.folder, "training", error=TrainingError)
         jobs.claim(self.folder, "config.json", config.to_json(), "training", error=TrainingError)
         h, self._objects = config.hyperparameters, config.inputs == "objects"
         game = load(config.game)

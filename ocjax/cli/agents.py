@@ -45,7 +45,7 @@ def train(
     with errors_in_one_line():
         spec = registry.load(game)
         trainer_of, config_of = _import_training()
-        folder = out or Path(f"ocjax-{spec.name}-{seed}")
+        folder = out or writing.unnamed(Path(f"ocjax-{spec.name}-{seed}"))
         trainer = trainer_of(config_of(spec.name, seed, inputs), folder)
         try:
             if trainer.frames >= frames:
@@ -105,7 +105,8 @@ def play(
         if human:
             if csv is not None or variations is not None or policy != TRAINED or episodes != EVALUATION_EPISODES:
                 raise ValueError("--policy, --episodes, --variations and --csv say how a policy plays: they do not apply with --human")
-            _play_by_hand(spec, seed, out or Path(f"ocjax-{spec.name}.npz"), gif or Path(f"ocjax-{spec.name}.gif"))
+            recording = out or writing.unnamed(Path(f"ocjax-{spec.name}.npz"))
+            _play_by_hand(spec, seed, recording, gif or writing.unnamed(Path(f"ocjax-{spec.name}.gif")))
             return
         if out is not None:
             raise ValueError("--out is of the recording that --human makes; `ocjax dataset` records the play of policies")

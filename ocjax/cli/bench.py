@@ -76,7 +76,7 @@ def _write(found: list[Measurement], out: Path | None, plots: Path | None) -> No
     if plots is not None:
         for name, draw in (("steps.png", time_plots.steps_figure), ("batches.png", time_plots.batches_figure)):
             picture = draw(found)
-            writing.write(plots / name, lambda file, picture=picture: file.write(picture))
+            writing.write(plots / name, lambda file, picture=picture: file.write(picture), follow=False)
             writing.announce(console, "A figure", plots / name)
 
 

@@ -37,8 +37,8 @@ def demo(
 ) -> None:
     """Play a game with random actions, time both extraction methods, and draw the objects that they find."""
     spec = load_playable(game)
-    out = out or Path(f"ocjax-{spec.name}.png")
     with errors_in_one_line():
+        out = out or writing.unnamed(Path(f"ocjax-{spec.name}.png"))
         writing.check_suffix(out, (".png",))
         writing.check(out)
     result = run(spec, num_envs, steps, seed)

@@ -92,7 +92,7 @@ def causes(
     """Set each byte to each value in one state, step the emulator, and show which pixels and objects change."""
     with errors_in_one_line():
         game = registry.load(name)
-        out = out or Path(f"ocjax-causes-{game.name}.png")
+        out = out or writing.unnamed(Path(f"ocjax-causes-{game.name}.png"))
         writing.check_suffix(out, (".png",))
         writing.check(markdown, out)
         found = causal.causes(game, steps=steps, frames=frames, seed=seed, values=values, num_envs=num_envs, game_mode=game_mode)

@@ -79,8 +79,8 @@ def record(
         )
     if objects or rule_limits:
         return _record_text(spec, expected.describe if objects else limits.describe, DATA / ("expected" if objects else "limits"))
-    out = out or _default_excerpt(spec, "ends" if boundaries else "modes" if deciding else "")
     with errors_in_one_line():
+        out = out or writing.unnamed(_default_excerpt(spec, "ends" if boundaries else "modes" if deciding else ""))
         writing.check(out)
         if deciding:
             known = [recordings.read(path) for path in expected.paths(DATA, spec, other_than=out)]
@@ -100,8 +100,8 @@ def record(
 
 
 def _record_text(game: Game, describe: Callable[[Game, Path], str], folder: Path) -> None:
-    out = folder / f"{game.name}.txt"
     with errors_in_one_line():
+        out = writing.unnamed(folder / f"{game.name}.txt")
         writing.check(out)
         writing.write_text(out, describe(game, DATA))
     writing.announce(console, f"{folder.name.capitalize()} of {game.name}", out)

@@ -7,7 +7,7 @@ from pathlib import Path
 from ocjax._extras import require
 from ocjax.console import rom
 from ocjax.datasets import datasheet, shards
-from ocjax.datasets.plans import DatasetError, Plan, code, versions
+from ocjax.datasets.plans import DATA, DatasetError, Plan, code, versions
 from ocjax.extraction import registry
 from ocjax.files import cluster, jobs, writing
 from ocjax.files.pipeline import Progress
@@ -38,7 +38,8 @@ def generate(plan: Plan, folder: str | Path, *, ray: str | None = None, report: 
     rom.read_rom(game.rom, game.md5)
     require("pyarrow")
     jobs.claim(folder, PLAN, plan.to_json(), "dataset", error=DatasetError)
-    (folder / "data").mkdir(exist_ok=True)
+    _check_data(folder)
+    (folder / DATA).mkdir(exist_ok=True)
     _run(functools.partial(shards.make, folder, plan), missing(plan, folder), plan, ray, report)
     _finish(folder, plan)
 
@@ -60,7 +61,9 @@ def relabel(folder: str | Path, *, ray: str | None = None, report: Progress | No
         OSError: a file cannot be written.
     """
     folder = Path(folder).resolve()
-    plan, game = open_dataset(folder), registry.load(open_dataset(folder).game)
+    _check_data(folder)
+    plan = open_dataset(folder)
+    game = registry.load(plan.game)
     if plan.md5 != game.md5:
         raise DatasetError(f"{folder} was made with the ROM of md5 {plan.md5}, but the decoder of {game.name} is for {game.md5}")
     old = [s.number for s in plan.shards if shards.facts(folder / plan.file(s))["code"] != code()]
@@ -94,7 +97,17 @@ def open_dataset(folder: str | Path) -> Plan:
 
 def missing(plan: Plan, folder: Path) -> list[int]:
     """The numbers of the shards that are not there yet."""
-    return [s.number for s in plan.shards if not (folder / plan.file(s)).exists()]
+    return [s.number for s in plan.shards if not (folder / plan.file(s)).is_file()]
+
+
+def _check_data(folder: Path) -> None:
+    """Check that the shards are in the dataset's folder. A shard that is a link is replaced when it is written.
+
+    Raises:
+        DatasetError: the folder of the shards is a link.
+    """
+    if (folder / DATA).is_symlink():
+        raise DatasetError(f"{folder / DATA} is a link, and shards are written to the dataset's own folder only: copy the shards into it")
 
 
 def _run(task: Callable[[int], object], numbers: list[int], plan: Plan, ray: str | None, report: Progress | None) -> None:
@@ -111,7 +124,8 @@ def _run(task: Callable[[int], object], numbers: list[int], plan: Plan, ray: str
 
 def _finish(folder: Path, plan: Plan) -> None:
     """Write the datasheet, and delete temporary files of killed processes."""
-    for unfinished in (folder / "data").glob(".*.tmp"):
-        unfinished.unlink()
+    for unfinished in (folder / DATA).glob(".*.tmp"):
+        if unfinished.is_symlink() or not unfinished.is_dir():
+            unfinished.unlink()
     found = [shards.facts(folder / plan.file(shard)) for shard in plan.shards]
-    writing.write_text(folder / SHEET, datasheet.text(plan, found, versions(), code()))
+    writing.write_text(folder / SHEET, datasheet.text(plan, found, versions(), code()), follow=False)

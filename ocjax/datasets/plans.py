@@ -24,6 +24,7 @@ ENVS = 10  # instances that play side by side
 RANDOM_PERCENT = 30  # of the states, by default
 SHARD_STATES, SEQUENCE_STATES = 10_000, 100  # at most; see `Plan`
 LEAST_F1 = 0.9  # of REM against VEM in a sequence that is kept
+DATA = "data"  # the folder of the shards
 LIBRARIES = ("ale-py", "jax", "numpy", "pillow", "pyarrow")
 
 
@@ -110,7 +111,7 @@ class Plan:
 
     def file(self, shard: Shard) -> Path:
         """The path of a shard in the dataset's folder."""
-        return Path("data", f"train-{shard.number:05}-of-{len(self.shards):05}.parquet")
+        return Path(DATA, f"train-{shard.number:05}-of-{len(self.shards):05}.parquet")
 
 
 def plan(

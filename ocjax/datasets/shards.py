@@ -29,7 +29,7 @@ def make(folder: Path, plan: Plan, number: int) -> None:
     """
     game, shard = registry.load(plan.game), plan.shards[number]
     path = folder / plan.file(shard)
-    if path.exists():
+    if path.is_file():
         return
     pa = require("pyarrow")
     kept: list[list[Any]] = [[columns.schema({}).empty_table()], *([] for _ in shard.shares)]  # tables, by instance
@@ -77,7 +77,7 @@ def _write(path: Path, table: Any, game: Game, facts: dict[str, Any]) -> None:
     parquet = require("pyarrow.parquet")
     metadata = {b"game": game.name.encode(), b"md5": game.md5.encode(), **columns.schema(facts).metadata}
     table = table.combine_chunks().replace_schema_metadata(metadata)
-    writing.write(path, lambda file: parquet.write_table(table, file, row_group_size=ROW_GROUP, compression="zstd"))
+    writing.write(path, lambda file: parquet.write_table(table, file, row_group_size=ROW_GROUP, compression="zstd"), follow=False)
 
 
 def facts(path: Path) -> dict[str, Any]:

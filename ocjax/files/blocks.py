@@ -33,7 +33,7 @@ class Block:
 
     def write(self, path: Path) -> None:
         """Write an .npz file, completely or not at all."""
-        writing.write(path, lambda file: np.savez(file, **dataclasses.asdict(self)))
+        writing.write(path, lambda file: np.savez(file, **dataclasses.asdict(self)), follow=False)
 
     @classmethod
     def read(cls, path: Path) -> "Block":

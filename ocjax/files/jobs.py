@@ -1,6 +1,8 @@
 """Work folders of resumable jobs. A file in each folder identifies its job."""
 
 import json
+import os
+import stat
 from pathlib import Path
 
 from ocjax.files import writing
@@ -32,7 +34,29 @@ def claim(folder: Path, name: str, plan: str, kind: str, *, error: type[ValueErr
     if folder.is_dir() and any(folder.iterdir()):
         raise error(f"{folder} is not empty and holds no {kind}: use another folder")
     folder.mkdir(parents=True, exist_ok=True)
-    writing.write_text(path, plan)
+    writing.write_text(path, plan, follow=False)
+
+
+def check_contents(folder: Path, kind: str, *, error: type[ValueError] = ValueError) -> None:
+    """Check that a folder, if it exists, is a folder and has only files and folders in it, at any depth.
+
+    Links would let whoever made the folder choose which of the user's files are read and overwritten.
+
+    Raises:
+        ValueError: of the type `error`; the path or an entry is a link, a pipe or a device.
+    """
+    if os.path.lexists(folder):
+        _check_entry(folder, kind, error)
+        for root, folders, names in os.walk(folder):
+            for name in (*folders, *names):
+                _check_entry(Path(root, name), kind, error)
+
+
+def _check_entry(path: Path, kind: str, error: type[ValueError]) -> None:
+    mode = path.lstat().st_mode
+    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+        found = "a link" if stat.S_ISLNK(mode) else "a device, pipe or socket"
+        raise error(f"{path} is {found}: a {kind} must consist of files and folders. Copy it with `cp -rL`, or delete this entry")
 
 
 def _differences(path: Path, plan: str, error: type[ValueError]) -> list[str]:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ocjax._extras import require
+from ocjax.files import writing
 from ocjax.files.inputs import MINARI, InputError, minari_id
 from ocjax.files.outputs import Blocks
 
@@ -55,8 +56,7 @@ def new_dataset(name: str, spaces: Mapping[str, Any], metadata: Mapping[str, Any
     """
     path = path_of(name)
     unfinished = path.with_name(f".{path.name}.tmp")
-    shutil.rmtree(unfinished, ignore_errors=True)
-    unfinished.mkdir()
+    writing.new_folder(unfinished)
     try:
         storage = require("minari.dataset.minari_storage").MinariStorage.new(unfinished / "data", jpeg_encoding=False, **spaces)
         own = {"dataset_id": name.removeprefix(MINARI), "minari_version": require("minari").__version__}

@@ -19,7 +19,6 @@ import importlib.metadata
 import io
 import json
 import math
-import shutil
 import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -203,8 +202,8 @@ def new_folder(name: str) -> Path:
 def write_yolo(blocks: Blocks, folder: Path) -> None:
     """Write a new folder, completely or not at all."""
     unfinished = folder.with_name(f".{folder.name}.tmp")
-    shutil.rmtree(unfinished, ignore_errors=True)
-    (unfinished / "labels").mkdir(parents=True)
+    writing.new_folder(unfinished)
+    (unfinished / "labels").mkdir()
     facts = ", ".join(f"{name} {value}" for name, value in blocks.facts.items())
     names = "".join(f"  {i}: {json.dumps(c.name)}\n" for i, c in enumerate(blocks.game.categories))
     (unfinished / "data.yaml").write_text(f"# {facts}\ntrain: images\nval: images\nnames:\n{names}", encoding="utf-8")

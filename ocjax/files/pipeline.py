@@ -259,6 +259,7 @@ def _plan(rows: Input, source: str | Path, array: str | None, game: Game, method
 
 def _prepare(folder: Path, plan: ExtractionPlan) -> None:
     """Create the work folder, or check that it belongs to this extraction. A folder without results may be reused."""
+    jobs.check_contents(folder, "work folder")
     if not any(folder.glob("*.npz")):
         for left in (folder / PLAN, *folder.glob(".*.tmp")):
             left.unlink(missing_ok=True)

@@ -1,6 +1,7 @@
 """Output files of commands: paths are checked before the work starts, and files are written completely or not at all."""
 
 import os
+import shutil
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import BinaryIO
@@ -38,18 +39,43 @@ def check_suffix(path: Path, suffixes: Iterable[str]) -> None:
         raise ValueError(f"the output must end in {' or '.join(suffixes)}, got {path}")
 
 
-def write(path: Path, to_file: Callable[[BinaryIO], object]) -> None:
+def unnamed(path: Path) -> Path:
+    """The path of an output that the user did not name.
+
+    Raises:
+        FileExistsError: there is a link at the path; only links that the user names are followed.
+    """
+    if path.is_symlink():
+        raise FileExistsError(f"{path} is a link: delete it, or name the output")
+    return path
+
+
+def new_folder(path: Path) -> None:
+    """Create an empty folder. It replaces a link or a folder of that name, but not the target of the link.
+
+    Raises:
+        OSError: the folder cannot be created.
+    """
+    if path.is_symlink():
+        path.unlink()
+    shutil.rmtree(path, ignore_errors=True)
+    path.mkdir(parents=True)
+
+
+def write(path: Path, to_file: Callable[[BinaryIO], object], *, follow: bool = True) -> None:
     """Write a file. An existing one is replaced when the new one is complete, and left as it was if writing fails.
 
     Args:
-        path: of the file. A link is followed, not replaced. A file that is not a regular file, such as /dev/null, is written to directly.
+        path: of the file.
         to_file: writes the contents.
+        follow: whether the user named the path. If so, the target of a link is written, and a file that is not a regular file, such as
+            /dev/null, is written to directly. Otherwise the new file replaces links, devices and pipes.
 
     Raises:
         OSError: the file cannot be written.
     """
-    target = Path(os.path.realpath(path))
-    if not _is_replaced(target):
+    target = Path(os.path.realpath(path)) if follow else path
+    if follow and not _is_replaced(target):
         with target.open("wb") as file:
             to_file(file)
         return
@@ -62,9 +88,9 @@ def write(path: Path, to_file: Callable[[BinaryIO], object]) -> None:
         unfinished.unlink(missing_ok=True)
 
 
-def write_text(path: Path, text: str) -> None:
+def write_text(path: Path, text: str, *, follow: bool = True) -> None:
     """Write a text file in UTF-8; see `write`."""
-    write(path, lambda file: file.write(text.encode()))
+    write(path, lambda file: file.write(text.encode()), follow=follow)
 
 
 def write_picture(path: Path, image: Image.Image) -> None:

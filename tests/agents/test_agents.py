@@ -264,3 +264,18 @@ def test_train_command(tmp_path, monkeypatch):
     wrong = CliRunner().invoke(app, ["train", "Pong", "--inputs", "ram"], terminal_width=200)
     assert wrong.exit_code == 2
     assert "objects or pixels" in wrong.output
+
+
+@pytest.mark.parametrize("entry", ["config.json", "metrics.csv", "policy.npz", "agent.gif", "tensorboard", "checkpoints", "checkpoints/5"])
+def test_links_in_a_training(tmp_path, entry):
+    outside, run = tmp_path / "outside", tmp_path / "run"
+    outside.mkdir()
+    (outside / "file").write_text("own")
+    config = Config("Pong", 0, hyperparameters=TINY)
+    (run / entry).parent.mkdir(parents=True)
+    (run / "config.json").write_text(config.to_json())
+    (run / entry).unlink(missing_ok=True)
+    (run / entry).symlink_to(outside if "." not in entry else outside / "file")
+    with pytest.raises(TrainingError, match=rf"{entry} is a link: a training must consist of files and folders"):
+        Trainer(config, run)
+    assert {path.name: path.read_text() for path in outside.iterdir()} == {"file": "own"}
