@@ -24,7 +24,7 @@ with extras():
 
 __all__ = ["ObjectVecEnv", "make_vec_env"]
 
-_INFO = ("lives", "frame_number", "episode_return", "episode_length")
+_INFO = ("lives", "frame_number", "episode_return", "episode_length", "game_over")
 
 
 def make_vec_env(game: str | Game, n_envs: int = 1, seed: int | None = None, **options: Any) -> "ObjectVecEnv":
@@ -86,10 +86,11 @@ class _Instance:
 class ObjectVecEnv(VecEnv):
     """A vector environment of ocjax with the interface of Stable-Baselines3.
 
-    The `infos` of a step contain `lives`, `frame_number`, `episode_return` and `episode_length` of the current game, `reward` (unclipped)
-    if rewards are clipped, `ram` if `ram_info` is set, and `TimeLimit.truncated`. At the end of an episode they describe the terminal
-    state, and contain `terminal_observation`. At the end of a complete game they also contain `episode`, as Stable-Baselines3's `Monitor`
-    adds it: the unclipped return `r`, the number of agent steps `l`, and the seconds `t` since the environments were made.
+    The `infos` of a step contain `lives`, `frame_number`, `episode_return`, `episode_length` and `game_over`, as those of
+    `ObjectVectorEnv`, `reward` (unclipped) if rewards are clipped, `ram` if `ram_info` is set, and `TimeLimit.truncated`. At the end of an
+    episode they describe the terminal state, and contain `terminal_observation`. At the end of a complete game they also contain `episode`,
+    as Stable-Baselines3's `Monitor` adds it: the unclipped return `r`, the number of agent steps `l`, and the seconds `t` since the
+    environments were made.
 
     Args:
         envs: a vector environment whose autoreset mode is same-step.
@@ -140,7 +141,7 @@ class ObjectVecEnv(VecEnv):
             infos[i] |= {name: final[name][i].item() for name in _INFO} | ({"ram": final["ram"][i]} if "ram" in final else {})
             infos[i]["terminal_observation"] = info["final_obs"][i]
             infos[i]["TimeLimit.truncated"] = bool(truncated[i] and not terminated[i])
-            if info["episode_length"][i] == 0:  # the next game has begun, and not only its next life
+            if final["game_over"][i]:
                 total, length = infos[i]["episode_return"], infos[i]["episode_length"]
                 infos[i]["episode"] = {"r": total, "l": length, "t": round(time.time() - self._begun, 6)}
         return observation, reward.astype(np.float32), ended, infos

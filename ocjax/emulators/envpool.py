@@ -61,7 +61,6 @@ class EnvpoolPool(EmulatorPool):
         self.ids = np.arange(num_envs)  # the environments that the last results belong to
         assert isinstance(settings.frame_skip, int)  # pairs are refused by `_refuse_unsupported`
         self._frame_skip, self._frames, self._options = settings.frame_skip, frames, options
-        self._game_over = np.ones(num_envs, bool)
         frame = np.zeros((num_envs, 1, *game.screen, 3), np.uint8) if frames else None
         self.arrays = EmulatorArrays(
             ram=np.zeros((num_envs, 128), np.uint8),
@@ -74,6 +73,7 @@ class EnvpoolPool(EmulatorPool):
             reward=np.zeros(num_envs),
             terminated=np.zeros(num_envs, bool),
             truncated=np.zeros(num_envs, bool),
+            game_over=np.ones(num_envs, bool),
             started=np.ones(num_envs, bool),
         )
 
@@ -139,7 +139,7 @@ class EnvpoolPool(EmulatorPool):
 
     def _expect_new_games(self) -> None:
         """Make the next result of each environment count as the beginning of a game."""
-        self.terminated[:] = self._game_over[:] = True
+        self.terminated[:] = self.game_over[:] = True
 
     @contextmanager
     def _discarding(self) -> Iterator[None]:
@@ -213,10 +213,10 @@ class EnvpoolPool(EmulatorPool):
         self.ids = i = np.asarray(info["env_id"])
         self._busy[i] = False
         arrays.started[i] = begins = arrays.terminated[i] | arrays.truncated[i]
-        new_game = begins & self._game_over[i]
+        new_game = begins & arrays.game_over[i]
         arrays.reward[i] = info["reward"]
         arrays.terminated[i], arrays.truncated[i] = terminated, truncated
-        self._game_over[i] = (np.asarray(info["terminated"]) != 0) | truncated
+        arrays.game_over[i] = (np.asarray(info["terminated"]) != 0) | truncated
         arrays.ram[i], arrays.lives[i] = info["ram"], info["lives"]
         arrays.episode_return[i] = np.where(new_game, 0, arrays.episode_return[i] + arrays.reward[i])
         arrays.episode_length[i] = np.where(new_game, 0, arrays.episode_length[i] + ~begins)

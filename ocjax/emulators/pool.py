@@ -170,6 +170,11 @@ class EmulatorPool(Uncopied, ABC):
         return self.arrays.truncated
 
     @property
+    def game_over(self) -> np.ndarray:
+        """Whether the step ended the game, by its end or a limit, so that the next episode begins a new one, bool `[N]`."""
+        return self.arrays.game_over
+
+    @property
     def started(self) -> np.ndarray:
         """Whether an episode began in the step, bool `[N]`."""
         return self.arrays.started

@@ -141,7 +141,7 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
 
         Returns:
             `(state, step)`. `step(state, actions)`, with actions int32 `[N]`, returns the next state and (observation, reward, terminated,
-            truncated, info); info contains `lives` and `ram`. The emulators are those of `reset` and `step`, so use one or the other.
+            truncated, info); info contains `lives`, `ram` and `game_over`. The emulators are those of `reset` and `step`, so use one or the other.
 
         Raises:
             ValueError: the environments have not been reset or are asynchronous, or the mode or an observation needs frames.
@@ -158,12 +158,13 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
             handle, memory, ended = state
             handle, (_, _, terminated, truncated, info) = env_step(handle, actions)
             order = jnp.argsort(info["env_id"])
-            terminated, truncated, ram, lives, reward = (
-                a[order] for a in (terminated, truncated, info["ram"], info["lives"], info["reward"])
+            terminated, truncated, ram, lives, reward, game_over = (
+                a[order] for a in (terminated, truncated, info["ram"], info["lives"], info["reward"], info["terminated"])
             )
             observed = observer({"ram": ram, "started": ended}, memory)
             out = (self._traced_observation(ram, observed), jnp.sign(reward) if clip_rewards else reward, terminated, truncated)
-            return (handle, observed.memory, terminated | truncated), (*out, {"lives": lives, "ram": ram})
+            facts = {"lives": lives, "ram": ram, "game_over": (game_over != 0) | truncated}
+            return (handle, observed.memory, terminated | truncated), (*out, facts)
 
         ended = jnp.asarray(self.pool.terminated | self.pool.truncated)
         return (handle, jax.tree.map(jnp.asarray, self._shards[0].memory), ended), step

@@ -27,7 +27,7 @@ from ocjax.transforms.drawing import overlay
 from ocjax.transforms.game_objects import GameObject, views
 
 RENDER_MODES = ("rgb_array", "objects")
-_INFO = ("lives", "frame_number", "episode_return", "episode_length")
+_INFO = ("lives", "frame_number", "episode_return", "episode_length")  # of the current game; `game_over` is of the step
 _OVER = "over"  # the name in `States` of whose episode ended
 
 
@@ -35,10 +35,10 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
     """N instances of a game whose observations are objects. `make_vec` makes them and explains the options.
 
     Everything that a step returns describes the step's last emulated frame. The returned arrays are not overwritten by later steps. `info`
-    describes the current game: `lives`, `frame_number` (emulated frames), `episode_return` (unclipped), `episode_length` (agent steps),
-    `reward` (the game's, unclipped) if rewards are clipped or computed from objects, and `ram` if `ram_info` is set. With same-step
-    autoreset, `final_obs` and `final_info` are those of Gymnasium's vector environments, and `final_info["objects"]` contains the objects
-    of the terminal states.
+    describes the current game: `lives`, `frame_number` (emulated frames), `episode_return` (unclipped), `episode_length` (agent steps) and,
+    if `ram_info` is set, `ram`. It also describes the step: `game_over` (whether it ended the game, by its end or a limit, and not only a
+    life) and, if rewards are clipped or computed from objects, `reward` (the game's, unclipped). With same-step autoreset, `final_obs` and
+    `final_info` are those of Gymnasium's vector environments, and `final_info["objects"]` contains the objects of the terminal states.
 
     Args:
         pool: the emulators.
@@ -181,7 +181,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
 
     def _info(self) -> dict[str, Any]:
         changed = self.pool.settings.clip_rewards or self._reward_fn is not None
-        names = (*_INFO, *["reward"] * changed, *["ram"] * self.ram_info)
+        names = (*_INFO, "game_over", *["reward"] * changed, *["ram"] * self.ram_info)
         info = {name: np.copy(getattr(self.pool.arrays, name)) for name in names}
         return info | {f"_{name}": np.ones(self.num_envs, bool) for name in names}
 
@@ -317,9 +317,10 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
     def _final_info(self, ended: np.ndarray) -> dict[str, Any]:
         names = (*_INFO, *["ram"] * self.ram_info)
         info = {name: np.copy(getattr(self.pool.arrays.final, name)) for name in names}
+        info["game_over"] = np.copy(self.pool.game_over)
         for array in info.values():
             array[~ended] = 0
-        return info | {f"_{name}": ended.copy() for name in names}
+        return info | {f"_{name}": ended.copy() for name in info}
 
     def _final_objects(self, ended: np.ndarray, objects: dict[str, Objects]) -> dict[str, Any]:
         """The objects of the terminal states as `final_info` has them; nothing if no objects are extracted."""

@@ -84,18 +84,13 @@ def _settings_of(policy: str, game: Game) -> Settings:
 
 def _games(pool: AlePool, act: policies.Policy, drawn: list[Image.Image] | None) -> Iterator[tuple[int, float, int]]:
     """Play for ever; yields the instance, return and emulated frames of each game that ends."""
-    total = frames = np.zeros(pool.num_envs)
-    ended = np.zeros(pool.num_envs, bool)
     first = True
     for _ in steps(pool, act):
-        over = ended & (pool.episode_length == 0)  # the next game has begun
-        first = first and not over[0]
         if drawn is not None and first and len(drawn) < PICTURE_STEPS:
             drawn.append(_picture(pool))
-        for i in np.flatnonzero(over).tolist():
-            yield i, float(total[i]), int(frames[i])
-        total, frames = np.array(pool.episode_return), np.array(pool.frame_number)
-        ended = pool.terminated | pool.truncated
+        first = first and not pool.game_over[0]
+        for i in np.flatnonzero(pool.game_over).tolist():
+            yield i, float(pool.episode_return[i]), int(pool.frame_number[i])
 
 
 def _picture(pool: AlePool) -> Image.Image:

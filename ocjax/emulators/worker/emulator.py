@@ -154,13 +154,17 @@ class Emulator:
         self.last_action = self.config.actions[action]
         if self.whole_steps:
             return self.ale.act(self.actions[action])
-        low, high = self.least_skip, self.most_skip
-        reward, frames = 0.0, low if low == high else int(self.rng.integers(low, high + 1))
+        reward, frames = 0.0, self.draw_skip()
         for k in range(frames):
             if visible and k == frames - 1:
                 self.keep_previous(shown=k == 0)
             reward += self.frame(action)
         return reward
+
+    def draw_skip(self) -> int:
+        """The number of emulated frames of the next step, which is random where the settings give a range."""
+        low, high = self.least_skip, self.most_skip
+        return low if low == high else int(self.rng.integers(low, high + 1))
 
     def frame(self, action: int) -> float:
         """Emulate one frame, after the hooks have edited the RAM, and return its reward."""
@@ -201,7 +205,7 @@ class Emulator:
         self.shown_state = b""
         shown, ale, i = self.shown, self.ale, self.i
         shown.reward[i] = 0
-        shown.terminated[i] = shown.truncated[i] = False
+        shown.terminated[i] = shown.truncated[i] = shown.game_over[i] = False
         shown.started[i] = True
         shown.episode_return[i], shown.episode_length[i] = self.start_totals
         shown.lives[i], shown.frame_number[i] = ale.lives(), ale.getEpisodeFrameNumber()
@@ -217,34 +221,38 @@ class Emulator:
 
     def begin_episode(self) -> None:
         """Emulate the beginning of the next episode without showing it."""
-        total, length = self.shown.episode_return[self.i], self.shown.episode_length[self.i]
+        self.start_totals = self.shown.episode_return[self.i], self.shown.episode_length[self.i]
         new_game = self.phase is not Phase.LIFE_LOST
         if not new_game:
-            total += self.play(NOOP, visible=False)
+            self.add_reward(self.play(NOOP, visible=False))
         if new_game or self.ale.game_over():
-            total, length = self.new_game(), 0
+            self.new_game()
         for action in self.config.start_actions:
-            total = self.restart_if_over(total + self.play(action, visible=False))
-        self.start_totals = (total, length)
+            self.add_reward(self.play(action, visible=False))
+            self.restart_if_over()
 
-    def new_game(self) -> float:
-        """Begin a game with its random no-ops, which do not count as steps, and return their reward."""
-        noop_max, total = self.config.noop_max, 0.0
+    def new_game(self) -> None:
+        """Begin a game with its random no-ops, which do not count as steps."""
+        noop_max = self.config.noop_max
         self.reset_console()
         self.last_action = NOOP
         for _ in range(int(self.rng.integers(1, noop_max + 1)) if noop_max else 0):
-            total = self.restart_if_over(total + self.frame(NOOP))
-        return total
+            self.add_reward(self.frame(NOOP))
+            self.restart_if_over()
 
-    def restart_if_over(self, total: float) -> float:
-        """The return of a game so far; a game that ends before its first step begins again."""
-        if not self.ale.game_over():
-            return total
-        self.reset_console()
-        return 0.0
+    def add_reward(self, reward: float) -> None:
+        """Count a reward from before the episode's first step."""
+        total, length = self.start_totals
+        self.start_totals = total + reward, length
+
+    def restart_if_over(self) -> None:
+        """Begin again if the game has ended before the episode's first step."""
+        if self.ale.game_over():
+            self.reset_console()
 
     def reset_console(self) -> None:
         """Reset the console, and write the RAM with which games begin here."""
+        self.start_totals = (0.0, 0)
         self.ale.reset_game()
         if self.starts:
             apply_hooks(self.ale, self.starts, None, self.seed, f" at the beginning of a game in environment {self.i}")
@@ -253,14 +261,22 @@ class Emulator:
         """End the episode with the step just taken, with the game or only with a life."""
         shown, i = self.shown, self.i
         self.change(Event.END_GAME if game_over else Event.LOSE_LIFE)
+        shown.game_over[i] = game_over or self.next_episode_begins_game()
         if game_over:
             shown.terminated[i] |= self.ale.game_over(with_truncation=False)
             shown.truncated[i] = self.ale.game_truncated() or shown.episode_length[i] >= (self.config.max_episode_steps or math.inf)
         if self.config.autoreset == SAME_STEP:
             self.record_final()
-            result = shown.reward[i], shown.terminated[i], shown.truncated[i]
+            result = shown.reward[i], shown.terminated[i], shown.truncated[i], shown.game_over[i]
             self.reset()
-            shown.reward[i], shown.terminated[i], shown.truncated[i] = result
+            shown.reward[i], shown.terminated[i], shown.truncated[i], shown.game_over[i] = result
+
+    def next_episode_begins_game(self) -> bool:
+        """Whether a game, after the loss of a life, reaches its limit of frames before the first step of the next episode."""
+        state = self.rng.bit_generator.state
+        frames = sum(self.draw_skip() for _ in range(1 + len(self.config.start_actions)))
+        self.rng.bit_generator.state = state
+        return self.ale.getEpisodeFrameNumber() + frames >= self.config.max_episode_frames
 
     def record_final(self) -> None:
         """Preserve what is shown at the end of an episode."""

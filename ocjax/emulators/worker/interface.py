@@ -98,6 +98,7 @@ class EmulatorArrays(ObservedArrays):
     reward: np.ndarray = field(metadata=_array("float64"))  # unclipped
     terminated: np.ndarray = field(metadata=_array("bool"))
     truncated: np.ndarray = field(metadata=_array("bool"))
+    game_over: np.ndarray = field(metadata=_array("bool"))  # the next episode begins a new game
     started: np.ndarray = field(metadata=_array("bool"))  # an episode began in this step
     final: ObservedArrays | None = None  # with same-step autoreset: the arrays at the end of each emulator's last episode
 

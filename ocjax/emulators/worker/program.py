@@ -69,23 +69,26 @@ class EmulatorBlock:
         # All emulation precedes all reading of results: each emulation evicts everything else from the processor's caches.
         actions = self.commands.action[self.rows].tolist()
         rewards = [0.0 if over else e.play(action) for e, action, over in zip(self.emulators, actions, ended, strict=True)]
-        game_over, life_over = self.show(rewards)
+        game_over, life_over = self.show(rewards, np.array(ended))
         for k in np.flatnonzero(game_over | life_over | ended).tolist():
             self.emulators[k].reset() if ended[k] else self.emulators[k].end(game_over=bool(game_over[k]))
 
-    def show(self, rewards: list[float]) -> tuple[np.ndarray, np.ndarray]:
-        """Write a step's results to the arrays; return whose game is over and whose episode ends with a life, both bool."""
+    def show(self, rewards: list[float], ended: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Write a step's results to the arrays; return whose game is over and whose episode ends with a life, both bool.
+
+        Episodes that `ended` before the step, bool, ignore the step and do not count it.
+        """
         shown, rows = self.shown, self.rows
         ales = [e.ale for e in self.emulators]
         game_over, lives = np.array([ale.game_over() for ale in ales]), np.array([ale.lives() for ale in ales])
         life_over = (lives > 0) & (lives < shown.lives[rows]) & self.episodic_life
         shown.reward[rows] = rewards
         shown.terminated[rows] = life_over
-        shown.truncated[rows] = shown.started[rows] = False
+        shown.truncated[rows] = shown.started[rows] = shown.game_over[rows] = False
         shown.lives[rows] = lives
         shown.frame_number[rows] = [ale.getEpisodeFrameNumber() for ale in ales]
         shown.episode_return[rows] += rewards
-        shown.episode_length[rows] += 1
+        shown.episode_length[rows] += ~ended
         game_over |= shown.episode_length[rows] >= self.max_steps
         for e, ale in zip(self.emulators, ales, strict=True):
             ale.getRAM(e.ram)
