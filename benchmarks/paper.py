@@ -2,9 +2,9 @@
 
     python benchmarks/paper.py [GAME ...] [--trained] [--ocatari PYTHON] [--samples 500] [--seed 20261122]
 
-The rows of the named games (default: all) are measured on random play, and updated in benchmarks/README.md. With --trained, the agents play
-that ship with ocjax, with four emulated frames per step as in their training, and the second table is updated. PYTHON is an interpreter
-that has OCAtari. Figures are percentages by the paper's rule: a match has the same category and centres within 5 pixels, on one frame, and
+The rows of the named games (default: all) are measured on random play, and updated in benchmarks/README.md. With --trained, the agents that
+ship with ocjax play complete games under the settings of their training, and the second table is updated. PYTHON is an interpreter that has
+OCAtari. Figures are percentages by the paper's rule: a match has the same category and centres within 5 pixels, on one frame, and
 HUD objects count. paper.csv and detectors.csv hold the paper's figures (Delfosse et al., RLJ 2024: the detailed table, and the table with
 SPACE and SPOC).
 """
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 BEGIN, END = "<!-- paper: python benchmarks/paper.py -->", "<!-- end of paper -->"
 TRAINED_BEGIN, TRAINED_END = "<!-- trained: python benchmarks/paper.py --trained -->", "<!-- end of trained -->"
 TRAINED_HEADER = ["game", "ocjax", "flicker-aware F1", "OCAtari 2.2.1", "paper: DQN", "paper: C51"]
-TRAINED_FRAME_SKIP = 4
 AGENTS = ("random", "dqn", "c51")
 DETECTORS = ("SPACE", "SPOC")
 HEADER = ["game", "ocjax", "flicker-aware F1", "OCAtari 2.2.1", *(f"paper: {name}" for name in ("random", "DQN", "C51")), *DETECTORS]
@@ -59,8 +58,7 @@ def measure(name: str, arguments: argparse.Namespace) -> list[str]:
 
 def measure_trained(name: str, arguments: argparse.Namespace) -> list[str]:
     """One row of the table with trained agents."""
-    options = {"policy": "trained", "frame_skip": TRAINED_FRAME_SKIP}
-    e = evaluated(name, arguments.samples, arguments.seed, arguments.ocatari, **options)
+    e = evaluated(name, arguments.samples, arguments.seed, arguments.ocatari, policy="trained")
     return [*measured(e), *published(e.game.name)[1 : len(AGENTS)]]
 
 

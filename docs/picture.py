@@ -64,7 +64,7 @@ def draw_play(name: str, after: int) -> list[Image.Image]:
     """Frames of a game with REM's objects, played by the agent that ships with ocjax, or at random without one."""
     game = ocjax.load(name)
     policy = "trained" if (SHIPPED / f"{name}.npz").exists() else "repeat"
-    tape = rollout(game, FRAMES, policy=policy, num_envs=1, frame_skip=FRAME_SKIP, after=after)
+    tape = rollout(game, FRAMES, policy=policy, num_envs=1, frame_skip=FRAME_SKIP, after=after, whole_games=False)
     assert tape.screens is not None
     objects = [jax.tree.map(np.asarray, state) for state in game.rem(tape.rams)]
     return [overlay(game, frame, state, scale=1, labels=False) for frame, state in zip(tape.screens, objects, strict=True)]

@@ -37,7 +37,13 @@ def evaluate(
     game_difficulty: Annotated[
         list[int] | None, typer.Option("--difficulty", help="Difficulty as ale-py numbers it; may be repeated. Default: the game's.")
     ] = None,
-    frame_skip: Annotated[int, typer.Option(min=1, help="Emulated frames per step. An odd number covers both phases of flicker.")] = 3,
+    frame_skip: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            help="Emulated frames per step; an odd number covers both phases of flicker. Default: 3, or those of the policy's training.",
+        ),
+    ] = None,
     num_envs: Annotated[int, typer.Option("--envs", min=1, help="Number of instances.")] = 8,
     ocatari: Annotated[bool, typer.Option("--ocatari", help="Run OCAtari 2.2.1 on the same frames.")] = False,
     ocatari_env: Annotated[
@@ -90,7 +96,8 @@ def _play_all(game: Game, choices: dict[str, list], *, samples: int, **options: 
 
 def _describe(tape: Recording, policy: str, choices: dict[str, list], after: int) -> str:
     late = f" after {after:,} frames" * (after > 0)
-    text = f"{len(tape):,} samples of {policy} play{late}, {tape.frame_skip} emulated frames per step, seeds {choices['seed']}"
+    skip = (tape.settings or {})["frame_skip"]
+    text = f"{len(tape):,} samples of {policy} play{late}, {skip} emulated frames per step, seeds {choices['seed']}"
     for name, values in (("modes", choices["game_mode"]), ("difficulties", choices["game_difficulty"])):
         text += f", {name} {values}" * (values != [None])
     return text

@@ -141,7 +141,7 @@ class AlePool(EmulatorPool):
             max_episode_frames=s.max_episode_frames,
             max_episode_steps=s.max_episode_steps,
             noop_max=s.noop_max,
-            start_actions=self._start_actions(),
+            start_actions=self.start_actions,
             episodic_life=s.episodic_life,
             game_modes=modes,
             game_difficulties=difficulties,
@@ -149,7 +149,8 @@ class AlePool(EmulatorPool):
             starts=starts,
         )
 
-    def _start_actions(self) -> tuple[int, ...]:
+    @property
+    def start_actions(self) -> tuple[int, ...]:
         """The actions that each episode starts with: FIRE and the next one, in games whose second action is FIRE."""
         needs_fire = self.actions[1] == ale_py.Action.FIRE and len(self.actions) > 2
         return (1, 2) if self.settings.fire_reset and needs_fire else ()

@@ -58,7 +58,8 @@ def play(game: Game, policy: str, episodes: int, *, seed: int = 0, pictures: boo
     """
     n = min(episodes, MOST_ENVS)
     quota = episodes // n + (np.arange(n) < episodes % n)
-    chosen = _settings_of(policy, game)
+    trained = policies.trained_settings(policy, game)
+    chosen = dataclasses.replace(trained or settings(DEFAULT_PRESET), clip_rewards=False)
     with contextlib.closing(AlePool(game, n, chosen, screens=("screen",) if pictures else (), hook=hook)) as pool:
         act = policies.make_policy(policy, game, len(pool.actions), n, seed)
         pool.reset([seed + i for i in range(n)])
@@ -74,12 +75,6 @@ def play(game: Game, policy: str, episodes: int, *, seed: int = 0, pictures: boo
                     break
     returns, frames = zip(*(one for own in played for one in own), strict=True)
     return Played(np.array(returns), np.array(frames), chosen, drawn)
-
-
-def _settings_of(policy: str, game: Game) -> Settings:
-    """The settings under which a policy was trained, with unclipped rewards."""
-    trained = None if policy in ("random", "repeat") else policies.read(policies.find(policy, game), game).settings
-    return dataclasses.replace(trained or settings(DEFAULT_PRESET), clip_rewards=False)
 
 
 def _games(pool: AlePool, act: policies.Policy, drawn: list[Image.Image] | None) -> Iterator[tuple[int, float, int]]:

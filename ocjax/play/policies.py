@@ -255,6 +255,15 @@ def find(name: str, game: Game) -> Path:
     return Path(name)
 
 
+def trained_settings(name: str, game: Game) -> Settings | None:
+    """The settings of the environments in which a policy was trained; None for random policies, and for files without settings.
+
+    Raises:
+        PolicyError: there is no such policy, or it does not fit the game.
+    """
+    return None if name in BUILT_IN else read(find(name, game), game).settings
+
+
 def make_policy(name: str, game: Game, num_actions: int, num_envs: int, seed: int) -> Policy:
     """A policy by name.
 

@@ -1,17 +1,23 @@
 """Rollouts of random actions, held random actions or a saved policy, kept as recordings."""
 
 import contextlib
+import dataclasses
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from rich.progress import track
+from rich.progress import Progress, track
 
 from ocjax.emulators.progress import start_bar
 from ocjax.envs import AlePool, Settings
 from ocjax.extraction.game import Game
-from ocjax.play.policies import Policy, make_policy
+from ocjax.play.policies import BUILT_IN, Policy, make_policy, trained_settings
 from ocjax.play.stepping import steps
 from ocjax.recordings import Recording
+
+DEFAULT = Settings(frame_skip=3, repeat_action_probability=0.0)  # an odd number covers both phases of flickering objects
+
+State = dict[str, Any]  # of one instance, by the names of a recording's arrays
 
 
 def rollout(
@@ -21,13 +27,17 @@ def rollout(
     policy: str = "repeat",
     seed: int = 0,
     num_envs: int = 8,
-    frame_skip: int = 3,
+    frame_skip: int | None = None,
     after: int = 0,
-    repeat_action_probability: float = 0.0,
+    repeat_action_probability: float | None = None,
+    whole_games: bool | None = None,
     game_mode: int | None = None,
     game_difficulty: int | None = None,
 ) -> Recording:
-    """Step several instances of a game side by side, and record every state.
+    """Step several instances of a game side by side, and record states.
+
+    A saved policy plays under the settings of its training, with the game's own rewards. Other policies have three emulated frames per step
+    and no sticky actions. Explicit arguments override both.
 
     Args:
         game: the game.
@@ -35,15 +45,18 @@ def rollout(
         policy: see `make_policy`.
         seed: seed of the policy and of the first instance; the following instances get the following seeds.
         num_envs: number of instances.
-        frame_skip: emulated frames per step; an odd number covers both phases of flickering objects.
+        frame_skip: emulated frames per step.
         after: emulated frames that each instance plays before its first sample, rounded up to whole steps.
         repeat_action_probability: the probability that an emulated frame repeats the previous action.
+        whole_games: whether each instance plays complete games, at least one, and the samples are drawn from all of their states, uniformly
+            at random and without replacement; the last sample of an instance is the end of its last game. Otherwise, samples are successive
+            states. By default, saved policies play complete games.
         game_mode: game mode as ale-py numbers it; None for the game's default.
         game_difficulty: game difficulty, likewise.
 
     Returns:
-        A recording with frames, previous frames, returns, lives, resets and ends: the samples of the first instance, then those of the
-        second, and so on.
+        A recording with frames, previous frames, returns, lives, resets, ends and settings: the samples of the first instance, then those
+        of the second, and so on. Without successive states, it has no frame skip of its own, and `resets` marks the first sample of a game.
 
     Raises:
         PolicyError: a ValueError; there is no such policy, or it does not fit the game.
@@ -52,34 +65,106 @@ def rollout(
     """
     if samples < num_envs:
         raise ValueError(f"samples must be at least the number of instances {num_envs}, got {samples}")
-    settings = Settings(frame_skip=frame_skip, repeat_action_probability=repeat_action_probability)
-    chosen: dict[str, Any] = {"game_mode": game_mode, "game_difficulty": game_difficulty}
-    with contextlib.closing(AlePool(game, num_envs, settings, screens=("screen",), **chosen)) as pool:
+    trained = trained_settings(policy, game)
+    changes = {"frame_skip": frame_skip, "repeat_action_probability": repeat_action_probability, "clip_rewards": False}
+    settings = dataclasses.replace(trained or DEFAULT, **{name: value for name, value in changes.items() if value is not None})
+    modes: dict[str, Any] = {"game_mode": game_mode, "game_difficulty": game_difficulty}
+    with contextlib.closing(AlePool(game, num_envs, settings, screens=("screen",), **modes)) as pool:
         act = make_policy(policy, game, len(pool.actions), num_envs, seed)
         with start_bar(num_envs) as report:
             pool.reset([seed + i for i in range(num_envs)], report=report)
-        arrays = _record(pool, act, samples // num_envs, -(-after // frame_skip))
-    flat = {name: a.reshape(-1, *a.shape[2:]) for name, a in arrays.items()}
-    return Recording(game, **flat, frame_skip=frame_skip, settings=settings.to_dict())
+        skipped = -(-after // min(settings.skip_range))
+        if whole_games or (whole_games is None and policy not in BUILT_IN):
+            states = _sample_games(pool, act, samples // num_envs, skipped, np.random.default_rng(seed))
+            return _recording(game, states, settings, None)
+        states = _successive(pool, act, samples // num_envs, skipped)
+        return _recording(game, states, settings, settings.frame_skip if isinstance(settings.frame_skip, int) else None)
 
 
-def _record(pool: AlePool, act: Policy, count: int, skipped: int) -> dict[str, np.ndarray]:
-    """Play a pool that has just been reset, and return the arrays of a recording of `count` states after some, `[N, count, ...]`."""
-    n, (height, width) = pool.num_envs, pool.game.screen
-    arrays = {
-        "rams": np.empty((n, count, 128), np.uint8),
-        "screens": np.empty((n, count, height, width), np.uint8),
-        "previous": np.empty((n, count, height, width), np.uint8),
-        "rewards": np.empty((n, count)),
-        "lives": np.empty((n, count), np.int32),
-        "resets": np.zeros((n, count), bool),
-        "ends": np.zeros((n, count), bool),
-    }
+def _successive(pool: AlePool, act: Policy, count: int, skipped: int) -> list[list[State]]:
+    """Successive states of each instance of a pool that has just been reset, after some skipped steps."""
+    states: list[list[State]] = [[] for _ in range(pool.num_envs)]
     turns = track(range(-skipped, count), description=f"playing {pool.game.name}", transient=True)
     for t, _ in zip(turns, steps(pool, act), strict=False):
         if t >= 0:
-            ends = pool.terminated | pool.truncated
-            state = (pool.ram, pool.screen[:, 1], pool.screen[:, 0], pool.episode_return, pool.lives, pool.started, ends)
-            for array, value in zip(arrays.values(), state, strict=True):
-                array[:, t] = value
-    return arrays
+            for i, own in enumerate(states):
+                own.append(_state(pool, i))
+    return states
+
+
+def _sample_games(pool: AlePool, act: Policy, count: int, skipped: int, rng: np.random.Generator) -> list[list[State]]:
+    """States of complete games of each instance of a pool that has just been reset, after some skipped steps."""
+    samplers = [_Sampler(count, rng) for _ in range(pool.num_envs)]
+    with Progress(transient=True) as progress:
+        bar = progress.add_task(f"playing complete games of {pool.game.name}", total=len(samplers))
+        for t, _ in enumerate(steps(pool, act)):
+            for i, sampler in enumerate(samplers):
+                if t >= skipped and not sampler.complete:
+                    sampler.add(lambda i=i: _state(pool, i), last=bool(pool.game_over[i]))
+            done = sum(sampler.complete for sampler in samplers)
+            progress.update(bar, completed=done)
+            if done == len(samplers):
+                return [sampler.states for sampler in samplers]
+    raise AssertionError("steps end only when the caller stops")
+
+
+class _Sampler:
+    """A uniform sample of the states of complete games, of unknown length: algorithm R (Vitter, 1985), and always the last state.
+
+    Args:
+        count: the size of the sample.
+        rng: the source of randomness.
+
+    Attributes:
+        complete: whether a game has ended and there have been enough states.
+    """
+
+    def __init__(self, count: int, rng: np.random.Generator) -> None:
+        self._count, self._rng, self._seen, self._games = count, rng, 0, 0
+        self._kept: list[State] = []
+        self.complete = False
+
+    def add(self, state: Callable[[], State], *, last: bool) -> None:
+        """Add the next state, which is computed if it is kept; `last` if it ends its game."""
+        self.complete = last and self._seen + 1 >= self._count
+        k = self._count - 1 if self.complete else self._place()
+        if k < self._count:
+            self._kept[k : k + 1] = [state() | {"time": self._seen, "game": self._games}]
+        self._seen += 1
+        self._games += last
+
+    def _place(self) -> int:
+        """The place of the next state in the sample, of which the last one is reserved; `count` if it is not kept."""
+        random = self._count - 1
+        if self._seen < random:
+            return self._seen
+        k = int(self._rng.integers(self._seen + 1))
+        return k if k < random else self._count
+
+    @property
+    def states(self) -> list[State]:
+        """The sample in order of time."""
+        ordered = sorted(self._kept, key=lambda state: state["time"])
+        games = [state["game"] for state in ordered]
+        first = [game != before for game, before in zip(games, [None, *games], strict=False)]
+        return [state | {"resets": new} for state, new in zip(ordered, first, strict=True)]
+
+
+def _state(pool: AlePool, i: int) -> State:
+    """The present state of an instance."""
+    return {
+        "rams": pool.ram[i].copy(),
+        "screens": pool.screen[i, 1].copy(),
+        "previous": pool.screen[i, 0].copy(),
+        "rewards": pool.episode_return[i],
+        "lives": pool.lives[i],
+        "resets": pool.started[i],
+        "ends": pool.terminated[i] | pool.truncated[i],
+    }
+
+
+def _recording(game: Game, states: list[list[State]], settings: Settings, frame_skip: int | None) -> Recording:
+    flat = [state for own in states for state in own]
+    names = [name for name in flat[0] if name not in ("time", "game")]
+    arrays = {name: np.stack([state[name] for state in flat]) for name in names}
+    return Recording(game, **arrays, frame_skip=frame_skip, settings=settings.to_dict())

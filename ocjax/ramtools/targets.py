@@ -28,7 +28,7 @@ class Target:
         place: whether slots are identities. If so, each is explained by itself; otherwise the category's boxes are a set.
         xywh: int `[n, slots, 4]`.
         valid: bool `[n, slots]`.
-        value: int `[n, slots]`, or None where no value is read.
+        value: int `[n, slots]`, or None where no value is read; `UNKNOWN_VALUE` where VEM cannot read it.
         look: int `[n, slots]`, number of the picture in the box, from the most frequent on; -1 where there is none.
     """
 

@@ -1,5 +1,6 @@
 """The reverse-engineering tools must find the known bytes of games whose decoders are written."""
 
+import dataclasses
 import json
 import re
 
@@ -10,11 +11,15 @@ from PIL import Image
 import ocjax
 from ocjax import recordings
 from ocjax.play import rollouts
-from ocjax.ramtools import causes, correlate, fits, ram_map, residual, twins
+from ocjax.ramtools import causes, correlate, fits, ram_map, residual, targets, twins
 from ocjax.ramtools.watch import terminal, window
 from ocjax.ramtools.watch.session import GLOW, Session
+from ocjax.vision.unknown import UNKNOWN_VALUE
 from tests.support.command import run
 from tests.support.states import DATA
+
+
+FEW = 40  # states of a game, so that all games take some minutes
 
 
 @pytest.fixture(scope="module")
@@ -53,6 +58,28 @@ def test_correlate_finds_values_and_presence(pong_findings):
     present = pong_findings["Ball", "present"].fits[0]
     assert present.source.address in (54, 49, 12)
     assert present.exact > 0.95
+
+
+def test_correlate_leaves_out_unknown_values(pong, pong_findings, monkeypatch):
+    """VEM cannot read every number on every frame."""
+    found, hidden = targets.from_vem(pong), np.arange(len(pong)) % 3 == 0
+    partly = [dataclasses.replace(t, value=None if t.value is None else np.where(hidden[:, None], UNKNOWN_VALUE, t.value)) for t in found]
+    monkeypatch.setattr(targets, "from_vem", lambda recording: partly)
+    score = {(f.object, f.field): f for f in correlate.correlate(pong)}["EnemyScore", "value"]
+    assert score.samples == pong_findings["EnemyScore", "value"].samples - hidden.sum()
+    assert [f.source.address for f in score.fits] == [13]
+    nothing = [dataclasses.replace(t, value=None if t.value is None else np.full_like(t.value, UNKNOWN_VALUE)) for t in found]
+    monkeypatch.setattr(targets, "from_vem", lambda recording: nothing)
+    assert not [f for f in correlate.correlate(pong) if f.field == "value"]
+
+
+@pytest.mark.slow
+def test_correlate_explains_every_game(game, truth):
+    few = {name: truth[name][:: max(1, len(truth["rams"]) // FEW)] for name in ("rams", "screens")}
+    tape = recordings.Recording(game, **few)
+    found = list(correlate.correlate(tape))
+    assert found
+    assert all(0 <= f.constant <= 1 and 0 <= fit.exact <= 1 for f in found for fit in f.fits)
 
 
 @pytest.mark.slow
