@@ -74,6 +74,7 @@ class EnvpoolPool(EmulatorPool):
             terminated=np.zeros(num_envs, bool),
             truncated=np.zeros(num_envs, bool),
             game_over=np.ones(num_envs, bool),
+            executed=np.zeros(num_envs, np.int32),  # unknown
             started=np.ones(num_envs, bool),
         )
 

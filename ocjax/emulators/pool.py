@@ -200,6 +200,14 @@ class EmulatorPool(Uncopied, ABC):
         return self.arrays.episode_length
 
     @property
+    def executed_action(self) -> np.ndarray | None:
+        """The action that the last emulated frame executed, which sticky actions may have repeated, int32 `[N]`; None if it is unknown.
+
+        It is an index into `actions`, or -1 if a restored state executed another action.
+        """
+        return None
+
+    @property
     def screen(self) -> np.ndarray:
         """Palette indices of the last two emulated frames, the latest last, uint8 `[N, 2, H, 160]`.
 

@@ -141,7 +141,8 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
 
         Returns:
             `(state, step)`. `step(state, actions)`, with actions int32 `[N]`, returns the next state and (observation, reward, terminated,
-            truncated, info); info contains `lives`, `ram` and `game_over`. The emulators are those of `reset` and `step`, so use one or the other.
+            truncated, info); info contains `lives`, `ram` and `game_over`. The emulators are those of `reset` and `step`, so use one or the
+            other.
 
         Raises:
             ValueError: the environments have not been reset or are asynchronous, or the mode or an observation needs frames.

@@ -76,6 +76,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
             "render_fps": pool.settings.steps_per_second,
         }
         self.autoreset_mode, self.render_mode, self.ram_info = autoreset_mode, render_mode, ram_info
+        self._shows_executed = pool.settings.repeat_action_probability > 0 and pool.executed_action is not None
         self.kinds, self._single = requested_kinds(mode, obs)
         spaces = {name: kind.space(self.game, mode) for name, kind in self.kinds.items()}
         self.single_observation_space = spaces[""] if self._single else gym.spaces.Dict(spaces)
@@ -183,7 +184,9 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         changed = self.pool.settings.clip_rewards or self._reward_fn is not None
         names = (*_INFO, "game_over", *["reward"] * changed, *["ram"] * self.ram_info)
         info = {name: np.copy(getattr(self.pool.arrays, name)) for name in names}
-        return info | {f"_{name}": np.ones(self.num_envs, bool) for name in names}
+        if self._shows_executed:
+            info["executed_action"] = self.pool.executed_action
+        return info | {f"_{name}": np.ones(self.num_envs, bool) for name in info}
 
     def reset(self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Reset all environments.
@@ -318,6 +321,8 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         names = (*_INFO, *["ram"] * self.ram_info)
         info = {name: np.copy(getattr(self.pool.arrays.final, name)) for name in names}
         info["game_over"] = np.copy(self.pool.game_over)
+        if self._shows_executed:
+            info["executed_action"] = self.pool.action_index(self.pool.arrays.final.executed)
         for array in info.values():
             array[~ended] = 0
         return info | {f"_{name}": ended.copy() for name in info}
