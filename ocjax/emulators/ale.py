@@ -280,12 +280,6 @@ class AlePool(EmulatorPool):
         """The action that the last emulated frame executed; see `EmulatorPool.executed_action`."""
         return self.action_index(self.arrays.executed)
 
-    def action_index(self, numbers: np.ndarray) -> np.ndarray:
-        """The indices into `actions` of actions as ale-py numbers them, int32; -1 for other actions."""
-        index_of = np.full(len(ale_py.Action.__members__), -1, np.int32)
-        index_of[[int(a.value) for a in self.actions]] = np.arange(len(self.actions))
-        return index_of[numbers]
-
     @property
     def steps(self) -> int:
         """How many steps have been started."""

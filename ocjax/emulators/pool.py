@@ -207,6 +207,12 @@ class EmulatorPool(Uncopied, ABC):
         """
         return None
 
+    def action_index(self, numbers: np.ndarray) -> np.ndarray:
+        """The indices into `actions` of actions as ale-py numbers them, int32; -1 for other actions."""
+        index_of = np.full(len(ale_py.Action.__members__), -1, np.int32)
+        index_of[[int(a.value) for a in self.actions]] = np.arange(len(self.actions))
+        return index_of[numbers]
+
     @property
     def screen(self) -> np.ndarray:
         """Palette indices of the last two emulated frames, the latest last, uint8 `[N, 2, H, 160]`.
@@ -227,7 +233,9 @@ class EmulatorPool(Uncopied, ABC):
 
     @property
     def pooled(self) -> np.ndarray:
-        """The pixelwise maximum of the last two emulated frames in shades of grey, uint8 `[N, 1, H, 160]`.
+        """The pixelwise maximum of the step's last two emulated frames in shades of grey, uint8 `[N, 1, H, 160]`.
+
+        A step of one frame shows that frame.
 
         Raises:
             ValueError: the pool does not record it.

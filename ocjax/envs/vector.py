@@ -37,8 +37,9 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
     Everything that a step returns describes the step's last emulated frame. The returned arrays are not overwritten by later steps. `info`
     describes the current game: `lives`, `frame_number` (emulated frames), `episode_return` (unclipped), `episode_length` (agent steps) and,
     if `ram_info` is set, `ram`. It also describes the step: `game_over` (whether it ended the game, by its end or a limit, and not only a
-    life) and, if rewards are clipped or computed from objects, `reward` (the game's, unclipped). With same-step autoreset, `final_obs` and
-    `final_info` are those of Gymnasium's vector environments, and `final_info["objects"]` contains the objects of the terminal states.
+    life); if rewards are clipped or computed from objects, `reward` (the game's, unclipped); and with sticky actions `executed_action`, the
+    action of the last emulated frame (the backend envpool does not know it). With same-step autoreset, `final_obs` and `final_info` are
+    those of Gymnasium's vector environments, and `final_info["objects"]` contains the objects of the terminal states.
 
     Args:
         pool: the emulators.
@@ -184,8 +185,9 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         changed = self.pool.settings.clip_rewards or self._reward_fn is not None
         names = (*_INFO, "game_over", *["reward"] * changed, *["ram"] * self.ram_info)
         info = {name: np.copy(getattr(self.pool.arrays, name)) for name in names}
-        if self._shows_executed:
-            info["executed_action"] = self.pool.executed_action
+        executed = self.pool.executed_action if self._shows_executed else None
+        if executed is not None:
+            info["executed_action"] = executed
         return info | {f"_{name}": np.ones(self.num_envs, bool) for name in info}
 
     def reset(self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
@@ -318,11 +320,12 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         }
 
     def _final_info(self, ended: np.ndarray) -> dict[str, Any]:
-        names = (*_INFO, *["ram"] * self.ram_info)
-        info = {name: np.copy(getattr(self.pool.arrays.final, name)) for name in names}
+        names, final = (*_INFO, *["ram"] * self.ram_info), self.pool.arrays.final
+        assert final is not None  # the pool has it with same-step autoreset
+        info = {name: np.copy(getattr(final, name)) for name in names}
         info["game_over"] = np.copy(self.pool.game_over)
         if self._shows_executed:
-            info["executed_action"] = self.pool.action_index(self.pool.arrays.final.executed)
+            info["executed_action"] = self.pool.action_index(final.executed)
         for array in info.values():
             array[~ended] = 0
         return info | {f"_{name}": ended.copy() for name in info}

@@ -4,7 +4,6 @@ ALE reads lengths, banks and positions without a check, so a forged state could 
 """
 
 import struct
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from .sticky import generator_state
@@ -16,7 +15,7 @@ _STOPPED = 1  # bit of the processor's status: the last frame is complete
 _TRUE = _BOOLS[:1]
 _LINE = 228  # clocks of a scan line
 
-Kind = Sequence[int] | str  # the allowed integers, or a text: "same", as in other states of the game, or "random"
+Kind = range | tuple[int, ...] | str  # the allowed integers; "same integer" or "same" text as in other states of the game; "random" text
 Fields = tuple[tuple[int, Kind], ...]  # how many fields of each kind follow one another
 
 _HEAD: Fields = ((2, ANY), (4, COUNT))  # paddles; numbers of frames, mode, difficulty
@@ -108,7 +107,7 @@ class _Reader:
 
     def _checked_integers(self, count: int, kind: Kind) -> tuple[int, ...]:
         where, (values, good) = self.at, self.integers(count)
-        allowed = good if kind == "same integer" else kind
+        allowed = good if isinstance(kind, str) else kind
         wrong = [] if kind is ANY else [value for value in values if value not in allowed]
         if wrong:
             raise ValueError(f"the number {wrong[0]} at or after byte {where} is out of range")

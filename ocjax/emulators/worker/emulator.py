@@ -160,6 +160,8 @@ class Emulator:
         for k in range(frames):
             if visible and k == frames - 1:
                 self.keep_previous(shown=k == 0)
+                if frames == 1 and POOLED in self.screens:
+                    self.previous[GRAY][:] = 0  # nothing is pooled across steps
             reward += self.frame(action, strength)
         return reward
 

@@ -88,7 +88,7 @@ class ObservedArrays:
     executed: np.ndarray = field(metadata=_array("int32"))  # the action of the last emulated frame, as ale-py numbers it
     screen: np.ndarray | None = field(default=None, metadata=_screen(2))  # palette indices of the last two emulated frames, the latest last
     gray: np.ndarray | None = field(default=None, metadata=_screen(1))  # the last emulated frame in shades of grey
-    pooled: np.ndarray | None = field(default=None, metadata=_screen(1))  # the pixelwise maximum of the last two in shades of grey
+    pooled: np.ndarray | None = field(default=None, metadata=_screen(1))  # the pixelwise maximum of the step's last two in shades of grey
     rgb: np.ndarray | None = field(default=None, metadata=_screen(1, 3))  # the last emulated frame
 
 
