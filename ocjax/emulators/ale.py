@@ -246,12 +246,12 @@ class AlePool(EmulatorPool):
             raise ValueError(NOT_RESET)
         return self._local.emulators[i].ale
 
-    def send(self, actions: np.ndarray) -> None:
+    def send(self, actions: np.ndarray, *, strengths: np.ndarray | None = None) -> None:
         """Start a step without waiting for it; see `EmulatorPool.send`."""
         actions = action_array(actions, self.num_envs, len(self.actions))
         self._prepare()
         self._require_ready()
-        self._commands.action[:], self._commands.strength[:] = actions, FULL
+        self._commands.action[:], self._commands.strength[:] = actions, FULL if strengths is None else strengths
         self._start(interface.STEP)
 
     def wait(self) -> None:

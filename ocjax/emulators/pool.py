@@ -52,11 +52,12 @@ class EmulatorPool(Uncopied, ABC):
         """
 
     @abstractmethod
-    def send(self, actions: np.ndarray) -> None:
+    def send(self, actions: np.ndarray, *, strengths: np.ndarray | None = None) -> None:
         """Start a step without waiting for it.
 
         Args:
             actions: integers `[N]`, indices into `self.actions`. Emulators whose episode has ended ignore theirs and start the next one.
+            strengths: float32 `[N]`, from 0 to 1, the part of its full speed with which a paddle moves; by default 1.
 
         Raises:
             ValueError: the actions have another shape or dtype, there is no such action, or the emulators have not been reset.

@@ -17,6 +17,7 @@ from ocjax.emulators.checks import NOT_RESET, Uncopied, reset_mask, seeds_of
 from ocjax.emulators.pool import EmulatorPool
 from ocjax.emulators.progress import start_bar
 from ocjax.emulators.states import States, check_carries
+from ocjax.envs.continuous import ContinuousActions
 from ocjax.envs.features import Vector
 from ocjax.envs.observations import Computed
 from ocjax.envs.requests import Mode, Request, requested_kinds, required_screens
@@ -49,6 +50,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         render_mode: "rgb_array" or "objects"; needs a pool that records "rgb".
         ram_info: whether `info` contains the RAM.
         reward_fn: a function of one environment's objects before and after a step and of its action, whose result is the reward.
+        continuous: how continuous actions become those of the pool, which has all 18 actions; None for discrete actions.
 
     Attributes:
         tensors: the present objects as `Objects` of batch shape `[N]`; in mode "both" a dict of both methods' objects. The arrays are
@@ -66,6 +68,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         render_mode: str | None = None,
         ram_info: bool = False,
         reward_fn: RewardFunction | None = None,
+        continuous: ContinuousActions | None = None,
     ) -> None:
         if reward_fn is not None and mode == "raw":
             raise ValueError("reward_fn is a function of objects, which mode 'raw' does not extract")
@@ -81,7 +84,8 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         self.kinds, self._single = requested_kinds(mode, obs)
         spaces = {name: kind.space(self.game, mode) for name, kind in self.kinds.items()}
         self.single_observation_space = spaces[""] if self._single else gym.spaces.Dict(spaces)
-        self.single_action_space = gym.spaces.Discrete(len(pool.actions))
+        self.continuous = continuous
+        self.single_action_space = continuous.space if continuous else gym.spaces.Discrete(len(pool.actions))
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self._observer = make_observer(self.game, mode, self.kinds)
@@ -89,7 +93,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         self._ended = np.zeros(self.num_envs, bool)  # whose episode ended in the last step
         self._current = False  # whether the shards show what the emulators do, or did before a pending step
         self._steps = pool.steps  # how many steps of the pool the shards have seen
-        self._actions = np.zeros(self.num_envs, np.int32)  # of the last step
+        self._actions = np.zeros(self.num_envs, np.int32)  # of the last step; float32 [N, 3] if they are continuous
 
     def _make_shard(self, rows: slice) -> EnvShard:
         sources = {"ram", "started", *required_screens(self.mode, self.kinds)}
@@ -234,7 +238,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         """Start a step without waiting for it, so that the emulators run while the caller computes.
 
         Args:
-            actions: integers `[N]`.
+            actions: integers `[N]`; floats `[N, 3]` if they are continuous.
 
         Raises:
             ValueError: an action does not exist, the shape or dtype is wrong, the environments have not been reset, or autoreset is
@@ -250,8 +254,12 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
                 f"the episodes of environments {np.flatnonzero(self._ended).tolist()} have ended and autoreset is disabled: "
                 "reset them with reset(options={'reset_mask': ...})"
             )
-        self.pool.send(actions)
-        self._actions = np.array(actions, np.int32)
+        if self.continuous:
+            pressed, strengths = self.continuous.to_discrete(actions, self.num_envs)
+            self.pool.send(pressed, strengths=strengths)
+        else:
+            self.pool.send(actions)
+        self._actions = np.array(actions, np.float32 if self.continuous else np.int32)
 
     def step_wait(self) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Wait for the step that `step_async` started. If this is interrupted, as by Ctrl-C, it can be called again.
