@@ -172,7 +172,10 @@ class EmulatorPool(Uncopied, ABC):
 
     @property
     def game_over(self) -> np.ndarray:
-        """Whether the step ended the game, by its end or a limit, so that the next episode begins a new one, bool `[N]`."""
+        """Whether the step ended the game, by its end or a limit, so that the next episode begins a new one, bool `[N]`.
+
+        With same-step autoreset, `arrays.final` has it.
+        """
         return self.arrays.game_over
 
     @property

@@ -28,7 +28,7 @@ from ocjax.transforms.drawing import overlay
 from ocjax.transforms.game_objects import GameObject, views
 
 RENDER_MODES = ("rgb_array", "objects")
-_INFO = ("lives", "frame_number", "episode_return", "episode_length")  # of the current game; `game_over` is of the step
+_INFO = ("lives", "frame_number", "episode_return", "episode_length", "game_over")
 _OVER = "over"  # the name in `States` of whose episode ended
 
 
@@ -40,7 +40,8 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
     if `ram_info` is set, `ram`. It also describes the step: `game_over` (whether it ended the game, by its end or a limit, and not only a
     life); if rewards are clipped or computed from objects, `reward` (the game's, unclipped); and with sticky actions `executed_action`, the
     action of the last emulated frame (the backend envpool does not know it). With same-step autoreset, `final_obs` and `final_info` are
-    those of Gymnasium's vector environments, and `final_info["objects"]` contains the objects of the terminal states.
+    those of Gymnasium's vector environments: `game_over` is in `final_info`, and `final_info["objects"]` contains the objects of the
+    terminal states.
 
     Args:
         pool: the emulators.
@@ -187,7 +188,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
 
     def _info(self) -> dict[str, Any]:
         changed = self.pool.settings.clip_rewards or self._reward_fn is not None
-        names = (*_INFO, "game_over", *["reward"] * changed, *["ram"] * self.ram_info)
+        names = (*_INFO, *["reward"] * changed, *["ram"] * self.ram_info)
         info = {name: np.copy(getattr(self.pool.arrays, name)) for name in names}
         executed = self.pool.executed_action if self._shows_executed else None
         if executed is not None:
@@ -331,7 +332,6 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         names, final = (*_INFO, *["ram"] * self.ram_info), self.pool.arrays.final
         assert final is not None  # the pool has it with same-step autoreset
         info = {name: np.copy(getattr(final, name)) for name in names}
-        info["game_over"] = np.copy(self.pool.game_over)
         if self._shows_executed:
             info["executed_action"] = self.pool.action_index(final.executed)
         for array in info.values():

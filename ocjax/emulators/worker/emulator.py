@@ -281,9 +281,9 @@ class Emulator:
             shown.truncated[i] = self.ale.game_truncated() or shown.episode_length[i] >= (self.config.max_episode_steps or math.inf)
         if self.config.autoreset == SAME_STEP:
             self.record_final()
-            result = shown.reward[i], shown.terminated[i], shown.truncated[i], shown.game_over[i]
+            result = shown.reward[i], shown.terminated[i], shown.truncated[i]
             self.reset()
-            shown.reward[i], shown.terminated[i], shown.truncated[i], shown.game_over[i] = result
+            shown.reward[i], shown.terminated[i], shown.truncated[i] = result
 
     def next_episode_begins_game(self) -> bool:
         """Whether a game, after the loss of a life, reaches its limit of frames before the first step of the next episode."""

@@ -85,6 +85,7 @@ class ObservedArrays:
     frame_number: np.ndarray = field(metadata=_array("int64"))  # emulated frames since the game began
     episode_return: np.ndarray = field(metadata=_array("float64"))  # unclipped rewards since the game began
     episode_length: np.ndarray = field(metadata=_array("int64"))  # agent steps since the game began
+    game_over: np.ndarray = field(metadata=_array("bool"))  # the step ended the game: the next episode begins a new one
     executed: np.ndarray = field(metadata=_array("int32"))  # the action of the last emulated frame, as ale-py numbers it
     screen: np.ndarray | None = field(default=None, metadata=_screen(2))  # palette indices of the last two emulated frames, the latest last
     gray: np.ndarray | None = field(default=None, metadata=_screen(1))  # the last emulated frame in shades of grey
@@ -99,7 +100,6 @@ class EmulatorArrays(ObservedArrays):
     reward: np.ndarray = field(metadata=_array("float64"))  # unclipped
     terminated: np.ndarray = field(metadata=_array("bool"))
     truncated: np.ndarray = field(metadata=_array("bool"))
-    game_over: np.ndarray = field(metadata=_array("bool"))  # the next episode begins a new game
     started: np.ndarray = field(metadata=_array("bool"))  # an episode began in this step
     final: ObservedArrays | None = None  # with same-step autoreset: the arrays at the end of each emulator's last episode
 
