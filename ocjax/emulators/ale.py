@@ -29,6 +29,7 @@ from ocjax.emulators.settings import Settings
 from ocjax.emulators.start import action_set, check_rom, load_emulator
 from ocjax.emulators.states import States
 from ocjax.emulators.worker import interface
+from ocjax.emulators.worker.emulator import FULL
 from ocjax.emulators.worker.interface import AUTORESET_MODES, GRAY, NEXT_STEP, POOLED, SCREENS, WorkerConfig
 from ocjax.emulators.worker.program import EmulatorBlock
 from ocjax.extraction.game import Game
@@ -91,6 +92,7 @@ class AlePool(EmulatorPool):
         self.num_envs, num_workers = _check(num_envs, num_workers, screens, autoreset, worker_timeout)
         self.game, self.settings = game, settings or Settings()
         ale = load_emulator(game)
+        self._loaded_state = ale.cloneState(include_rng=True).serialize()  # restored states must be like it
         self.actions = action_set(ale, self.settings)
         modes = self._one_each("mode", game_mode, ale.getAvailableModes())
         difficulties = self._one_each("difficulty", game_difficulty, ale.getAvailableDifficulties())
@@ -202,21 +204,24 @@ class AlePool(EmulatorPool):
     def restore_state(self, states: States, mask: np.ndarray | None = None) -> None:
         """Restore saved states; see `EmulatorPool.restore_state`.
 
-        From then on, the same actions give the same frames, with one exception. ALE's states do not include the action that a sticky frame
-        repeats. It is assumed to be the last action sent, which is wrong if every frame of the last step repeated an earlier action. With
-        steps of 4 frames and repeat_action_probability 0.25, this happens in 0.4 % of steps.
+        From then on, the same actions give the same frames, also with sticky actions.
 
         Raises:
             TypeError: these are not `States`.
-            ValueError: the states are damaged, of another game or number, or were saved without frames that this pool records.
+            ValueError: the states are damaged, of another game or number, or were saved without frames that this pool records. Nothing has
+                changed then, unless the message says that an emulator rejected its state: the emulators must be reset.
         """
         chosen = self._chosen(mask)
-        saved.check(states, self.game, self.arrays, self._commands, self.num_envs)
+        saved.check(states, self.game, self.arrays, self._commands, self.num_envs, self._loaded_state)
         self._prepare()
         self._ready = False
         saved.distribute(states, self.arrays, self._commands, chosen)
-        self._commands.chosen[:] = chosen
-        self._execute_all(interface.RESTORE)
+        self._commands.chosen[:], self._commands.rejected[:] = chosen, False
+        self._execute(interface.RESTORE)
+        if self._commands.rejected.any():
+            numbers = np.flatnonzero(self._commands.rejected).tolist()
+            raise ValueError(f"the emulators of environments {numbers} rejected their states: reset all environments, then go on")
+        self._ready = True
 
     def set_ram(self, ram: np.ndarray, mask: np.ndarray | None = None) -> None:
         """Write the RAM of emulators, only the bytes that differ; see `EmulatorPool.set_ram`."""
@@ -242,12 +247,12 @@ class AlePool(EmulatorPool):
             raise ValueError(NOT_RESET)
         return self._local.emulators[i].ale
 
-    def send(self, actions: np.ndarray) -> None:
+    def send(self, actions: np.ndarray, *, strengths: np.ndarray | None = None) -> None:
         """Start a step without waiting for it; see `EmulatorPool.send`."""
         actions = action_array(actions, self.num_envs, len(self.actions))
         self._prepare()
         self._require_ready()
-        self._commands.action[:] = actions
+        self._commands.action[:], self._commands.strength[:] = actions, FULL if strengths is None else strengths
         self._start(interface.STEP)
 
     def wait(self) -> None:
@@ -270,6 +275,11 @@ class AlePool(EmulatorPool):
                 if not missing[shard]:
                     yield shard
         self._awaited_steps = self.steps
+
+    @property
+    def executed_action(self) -> np.ndarray:
+        """The action that the last emulated frame executed; see `EmulatorPool.executed_action`."""
+        return self.action_index(self.arrays.executed)
 
     @property
     def steps(self) -> int:

@@ -74,6 +74,7 @@ class EnvpoolPool(EmulatorPool):
             terminated=np.zeros(num_envs, bool),
             truncated=np.zeros(num_envs, bool),
             game_over=np.ones(num_envs, bool),
+            executed=np.zeros(num_envs, np.int32),  # unknown
             started=np.ones(num_envs, bool),
         )
 
@@ -151,13 +152,17 @@ class EnvpoolPool(EmulatorPool):
             self._busy[:] = False
             raise
 
-    def send(self, actions: np.ndarray, ids: np.ndarray | None = None) -> None:
+    def send(self, actions: np.ndarray, ids: np.ndarray | None = None, *, strengths: np.ndarray | None = None) -> None:
         """Start a step of all environments, or of those with the given indices, whose results have been received.
+
+        Paddles have one speed, so there are no `strengths`.
 
         Raises:
             ValueError: an index or an action is wrong, or the environments have not been reset.
             AlreadyPendingCallError: a step or reset of one of these environments is pending.
         """
+        if strengths is not None:
+            self._refuse("paddles' speeds")
         ids = np.arange(self.num_envs) if ids is None else index_array(ids, self.num_envs)
         actions = action_array(actions, len(ids), len(self.actions))
         self.require_open()

@@ -52,11 +52,12 @@ class EmulatorPool(Uncopied, ABC):
         """
 
     @abstractmethod
-    def send(self, actions: np.ndarray) -> None:
+    def send(self, actions: np.ndarray, *, strengths: np.ndarray | None = None) -> None:
         """Start a step without waiting for it.
 
         Args:
             actions: integers `[N]`, indices into `self.actions`. Emulators whose episode has ended ignore theirs and start the next one.
+            strengths: float32 `[N]`, from 0 to 1, the part of its full speed with which a paddle moves; by default 1.
 
         Raises:
             ValueError: the actions have another shape or dtype, there is no such action, or the emulators have not been reset.
@@ -171,7 +172,10 @@ class EmulatorPool(Uncopied, ABC):
 
     @property
     def game_over(self) -> np.ndarray:
-        """Whether the step ended the game, by its end or a limit, so that the next episode begins a new one, bool `[N]`."""
+        """Whether the step ended the game, by its end or a limit, so that the next episode begins a new one, bool `[N]`.
+
+        With same-step autoreset, `arrays.final` has it.
+        """
         return self.arrays.game_over
 
     @property
@@ -200,6 +204,20 @@ class EmulatorPool(Uncopied, ABC):
         return self.arrays.episode_length
 
     @property
+    def executed_action(self) -> np.ndarray | None:
+        """The action that the last emulated frame executed, which sticky actions may have repeated, int32 `[N]`; None if it is unknown.
+
+        It is an index into `actions`, or -1 if a restored state executed another action.
+        """
+        return None
+
+    def action_index(self, numbers: np.ndarray) -> np.ndarray:
+        """The indices into `actions` of actions as ale-py numbers them, int32; -1 for other actions."""
+        index_of = np.full(len(ale_py.Action.__members__), -1, np.int32)
+        index_of[[int(a.value) for a in self.actions]] = np.arange(len(self.actions))
+        return index_of[numbers]
+
+    @property
     def screen(self) -> np.ndarray:
         """Palette indices of the last two emulated frames, the latest last, uint8 `[N, 2, H, 160]`.
 
@@ -219,7 +237,9 @@ class EmulatorPool(Uncopied, ABC):
 
     @property
     def pooled(self) -> np.ndarray:
-        """The pixelwise maximum of the last two emulated frames in shades of grey, uint8 `[N, 1, H, 160]`.
+        """The pixelwise maximum of the step's last two emulated frames in shades of grey, uint8 `[N, 1, H, 160]`.
+
+        A step of one frame shows that frame.
 
         Raises:
             ValueError: the pool does not record it.

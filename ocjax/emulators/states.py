@@ -5,7 +5,7 @@ import hashlib
 import json
 import math
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, Self
 
 import numpy as np
@@ -20,7 +20,7 @@ from ocjax.extraction.registry import as_game
 _SHOWN = tuple(f.name for f in dataclasses.fields(EmulatorArrays) if f.name != "final")
 _COMMAND = ("state", "state_bytes")
 
-_MAGIC, _VERSION = b"ocjaxSAV", 1
+_MAGIC, _VERSION = b"ocjaxSAV", 2
 _HEADER = struct.Struct("<8sHI32s")  # magic, version, bytes of the description, SHA-256 of everything after the header
 
 
@@ -90,11 +90,77 @@ class States:
         body = memoryview(data)[_HEADER.size :]
         if hashlib.sha256(body).digest() != checksum:
             raise ValueError("the states are damaged: their checksum is another one; save or copy them again")
-        description, offset, rows = json.loads(bytes(body[:size])), size, {}
-        for name, (dtype, shape) in description["arrays"].items():
+        if not 0 <= size <= len(body):
+            raise ValueError(f"the states are damaged: a description of {size} bytes in {len(body)} bytes; save them again")
+        md5, arrays = _described(bytes(body[:size]), len(body) - size)
+        offset, rows = size, {}
+        for name, (dtype, shape) in arrays.items():
             array = np.frombuffer(body, dtype, math.prod(shape), offset)
             rows[name], offset = array.reshape(shape).copy(), offset + array.nbytes
-        return cls(description["md5"], rows)
+        return cls(md5, rows)
+
+    @classmethod
+    def concatenate(cls, parts: Iterable[Self]) -> Self:
+        """Join states, such as those that the same environments had at different times: n states in the order of the parts.
+
+            envs.restore_state(States.concatenate([early[0], late[1]]))
+
+        Raises:
+            TypeError: a part is no `States`.
+            ValueError: there is no part, or they are of different games, or of environments with different observations.
+        """
+        parts = list(parts)
+        for part in parts:
+            _check_type(part)
+        if not parts:
+            raise ValueError("expected at least one States to join, got none")
+        first = parts[0]
+        for part in parts[1:]:
+            _check_alike(first, part)
+        rows = {name: np.concatenate([part.rows[name] for part in parts]) for name in first.rows if name != "state"}
+        width = max(part.rows["state"].shape[1] for part in parts)
+        rows["state"] = np.concatenate([np.pad(part.rows["state"], ((0, 0), (0, width - part.rows["state"].shape[1]))) for part in parts])
+        return cls(first.md5, rows)
+
+
+def _check_alike(first: States, other: States) -> None:
+    """Check that two `States` can be joined.
+
+    Raises:
+        ValueError: they cannot.
+    """
+    if first.md5 != other.md5:
+        raise ValueError(f"expected states of one game, got the MD5 hashes {first.md5} and {other.md5} of ROMs")
+    first_arrays, other_arrays = (
+        {name: (array.dtype, array.shape[1:] if name != "state" else ()) for name, array in states.rows.items()}
+        for states in (first, other)
+    )
+    if first_arrays != other_arrays:
+        differing = sorted(dict(first_arrays.items() ^ other_arrays.items()))
+        raise ValueError(f"expected states of environments with the same mode and obs, got different arrays {', '.join(differing)}")
+
+
+def _described(description: bytes, size: int) -> tuple[str, dict[str, tuple[np.dtype[Any], tuple[int, ...]]]]:
+    """The MD5 hash and the dtypes and shapes of arrays that a description names, which take `size` bytes.
+
+    Raises:
+        ValueError: the description is damaged.
+    """
+    try:
+        values = json.loads(description)
+        md5, listed = values["md5"], values["arrays"]
+        arrays = {name: (np.dtype(dtype), tuple(shape)) for name, (dtype, shape) in listed.items()}
+    except (ValueError, TypeError, KeyError, AttributeError, SyntaxError, RecursionError) as error:
+        raise ValueError(f"the states are damaged: their description cannot be read ({type(error).__name__}: {error})") from error
+    simple = all(dtype.kind in "biuf" for dtype, _ in arrays.values())
+    sized = all(len(shape) > 0 and all(type(n) is int and n >= 0 for n in shape) for _, shape in arrays.values())
+    lengths = {shape[0] for _, shape in arrays.values()} if sized else set()
+    if not isinstance(md5, str) or not simple or len(lengths) != 1 or not {"state", "ram"} <= set(arrays):
+        raise ValueError("the states are damaged: expected an MD5 hash and arrays of numbers with one row per state")
+    total = sum(dtype.itemsize * math.prod(shape) for dtype, shape in arrays.values())
+    if total != size:
+        raise ValueError(f"the states are damaged: their arrays take {total} bytes, got {size}")
+    return md5, arrays
 
 
 def collect(md5: str, shown: EmulatorArrays, commands: CommandArrays) -> States:
@@ -104,8 +170,8 @@ def collect(md5: str, shown: EmulatorArrays, commands: CommandArrays) -> States:
     return States(md5, rows)
 
 
-def check(states: Any, game: Game, shown: EmulatorArrays, commands: CommandArrays, num_envs: int) -> None:
-    """Check that states can be restored.
+def check(states: Any, game: Game, shown: EmulatorArrays, commands: CommandArrays, num_envs: int, good: bytes) -> None:
+    """Check that states can be restored in emulators, of which one had the state `good` of ALE.
 
     Raises:
         TypeError: they are not `States`.
@@ -121,13 +187,35 @@ def check(states: Any, game: Game, shown: EmulatorArrays, commands: CommandArray
     if len(states) not in (1, num_envs):
         raise ValueError(f"there must be 1 or {num_envs} states, got {len(states)}")
     for name, target in targets.items():
-        array, shape = states.rows[name], (len(states), *target.shape[1:])
-        fits = array.ndim == 2 and array.shape[1] <= STATE_BYTES if name == "state" else array.shape == shape
-        if not fits or array.dtype != target.dtype:
-            expected, got = (f"{a.dtype} of shape {s}" for a, s in ((target, shape), (array, array.shape)))
-            raise ValueError(f"the states are damaged: expected {name!r} to be {expected}, got {got}; save them again")
-    for row, size in zip(states.rows["state"], states.rows["state_bytes"].tolist(), strict=True):
-        snapshot.check(row[: max(0, size)].tobytes(), game.rom, game.md5)
+        _check_array(name, states.rows[name], target, len(states))
+    ended = states.rows["terminated"] | states.rows["truncated"]
+    sizes = states.rows["state_bytes"].tolist()
+    for row, size, over in zip(states.rows["state"], sizes, ended.tolist(), strict=True):
+        phase = snapshot.check(row[: max(0, size)].tobytes(), game.rom, game.md5, good)
+        if phase != snapshot.RUNNING and not over:
+            raise ValueError("the states are damaged: expected 'terminated' or 'truncated' where an episode has ended; save them again")
+
+
+_RANGES = {"executed": (0, 17), "frame_number": (0, np.inf), "episode_length": (0, np.inf), "episode_return": (-1e300, 1e300)}
+
+
+def _check_array(name: str, array: np.ndarray, target: np.ndarray, count: int) -> None:
+    """Check that an array of `count` states has the dtype and the shape of the pool's, and numbers in their range."""
+    shape = (count, *target.shape[1:])
+    fits = array.ndim == 2 and array.shape[1] <= STATE_BYTES if name == "state" else array.shape == shape
+    if not fits or array.dtype != target.dtype:
+        expected, got = (f"{a.dtype} of shape {s}" for a, s in ((target, shape), (array, array.shape)))
+        raise ValueError(f"the states are damaged: expected {name!r} to be {expected}, got {got}; save them again")
+    _check_bools(name, array)
+    least, most = _RANGES.get(name, (-np.inf, np.inf))
+    if not ((array >= least) & (array <= most)).all():
+        raise ValueError(f"the states are damaged: {name!r} has numbers out of range; save them again")
+
+
+def _check_bools(name: str, array: np.ndarray) -> None:
+    """Check that the bytes of bools are 0 or 1; those of a file may be others."""
+    if array.dtype == bool and (array.view(np.uint8) > 1).any():
+        raise ValueError(f"the states are damaged: {name!r} has bools that are not 0 or 1; save them again")
 
 
 def check_carries(states: Any, carries: Mapping[str, Any]) -> None:
@@ -142,11 +230,15 @@ def check_carries(states: Any, carries: Mapping[str, Any]) -> None:
         array = states.rows.get(name)
         if array is None or (array.dtype, array.shape) != (carried.dtype, (len(states), *carried.shape[1:])):
             raise ValueError("the states are of environments with other observations: make these environments with the same mode and obs")
+        _check_bools(name, array)
 
 
 def _check_type(states: Any) -> None:
     if not isinstance(states, States):
         raise TypeError(f"states must be States, from clone_state or States.from_bytes, got {type(states).__name__}")
+    arrays = isinstance(states.rows, Mapping) and all(isinstance(array, np.ndarray) for array in states.rows.values())
+    if not arrays or "state" not in states.rows or any(array.ndim == 0 for array in states.rows.values()):
+        raise ValueError("the states are damaged: expected rows with arrays, one of them called 'state'; save them again")
 
 
 def distribute(states: States, shown: EmulatorArrays, commands: CommandArrays, chosen: np.ndarray) -> None:

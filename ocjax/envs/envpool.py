@@ -19,6 +19,7 @@ from ocjax.emulators.checks import NOT_RESET, integer, is_integer, seeds_of
 from ocjax.emulators.envpool import ROWS, EnvpoolPool
 from ocjax.emulators.memory import check_memory
 from ocjax.emulators.settings import Settings
+from ocjax.envs.continuous import ContinuousActions
 from ocjax.envs.observations import Computed
 from ocjax.envs.requests import Kind, Mode, Request, requested_kinds, required_screens
 from ocjax.envs.shards import Observed, make_observer
@@ -59,7 +60,10 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         hook: Any,
         render_mode: str | None,
         ram_info: bool,
+        continuous: ContinuousActions | None = None,
     ) -> None:
+        if continuous is not None:
+            raise ValueError("envpool has no continuous actions: use backend='ale'")
         kinds, _ = requested_kinds(mode, obs)
         _refuse_unsupported(game, mode, kinds, settings, autoreset_mode, hook, render_mode)
         num_envs = integer("num_envs", num_envs, 1, _MOST)
@@ -141,7 +145,8 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
 
         Returns:
             `(state, step)`. `step(state, actions)`, with actions int32 `[N]`, returns the next state and (observation, reward, terminated,
-            truncated, info); info contains `lives`, `ram` and `game_over`. The emulators are those of `reset` and `step`, so use one or the other.
+            truncated, info); info contains `lives`, `ram` and `game_over`. The emulators are those of `reset` and `step`, so use one or the
+            other.
 
         Raises:
             ValueError: the environments have not been reset or are asynchronous, or the mode or an observation needs frames.

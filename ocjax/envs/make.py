@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Literal, Never
 
+import numpy as np
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.vector import AutoresetMode
 
@@ -13,6 +14,7 @@ from ocjax.emulators.ale import WORKER_TIMEOUT, AlePool
 from ocjax.emulators.hooks import Hooks
 from ocjax.emulators.settings import Settings, settings
 from ocjax.emulators.worker.interface import DISABLED, NEXT_STEP, SAME_STEP, SCREENS
+from ocjax.envs.continuous import DEFAULT_THRESHOLD, ContinuousActions
 from ocjax.envs.protocols import preset_of
 from ocjax.envs.requests import Mode, Request, requested_kinds, required_screens
 from ocjax.envs.rewards import RewardFunction
@@ -60,6 +62,8 @@ def make_vec(
     render_mode: str | None = None,
     ram_info: bool = False,
     reward_fn: RewardFunction | None = None,
+    continuous: bool = False,
+    continuous_action_threshold: float = DEFAULT_THRESHOLD,
     **unknown: Never,
 ) -> ObjectVectorEnv:
     """Make a vector environment: many instances of a game, stepped by worker processes, whose observations are objects.
@@ -103,6 +107,9 @@ def make_vec(
             one environment, that returns the reward. It is compiled by JAX for the batch. Its result is not clipped,
             and `info["reward"]` is the game's own reward.
             The first step of an episode under next-step autoreset, whose action is ignored, is rewarded with 0.
+        continuous: whether actions are continuous, as in ale-py: the deflection of the joystick from 0 to 1, its angle in radians from -pi
+            to pi, and its button from 0 to 1, float32 `[3]`. The deflection is also the speed of a paddle. All 18 actions are available.
+        continuous_action_threshold: the deflection, to each side and of the button, above which a continuous action becomes a discrete one.
         unknown: there are no further options.
 
     Returns:
@@ -132,13 +139,19 @@ def make_vec(
     }
     preset = (preset_of(game, preset, **overrides) if isinstance(game, str) else preset) or "v5"
     resolved, autoreset = _resolve(game, hud), AutoresetMode(autoreset_mode)
-    chosen = settings(preset, **overrides)
+    if not isinstance(continuous, bool | np.bool):
+        raise ValueError(f"continuous must be True or False, got {continuous!r}")
+    chosen = settings(preset, **overrides | ({"full_action_space": True} if continuous else {}))
     if backend not in _BACKENDS:
         raise ValueError(f"backend must be 'ale' or 'envpool', got {backend!r}")
     options = {"num_workers": num_workers, "batch_size": batch_size, "hook": hook, "worker_timeout": worker_timeout, "reward_fn": reward_fn}
     options |= {"autoreset_mode": autoreset, "render_mode": render_mode, "ram_info": ram_info}
+    thresholds = ContinuousActions(continuous_action_threshold)
+    options["continuous"] = thresholds if continuous else None
     variant = {"game_mode": game_mode, "game_difficulty": game_difficulty}
     envs = _BACKENDS[backend](resolved, num_envs, mode, obs, chosen, **options, **variant)
+    if continuous:
+        variant |= {"continuous": True, "continuous_action_threshold": continuous_action_threshold}
     given = {"preset": preset, "num_envs": num_envs, "backend": backend, "autoreset_mode": autoreset.value, **variant}
     envs.spec = _spec(resolved, mode, obs, chosen, **given)
     return envs
@@ -156,6 +169,7 @@ def _make_ale(
     autoreset_mode: AutoresetMode,
     render_mode: str | None,
     ram_info: bool,
+    continuous: ContinuousActions | None,
     **pool_options: Any,
 ) -> ObjectVectorEnv:
     if batch_size is not None:
@@ -163,6 +177,7 @@ def _make_ale(
     screens = _recorded_screens(mode, obs, render_mode)
     pool = AlePool(game, num_envs, chosen, screens=screens, autoreset=AUTORESET[autoreset_mode], **pool_options)
     shown: dict[str, Any] = {"autoreset_mode": autoreset_mode, "render_mode": render_mode, "ram_info": ram_info}
+    shown["continuous"] = continuous
     return ObjectVectorEnv(pool, mode, obs, reward_fn=reward_fn, **shown)
 
 

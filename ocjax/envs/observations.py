@@ -29,7 +29,7 @@ class Snapshot(NamedTuple):
     rem: Objects | None  # of batch shape [B]
     vem: Objects | None  # of batch shape [B]
     gray: jax.Array | None  # uint8 [B, H, 160], the last emulated frame
-    pooled: jax.Array | None  # uint8 [B, H, 160], the pixelwise maximum of the last two
+    pooled: jax.Array | None  # uint8 [B, H, 160], the pixelwise maximum of the step's last two
     started: jax.Array  # bool [B], whether an episode has just begun
 
     @property
@@ -129,7 +129,9 @@ class ObjectFields(Copied):
 
 @dataclass(frozen=True)
 class Dqn(Computed):
-    """The frames of Mnih et al. (2015): grey, the maximum of the last two emulated frames, resized by area, uint8 `[stack, *size]`.
+    """The frames of Mnih et al. (2015): grey, the maximum of the step's last two emulated frames, resized by area, uint8 `[stack, *size]`.
+
+    Steps of one frame show that frame, as with the wrappers of Gymnasium and Stable-Baselines3 and with envpool.
 
     Args:
         stack: number of steps, the latest last; all are the same at the start of an episode.

@@ -12,6 +12,13 @@ from ocjax.envs.vector import ObjectVectorEnv
 from ocjax.extraction.objects import Objects
 from ocjax.transforms.game_objects import GameObject
 
+_KEYS = {"NOOP": "e", "UP": "w", "DOWN": "s", "LEFT": "a", "RIGHT": "d", "FIRE": " "}
+
+
+def _parts(action: str) -> list[str]:
+    """The parts of an action's name, such as UP, LEFT and FIRE of "UPLEFTFIRE"."""
+    return [part for part in _KEYS if part in action]
+
 
 class ObjectEnv(Uncopied, gym.Env):
     """One instance of a game, stepped in this process. Options and observations are those of `make_vec`.
@@ -63,7 +70,8 @@ class ObjectEnv(Uncopied, gym.Env):
         Raises:
             ValueError: there is no such action, or the episode has ended.
         """
-        observation, reward, terminated, truncated, info = self.envs.step(np.asarray(action).reshape(1))
+        actions = np.asarray(action)[None] if self.envs.continuous else np.asarray(action).reshape(1)
+        observation, reward, terminated, truncated, info = self.envs.step(actions)
         return self._first(observation), float(reward[0]), bool(terminated[0]), bool(truncated[0]), self._first_info(info)
 
     def render(self) -> Any:
@@ -103,6 +111,16 @@ class ObjectEnv(Uncopied, gym.Env):
     def get_action_meanings(self) -> list[str]:
         """The names of the actions, as in ale-py's environments."""
         return [a.name for a in self.envs.pool.actions]
+
+    def get_keys_to_action(self) -> dict[tuple[str, ...], int]:
+        """The actions of keys, as in ale-py's environments, for `gymnasium.utils.play`: w, a, s, d and space; e for none.
+
+        Raises:
+            AttributeError: the actions are continuous.
+        """
+        if self.envs.continuous:
+            raise AttributeError("continuous actions have no keys: make the environment without continuous=True")
+        return {tuple(_KEYS[part] for part in _parts(a.name)): i for i, a in enumerate(self.envs.pool.actions)}
 
     def get_ram(self) -> np.ndarray:
         """The RAM, uint8 `[128]`."""

@@ -17,7 +17,6 @@ MODES = {"ram": "rem", "vision": "vem"}  # OCAtari's names of the two methods
 _INSTEAD = {
     "obs_type": "it is called obs, with 'ram' or 'pixels'",
     "obs_mode": "it is called obs, with 'objects', 'vector', 'dqn' or 'pixels'",
-    "continuous": "their actions are discrete. ocjax.ocatari.OCAtari passes it on to ale-py's environment",
     "seed": "it is an argument of reset",
     "sticky_actions": "it is called repeat_action_probability",
     "stack_num": "obs=ocjax.envs.Dqn(stack=4) stacks frames",

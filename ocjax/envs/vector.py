@@ -17,6 +17,7 @@ from ocjax.emulators.checks import NOT_RESET, Uncopied, reset_mask, seeds_of
 from ocjax.emulators.pool import EmulatorPool
 from ocjax.emulators.progress import start_bar
 from ocjax.emulators.states import States, check_carries
+from ocjax.envs.continuous import ContinuousActions
 from ocjax.envs.features import Vector
 from ocjax.envs.observations import Computed
 from ocjax.envs.requests import Mode, Request, requested_kinds, required_screens
@@ -27,7 +28,7 @@ from ocjax.transforms.drawing import overlay
 from ocjax.transforms.game_objects import GameObject, views
 
 RENDER_MODES = ("rgb_array", "objects")
-_INFO = ("lives", "frame_number", "episode_return", "episode_length")  # of the current game; `game_over` is of the step
+_INFO = ("lives", "frame_number", "episode_return", "episode_length", "game_over")
 _OVER = "over"  # the name in `States` of whose episode ended
 
 
@@ -37,8 +38,10 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
     Everything that a step returns describes the step's last emulated frame. The returned arrays are not overwritten by later steps. `info`
     describes the current game: `lives`, `frame_number` (emulated frames), `episode_return` (unclipped), `episode_length` (agent steps) and,
     if `ram_info` is set, `ram`. It also describes the step: `game_over` (whether it ended the game, by its end or a limit, and not only a
-    life) and, if rewards are clipped or computed from objects, `reward` (the game's, unclipped). With same-step autoreset, `final_obs` and
-    `final_info` are those of Gymnasium's vector environments, and `final_info["objects"]` contains the objects of the terminal states.
+    life); if rewards are clipped or computed from objects, `reward` (the game's, unclipped); and with sticky actions `executed_action`, the
+    action of the last emulated frame (the backend envpool does not know it). With same-step autoreset, `final_obs` and `final_info` are
+    those of Gymnasium's vector environments: `game_over` is in `final_info`, and `final_info["objects"]` contains the objects of the
+    terminal states.
 
     Args:
         pool: the emulators.
@@ -48,6 +51,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         render_mode: "rgb_array" or "objects"; needs a pool that records "rgb".
         ram_info: whether `info` contains the RAM.
         reward_fn: a function of one environment's objects before and after a step and of its action, whose result is the reward.
+        continuous: how continuous actions become those of the pool, which has all 18 actions; None for discrete actions.
 
     Attributes:
         tensors: the present objects as `Objects` of batch shape `[N]`; in mode "both" a dict of both methods' objects. The arrays are
@@ -65,6 +69,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         render_mode: str | None = None,
         ram_info: bool = False,
         reward_fn: RewardFunction | None = None,
+        continuous: ContinuousActions | None = None,
     ) -> None:
         if reward_fn is not None and mode == "raw":
             raise ValueError("reward_fn is a function of objects, which mode 'raw' does not extract")
@@ -76,10 +81,12 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
             "render_fps": pool.settings.steps_per_second,
         }
         self.autoreset_mode, self.render_mode, self.ram_info = autoreset_mode, render_mode, ram_info
+        self._shows_executed = pool.settings.repeat_action_probability > 0 and pool.executed_action is not None
         self.kinds, self._single = requested_kinds(mode, obs)
         spaces = {name: kind.space(self.game, mode) for name, kind in self.kinds.items()}
         self.single_observation_space = spaces[""] if self._single else gym.spaces.Dict(spaces)
-        self.single_action_space = gym.spaces.Discrete(len(pool.actions))
+        self.continuous = continuous
+        self.single_action_space = continuous.space if continuous else gym.spaces.Discrete(len(pool.actions))
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self._observer = make_observer(self.game, mode, self.kinds)
@@ -87,7 +94,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         self._ended = np.zeros(self.num_envs, bool)  # whose episode ended in the last step
         self._current = False  # whether the shards show what the emulators do, or did before a pending step
         self._steps = pool.steps  # how many steps of the pool the shards have seen
-        self._actions = np.zeros(self.num_envs, np.int32)  # of the last step
+        self._actions = np.zeros(self.num_envs, np.int32)  # of the last step; float32 [N, 3] if they are continuous
 
     def _make_shard(self, rows: slice) -> EnvShard:
         sources = {"ram", "started", *required_screens(self.mode, self.kinds)}
@@ -181,9 +188,12 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
 
     def _info(self) -> dict[str, Any]:
         changed = self.pool.settings.clip_rewards or self._reward_fn is not None
-        names = (*_INFO, "game_over", *["reward"] * changed, *["ram"] * self.ram_info)
+        names = (*_INFO, *["reward"] * changed, *["ram"] * self.ram_info)
         info = {name: np.copy(getattr(self.pool.arrays, name)) for name in names}
-        return info | {f"_{name}": np.ones(self.num_envs, bool) for name in names}
+        executed = self.pool.executed_action if self._shows_executed else None
+        if executed is not None:
+            info["executed_action"] = executed
+        return info | {f"_{name}": np.ones(self.num_envs, bool) for name in info}
 
     def reset(self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Reset all environments.
@@ -229,7 +239,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         """Start a step without waiting for it, so that the emulators run while the caller computes.
 
         Args:
-            actions: integers `[N]`.
+            actions: integers `[N]`; floats `[N, 3]` if they are continuous.
 
         Raises:
             ValueError: an action does not exist, the shape or dtype is wrong, the environments have not been reset, or autoreset is
@@ -245,8 +255,12 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
                 f"the episodes of environments {np.flatnonzero(self._ended).tolist()} have ended and autoreset is disabled: "
                 "reset them with reset(options={'reset_mask': ...})"
             )
-        self.pool.send(actions)
-        self._actions = np.array(actions, np.int32)
+        if self.continuous:
+            pressed, strengths = self.continuous.to_discrete(actions, self.num_envs)
+            self.pool.send(pressed, strengths=strengths)
+        else:
+            self.pool.send(actions)
+        self._actions = np.array(actions, np.float32 if self.continuous else np.int32)
 
     def step_wait(self) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Wait for the step that `step_async` started. If this is interrupted, as by Ctrl-C, it can be called again.
@@ -315,9 +329,11 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         }
 
     def _final_info(self, ended: np.ndarray) -> dict[str, Any]:
-        names = (*_INFO, *["ram"] * self.ram_info)
-        info = {name: np.copy(getattr(self.pool.arrays.final, name)) for name in names}
-        info["game_over"] = np.copy(self.pool.game_over)
+        names, final = (*_INFO, *["ram"] * self.ram_info), self.pool.arrays.final
+        assert final is not None  # the pool has it with same-step autoreset
+        info = {name: np.copy(getattr(final, name)) for name in names}
+        if self._shows_executed:
+            info["executed_action"] = self.pool.action_index(final.executed)
         for array in info.values():
             array[~ended] = 0
         return info | {f"_{name}": ended.copy() for name in info}

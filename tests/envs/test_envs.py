@@ -125,28 +125,34 @@ def test_screens_are_the_last_two_emulated_frames(actions):
     pool.close()
 
 
-@pytest.mark.parametrize("skip", [1, 4])
-def test_pooled_frames_are_the_brighter_of_the_last_two(actions, skip):
-    """Also directly after a state was restored, at the beginning of an episode, and with one frame per step."""
-    settings = Settings(frame_skip=skip, repeat_action_probability=0.0, max_episode_frames=25 * skip)
+@pytest.mark.parametrize("skip", [1, 4, (1, 3)])
+def test_pooled_frames_are_the_brighter_of_the_last_two_of_a_step(actions, skip):
+    """Also directly after a state was restored and at the beginning of an episode. Steps of one frame show that frame."""
+    most = 25 * np.max(skip).item()
+    settings = Settings(frame_skip=skip, repeat_action_probability=0.0, max_episode_frames=most)
     pool = AlePool(ocjax.load("Asteroids"), 2, settings, screens=("screen", "pooled"), num_workers=1)  # objects flicker
     shades = np.round(pool.game.palette @ [0.2989, 0.587, 0.114]).astype(np.uint8)  # as ALE converts colours
 
     def check():
         frames = shades[pool.screen]
         assert np.array_equal(pool.gray[:, 0], frames[:, 1])
-        assert np.array_equal(pool.pooled[:, 0], frames.max(axis=1))
+        pooled = pool.started | (pool.frame_number - last > 1)
+        brighter = np.where(pooled[:, None, None], frames.max(axis=1), frames[:, 1])
+        assert np.array_equal(pool.pooled[:, 0], brighter)
         return (frames[:, 0] != frames[:, 1]).any()
 
+    last = np.zeros(2, int)
     pool.reset([0, 1])
     check()
-    saved, changed = None, 0
+    saved, saved_last, changed = None, last, 0
     for k, row in enumerate(actions[:60, :2]):
         if k == 20:
-            saved = pool.clone_state()
+            saved, saved_last = pool.clone_state(), last
         if k == 40:
             pool.restore_state(saved)
+            last = saved_last
             check()
+        last = pool.frame_number.copy()
         pool.send(row % len(pool.actions))
         pool.wait()
         changed += check()

@@ -36,12 +36,12 @@ def vector_games(name, actions, seed, mode, **options):
         starts = bool(envs._ended[0]) and mode == AutoresetMode.NEXT_STEP
         action = 0 if starts else int(todo.pop(0))
         _, _, terminated, truncated, info = envs.step(np.array([action]))
-        shown = info["final_info"] if "final_info" in info else info
+        shown = info.get("final_info", info)
         if starts:
-            assert not (terminated[0] or truncated[0] or info["game_over"][0])
+            assert not np.array([terminated, truncated, info["game_over"]]).any()
             continue
-        assert info["game_over"][0] == shown["game_over"][0]
-        fact = terminated[0], truncated[0], shown["episode_length"][0], info["game_over"][0]
+        assert not info["game_over"][0] or shown is info
+        fact = terminated[0], truncated[0], shown["episode_length"][0], shown["game_over"][0]
         facts.append(fact)
     envs.close()
     return facts

@@ -463,7 +463,7 @@ def test_states_that_are_damaged_or_foreign_are_refused_and_change_nothing(envs)
         (lambda r: r["state"].fill(7), "expected a state that clone_state saved, which begins with b'ocjaxALE', got"),
         (lambda r: r["state_bytes"].fill(3), "expected a state that clone_state saved"),
         (lambda r: r["state_bytes"].fill(-3), "expected a state that clone_state saved"),
-        (lambda r: set_bytes(r, 8, b"\7\0"), "expected a state in version 2 of the format, got version 7"),
+        (lambda r: set_bytes(r, 8, b"\7\0"), "expected a state in version 3 of the format, got version 7"),
         (
             lambda r: set_bytes(r, 10, b"breakout".ljust(32, b"\0") + b"x" * 16),
             r"of the ROM 'pong' with md5 60e0.*, got one of the ROM 'breakout'",
@@ -505,7 +505,7 @@ def test_states_travel_in_files(envs, tmp_path):
         (b"PK" + good, "expected bytes from States.to_bytes"),
         (good[:-1], "the states are damaged"),
         (good[:10_000] + b"!" + good[10_001:], "the states are damaged"),
-        (good[:8] + b"\x09" + good[9:], "expected states in version 1 of the format, got version 9"),
+        (good[:8] + b"\x09" + good[9:], "expected states in version 2 of the format, got version 9"),
     ):
         with pytest.raises(ValueError, match=message):
             States.from_bytes(data)

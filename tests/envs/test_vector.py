@@ -342,7 +342,6 @@ def test_gymnasium_makes_further_render_modes():
     [
         ("obs_type", "it is called obs"),
         ("seed", "an argument of reset"),
-        ("continuous", "their actions are discrete"),
         ("rewardfn", "did you mean reward_fn"),
         ("colour", r"help\(ocjax.make_vec\)"),
     ],

@@ -9,13 +9,14 @@ from typing import Any
 import ale_py
 import numpy as np
 
-from . import snapshot
+from . import console, snapshot
 from .interface import GRAY, OBSERVED, POOLED, SAME_STEP, SCREENS, STATE_BYTES, CommandArrays, EmulatorArrays, WorkerConfig
 from .snapshot import EmulatorState
+from .sticky import ExecutedAction
 
-UNTAKEN = 1e-9  # the acceptable probability that a sticky emulator has not yet taken over a repeated action
 PRESSING = ("berzerk", "double_dunk")  # ROMs that ALE's reset presses a button in, for as many frames as ALE's frame skip
 NOOP = 0  # its index in every action set
+FULL = 1.0  # strength of an action that is not continuous
 
 Hook = Callable[[np.ndarray], None]
 
@@ -111,7 +112,8 @@ class Emulator:
         # One call of `act` emulates all frames of a step, unless single frames are needed.
         single = hooks or self.previous or config.noop_max or config.rom in PRESSING
         self.whole_steps = self.least_skip == self.most_skip and not single
-        self.last_action = NOOP  # as ale-py numbers it, in which no-op is 0, too
+        self.frames_per_act = self.least_skip if self.whole_steps else 1
+        self.executed = ExecutedAction(config.repeat_action_probability)
         self.start_totals = (0.0, 0)  # return and length with which the next episode starts
         self.before: np.ndarray | None = None  # the RAM before the last frame, as the hooks left it
         self.shown_state = b""  # NEXT_READY: the state of the game that is shown
@@ -129,7 +131,7 @@ class Emulator:
         ale = ale_py.ALEInterface()
         ale.setFloat("repeat_action_probability", c.repeat_action_probability)
         ale.setInt("max_num_frames_per_episode", c.max_episode_frames)
-        ale.setInt("frame_skip", self.least_skip if self.whole_steps else 1)
+        ale.setInt("frame_skip", self.frames_per_act)
         # Seeds are derived as in ale-py's Gymnasium environment, so that equal seeds give equal episodes.
         rng_seed, ale_seed = np.random.SeedSequence(None if seed < 0 else seed).generate_state(2)
         self.rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(int(rng_seed))))
@@ -141,6 +143,7 @@ class Emulator:
         if difficulty is not None:
             ale.setDifficulty(difficulty)
         self.ale = ale
+        self.executed.synchronize(console.facts(self.console_state()).random)
         self.commands.loaded[self.i] = True
         self.change(Event.LOAD)
 
@@ -149,28 +152,34 @@ class Emulator:
         """What remains of the seed: the increment of the generator's state, which saved states have."""
         return self.rng.bit_generator.state["state"]["inc"]
 
-    def play(self, action: int, *, visible: bool = True) -> float:
+    def play(self, action: int, strength: float = FULL, *, visible: bool = True) -> float:
         """Emulate the frames of one step with an action held, and return their reward. Screens are copied only if `visible`."""
-        self.last_action = self.config.actions[action]
         if self.whole_steps:
-            return self.ale.act(self.actions[action])
+            return self.act(action, strength)
         reward, frames = 0.0, self.draw_skip()
         for k in range(frames):
             if visible and k == frames - 1:
                 self.keep_previous(shown=k == 0)
-            reward += self.frame(action)
+                if frames == 1 and POOLED in self.screens:
+                    self.previous[GRAY][:] = 0  # nothing is pooled across steps
+            reward += self.frame(action, strength)
         return reward
+
+    def act(self, action: int, strength: float) -> float:
+        """Send an action to the emulator: for a whole step, or for one frame where steps are not whole."""
+        self.executed.send(self.config.actions[action], strength, self.frames_per_act)
+        return self.ale.act(self.actions[action], strength)
 
     def draw_skip(self) -> int:
         """The number of emulated frames of the next step, which is random where the settings give a range."""
         low, high = self.least_skip, self.most_skip
         return low if low == high else int(self.rng.integers(low, high + 1))
 
-    def frame(self, action: int) -> float:
+    def frame(self, action: int, strength: float = FULL) -> float:
         """Emulate one frame, after the hooks have edited the RAM, and return its reward."""
         if self.hooks:
             self.before = apply_hooks(self.ale, self.hooks, self.before, self.seed, f" in environment {self.i}")
-        return self.ale.act(self.actions[action])
+        return self.act(action, strength)
 
     def copy_frame(self, name: str, out: np.ndarray) -> None:
         """Copy the latest emulated frame, in the form of the pixel array of that name."""
@@ -209,6 +218,7 @@ class Emulator:
         shown.started[i] = True
         shown.episode_return[i], shown.episode_length[i] = self.start_totals
         shown.lives[i], shown.frame_number[i] = ale.lives(), ale.getEpisodeFrameNumber()
+        shown.executed[i] = self.executed.action
         ale.getRAM(self.ram)
         self.keep_previous(shown=False)
         self.show_screens()
@@ -235,7 +245,6 @@ class Emulator:
         """Begin a game with its random no-ops, which do not count as steps."""
         noop_max = self.config.noop_max
         self.reset_console()
-        self.last_action = NOOP
         for _ in range(int(self.rng.integers(1, noop_max + 1)) if noop_max else 0):
             self.add_reward(self.frame(NOOP))
             self.restart_if_over()
@@ -253,9 +262,14 @@ class Emulator:
     def reset_console(self) -> None:
         """Reset the console, and write the RAM with which games begin here."""
         self.start_totals = (0.0, 0)
-        self.ale.reset_game()
+        self.reset_game()
         if self.starts:
             apply_hooks(self.ale, self.starts, None, self.seed, f" at the beginning of a game in environment {self.i}")
+
+    def reset_game(self) -> None:
+        """Reset the console, which releases all buttons."""
+        self.ale.reset_game()
+        self.executed.release()
 
     def end(self, *, game_over: bool) -> None:
         """End the episode with the step just taken, with the game or only with a life."""
@@ -267,9 +281,9 @@ class Emulator:
             shown.truncated[i] = self.ale.game_truncated() or shown.episode_length[i] >= (self.config.max_episode_steps or math.inf)
         if self.config.autoreset == SAME_STEP:
             self.record_final()
-            result = shown.reward[i], shown.terminated[i], shown.truncated[i], shown.game_over[i]
+            result = shown.reward[i], shown.terminated[i], shown.truncated[i]
             self.reset()
-            shown.reward[i], shown.terminated[i], shown.truncated[i], shown.game_over[i] = result
+            shown.reward[i], shown.terminated[i], shown.truncated[i] = result
 
     def next_episode_begins_game(self) -> bool:
         """Whether a game, after the loss of a life, reaches its limit of frames before the first step of the next episode."""
@@ -289,10 +303,13 @@ class Emulator:
         """The state that is shown, with everything that the next steps depend on."""
         if self.phase is Phase.NEXT_READY:
             return self.shown_state
-        c, state = self.config, self.ale.cloneState(include_rng=True).serialize()
-        before = b"" if self.before is None else self.before.tobytes()
-        saved = EmulatorState(self.phase.value, self.last_action, dict(self.rng.bit_generator.state), before, state)
-        return snapshot.pack(c.rom, c.md5, saved)
+        c, before = self.config, b"" if self.before is None else self.before.tobytes()
+        generator, held = dict(self.rng.bit_generator.state), (self.executed.action, self.executed.strength)
+        return snapshot.pack(c.rom, c.md5, EmulatorState(self.phase.value, *held, generator, before, self.console_state()))
+
+    def console_state(self) -> bytes:
+        """ALE's state."""
+        return self.ale.cloneState(include_rng=True).serialize()
 
     def save(self) -> None:
         """Leave the state in the shared memory."""
@@ -305,15 +322,42 @@ class Emulator:
     def restore(self) -> None:
         """Continue from the state in the shared memory, with the RAM there; the other observed arrays are the pool's to restore."""
         saved = snapshot.unpack(self.commands.state[self.i, : self.commands.state_bytes[self.i]].tobytes())
-        # ALE's state lacks the action that a sticky frame repeats, so the last action is repeated until it has been taken over.
-        p = self.config.repeat_action_probability
-        for _ in range(1 + math.ceil(math.log(UNTAKEN) / math.log(p)) if p else 1):
-            self.ale.act(ale_py.Action(saved.action))
-        self.ale.restoreState(ale_py.ALEState(saved.ale))
+        try:
+            self.restore_console(saved)
+        except Exception:  # ALE's errors are of many types
+            self.phase, self.commands.rejected[self.i] = Phase.UNLOADED, True
+            return
         self.rng.bit_generator.state = saved.generator
         self.before = np.frombuffer(saved.before, np.uint8) if saved.before else None
-        self.phase, self.last_action, self.shown_state = Phase(saved.phase), saved.action, b""
+        self.phase, self.shown_state = Phase(saved.phase), b""
         self.write_ram(self.ram)
+
+    def restore_console(self, saved: EmulatorState) -> None:
+        """Bring the emulator to a saved state, including two facts that ALE's state lacks.
+
+        These are the action that a sticky frame repeats, and whether the last frame is complete. Both remain from the frames that the
+        emulator has emulated before it gets ALE's state.
+
+        Raises:
+            ValueError: the emulator did not take over the state.
+        """
+        ale, facts = ale_py.ALEState(saved.ale), console.facts(saved.ale)
+        if facts.complete:
+            self.hold(saved.action, saved.strength)
+        else:  # only a reset ends in the middle of a frame
+            self.ale.restoreState(ale)  # its game mode
+            self.reset_game()
+        self.ale.restoreState(ale)
+        self.executed.synchronize(facts.random)
+        if (not facts.complete and saved.action) or not console.equal(self.console_state(), saved.ale):
+            raise ValueError("the emulator did not take over the state")
+
+    def hold(self, action: int, strength: float) -> None:
+        """Send an action until a frame executes it."""
+        while True:
+            self.ale.act(ale_py.Action(action), strength)
+            if self.executed.send(action, strength, self.frames_per_act):
+                break
 
     def write_ram(self, new: np.ndarray) -> None:
         """Write RAM, uint8 `[128]`; where the game is over, only what is shown changes, as the game has no further step."""

@@ -85,9 +85,11 @@ class ObservedArrays:
     frame_number: np.ndarray = field(metadata=_array("int64"))  # emulated frames since the game began
     episode_return: np.ndarray = field(metadata=_array("float64"))  # unclipped rewards since the game began
     episode_length: np.ndarray = field(metadata=_array("int64"))  # agent steps since the game began
+    game_over: np.ndarray = field(metadata=_array("bool"))  # the step ended the game: the next episode begins a new one
+    executed: np.ndarray = field(metadata=_array("int32"))  # the action of the last emulated frame, as ale-py numbers it
     screen: np.ndarray | None = field(default=None, metadata=_screen(2))  # palette indices of the last two emulated frames, the latest last
     gray: np.ndarray | None = field(default=None, metadata=_screen(1))  # the last emulated frame in shades of grey
-    pooled: np.ndarray | None = field(default=None, metadata=_screen(1))  # the pixelwise maximum of the last two in shades of grey
+    pooled: np.ndarray | None = field(default=None, metadata=_screen(1))  # the pixelwise maximum of the step's last two in shades of grey
     rgb: np.ndarray | None = field(default=None, metadata=_screen(1, 3))  # the last emulated frame
 
 
@@ -98,7 +100,6 @@ class EmulatorArrays(ObservedArrays):
     reward: np.ndarray = field(metadata=_array("float64"))  # unclipped
     terminated: np.ndarray = field(metadata=_array("bool"))
     truncated: np.ndarray = field(metadata=_array("bool"))
-    game_over: np.ndarray = field(metadata=_array("bool"))  # the next episode begins a new game
     started: np.ndarray = field(metadata=_array("bool"))  # an episode began in this step
     final: ObservedArrays | None = None  # with same-step autoreset: the arrays at the end of each emulator's last episode
 
@@ -108,9 +109,11 @@ class CommandArrays:
     """Arguments and results of the commands."""
 
     action: np.ndarray = field(metadata=_array("int32"))  # STEP: index into the action set
+    strength: np.ndarray = field(metadata=_array("float32"))  # STEP: the part of a paddle's full speed
     seed: np.ndarray = field(metadata=_array("int64"))  # RESET: -1 for none
     chosen: np.ndarray = field(metadata=_array("bool"))  # RESET, RESTORE and WRITE: which emulators they apply to
     loaded: np.ndarray = field(metadata=_array("bool"))  # which emulators have loaded their ROM
+    rejected: np.ndarray = field(metadata=_array("bool"))  # RESTORE: which emulators did not take over their state
     new_ram: np.ndarray = field(metadata=_array("uint8", 128))  # WRITE: the desired RAM
     state: np.ndarray = field(metadata=_array("uint8", STATE_BYTES))  # SAVE and RESTORE, as `snapshot` packs it
     state_bytes: np.ndarray = field(metadata=_array("int64"))  # SAVE and RESTORE: how many of these bytes are used

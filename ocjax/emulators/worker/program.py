@@ -67,8 +67,8 @@ class EmulatorBlock:
             numbers = [e.i for e, over in zip(self.emulators, ended, strict=True) if over]
             raise RuntimeError(f"the episodes of environments {numbers} have ended: reset these environments before the next step")
         # All emulation precedes all reading of results: each emulation evicts everything else from the processor's caches.
-        actions = self.commands.action[self.rows].tolist()
-        rewards = [0.0 if over else e.play(action) for e, action, over in zip(self.emulators, actions, ended, strict=True)]
+        sent = zip(self.commands.action[self.rows].tolist(), self.commands.strength[self.rows].tolist(), strict=True)
+        rewards = [0.0 if over else e.play(*action) for e, action, over in zip(self.emulators, sent, ended, strict=True)]
         game_over, life_over = self.show(rewards, np.array(ended))
         for k in np.flatnonzero(game_over | life_over | ended).tolist():
             self.emulators[k].reset() if ended[k] else self.emulators[k].end(game_over=bool(game_over[k]))
@@ -86,6 +86,7 @@ class EmulatorBlock:
         shown.terminated[rows] = life_over
         shown.truncated[rows] = shown.started[rows] = shown.game_over[rows] = False
         shown.lives[rows] = lives
+        shown.executed[rows] = [e.executed.action for e in self.emulators]
         shown.frame_number[rows] = [ale.getEpisodeFrameNumber() for ale in ales]
         shown.episode_return[rows] += rewards
         shown.episode_length[rows] += ~ended
@@ -116,7 +117,6 @@ class EmulatorBlock:
         for e in self.chosen():
             if e.phase is Phase.UNLOADED:
                 e.load(-1)
-                e.ale.reset_game()
             e.restore()
 
     def write_ram(self) -> None:

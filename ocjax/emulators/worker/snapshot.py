@@ -4,12 +4,16 @@ import struct
 import zlib
 from typing import Any, NamedTuple
 
+from . import console
+
 MAGIC = b"ocjaxALE"
-VERSION = 2
+VERSION = 3
 _HEADER = struct.Struct("<8sH32s16sI")  # magic, version, name and MD5 hash of the ROM, CRC-32 of everything after the header
-# Phase, action, the random generator's state, increment, whether it has 32 bits left, and these, and the number of bytes of `before`.
-_NUMBERS = struct.Struct("<BB16s16sBIB")
-_PHASES = range(1, 5)  # those of an emulator that has loaded its ROM
+# Phase, action and its strength, the random generator's state, increment, whether it has 32 bits left, and these, and the number of bytes
+# of `before`.
+_NUMBERS = struct.Struct("<BBf16s16sBIB")
+_PHASES = range(2, 5)  # those of an emulator that shows an episode or its end
+RUNNING = _PHASES[0]  # an episode
 _ACTIONS = range(18)
 _LENGTHS = (0, 128)  # of `before`: nothing, or a RAM
 
@@ -18,7 +22,8 @@ class EmulatorState(NamedTuple):
     """What the future of an emulator depends on."""
 
     phase: int
-    action: int  # the last one, as ale-py numbers them
+    action: int  # which the last emulated frame executed, as ale-py numbers it
+    strength: float  # of this action
     generator: dict[str, Any]  # state of NumPy's PCG64
     before: bytes  # the RAM before the last frame, as the hooks left it; empty without hooks
     ale: bytes  # ALE's state
@@ -28,22 +33,22 @@ def pack(rom: str, md5: str, snapshot: EmulatorState) -> bytes:
     """The bytes of a saved emulator."""
     state, increment = (snapshot.generator["state"][name].to_bytes(16, "little") for name in ("state", "inc"))
     left = snapshot.generator["has_uint32"], snapshot.generator["uinteger"]
-    numbers = _NUMBERS.pack(snapshot.phase, snapshot.action, state, increment, *left, len(snapshot.before))
+    numbers = _NUMBERS.pack(snapshot.phase, snapshot.action, snapshot.strength, state, increment, *left, len(snapshot.before))
     body = numbers + snapshot.before + snapshot.ale
     return _HEADER.pack(MAGIC, VERSION, rom.encode(), bytes.fromhex(md5), zlib.crc32(body)) + body
 
 
 def unpack(data: bytes) -> EmulatorState:
     """The inverse of `pack`, for bytes that have passed `check`."""
-    phase, action, state, increment, has_left, left, length = _NUMBERS.unpack_from(data, _HEADER.size)
+    phase, action, strength, state, increment, has_left, left, length = _NUMBERS.unpack_from(data, _HEADER.size)
     numbers = {"state": int.from_bytes(state, "little"), "inc": int.from_bytes(increment, "little")}
     generator = {"bit_generator": "PCG64", "state": numbers, "has_uint32": has_left, "uinteger": left}
     rest = data[_HEADER.size + _NUMBERS.size :]
-    return EmulatorState(phase, action, generator, rest[:length], rest[length:])
+    return EmulatorState(phase, action, strength, generator, rest[:length], rest[length:])
 
 
-def check(data: bytes, rom: str, md5: str) -> None:
-    """Check that bytes are an undamaged state of an emulator with this ROM.
+def check(data: bytes, rom: str, md5: str, good: bytes) -> int:
+    """Check that bytes are an undamaged state of an emulator with this ROM, whose ALE has a state like `good`; returns its phase.
 
     Raises:
         ValueError: they are not.
@@ -57,6 +62,15 @@ def check(data: bytes, rom: str, md5: str) -> None:
         name = saved_rom.rstrip(b"\0").decode(errors="replace")
         raise ValueError(f"expected a state of the ROM {rom!r} with md5 {md5}, got one of the ROM {name!r} with md5 {saved_md5.hex()}")
     found = zlib.crc32(data[_HEADER.size :])
-    phase, action, *_, length = _NUMBERS.unpack_from(data, _HEADER.size)
-    if found != checksum or phase not in _PHASES or action not in _ACTIONS or length not in _LENGTHS:
+    if found != checksum:
         raise ValueError(f"the state is damaged: expected the checksum {checksum:08x}, got {found:08x}; save it again")
+    phase, action, strength, *_, has_left, _, length = _NUMBERS.unpack_from(data, _HEADER.size)
+    known = phase in _PHASES and action in _ACTIONS and length in _LENGTHS and has_left in (0, 1)
+    if not known or not 0 <= strength <= 1:
+        numbers = f"phase {phase}, action {action}, strength {strength}, flag {has_left}, length {length}"
+        raise ValueError(f"the state is damaged: a number is out of range in {numbers}; save it again")
+    try:
+        console.check(unpack(data).ale, good)
+    except ValueError as error:
+        raise ValueError(f"the state is damaged: in the emulator's part, {error}; save it again") from error
+    return phase

@@ -1,0 +1,260 @@
+"""Saved states: they replay exactly, and those with wrong contents are refused."""
+
+import dataclasses
+import hashlib
+import json
+import struct
+import zlib
+
+import numpy as np
+import pytest
+
+import ocjax
+from ocjax.emulators import states as saved
+from ocjax.emulators.settings import settings
+from ocjax.emulators.worker import console, snapshot
+from ocjax.envs import AlePool, States
+from tests.support.marks import slow_but
+
+SHOWN = ("ram", "reward", "lives", "terminated", "truncated", "game_over", "started", "episode_length", "executed")
+
+
+def shown(pool):
+    names = (*SHOWN, *["screen"] * (pool.arrays.screen is not None))
+    return {name: getattr(pool.arrays, name).copy() for name in names}
+
+
+def replays(pool, actions, others=()):
+    """Whether pools that restore the pool's present state show what it shows next."""
+    state, want = pool.clone_state(), []
+    for some in actions:
+        pool.step(some)
+        want.append(shown(pool))
+    for one in (pool, *others):
+        one.restore_state(state)
+        for some, expected in zip(actions, want, strict=True):
+            one.step(some)
+            assert all(np.array_equal(getattr(one.arrays, name), value) for name, value in expected.items())
+    return True
+
+
+def check_replays(name, skip, p, autoreset="next step", preset="v5", times=6):
+    chosen = settings(preset, frame_skip=skip, repeat_action_probability=p, max_episode_frames=150 * skip)
+    options = {"screens": ("screen",), "autoreset": autoreset}
+    pool, other = (AlePool(ocjax.load(name), 3, chosen, num_workers=n, **options) for n in (0, 1))
+    pool.reset([1, 2, 3])
+    rng = np.random.default_rng(0)
+    for _ in range(times):  # the first time right after the reset
+        assert replays(pool, rng.integers(len(pool.actions), size=(12, 3)), [other])
+        for some in rng.integers(len(pool.actions), size=(20, 3)):
+            pool.step(some)
+    pool.close()
+    other.close()
+
+
+@pytest.mark.parametrize("name", ["Qbert", "Breakout"])
+@pytest.mark.parametrize(("skip", "p"), [(1, 0.5), (4, 0.9), *slow_but([], [(1, 0.25), (4, 0.0), (1, 0.9), (4, 0.25), (4, 0.5)])])
+def test_restored_states_replay_exactly(name, skip, p):
+    check_replays(name, skip, p)
+
+
+@pytest.mark.parametrize("autoreset", ["next step", "same step"])
+def test_restored_states_replay_exactly_where_lives_are_lost(autoreset):
+    check_replays("Breakout", 4, 0.5, autoreset, "dqn", times=8)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ocjax.games())
+def test_restored_states_of_all_games_replay_exactly(name):
+    check_replays(name, 1, 0.5, times=3)
+
+
+@pytest.mark.parametrize("workers", [0, 1])
+def test_executed_actions_are_those_of_the_emulator(workers):
+    """An emulator without sticky actions that gets the executed actions shows the same frames."""
+    sticky, plain = (settings("v5", frame_skip=1, repeat_action_probability=p) for p in (0.6, 0.0))
+    pool = AlePool(ocjax.load("Pong"), 2, sticky, num_workers=workers)
+    other = AlePool(ocjax.load("Pong"), 2, plain, num_workers=0)
+    pool.reset([1, 2])
+    other.reset([5, 6])
+    rng, repeated = np.random.default_rng(0), 0
+    for _ in range(1500):
+        actions = rng.integers(6, size=2)
+        pool.step(actions)
+        repeated += (pool.executed_action != actions).sum()
+        other.step(pool.executed_action)
+        assert np.array_equal(pool.ram, other.ram)
+    assert 0.4 < repeated / 3000 < 0.6
+    pool.close()
+
+
+def test_info_has_the_executed_action():
+    options = {"num_workers": 0, "mode": "raw", "frame_skip": 1, "max_episode_steps": 5, "autoreset_mode": "SameStep"}
+    envs = ocjax.make_vec("Pong", 2, repeat_action_probability=0.9, **options)
+    _, info = envs.reset(seed=0)
+    assert info["executed_action"].tolist() == [0, 0]
+    for _ in range(5):
+        *_, info = envs.step(np.array([3, 4]))
+    assert info["executed_action"].tolist() == [0, 0]  # a game has begun
+    assert np.isin(info["final_info"]["executed_action"], [0, 3, 4]).all()
+    assert info["_executed_action"].all()
+    plain = ocjax.make_vec("Pong", 1, repeat_action_probability=0.0, **options)
+    assert "executed_action" not in plain.reset(seed=0)[1]
+
+
+# Joined states.
+
+
+def test_states_of_different_times_can_be_joined():
+    envs = ocjax.make_vec("Breakout", 2, num_workers=0, obs=["ram", "vector"], autoreset_mode="Disabled")
+    early_observation, _ = envs.reset(seed=0)
+    early = envs.clone_state()
+    for t in range(30):
+        late_observation, *_ = envs.step(np.full(2, t % 4))
+    late = envs.clone_state()
+    observed, _ = envs.restore_state(States.concatenate([late[1], early[0]]))
+    for name, array in observed.items():
+        assert np.array_equal(array, np.stack([late_observation[name][1], early_observation[name][0]]))
+    assert len(States.concatenate([early, late, early[0]])) == 5
+    for wrong, error, message in (
+        ([], ValueError, "expected at least one States to join, got none"),
+        ([early, b"states"], TypeError, "states must be States"),
+        ([early, envs.pool.clone_state()], ValueError, "with the same mode and obs, got different arrays env 0"),
+        ([early, dataclasses.replace(late, md5="0" * 32)], ValueError, "expected states of one game"),
+    ):
+        with pytest.raises(error, match=message):
+            States.concatenate(wrong)
+
+
+# Forged states.
+
+
+def file_of(description, body):
+    """The bytes of a file with a correct checksum."""
+    described = description if isinstance(description, bytes) else json.dumps(description).encode()
+    everything = described + body
+    header = saved._HEADER.pack(saved._MAGIC, saved._VERSION, len(described), hashlib.sha256(everything).digest())
+    return header + everything
+
+
+def test_files_with_a_correct_checksum_and_wrong_contents_are_refused():
+    pool = AlePool(ocjax.load("Pong"), 1, num_workers=0)
+    pool.reset([0])
+    state = pool.clone_state()
+    body = b"".join(array.tobytes() for array in state.rows.values())
+    arrays = {name: [array.dtype.str, list(array.shape)] for name, array in state.rows.items()}
+    assert len(States.from_bytes(file_of({"md5": state.md5, "arrays": arrays}, body))) == 1
+    ram = arrays["ram"]
+    for description in (
+        b"[" * 100_000,
+        b'{"md5": ' + b"9" * 10_000,
+        b"\xff\xfe",
+        b"",
+        None,
+        [],
+        {},
+        {"md5": state.md5},
+        {"arrays": arrays},
+        {"md5": 5, "arrays": arrays},
+        {"md5": state.md5, "arrays": list(arrays)},
+        {"md5": state.md5, "arrays": {"ram": ram}},
+        *({"md5": state.md5, "arrays": arrays | {"ram": wrong}} for wrong in (
+            None, [], ["|u1"], ["|u1", 128], ["|u1", [1, -128]], ["|u1", [1, 128.0]], ["|u1", [True, 128]], ["|u1", [2, 64]],
+            ["|O", [1, 128]], ["O", [1, 16]], ["|V1", [1, 128]], ["<M8[s]", [1, 16]], ["(2)u1", [1, 64]], ["i4,i4", [1, 16]],
+            ["nonsense", [1, 128]], [["a", "u1"], [1, 128]], ["|u1", [2**62, 4]], ["|u1", [1, 129]], ["|u1", []],
+        )),
+    ):  # fmt: skip
+        with pytest.raises(ValueError, match="the states are damaged"):
+            States.from_bytes(file_of(description, body))
+    too_long = struct.pack("<I", 2**32 - 1)
+    good = file_of({"md5": state.md5, "arrays": arrays}, body)
+    with pytest.raises(ValueError, match="the states are damaged"):
+        States.from_bytes(good[:10] + too_long + good[14:])
+
+
+def forged(state, change):
+    """A state whose emulator's bytes are changed, with a correct checksum."""
+    rows = {name: array.copy() for name, array in state.rows.items()}
+    size = int(rows["state_bytes"][0])
+    data = bytearray(change(bytearray(rows["state"][0, :size].tobytes())))
+    struct.pack_into("<I", data, snapshot._HEADER.size - 4, zlib.crc32(data[snapshot._HEADER.size :]))
+    rows["state"] = np.frombuffer(bytes(data), np.uint8)[None].copy()
+    rows["state_bytes"] = np.array([len(data)])
+    return dataclasses.replace(state, rows=rows)
+
+
+@pytest.mark.parametrize("name", ["Asterix", *slow_but([], ["Pong", "Pitfall2", "Tutankham", "Qbert", "Solaris"])])
+def test_forged_fields_of_emulators_are_refused_or_harmless(name):
+    """ALE trusts lengths, banks and positions. A worker that wrote outside its memory would die."""
+    pool = AlePool(ocjax.load(name), 1, num_workers=1)
+    pool.reset([0])
+    pool.step(np.array([1]))
+    state, ram, rng = pool.clone_state(), pool.ram.copy(), np.random.default_rng(0)
+    first = snapshot._HEADER.size + snapshot._NUMBERS.size
+    data = state.rows["state"][0].tobytes()
+    texts = [data.index(b"System") + 14, data.rindex(b" ") - 6_600]  # the digits of random numbers
+    fields = [k for k in range(first, len(data) - 3) if not any(text < k < text + 6_550 for text in texts)]
+    refused = 0
+    for k in rng.choice(fields, 150, replace=False).tolist():
+        value = int(rng.choice([-1, 2**31 - 1, -(2**31), 200, 70_000, 5]))
+        try:
+            pool.restore_state(forged(state, lambda data, k=k, value=value: data[:k] + struct.pack("<i", value) + data[k + 4 :]))
+        except ValueError:
+            refused += 1
+            assert np.array_equal(pool.ram, ram)
+            continue
+        for _ in range(3):
+            pool.step(np.array([0]))
+        pool.restore_state(state)
+    assert refused > 75
+    for change in (lambda data: data[:-8], lambda data: data + b"\0" * 4, lambda data: data[: first + 24], lambda data: data[:first]):
+        with pytest.raises(ValueError, match="the state is damaged"):
+            pool.restore_state(forged(state, change))
+    assert replays(pool, np.zeros((3, 1), int))
+    pool.close()
+
+
+def test_forged_facts_are_refused_and_change_nothing():
+    pool = AlePool(ocjax.load("Breakout"), 2, settings("dqn"), autoreset="disabled", num_workers=0)
+    pool.reset([0, 1])
+    while not pool.terminated.any():
+        pool.step(np.full(2, 2))
+    state, before = pool.clone_state(), pool.ram.copy()
+
+    def with_rows(**changes):
+        return dataclasses.replace(state, rows={**state.rows, **changes})
+
+    two = np.full(2, 2, np.uint8).view(bool)
+    for wrong, message in (
+        (with_rows(terminated=two), "'terminated' has bools that are not 0 or 1"),
+        (with_rows(terminated=np.zeros(2, bool)), "where an episode has ended"),
+        (with_rows(executed=np.full(2, 18, np.int32)), "'executed' has numbers out of range"),
+        (with_rows(episode_return=np.full(2, np.nan)), "'episode_return' has numbers out of range"),
+        (with_rows(episode_length=np.full(2, -1)), "'episode_length' has numbers out of range"),
+        (with_rows(state=np.zeros((), np.uint8)), "expected rows with arrays"),
+        (with_rows(ram=None), "expected rows with arrays"),
+        (dataclasses.replace(state, rows={}), "expected rows with arrays"),
+        (dataclasses.replace(state, rows=None), "expected rows with arrays"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            pool.restore_state(wrong)
+        assert np.array_equal(pool.ram, before)
+    pool.restore_state(state)
+
+
+@pytest.mark.parametrize("workers", [0, 2])
+def test_environments_stay_usable_if_an_emulator_rejects_a_state(workers, monkeypatch):
+    monkeypatch.setattr(console, "check", lambda data, good: None)
+    envs = ocjax.make_vec("Pong", 2, mode="raw", num_workers=workers)
+    first, _ = envs.reset(seed=3)
+    good = envs.clone_state()
+    for old in (b"M6502Low", b"Cartridge2K", b"TIASound", b"System"):
+        bad = forged(good[0], lambda data, old=old: data.replace(old, b"?" * len(old)))
+        with pytest.raises(ValueError, match=r"emulators of environments \[0, 1\] rejected their states: reset all environments"):
+            envs.restore_state(bad)
+        with pytest.raises(ValueError, match="have not been reset"):
+            envs.step(np.zeros(2, int))
+        assert np.array_equal(envs.reset(seed=3)[0], first)
+    envs.restore_state(good)
+    envs.step(np.zeros(2, int))
+    envs.close()
