@@ -255,6 +255,11 @@ def find(name: str, game: Game) -> Path:
     return Path(name)
 
 
+def file_of(name: str) -> Path | None:
+    """The file that the name of a policy refers to; None for the policies that ship with the package."""
+    return None if name == TRAINED or name in BUILT_IN else Path(name)
+
+
 def make_policy(name: str, game: Game, num_actions: int, num_envs: int, seed: int) -> Policy:
     """A policy by name.
 
