@@ -1,8 +1,9 @@
 """Recordings of play in `.npz` files."""
 
+import contextlib
 import dataclasses
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -130,12 +131,9 @@ def read(path: str | Path, game: str | None = None) -> Recording:
         UnknownGameError: a ValueError; there is no game of that name.
     """
     path = Path(path)
-    arrays, facts = _load_file(path)
+    facts = _facts(path)
     found = _game_of(path, facts, game)
-    if "rams" not in arrays:
-        raise RecordingError(f"{path} has no array 'rams' (uint8 [n, {RAM_SIZE}])")
-    for name, array in arrays.items():
-        _check_array(path, name, array, _shapes(name, len(arrays["rams"]), found))
+    arrays = _arrays(path, found)
     for name, other in _XOR.items():
         if name in arrays:
             if other not in arrays or arrays[other].shape != arrays[name].shape:
@@ -146,19 +144,35 @@ def read(path: str | Path, game: str | None = None) -> Recording:
     return Recording(found, **arrays, frame_skip=_frame_skip(path, facts), settings=_settings(path, facts))
 
 
-def _load_file(path: Path) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Arrays and facts of a file, as they are stored."""
+def _facts(path: Path) -> dict[str, np.ndarray]:
+    """The facts of a file, as they are stored."""
     if not path.exists():
         raise FileNotFoundError(f"no recording {path}")
+    with _damage_named(path):
+        for name, header in npz.headers(path, _FACTS.__contains__).items():
+            if header.shape != ():
+                raise RecordingError(f"{path}: {name} must be a single value, got {header.dtype} {list(header.shape)}")
+        return npz.read(path, _FACTS.__contains__)
+
+
+def _arrays(path: Path, game: Game) -> dict[str, np.ndarray]:
+    """The arrays of a file, as they are stored. Their dtypes and shapes are checked before they are read."""
+    with _damage_named(path):
+        headers = npz.headers(path, ARRAYS.__contains__)
+        if "rams" not in headers:
+            raise RecordingError(f"{path} has no array 'rams' (uint8 [n, {RAM_SIZE}])")
+        for name, header in headers.items():
+            _check_array(path, name, header, _shapes(name, (*headers["rams"].shape, 0)[0], game))
+        stored = npz.read(path, ARRAYS.__contains__)
+    return {name: stored[name] for name in ARRAYS if name in stored}
+
+
+@contextlib.contextmanager
+def _damage_named(path: Path) -> Iterator[None]:
     try:
-        stored = npz.read(path, {*ARRAYS, *_FACTS}.__contains__)
+        yield
     except npz.NpzError as error:
         raise RecordingError(f"{path} is not a readable .npz recording: {error}") from error
-    arrays, facts = ({k: stored[k] for k in names if k in stored} for names in (ARRAYS, _FACTS))
-    for name, fact in facts.items():
-        if fact.shape != ():
-            raise RecordingError(f"{path}: {name} must be a single value, got {fact.dtype} {list(fact.shape)}")
-    return arrays, facts
 
 
 def _frame_skip(path: Path, facts: Mapping[str, np.ndarray]) -> int | None:
@@ -200,7 +214,7 @@ def _shapes(name: str, n: int, game: Game) -> list[tuple[int, ...]]:
     return [shapes.get(name, (n,))]
 
 
-def _check_array(path: Path, name: str, array: np.ndarray, shapes: Sequence[tuple[int, ...]]) -> None:
+def _check_array(path: Path, name: str, array: npz.Header, shapes: Sequence[tuple[int, ...]]) -> None:
     if name in _NUMBERS:
         fits, expected = array.dtype.kind in _NUMBERS[name], "numbers"
     elif name in _BOOLS:

@@ -19,7 +19,7 @@ from ocjax.extraction import registry
 from ocjax.extraction.game import Game
 from ocjax.files import writing
 from ocjax.play import human as human_play
-from ocjax.play import varied
+from ocjax.play import policies, varied
 from ocjax.play.games import PICTURE_STEPS, Played
 from ocjax.play.games import play as play_games
 from ocjax.play.policies import TRAINED
@@ -113,12 +113,12 @@ def play(
         if variations is not None:
             if csv is not None or gif is not None:
                 raise ValueError("--csv and --gif are of the original game: with --variations, there are --markdown and --json")
-            writing.check(markdown, json)
+            writing.check(markdown, json, reads=[policies.file_of(policy)])
             _compare(spec, policy, varied.chosen(spec, variations), episodes, seed, markdown, json)
             return
         if markdown is not None or json is not None:
             raise ValueError("--markdown and --json are of the comparison that --variations makes")
-        writing.check(csv, gif)
+        writing.check(csv, gif, reads=[policies.file_of(policy)])
         played = play_games(spec, policy, episodes, seed=seed, pictures=gif is not None)
         tables.show(_table(spec, played), console)
         if csv is not None:

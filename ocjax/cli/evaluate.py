@@ -13,6 +13,7 @@ from ocjax.cli.messages import console, errors_in_one_line
 from ocjax.evaluation import formats, ocatari_peer, report, tables
 from ocjax.extraction.game import Game
 from ocjax.files import writing
+from ocjax.play import policies
 from ocjax.play.rollouts import rollout
 from ocjax.recordings import Recording
 
@@ -58,7 +59,7 @@ def evaluate(
     with errors_in_one_line():
         tapes = _read_with_frames(w for w in what if w.endswith(".npz"))
         specs = {w: load_playable(w) for w in what if w not in tapes}
-        writing.check(markdown, csv, latex, html)
+        writing.check(markdown, csv, latex, html, reads=[*tapes, policies.file_of(policy)])
         with console.status("looking for OCAtari"):
             python = ocatari_peer.interpreter(ocatari_env) if ocatari else None
         done = []

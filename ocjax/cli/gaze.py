@@ -16,7 +16,7 @@ from ocjax.extraction import registry
 from ocjax.extraction.game import Game
 from ocjax.files import writing
 from ocjax.files.atari_head import Look, looks
-from ocjax.files.tables import PictureFolder
+from ocjax.files.pictures import PictureFolder
 from ocjax.transforms.drawing import overlay
 
 COLUMNS = ("frame_id", "episode", "action", "reward", "gaze_positions", "category", "slot", "x", "y", "w", "h", "share")
@@ -40,7 +40,7 @@ def gaze(
         writing.check_suffix(out, (".csv",))
         if picture is not None:
             writing.check_suffix(picture, (".png",))
-        writing.check(out, picture)
+        writing.check(out, picture, reads=[trial, *PictureFolder(folder).reads])
         with progress_bar("extracting", "frames", console) as report:
             found = list(looks(known, trial, folder, report))
         writing.write_text(out, _to_csv(found))
@@ -78,7 +78,7 @@ def _to_table(game: Game, found: list[Look]) -> tables.Table:
 
 def _drawn(game: Game, folder: Path, look: Look) -> Image.Image:
     """The frame with its objects and the gaze positions."""
-    pictures = PictureFolder(folder, None)
+    pictures = PictureFolder(folder)
     row = next(i for i in range(pictures.rows) if pictures.stem(i) == look.frame.frame_id)
     image = overlay(game, pictures.read(row, row + 1)[0], look.objects, scale=SCALE)
     draw = ImageDraw.Draw(image)

@@ -11,6 +11,7 @@ from ocjax.cli.messages import console, errors_in_one_line
 from ocjax.evaluation import tables
 from ocjax.extraction import names, registry
 from ocjax.files import writing
+from ocjax.play import policies
 from ocjax.play.rollouts import rollout
 from ocjax.ramtools import causes as causal
 from ocjax.ramtools import control as controls
@@ -38,6 +39,11 @@ def _tape(what: str, samples: int, policy: str, seed: int, game_mode: int | None
         if what.endswith(".npz"):
             return recordings.read(what)
         return rollout(registry.load(what), samples, policy=policy, seed=seed, game_mode=game_mode)
+
+
+def _read_files(what: str, policy: str) -> list[Path | None]:
+    """The files that `_tape` reads."""
+    return [Path(what)] if what.endswith(".npz") else [policies.file_of(policy)]
 
 
 def _give(found: list[tables.Table], markdown: Path | None) -> None:
@@ -68,7 +74,7 @@ def correlate(
     if target not in ("vem", "sprites"):
         raise typer.BadParameter(f"target must be vem or sprites, got {target!r}")
     with errors_in_one_line():
-        writing.check(markdown)
+        writing.check(markdown, reads=_read_files(what, policy))
     tape = _tape(what, samples, policy, seed, game_mode)
     if tape.screens is None or (target == "sprites" and tape.shown is None):
         raise typer.BadParameter(f"{what} has no array {'screens' if tape.screens is None else 'shown'}: there is nothing to explain")
@@ -115,7 +121,7 @@ def residual(
 ) -> None:
     """Search the whole RAM for bits that explain the remaining errors of a decoder in one field."""
     with errors_in_one_line():
-        writing.check(markdown)
+        writing.check(markdown, reads=_read_files(what, policy))
     tape = _tape(what, samples, policy, seed, game_mode)
     with errors_in_one_line(), console.status("searching"):
         found = residuals.residual(tape, category, field)
@@ -156,7 +162,8 @@ def control(
     """
     with errors_in_one_line():
         games = names.games() if name == "all" else [registry.load(name).name]
-        writing.check(markdown, out)
+        writing.check(markdown, reads=[out])
+        writing.check(out)
         known = json.loads(out.read_text()) if out is not None and out.exists() else {}
     tables_found = []
     for game in map(registry.load, games):

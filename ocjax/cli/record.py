@@ -81,9 +81,11 @@ def record(
         return _record_text(spec, expected.describe if objects else limits.describe, DATA / ("expected" if objects else "limits"))
     with errors_in_one_line():
         out = out or writing.unnamed(_default_excerpt(spec, "ends" if boundaries else "modes" if deciding else ""))
-        writing.check(out)
+        writing.check(out, reads=source or [])
         if deciding:
-            known = [recordings.read(path) for path in expected.paths(DATA, spec, other_than=out)]
+            paths = expected.paths(DATA, spec, other_than=out)
+            writing.check(out, reads=paths)
+            known = [recordings.read(path) for path in paths]
             more = [recordings.read(path, spec.name) for path in source or []]
             tape = fixtures.record_deciding(spec, known, more, samples or fixtures.DECIDING_SAMPLES, seed=(seed or fixtures.SEEDS)[0])
         elif source:
@@ -102,7 +104,7 @@ def record(
 def _record_text(game: Game, describe: Callable[[Game, Path], str], folder: Path) -> None:
     with errors_in_one_line():
         out = writing.unnamed(folder / f"{game.name}.txt")
-        writing.check(out)
+        writing.check(out, reads=expected.paths(DATA, game))
         writing.write_text(out, describe(game, DATA))
     writing.announce(console, f"{folder.name.capitalize()} of {game.name}", out)
 

@@ -35,7 +35,7 @@ def render(
         raise typer.BadParameter(f"method must be rem, vem or both, got {method!r}")
     with errors_in_one_line():
         writing.check_suffix(out, (".png", ".gif"))
-        writing.check(out)
+        writing.check(out, reads=[recording])
         tape = recordings.read(recording, game)
     if tape.screens is None:
         raise typer.BadParameter(f"{recording} has no frames (an array 'screens') to draw on")

@@ -15,7 +15,7 @@ from gymnasium import spaces
 from ocjax._extras import require
 from ocjax.console.ram import RAM_SIZE
 from ocjax.datasets import columns, shards
-from ocjax.datasets.generation import open_dataset
+from ocjax.datasets.generation import PLAN, open_dataset
 from ocjax.datasets.plans import Plan
 from ocjax.emulators.start import action_set, load_emulator
 from ocjax.envs import Settings
@@ -55,7 +55,7 @@ def export(folder: str | Path, out: str | Path, *, report: Progress | None = Non
     if str(out).startswith(MINARI):
         _to_minari(folder, plan, str(out), report)
     elif Path(out).suffix == ".csv":
-        writing.check(Path(out))
+        writing.check(Path(out), reads=[folder / PLAN, *(folder / plan.file(shard) for shard in plan.shards)])
         writing.write(Path(out), functools.partial(_write_csv, folder, plan, report))
     else:
         raise ValueError(f"the output must end in .csv or be {MINARI}ID, got {out}")

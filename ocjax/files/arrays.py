@@ -10,7 +10,9 @@ from typing import IO, Any
 import numpy as np
 
 from ocjax._extras import require
-from ocjax.files.rows import FACTS, Input, InputError, batch_axes, check_rows, choose, facts_in
+from ocjax.console.ram import RAM_SIZE
+from ocjax.files import folders, npz
+from ocjax.files.rows import FACTS, Input, InputError, batch_axes, check_block, check_claim, check_rows, choose, facts_in
 
 
 @contextlib.contextmanager
@@ -30,6 +32,7 @@ class _Batch(Input):
         axes = batch_axes(shape)
         self._batch, self.row_shape = tuple(map(int, shape[:axes])), tuple(map(int, shape[axes:]))
         self.rows = math.prod(self._batch)
+        check_block(f"{self.name} {list(shape)}", math.prod(shape[1:]) * np.dtype(dtype).itemsize)
 
     @property
     def batch(self) -> tuple[int, ...]:
@@ -37,20 +40,24 @@ class _Batch(Input):
 
 
 class _Array(_Batch):
-    """An array that can be sliced without reading all of it."""
+    """An array that can be sliced without reading all of it.
 
-    def __init__(self, name: str, array: Any, facts: Mapping[str, str], close: Callable[[], object] = lambda: None) -> None:
-        self.name, self._array, self.facts, self._close = name, array, facts, close
+    Args:
+        name: what errors call it.
+        array: with `dtype` and `shape`.
+        stored: bytes of the file that hold it.
+    """
+
+    def __init__(self, name: str, array: Any, stored: int) -> None:
+        self.name, self._array = name, array
         self._set_shape(array.dtype, array.shape)
+        check_claim(name, self.rows, stored)
 
     def _read(self, start: int, stop: int) -> np.ndarray:
         inner = math.prod(self._batch[1:])  # rows of one entry of the first axis
         first = start // inner
         entries = np.asarray(self._array[first : -(-stop // inner)])
         return entries.reshape(-1, *self.row_shape)[start - first * inner : stop - first * inner]
-
-    def close(self) -> None:
-        self._close()
 
 
 class _Stored(_Batch):
@@ -59,72 +66,200 @@ class _Stored(_Batch):
     Args:
         name: what errors call it.
         file: open at its beginning.
-        facts: see `Input`.
+        size: bytes of the file.
     """
 
-    def __init__(self, name: str, file: IO[bytes], facts: Mapping[str, str]) -> None:
-        self.name, self._file, self.facts = name, file, facts
+    def __init__(self, name: str, file: IO[bytes], size: int) -> None:
+        self.name, self._file = name, file
         with _closed_on_error(file):
-            shape, is_fortran, dtype = _header(file)
-            self._set_shape(dtype, shape)
+            shape, is_fortran, self._dtype = npz.header(file)
+            self._set_shape(self._dtype, shape)
             if is_fortran:
                 raise InputError(f"{name} is stored in Fortran order: store it in C order, row by row")
-            self._dtype, self._begin, self._row_bytes = dtype, file.tell(), math.prod(self.row_shape) * dtype.itemsize
+            self._begin, self._row_bytes = file.tell(), math.prod(self.row_shape) * self._dtype.itemsize
+            if self._begin + self.rows * self._row_bytes > size:
+                raise self._ended((size - self._begin) // self._row_bytes)
+
+    def _ended(self, row: int) -> InputError:
+        return InputError(f"{self.name} ends in row {row:,} of {self.rows:,}")
 
     def _read(self, start: int, stop: int) -> np.ndarray:
         self._file.seek(self._begin + start * self._row_bytes)
         size = (stop - start) * self._row_bytes
         data = self._file.read(size)
         if len(data) < size:
-            raise InputError(f"{self.name} ends in row {start + len(data) // self._row_bytes} of {self.rows}")
+            raise self._ended(start + len(data) // self._row_bytes)
         return np.frombuffer(data, self._dtype).reshape(stop - start, *self.row_shape)
 
     def close(self) -> None:
         self._file.close()
 
 
-def _header(file: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype]:
-    """Shape, whether it is in Fortran order, and dtype of an array in NumPy's format."""
-    read = np.lib.format.read_array_header_1_0 if np.lib.format.read_magic(file) == (1, 0) else np.lib.format.read_array_header_2_0
-    return read(file)
+class _Episodes(_Batch):
+    """The arrays of one or more episodes, one after the other.
+
+    Args:
+        name: what errors call them.
+        path: of the file.
+        keys: of the arrays.
+        shapes: of all arrays of the file.
+        opened: opens an array.
+        facts: see `Input`.
+        close: closes the file.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        keys: Sequence[str],
+        shapes: Mapping[str, Sequence[int]],
+        opened: Callable[[str], _Batch],
+        facts: Mapping[str, str],
+        close: Callable[[], object] = lambda: None,
+    ) -> None:
+        self.name = f"{path}, {keys[0]}" + f" and {len(keys) - 1:,} more" * (len(keys) > 1)
+        self.facts, self.reads, self._opened, self._close = facts, [path], opened, close
+        self._keys, self._part = keys, (0, opened(keys[0]))
+        first = self._part[1]
+        self.row_shape, self._inner = first.row_shape, first.batch[1:]
+        for key in keys:
+            if tuple(shapes[key][1:]) != (*self._inner, *self.row_shape):
+                raise InputError(f"{path}, {key}, has the shape {list(shapes[key])}, but {keys[0]} has {list(shapes[keys[0]])}")
+        lengths = [int(shapes[key][0]) for key in keys]
+        self._batch = (sum(lengths), *self._inner)
+        self.rows, self._ends = math.prod(self._batch), np.cumsum([0, *lengths]) * math.prod(self._inner)
+        self.episodes = np.diff(self._ends).tolist() if len(keys) > 1 else ()
+
+    def _read(self, start: int, stop: int) -> np.ndarray:
+        k, parts = int(np.searchsorted(self._ends, start, "right")) - 1, []
+        while start < stop:
+            first, end = self._ends[k : k + 2].tolist()
+            if k != self._part[0]:
+                self._part[1].close()
+                self._part = k, self._opened(self._keys[k])
+            parts.append(self._part[1].read(start - first, min(stop, end) - first))
+            start, k = min(stop, end), k + 1
+        return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+    def close(self) -> None:
+        self._part[1].close()
+        self._close()
 
 
 def open_npy(path: Path, wanted: str | None) -> Input:
     """An array in a file of its own."""
-    return _Stored(str(path), path.open("rb"), {})
+    opened = _Stored(str(path), path.open("rb"), path.stat().st_size)
+    opened.facts, opened.reads = {}, [path]
+    return opened
 
 
 def open_npz(path: Path, wanted: str | None) -> Input:
-    """An array of an archive, which is decompressed as a stream; only going back starts from its beginning."""
-    with zipfile.ZipFile(path) as archive:  # open files of its members keep it open
-        members = {m.filename.removesuffix(".npy"): m for m in archive.infolist()}
-        shapes, facts = {}, {}
-        for key, member in members.items():
-            with archive.open(member) as file:
-                shapes[key] = _header(file)[0]
-            if key in FACTS and shapes[key] == ():
-                with archive.open(member) as file:
-                    facts[key] = str(np.lib.format.read_array(file, allow_pickle=False))
-        key = choose(str(path), shapes, wanted)
-        return _Stored(f"{path}, {key}", archive.open(members[key]), facts)
+    """Arrays of an archive, which are decompressed as a stream; only going back starts from their beginning."""
+    archive = zipfile.ZipFile(path)
+    with _closed_on_error(archive):
+        members = npz.members(archive)
+        shapes = {key: _shape_in(archive, member) for key, member in members.items()}
+        keys = choose(str(path), shapes, wanted)
+        single = [key for key in FACTS if shapes.get(key) == ()]
+        facts = {key: str(value) for key, value in npz.read(path, single.__contains__).items()}
+
+        def opened(key: str) -> _Batch:
+            npz.check_member(archive, members[key])
+            found = _Stored(f"{path}, {key}", archive.open(members[key]), members[key].file_size)
+            check_claim(found.name, found.rows, members[key].compress_size)
+            return found
+
+        return _Episodes(path, keys, shapes, opened, facts, archive.close)
 
 
-def open_hdf5(path: Path, wanted: str | None) -> Input:
-    """A dataset of an HDF5 file."""
-    h5py = require("h5py")
-    file, shapes = h5py.File(path, "r"), {}
+def _shape_in(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> tuple[int, ...]:
+    with archive.open(member) as file:
+        return npz.header(file).shape
+
+
+def open_hdf5(path: Path, wanted: str | None, group: str = "") -> Input:
+    """Datasets of an HDF5 file, or only those in groups of a name at any depth."""
+    file = require("h5py").File(path, "r")
     with _closed_on_error(file):
-        file.visititems(lambda key, item: shapes.update({key: item.shape}) if isinstance(item, h5py.Dataset) else None)
-        key = choose(str(path), shapes, wanted)
-        return _Array(f"{path}, {key}", file[key], facts_in(file.attrs), file.close)
+        shapes = {key: item.shape for key, item in _datasets(file, path) if not group or group in key.split("/")}
+        keys = choose(str(path), shapes, wanted)
+        return _Episodes(path, keys, shapes, lambda key: _of_hdf5(f"{path}, {key}", file[key]), facts_in(file.attrs), file.close)
+
+
+def check_hdf5(path: Path) -> None:
+    """Check that an HDF5 file has all its data in itself.
+
+    Raises:
+        InputError: it refers to another file, or claims more data than it holds.
+    """
+    with require("h5py").File(path, "r") as file:
+        for key, dataset in _datasets(file, path):
+            check_own(f"{path}, {key}", dataset)
+            check_claim(f"{path}, {key}", dataset.nbytes // RAM_SIZE, dataset.id.get_storage_size())
+
+
+def _datasets(file: Any, path: Path) -> list[tuple[str, Any]]:
+    """The datasets of an HDF5 file and their paths.
+
+    Raises:
+        InputError: a link leads to another file.
+    """
+    h5py = require("h5py")
+    found: list[tuple[str, Any]] = []
+
+    def visit(key: str, link: Any) -> None:
+        if isinstance(link, h5py.ExternalLink):
+            raise InputError(f"{path}, {key}, is a link to another file: copy the data into one file")
+        item: Any = file[key] if isinstance(link, h5py.HardLink) else None
+        if isinstance(item, h5py.Dataset) and item.shape is not None:
+            found.append((key, item))
+
+    file.visititems_links(visit)
+    return found
+
+
+def _of_hdf5(name: str, dataset: Any) -> _Batch:
+    """A dataset of an HDF5 file."""
+    check_own(name, dataset)
+    return _Array(name, dataset, dataset.id.get_storage_size())
+
+
+def check_own(name: str, dataset: Any) -> None:
+    """Check that the data of an HDF5 dataset are in its own file.
+
+    Raises:
+        InputError: they are in other files, or its chunks are too large.
+    """
+    if dataset.is_virtual or dataset.external:
+        kind = "a virtual dataset" if dataset.is_virtual else "stored externally"
+        raise InputError(f"{name} is {kind}, so its data are in other files: copy them into one file")
+    properties = dataset.id.get_create_plist()
+    filters = [properties.get_filter(k)[0] for k in range(properties.get_nfilters())]
+    if len(set(filters)) < len(filters):
+        raise InputError(f"{name} is compressed several times with one filter: store it with each filter once")
+    check_block(name, math.prod(dataset.chunks or ()) * dataset.dtype.itemsize)
 
 
 def open_zarr(path: Path, wanted: str | None) -> Input:
-    """A Zarr array, or an array of a group."""
+    """A Zarr array, or arrays of a group and its subgroups.
+
+    Raises:
+        InputError: a file in the folder is a link, or the chunks are too large.
+    """
     zarr = require("zarr")
+    contents = folders.contents(path)
     opened = zarr.open(path, mode="r")
     if isinstance(opened, zarr.Array):
-        return _Array(str(path), opened, facts_in(opened.attrs))
-    arrays = dict(opened.arrays())
-    key = choose(str(path), {k: a.shape for k, a in arrays.items()}, wanted)
-    return _Array(f"{path}, {key}", arrays[key], facts_in(opened.attrs))
+        arrays, keys = {path.name: opened}, [path.name]
+    else:
+        arrays = {key: item for key, item in opened.members(max_depth=None) if isinstance(item, zarr.Array)}
+        keys = choose(str(path), {key: array.shape for key, array in arrays.items()}, wanted)
+
+    def part(key: str) -> _Batch:
+        for chunks in (arrays[key].chunks, arrays[key].shards or ()):
+            check_block(f"{path}, {key}", math.prod(chunks) * arrays[key].dtype.itemsize)
+        return _Array(f"{path}, {key}", arrays[key], sum(contents.values()))
+
+    found = _Episodes(path, keys, {key: arrays[key].shape for key in keys}, part, facts_in(opened.attrs))
+    found.reads = [path, *contents]
+    return found

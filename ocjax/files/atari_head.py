@@ -15,8 +15,8 @@ import numpy as np
 from ocjax.console import palette
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
+from ocjax.files.pictures import PictureFolder
 from ocjax.files.rows import InputError
-from ocjax.files.tables import PictureFolder
 
 __all__ = ["Look", "TrialFrame", "looks", "object_at", "read_trial"]
 
@@ -108,7 +108,7 @@ def looks(game: Game, trial: str | Path, frames: str | Path, report: Callable[[i
         InputError: the file has another layout, or no picture has the name of a line.
         ValueError: colours of a picture are not the emulator's.
     """
-    folder = PictureFolder(Path(frames), None)
+    folder = PictureFolder(Path(frames))
     row_of = {folder.stem(i): i for i in range(folder.rows)}
     chosen = [frame for frame in read_trial(trial) if frame.frame_id in row_of]
     if not chosen:

@@ -1,10 +1,11 @@
-"""Inputs: rows of RAM or frames in NumPy, HDF5, Zarr, Parquet, Arrow and Minari data, and in folders of PNG pictures or Arrow files.
+"""Inputs: rows of RAM or frames in NumPy, HDF5, Zarr, Parquet, Arrow and Minari data, and in folders of pictures, Parquet or Arrow files.
 
 All of them are read in blocks of rows, so that files may be larger than the memory. The libraries that read a format are imported when a
 file of that format is opened (extra `data`).
 """
 
 import contextlib
+import json
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -12,8 +13,9 @@ from typing import Any
 import numpy as np
 
 from ocjax._extras import MissingExtraError, require
-from ocjax.files import arrays, tables
-from ocjax.files.rows import Input, InputError, choose, facts_in
+from ocjax.console.ram import RAM_SIZE
+from ocjax.files import arrays, folders, pictures, tables
+from ocjax.files.rows import Input, InputError, check_claim, check_rows, choose, facts_in, is_row
 
 MINARI = "minari:"  # what the name of a Minari dataset begins with
 
@@ -38,25 +40,79 @@ def minari_id(name: str) -> str:
     return identifier
 
 
-class _Minari(tables.RowBlocks):
-    """The observations of a Minari dataset, of all episodes one after the other."""
+def load_minari(identifier: str) -> tuple[Any, Path, list[Path]]:
+    """Load a Minari dataset. Nothing that its metadata names is imported or executed.
 
-    def __init__(self, name: str, wanted: str | None) -> None:
-        identifier, self._wanted = minari_id(name), wanted
-        try:
-            self._dataset = require("minari").load_dataset(identifier)
-        except FileNotFoundError as error:
-            raise InputError(f"there is no Minari dataset {identifier} on this machine: `minari download {identifier}` gets it") from error
-        spec = self._dataset.env_spec
-        self.facts = facts_in(self._dataset.storage.metadata.get("ocjax", {} if spec is None else {"game": spec.id}))
-        episodes = self._dataset.storage.get_episode_metadata(self._dataset.episode_indices)
-        super().__init__(name, [e["total_steps"] + 1 for e in episodes])
+    Returns:
+        The dataset, its folder, and the files in it.
+
+    Raises:
+        InputError: there is no such dataset, a file of it is a link or stores its data elsewhere, or its metadata lack a space, for which
+            minari would make the environment that they name.
+    """
+    minari, path = require("minari"), Path(require("minari.storage").get_dataset_path(identifier))
+    if not (path / "data").is_dir():
+        raise InputError(f"there is no Minari dataset {identifier} on this machine: `minari download {identifier}` gets it")
+    contents = folders.contents(path)
+    metadata = json.loads(folders.inside(path / "data", "metadata.json").read_text(encoding="utf-8"))
+    lacking = [name for name in ("observation_space", "action_space") if not isinstance(metadata.get(name), str)]
+    if lacking:
+        raise InputError(f"the metadata of {path} lack {' and '.join(lacking)}: add them with minari")
+    check_claim(str(path), metadata["total_episodes"], sum(contents.values()))
+    for file in contents:
+        if file.suffix == ".hdf5":
+            arrays.check_hdf5(file)
+        if file.suffix == ".arrow":
+            tables.check_arrow(file)
+    return minari.load_dataset(identifier), path, [*contents]
+
+
+def _open_minari(name: str, wanted: str | None) -> Input:
+    """The observations of a Minari dataset, of all episodes one after the other."""
+    dataset, path, contents = load_minari(minari_id(name))
+    if dataset.storage.FORMAT == "hdf5":
+        opened = arrays.open_hdf5(path / "data" / "main_data.hdf5", wanted, "observations")
+    else:
+        opened = _Minari(name, dataset, wanted)
+    spec = dataset.env_spec
+    opened.facts = facts_in(dataset.storage.metadata.get("ocjax", {} if spec is None else {"game": spec.id}))
+    opened.name, opened.reads = name, [path, *contents]
+    return opened
+
+
+class _Minari(Input):
+    """The observations of a Minari dataset in Arrow or Parquet files. One episode at a time is in memory."""
+
+    def __init__(self, name: str, dataset: Any, wanted: str | None) -> None:
+        self.name, self._dataset, self._wanted = name, dataset, wanted
+        metadata = dataset.storage.get_episode_metadata(dataset.episode_indices)
+        self.episodes = [int(episode["total_steps"]) + 1 for episode in metadata]
+        if min(self.episodes, default=1) < 1:
+            raise InputError(f"{name} has an episode with a negative number of steps")
+        self._ends, self.rows = np.cumsum([0, *self.episodes]), sum(self.episodes)
+        self._loaded = (0, self._load(0)) if self.rows else (-1, np.zeros((0, RAM_SIZE), np.uint8))
+        first = self._loaded[1]
+        check_rows(name, first.dtype, first.shape)
+        if not is_row(first.shape[1:]):
+            raise InputError(f"{name} must have rows of RAM or frames, got {list(first.shape[1:])}")
+        self.row_shape = first.shape[1:]
 
     def _load(self, k: int) -> np.ndarray:
         observations: Any = self._dataset[k].observations
         if isinstance(observations, Mapping):
-            observations = observations[choose(self.name, {key: np.shape(v) for key, v in observations.items()}, self._wanted)]
+            shapes = {key: np.shape(v) for key, v in observations.items()}
+            observations = observations[choose(self.name, shapes, self._wanted)[0]]
         return np.asarray(observations)
+
+    def _read(self, start: int, stop: int) -> np.ndarray:
+        k, parts = int(np.searchsorted(self._ends, start, "right")) - 1, []
+        while start < stop:
+            first, end = self._ends[k : k + 2].tolist()
+            if k != self._loaded[0]:
+                self._loaded = k, self._load(k)
+            parts.append(self._loaded[1][start - first : stop - first])
+            start, k = min(stop, end), k + 1
+        return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 _OPENERS: Mapping[str, Callable[[Path, str | None], Input]] = {
@@ -76,7 +132,7 @@ def open_input(path: str | Path, array: str | None = None) -> Iterator[Input]:
     """Open RAM or frames.
 
     Args:
-        path: an .npy, .npz, .h5, .hdf5, .parquet, .arrow or .feather file, a .zarr folder, a folder of .png pictures or of
+        path: an .npy, .npz, .h5, .hdf5, .parquet, .arrow or .feather file, a .zarr folder, a folder of pictures, of .parquet files or of
             `datasets.save_to_disk`, or the ID of a Minari dataset after "minari:".
         array: name of the array, dataset or column; by default the first of rams, ram, screens, frames, observations and obs that holds RAM
             or frames.
@@ -97,19 +153,24 @@ def _open(name: str, array: str | None) -> Input:
     path = Path(name)
     if not name.startswith(MINARI) and not path.exists():
         raise FileNotFoundError(f"no input {path}")
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise InputError(f"{path} is a special file: give a regular file or a folder")
     try:
         if name.startswith(MINARI):
-            return _Minari(name, array)
-        if path.suffix.lower() in _OPENERS:
+            return _open_minari(name, array)
+        if path.suffix.lower() in _OPENERS and path.is_dir() == (path.suffix.lower() == ".zarr"):
             return _OPENERS[path.suffix.lower()](path, array)
         if any((path / name).exists() for name in tables.HUGGING_FACE):
             return tables.open_hugging_face(path, array)
+        if path.is_dir() and not folders.files(path, pictures.FORMATS) and tables.parquet_files(path):
+            return tables.open_parquet_folder(path, array)
         if path.is_dir():
-            return tables.PictureFolder(path, array)
+            return pictures.PictureFolder(path)
     except (InputError, MissingExtraError):
         raise
     except Exception as error:  # a damaged file can fail anywhere in the libraries
         raise InputError(f"{name} cannot be read: {type(error).__name__}: {error}") from error
     raise InputError(
-        f"{name} is of no known format: give {', '.join(_OPENERS)}, a folder of .png pictures or of datasets.save_to_disk, or {MINARI}ID"
+        f"{name} is of no known format: give {', '.join(_OPENERS)}, "
+        f"a folder of pictures, of .parquet files or of datasets.save_to_disk, or {MINARI}ID"
     )

@@ -13,7 +13,7 @@ import numpy as np
 
 from ocjax._extras import require
 from ocjax.files import writing
-from ocjax.files.inputs import MINARI, InputError, minari_id
+from ocjax.files.inputs import MINARI, InputError, load_minari, minari_id
 from ocjax.files.outputs import Blocks
 
 FIXED = ("observation_space", "action_space", "env_spec", "data_format", "jpeg_encoding")  # of the storage, which writes them itself
@@ -76,7 +76,7 @@ def copy_with_objects(source: str, name: str, blocks: Blocks) -> None:
         name: ID of the new one after "minari:".
         blocks: the objects of the observations of all episodes, one after the other.
     """
-    dataset = require("minari").load_dataset(source.removeprefix(MINARI))
+    dataset, *_ = load_minari(source.removeprefix(MINARI))
     storage, known = dataset.storage, dict(dataset.storage.metadata)
     spaces = {
         "observation_space": storage.observation_space,

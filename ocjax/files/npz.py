@@ -6,17 +6,57 @@ import os
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import IO, Any, NamedTuple, TypeVar
 
 import numpy as np
 
 DENSEST = 1100  # bytes that one byte of compressed data holds at most; deflate's limit is 1032
+MOST_TEXT = 2**20  # bytes of a text
+PART = 2**20  # bytes that are decompressed at a time
 END_RECORD = 22  # bytes of the record at the end of a zip archive
-_HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
+_HEADERS = {  # 3.0 has the layout of 2.0
+    (1, 0): np.lib.format.read_array_header_1_0,
+    (2, 0): np.lib.format.read_array_header_2_0,
+    (3, 0): np.lib.format.read_array_header_2_0,
+}
+
+
+Found = TypeVar("Found")
 
 
 class NpzError(ValueError):
     """A file is no intact `.npz` file; the message says what is wrong with it."""
+
+
+class Header(NamedTuple):
+    """What the file gives of an array before its data."""
+
+    shape: tuple[int, ...]
+    is_fortran: bool
+    dtype: np.dtype
+
+
+def headers(path: Path, wanted: Callable[[str], bool]) -> dict[str, Header]:
+    """The headers of arrays that `read` would read.
+
+    Args:
+        path: the file.
+        wanted: whether the header of an array of this name is read.
+
+    Raises:
+        FileNotFoundError: there is no such file.
+        NpzError: the file is damaged.
+    """
+
+    def read_all(archive: zipfile.ZipFile) -> dict[str, Header]:
+        found = {}
+        for name, info in members(archive).items():
+            if wanted(name):
+                with archive.open(info) as file:
+                    found[name] = _checked_header(archive, info, file)
+        return found
+
+    return _opened(path, read_all)
 
 
 def read(path: Path, wanted: Callable[[str], bool]) -> dict[str, np.ndarray]:
@@ -30,17 +70,33 @@ def read(path: Path, wanted: Callable[[str], bool]) -> dict[str, np.ndarray]:
         FileNotFoundError: there is no such file.
         NpzError: the file is damaged.
     """
+
+    def read_all(archive: zipfile.ZipFile) -> dict[str, np.ndarray]:
+        every = members(archive)
+        for info in every.values():
+            archive.open(info).close()
+        return {name: _load(archive, info) for name, info in every.items() if wanted(name)}
+
+    return _opened(path, read_all)
+
+
+def _opened(path: Path, read: Callable[[zipfile.ZipFile], Found]) -> Found:
+    """What a function reads from a file."""
     if not path.exists():
         raise FileNotFoundError(f"no file {path}")
+    if not path.is_file():
+        raise NpzError("it is no regular file")
     try:
         with zipfile.ZipFile(path) as archive:
             _check_count(archive)
-            members = {info.filename.removesuffix(".npy"): info for info in archive.infolist()}
-            for info in members.values():
-                archive.open(info).close()
-            return {name: _load(archive, info) for name, info in members.items() if wanted(name)}
+            return read(archive)
     except Exception as error:  # a damaged file can fail anywhere in zipfile, zlib, numpy and the parser of its headers
         raise NpzError(f"{type(error).__name__}: {error}") from error
+
+
+def members(archive: zipfile.ZipFile) -> dict[str, zipfile.ZipInfo]:
+    """The files of an archive by the names of their arrays."""
+    return {info.filename.removesuffix(".npy"): info for info in archive.infolist()}
 
 
 def json_object(text: np.ndarray) -> dict[str, Any] | None:
@@ -61,22 +117,54 @@ def _check_count(archive: zipfile.ZipFile) -> None:
         raise ValueError(f"its directory has {len(archive.infolist())} entries instead of {count}")
 
 
-def _load(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray:
-    """One array of the file.
+def header(file: IO[bytes]) -> Header:
+    """The header of an array in numpy's format.
 
-    The size that the header gives is compared with the size of the file before memory is allocated: one byte of compressed data holds at
-    most `DENSEST` bytes.
+    Raises:
+        ValueError: it is damaged, or of an unknown version.
+    """
+    version = np.lib.format.read_magic(file)
+    if version not in _HEADERS:
+        raise ValueError(f"version {version} of numpy's format is not known")
+    found = Header(*_HEADERS[version](file))
+    if min(found.shape, default=0) < 0:
+        raise ValueError(f"negative dimension in {list(found.shape)}")
+    return found
+
+
+def check_member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> None:
+    """Check that the size of an array is possible: one byte of compressed data holds at most `DENSEST` bytes.
+
+    Raises:
+        ValueError: it is not.
     """
     assert archive.fp is not None
+    size = archive.fp.seek(0, os.SEEK_END)
+    if not (info.compress_size <= size and info.file_size <= DENSEST * info.compress_size):
+        raise ValueError(f"{info.filename} claims {info.file_size:,} bytes out of {info.compress_size:,} in a file of {size:,}")
+
+
+def _checked_header(archive: zipfile.ZipFile, info: zipfile.ZipInfo, file: IO[bytes]) -> Header:
+    """The header of an array whose data may be read: they are plain, as many as the header claims, and no giant text."""
+    check_member(archive, info)
+    found = header(file)
+    size, stored = math.prod(found.shape) * found.dtype.itemsize, info.file_size - file.tell()
+    if found.dtype.hasobject or size != stored:
+        raise ValueError(f"{info.filename} claims {found.dtype} {list(found.shape)}, but has {stored:,} bytes")
+    if found.dtype.kind in "SU" and size > MOST_TEXT:
+        raise ValueError(f"{info.filename} is a text of {size:,} bytes; at most {MOST_TEXT:,} are read")
+    return found
+
+
+def _load(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray:
+    """One array of the file. Its size is checked before memory is allocated."""
     with archive.open(info) as file:
-        size = archive.fp.seek(0, os.SEEK_END)
-        if not (info.compress_size <= size and info.file_size <= DENSEST * info.compress_size):
-            raise ValueError(f"{info.filename} claims {info.file_size:,} bytes out of {info.compress_size:,} in a file of {size:,}")
-        version = np.lib.format.read_magic(file)
-        if version not in _HEADERS:
-            raise ValueError(f"{info.filename} is of version {version} of numpy's format, which stores plain arrays as 1.0 or 2.0")
-        shape, is_fortran, dtype = _HEADERS[version](file)
-        data = file.read()  # to the end, where the checksum is compared
-    if dtype.hasobject or len(data) != math.prod(shape) * dtype.itemsize:
-        raise ValueError(f"{info.filename} claims {dtype} {list(shape)}, but has {len(data):,} bytes")
-    return np.ndarray(shape, dtype, bytearray(data), order="F" if is_fortran else "C")
+        shape, is_fortran, dtype = _checked_header(archive, info, file)
+        size, at = math.prod(shape) * dtype.itemsize, 0
+        data = bytearray(size)
+        while part := file.read(PART):  # to the end, where the checksum is compared
+            data[at : at + len(part)] = part
+            at += len(part)
+    if at != size:
+        raise ValueError(f"{info.filename} claims {dtype} {list(shape)}, but has {at:,} bytes")
+    return np.ndarray(shape, dtype, data, order="F" if is_fortran else "C")

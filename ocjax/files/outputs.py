@@ -11,7 +11,8 @@
 All but MOT's also name the game, the md5 of its ROM, the method and the version of ocjax. Equal objects give equal bytes.
 
 Where rows have several dimensions, such as steps and environments, fields have them, too, and `.parquet` has columns row_0, row_1, ...
-instead of row. The other formats count rows along the last dimension first.
+instead of row. The other formats count rows along the last dimension first. If the episodes of the rows are known, `.npz`, HDF5 and
+`.parquet` files have the number of the episode of each row, `episode` int32.
 """
 
 import dataclasses
@@ -49,6 +50,7 @@ class Blocks:
         block_rows: rows of each block but the last.
         paths: of the blocks.
         stem: the name of a row's picture, without its suffix.
+        episodes: the number of rows of each episode, if they are known.
     """
 
     game: Game
@@ -57,6 +59,7 @@ class Blocks:
     block_rows: int
     paths: Sequence[Path]
     stem: Callable[[int], str]
+    episodes: Sequence[int] = ()
 
     @property
     def rows(self) -> int:
@@ -73,6 +76,12 @@ class Blocks:
         for k, path in enumerate(self.paths):
             first = k * self.block_rows
             yield first, min(self.block_rows, self.rows - first), Block.read(path)
+
+    @property
+    def episode(self) -> dict[str, np.ndarray]:
+        """The episode of each row, counted from 0 on: int32 `[*batch]` under the key "episode". Empty if episodes are not known."""
+        numbers = np.repeat(np.arange(len(self.episodes), dtype=np.int32), self.episodes)
+        return {"episode": numbers.reshape(self.batch)} if self.episodes else {}
 
     @property
     def facts(self) -> dict[str, str]:
@@ -101,7 +110,7 @@ def _write_npz(blocks: Blocks, file: BinaryIO) -> None:
             padded = (block.padded(rows, blocks.game)[name] for _, rows, block in blocks)
             member(name, np.zeros(0, dtype), (*blocks.batch, blocks.game.num_slots, *tail), padded)
         single = {"categories": np.array(blocks.slot_names), "hud": blocks.game.slot_hud}
-        for name, value in (single | {k: np.array(v) for k, v in blocks.facts.items()}).items():
+        for name, value in (single | blocks.episode | {k: np.array(v) for k, v in blocks.facts.items()}).items():
             member(name, value, value.shape, iter([value]))
 
 
@@ -121,7 +130,8 @@ def _write_hdf5(blocks: Blocks, file: BinaryIO) -> None:
             entries = slice(first // blocks.inner, (first + rows) // blocks.inner)
             for name, array in block.padded(rows, blocks.game).items():
                 buffer[name][entries] = array.reshape(-1, *blocks.batch[1:], *array.shape[1:])
-        buffer["categories"], buffer["hud"] = blocks.slot_names, blocks.game.slot_hud
+        for name, value in {"categories": blocks.slot_names, "hud": blocks.game.slot_hud, **blocks.episode}.items():
+            buffer[name] = value
         buffer.attrs.update(blocks.facts)
 
 
@@ -134,9 +144,10 @@ def _write_parquet(blocks: Blocks, file: BinaryIO) -> None:
         | {"orientation": pa.int8(), "value": pa.int32()}
         | dict.fromkeys("rgb", pa.uint8())
     )
-    rows = records.row_names(len(blocks.batch))
+    rows, episode = records.row_names(len(blocks.batch)), blocks.episode
     fields = [
         *((name, pa.int64()) for name in rows),
+        *((name, pa.int32()) for name in episode),
         ("category", pa.dictionary(pa.int32(), pa.string())),
         *numbers.items(),
         ("hud", pa.bool_()),
@@ -145,6 +156,7 @@ def _write_parquet(blocks: Blocks, file: BinaryIO) -> None:
     with parquet.ParquetWriter(file, schema, compression="zstd", use_dictionary=["category"]) as writer:
         for first, _, block in blocks:
             columns: dict[str, Any] = dict(zip(rows, np.unravel_index(block.row + first, blocks.batch), strict=True))
+            columns |= {name: numbers.ravel()[block.row + first] for name, numbers in episode.items()}
             columns |= records.of_slots(block.slot, block, blocks.game)
             columns["index"] = columns.pop("slot")
             columns["category"] = pa.DictionaryArray.from_arrays(columns["category"].astype(np.int32), names)

@@ -7,7 +7,7 @@ import itertools
 import json
 import math
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -90,10 +90,11 @@ def extract(
             it was made with another ROM.
         UnknownGameError: a ValueError; there is no game of that name.
         ValueError: the output's format is not supported, the work folder is of another extraction, or the cluster cannot be reached.
-        OSError: the output cannot be written.
+        OSError: the output cannot be written, or would replace the input.
     """
     target = _target(str(source), str(out))
     with open_input(source, array) as rows:
+        _check_apart(target, source, rows.reads)
         spec = game_of(rows, source, game, hud=hud)
         check_indices(rows, spec)
         plan = _plan(rows, source, array, spec, method_of(rows, spec), hud=hud)
@@ -103,13 +104,14 @@ def extract(
             if report is not None:
                 report(done, rows.rows)
     paths = [_part(target.folder, k) for k in range(plan.blocks)]
-    target.write(outputs.Blocks(spec, plan.method, rows.batch, plan.block_rows, paths, rows.stem))
+    target.write(outputs.Blocks(spec, plan.method, rows.batch, plan.block_rows, paths, rows.stem, rows.episodes))
     shutil.rmtree(target.folder)
 
 
 class _Target(NamedTuple):
     """Where objects are written."""
 
+    path: Path  # of the file or folder of objects
     folder: Path  # of the work
     write: Callable[[outputs.Blocks], object]
 
@@ -120,14 +122,26 @@ def _target(source: str, out: str) -> _Target:
         if not source.startswith(MINARI):
             raise ValueError(f"only a Minari dataset can be copied to another one with objects, got {source}")
         path = minari.path_of(out)
-        return _Target(path.with_name(f".{path.name}.parts"), lambda blocks: minari.copy_with_objects(source, out, blocks))
+        return _Target(path, path.with_name(f".{path.name}.parts"), lambda blocks: minari.copy_with_objects(source, out, blocks))
     if out.startswith(outputs.YOLO):
         path = outputs.new_folder(out)
-        return _Target(path.with_name(f"{path.name}.parts"), lambda blocks: outputs.write_yolo(blocks, path))
+        return _Target(path, path.with_name(f"{path.name}.parts"), lambda blocks: outputs.write_yolo(blocks, path))
     path = Path(out)
     writer = outputs.writer(path)
     output.check(path)
-    return _Target(path.with_name(f"{path.name}.parts"), lambda blocks: output.write(path, lambda file: writer(blocks, file)))
+    return _Target(path, path.with_name(f"{path.name}.parts"), lambda blocks: output.write(path, lambda file: writer(blocks, file)))
+
+
+def _check_apart(target: _Target, source: str | Path, reads: Sequence[Path]) -> None:
+    """Check that the output and the work folder replace no input.
+
+    Raises:
+        shutil.SameFileError: an OSError; they do.
+    """
+    for path in (target.path, target.folder):
+        output.check_apart(path, reads)
+    if Path(source).exists() and Path(source).resolve().is_relative_to(target.folder.resolve()):
+        raise shutil.SameFileError(f"the input {source} lies in the work folder {target.folder}: give another output")
 
 
 def game_of(rows: Input, source: str | Path, name: str | None, *, hud: bool) -> Game:

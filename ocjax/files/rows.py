@@ -1,7 +1,10 @@
 """Rows of RAM or of frames: the interface of inputs, and which arrays hold such rows."""
 
+import itertools
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +14,9 @@ from ocjax.console.ram import RAM_SIZE
 NAMES = ("rams", "ram", "screens", "frames", "observations", "obs")  # of arrays, in the order in which they are looked for
 FACTS = ("game", "md5")
 WIDTH, LEAST_HEIGHT, MOST_HEIGHT = 160, 100, 256  # pixels of a frame
+ROWS_PER_BYTE = 16  # at most; deflate stores at least an eighth of a byte for a row of RAM
+MOST_BLOCK = 2**30  # bytes of a chunk, or of an entry of the first dimension
+MOST_LISTED = 20  # arrays in an error
 
 
 class InputError(ValueError):
@@ -26,6 +32,8 @@ class Input(ABC):
         batch: the dimensions of the rows: `(rows,)`, or several, such as steps and environments. Rows are counted along the last one first.
         row_shape: `(128,)` for RAM, `(H, 160)` for frames of palette indices, `(H, 160, 3)` for RGB frames.
         facts: what it says about itself: perhaps the "game" and the "md5" of its ROM.
+        episodes: the number of rows of each episode, if they are known.
+        reads: the files and folders that it reads; every file in such a folder counts.
         pictures: whether it consists of pictures, which may show palette indices as shades of grey.
     """
 
@@ -33,6 +41,8 @@ class Input(ABC):
     rows: int
     row_shape: tuple[int, ...]
     facts: Mapping[str, str]
+    reads: Sequence[Path]
+    episodes: Sequence[int] = ()
     pictures: bool = False
 
     @property
@@ -93,17 +103,49 @@ def batch_axes(shape: Sequence[int]) -> int:
     return next((k for k in range(1, len(shape)) if is_row(shape[k:])), 0)
 
 
-def choose(name: str, shapes: Mapping[str, Sequence[int]], wanted: str | None) -> str:
-    """The array that is wanted, or by default the first of `NAMES` whose rows are RAM or frames."""
-    there = ", ".join(f"{key} {list(shape)}" for key, shape in shapes.items()) or "none"
+def choose(name: str, shapes: Mapping[str, Sequence[int]], wanted: str | None) -> list[str]:
+    """The array to read, or the arrays of all episodes in natural order.
+
+    Names may be paths through groups. Arrays whose paths differ only in numbers, such as `episode_0/observations` and
+    `episode_1/observations`, are episodes.
+
+    Args:
+        name: of the file, for errors.
+        shapes: of its arrays.
+        wanted: a path, or the end of several; by default the first of `NAMES` whose rows are RAM or frames. Groups whose names begin with
+            `next_`, which repeat observations, are not searched.
+
+    Raises:
+        InputError: there is no such array, or several that are not episodes.
+    """
+    if wanted is not None and wanted in shapes:
+        return [wanted]
     if wanted is not None:
-        if wanted not in shapes:
-            raise InputError(f"{name} has no array {wanted!r}: it has {there}")
-        return wanted
-    found = [key for own in NAMES for key in shapes if key.rpartition("/")[2] == own and batch_axes(shapes[key])]
+        found = [key for key in shapes if key.endswith(f"/{wanted}")]
+    else:
+        usual = [key for key in shapes if batch_axes(shapes[key]) and not re.search("(^|/)next_", key)]
+        found = next((keys for own in NAMES if (keys := [key for key in usual if key.rpartition("/")[2] == own])), [])
     if not found:
-        raise InputError(f"{name} has no RAM or frames named {', '.join(NAMES)}: it has {there}; name one of them (array)")
-    return found[0]
+        looked_for = f"RAM or frames named {', '.join(NAMES)}" if wanted is None else f"array {wanted!r}"
+        advice = "; name one of them (array)" if wanted is None else ""
+        raise InputError(f"{name} has no {looked_for}: it has {_listed(shapes)}{advice}")
+    depth = min(key.count("/") for key in found)
+    found = sorted((key for key in found if key.count("/") == depth), key=natural)
+    if len({re.sub("[0-9]+", "0", key) for key in found}) > 1:
+        raise InputError(f"{name} has several arrays that match: {_listed({key: shapes[key] for key in found})}; name one of them (array)")
+    return found
+
+
+def _listed(shapes: Mapping[str, Sequence[int]]) -> str:
+    shown = [f"{key} {list(shape)}" for key, shape in itertools.islice(shapes.items(), MOST_LISTED)]
+    more = len(shapes) - len(shown)
+    return ", ".join(shown) + f" and {more:,} more" * (more > 0) or "none"
+
+
+def natural(name: str) -> tuple[list[int | str], str]:
+    """A key that sorts names in natural order, "9" before "10"."""
+    parts = re.split("([0-9]+)", name)
+    return [int(part) if k % 2 else part for k, part in enumerate(parts)], name
 
 
 def check_rows(name: str, dtype: Any, shape: Sequence[int]) -> None:
@@ -117,6 +159,26 @@ def check_rows(name: str, dtype: Any, shape: Sequence[int]) -> None:
             f"{name} must be uint8 [n, {RAM_SIZE}] (RAM), [n, H, {WIDTH}] (frames of palette indices) or [n, H, {WIDTH}, 3] (RGB), or "
             f"wider integers from 0 to 255, got {dtype} {list(shape)}"
         )
+
+
+def check_claim(name: str, rows: int, stored: int) -> None:
+    """Check that a number of rows can be in so many bytes of a file. Formats can claim rows of which they store nothing.
+
+    Raises:
+        InputError: it cannot.
+    """
+    if not 0 <= rows <= ROWS_PER_BYTE * stored:
+        raise InputError(f"{name} claims {rows:,} rows, but only {stored:,} bytes are stored for them: the file is damaged or incomplete")
+
+
+def check_block(name: str, size: int) -> None:
+    """Check the size in bytes of a part of a file that has to be in memory at once.
+
+    Raises:
+        InputError: it is too large.
+    """
+    if size > MOST_BLOCK:
+        raise InputError(f"{name} is stored in parts of {size:,} bytes, and at most {MOST_BLOCK:,} fit: store it in smaller chunks")
 
 
 def facts_in(attributes: Mapping[str, Any]) -> dict[str, str]:

@@ -1,184 +1,272 @@
-"""Rows in tables and in pictures: Parquet and Arrow files, folders of `datasets.save_to_disk`, and folders of PNG pictures."""
+"""Rows in tables: Parquet and Arrow files, and folders of them as hubs and `datasets.save_to_disk` lay them out."""
 
-import io
+import functools
 import json
 import re
-from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PIL import Image
 
 from ocjax._extras import require
 from ocjax.console.ram import RAM_SIZE
-from ocjax.files.rows import FACTS, NAMES, Input, InputError, check_rows, is_row
+from ocjax.files import folders, pictures
+from ocjax.files.rows import FACTS, MOST_HEIGHT, NAMES, Input, InputError, check_claim, check_rows, is_row
 
-PNG = b"\x89PNG"
 HUGGING_FACE = ("state.json", "dataset_dict.json")  # one is in every folder that `datasets.save_to_disk` has written
+BATCH_ROWS = 1024  # of a Parquet file that are decoded at a time
+MOST_DIMENSIONS = 3  # of a row
+SHARD = re.compile(r"(.+)-[0-9]+-of-([0-9]+)")  # the stem of a file of a hub
+
+Blocks = list[tuple[int, Callable[[], Iterator[Any]]]]  # of a column: the rows of each, and a function that reads it in parts
 
 
-class RowBlocks(Input):
-    """Rows in blocks, of which one at a time is in memory.
-
-    Args:
-        name: what errors call it.
-        sizes: number of rows of each block.
-    """
-
-    def __init__(self, name: str, sizes: Sequence[int]) -> None:
-        self.name, self._ends = name, np.cumsum([0, *sizes])
-        self.rows, self._loaded = int(self._ends[-1]), (-1, np.zeros((0, RAM_SIZE), np.uint8))
-        first = self._block(0) if self.rows else self._loaded[1]
-        check_rows(name, first.dtype, first.shape)
-        if not is_row(first.shape[1:]):
-            raise InputError(f"{name} must have rows of RAM or frames, got {list(first.shape[1:])}")
-        self.row_shape = first.shape[1:]
-
-    @abstractmethod
-    def _load(self, k: int) -> np.ndarray:
-        """The rows of a block."""
-
-    def _block(self, k: int) -> np.ndarray:
-        if self._loaded[0] != k:
-            self._loaded = k, self._load(k)
-        return self._loaded[1]
-
-    def _read(self, start: int, stop: int) -> np.ndarray:
-        k, parts = int(np.searchsorted(self._ends, start, "right")) - 1, []
-        while start < stop:
-            first, end = self._ends[k : k + 2].tolist()
-            parts.append(self._block(k)[start - first : stop - first])
-            start, k = min(stop, end), k + 1
-        return parts[0] if len(parts) == 1 else np.concatenate(parts)
-
-
-class _Table(RowBlocks):
-    """A column of a Parquet or Arrow file: lists of bytes, or bytes of RAM or of PNG pictures.
+class _Table(Input):
+    """A column of one or more Parquet or Arrow files: lists of bytes, or bytes of RAM or of pictures.
 
     Args:
-        path: of the file.
-        sizes: number of rows of each block.
-        load: returns a block of a column, as an Arrow array or chunked array.
-        schema: of the table.
-        wanted: name of the column.
+        path: what errors name.
+        files: that are read.
+        blocks: of the column in all files, one after the other. Their parts are Arrow arrays.
+        schema: of the first file.
+        column: name of the column.
     """
 
-    def __init__(self, path: Path, sizes: Sequence[int], load: Callable[[int, str], Any], schema: Any, wanted: str | None) -> None:
+    def __init__(self, path: Path, files: Sequence[Path], blocks: Blocks, schema: Any, column: str) -> None:
         metadata = schema.metadata or {}
         self.facts = {key: metadata[key.encode()].decode() for key in FACTS if key.encode() in metadata}
-        columns = [key for key in ((wanted,) if wanted is not None else (*NAMES, "image")) if key in schema.names]
-        if not columns:
-            there, named = ", ".join(schema.names), wanted or ", ".join((*NAMES, "image"))
-            raise InputError(f"{path} has no column named {named}: it has {there}")
-        self._column, self._load_column = columns[0], load
-        super().__init__(f"{path}, {self._column}", sizes)
-        self.pictures = True
+        self.name, self._blocks, self.reads = f"{path}, {column}", blocks, files
+        self._ends = np.cumsum([0, *(rows for rows, _ in blocks)])
+        self.rows, self.pictures = int(self._ends[-1]), True
+        check_claim(self.name, self.rows, sum(file.stat().st_size for file in files))
+        self._at, self._parts, self._left = 0, self._from(0), None  # the next row, the parts from there on, and the rest of a part
+        self._shape: tuple[int, ...] | None = None  # of a row, once it is known
+        first = self._read(0, 1) if self.rows else np.zeros((0, RAM_SIZE), np.uint8)
+        check_rows(self.name, first.dtype, first.shape)
+        if not is_row(first.shape[1:]):
+            raise InputError(f"{self.name} must have rows of RAM or frames, got {list(first.shape[1:])}")
+        self.row_shape = self._shape = first.shape[1:]
 
-    def _load(self, k: int) -> np.ndarray:
-        return _rows_of(self._load_column(k, self._column), self.name, int(self._ends[k]))
+    def _from(self, row: int) -> Iterator[Any]:
+        """The parts of the column from a row on."""
+        for k in range(max(0, int(np.searchsorted(self._ends, row, "right")) - 1), len(self._blocks)):
+            at, end = self._ends[k : k + 2].tolist()
+            for part in self._blocks[k][1]():
+                part.validate(full=True)  # before anything follows its offsets
+                if at + len(part) > row:
+                    yield part[max(0, row - at) :]
+                at += len(part)
+            if at != end:
+                raise InputError(f"{self.name} has {at - self._ends[k]:,} rows in a block that claims {self._blocks[k][0]:,}")
+
+    def _read(self, start: int, stop: int) -> np.ndarray:
+        if start != self._at:
+            self._at, self._parts, self._left = start, self._from(start), None
+        found = []
+        while self._at < stop:
+            part = next(self._parts) if self._left is None else self._left
+            own = part[: stop - self._at]
+            self._left = part[len(own) :] if len(own) < len(part) else None
+            found.append(_rows_of(own, self.name, self._at, self._shape))
+            self._at += len(own)
+        return found[0] if len(found) == 1 else np.concatenate(found)
 
 
-def _rows_of(column: Any, name: str, first: int) -> np.ndarray:
-    """The rows of an Arrow column, uint8 `[n, ...]`; `first` is the number of the first one, for errors."""
+def _column_of(path: Path, schema: Any, wanted: str | None) -> str:
+    """The column that is wanted, or by default the first with a usual name. It holds rows in a form that can be read."""
+    usual = (*NAMES, "image")
+    found = [key for key in (usual if wanted is None else (wanted,)) if key in schema.names]
+    if not found:
+        raise InputError(f"{path} has no column named {wanted or ', '.join(usual)}: it has {', '.join(schema.names)}")
+    if schema.names.count(found[0]) > 1:
+        raise InputError(f"{path} has several columns named {found[0]}")
+    _check_type(f"{path}, {found[0]}", schema.field(found[0]).type)
+    return found[0]
+
+
+def _check_type(name: str, kind: Any) -> None:
+    """Check that a column holds lists of integers or bytes, each row in its own memory."""
+    types, own, depth = require("pyarrow").types, kind, 0
+    if types.is_struct(kind) and kind.get_field_index("bytes") >= 0:  # of pictures, as the library `datasets` stores them
+        own = kind.field("bytes").type
+    while types.is_list(own) or types.is_large_list(own) or types.is_fixed_size_list(own):
+        own, depth = own.value_type, depth + 1
+    is_bytes = types.is_binary(own) or types.is_large_binary(own) or types.is_fixed_size_binary(own)
+    if not ((types.is_integer(own) and 1 <= depth <= MOST_DIMENSIONS) or (is_bytes and not depth)):
+        raise InputError(f"{name} must hold lists of bytes, bytes or pictures, got {kind}")
+
+
+def _rows_of(column: Any, name: str, first: int, shape: tuple[int, ...] | None) -> np.ndarray:
+    """The rows of an Arrow column, integers `[n, ...]`.
+
+    Args:
+        column: the Arrow array.
+        name: what errors call it.
+        first: number of the first row, for errors.
+        shape: of each row, or None if it is not known yet.
+    """
     pa = require("pyarrow")
-    column = column.combine_chunks() if isinstance(column, pa.ChunkedArray) else column
-    if column.null_count:
-        raise InputError(f"{name}, row {first + column.is_null().to_numpy(zero_copy_only=False).argmax()}, is null")
-    if pa.types.is_struct(column.type):  # of pictures, as the library `datasets` stores them
-        column = column.field("bytes")
-    if pa.types.is_fixed_size_list(column.type):
-        return np.asarray(column.flatten()).reshape(len(column), -1)
-    values = column.to_pylist()
-    if pa.types.is_list(column.type) or pa.types.is_large_list(column.type):
-        return _stacked([np.array(v) for v in values], name, first)
-    if values and not isinstance(values[0], bytes):
-        raise InputError(f"{name} must hold lists of bytes, bytes or PNG pictures, got {column.type}")
-    return _stacked([_picture(v) if v.startswith(PNG) else np.frombuffer(v, np.uint8) for v in values], name, first)
+    parts = [column]
+    if pa.types.is_struct(column.type):
+        parts.append(column.field("bytes"))
+    for part in parts:
+        if part.null_count:
+            raise InputError(f"{name}, row {first + part.is_null().to_numpy(zero_copy_only=False).argmax()}, is null")
+    values = parts[-1]
+    if not (pa.types.is_binary(values.type) or pa.types.is_large_binary(values.type) or pa.types.is_fixed_size_binary(values.type)):
+        return _numbers(values, name, first)
+    lengths = require("pyarrow.compute").binary_length(values).to_numpy(zero_copy_only=False)
+    if lengths.max(initial=0) > pictures.MOST_BYTES:
+        row = int((lengths > pictures.MOST_BYTES).argmax())
+        raise InputError(f"{name}, row {first + row}, must have at most {pictures.MOST_BYTES:,} bytes, got {lengths[row]:,}")
+    return pictures.stacked((_row(value.as_py(), name, first + i) for i, value in enumerate(values)), name, first, shape)
 
 
-def _stacked(rows: Sequence[np.ndarray], name: str, first: int) -> np.ndarray:
-    """Rows of equal shapes as one array."""
-    for i, row in enumerate(rows):
-        if row.shape != rows[0].shape:
-            raise InputError(f"{name}, row {first + i}, has the shape {list(row.shape)}, others have {list(rows[0].shape)}")
-    return np.stack(rows)
+def _numbers(column: Any, name: str, first: int) -> np.ndarray:
+    """The rows of a column of lists of integers, which may be nested."""
+    types = require("pyarrow").types
+    if types.is_integer(column.type):
+        return column.to_numpy(zero_copy_only=False)
+    lengths = require("pyarrow.compute").list_value_length(column).to_numpy(zero_copy_only=False)
+    length = int(lengths[0]) if len(lengths) else 0
+    if (lengths != length).any():
+        row = int((lengths != length).argmax())
+        raise InputError(f"{name}, row {first + row}, has the shape {[int(lengths[row])]}, others have {[length]}")
+    if length > MOST_HEIGHT:
+        raise InputError(f"{name}, row {first}, has {length:,} values")
+    values = _numbers(column.flatten(), name, first)
+    return values.reshape(len(column), length, *values.shape[1:])
 
 
-def _picture(source: bytes | Path) -> np.ndarray:
-    """A picture: RGB, uint8 `[H, W, 3]`, or without colours, uint8 `[H, W]`, whose numbers are taken as palette indices."""
-    with Image.open(io.BytesIO(source) if isinstance(source, bytes) else source) as image:
-        if image.mode not in ("RGB", "P", "RGBA", "L"):
-            raise ValueError(f"pictures must be RGB, or palette indices of 8 bits, got mode {image.mode}")
-        return np.asarray(image if image.mode == "L" else image.convert("RGB"))
+def _row(value: bytes, name: str, number: int) -> np.ndarray:
+    """The RAM or the picture in bytes."""
+    if not value.startswith(pictures.SIGNATURES) or (len(value) == RAM_SIZE and not value.startswith(pictures.SIGNATURES[0])):
+        return np.frombuffer(value, np.uint8)
+    try:
+        return pictures.read_picture(value)
+    except Exception as error:
+        raise InputError(f"{name}, row {number}, is not a readable picture: {error}") from error
 
 
 def open_parquet(path: Path, wanted: str | None) -> Input:
-    """A column of a Parquet file, in blocks of its row groups."""
-    file = require("pyarrow.parquet").ParquetFile(path)
-    blocks = [file.metadata.row_group(k).num_rows for k in range(file.num_row_groups)]
-    return _Table(path, blocks, lambda k, column: file.read_row_group(k, columns=[column]).column(0), file.schema_arrow, wanted)
+    """A column of a Parquet file."""
+    return _of_parquet(path, [path], wanted)
+
+
+def _of_parquet(path: Path, files: Sequence[Path], wanted: str | None) -> Input:
+    """A column of Parquet files, one after the other, in blocks of their row groups."""
+    parquet, blocks = require("pyarrow.parquet"), []
+    schema = parquet.read_schema(files[0])
+    column = _column_of(path, schema, wanted)
+    opened = functools.lru_cache(1)(parquet.ParquetFile)
+    for file in files:
+        metadata = parquet.read_metadata(file)
+        for k in range(metadata.num_row_groups):
+            blocks.append((metadata.row_group(k).num_rows, functools.partial(_row_group, opened, file, k, column)))
+    return _Table(path, files, blocks, schema, column)
+
+
+def _row_group(opened: Callable[[Path], Any], path: Path, k: int, column: str) -> Iterator[Any]:
+    for batch in opened(path).iter_batches(BATCH_ROWS, row_groups=[k], columns=[column]):
+        yield batch.column(0)
+
+
+def open_parquet_folder(path: Path, wanted: str | None) -> Input:
+    """The Parquet files of a folder, or of its folder `data`.
+
+    Raises:
+        InputError: they are of several splits, or some are missing.
+    """
+    files = parquet_files(path)
+    shards = [SHARD.fullmatch(file.stem) for file in files]
+    splits = [*dict.fromkeys(found[1] for found in shards if found)]
+    if len(splits) > 1:
+        raise InputError(f"{path} has the splits {', '.join(splits)}: give the files of one of them, or a folder with one")
+    counts = {int(found[2]) for found in shards if found}
+    if counts and counts != {len(files)}:
+        raise InputError(f"{path} has {len(files)} Parquet files, but the name of {files[0].name} is one of {max(counts):,}")
+    return _of_parquet(path, files, wanted)
+
+
+def parquet_files(path: Path) -> list[Path]:
+    """The Parquet files of a folder, or else of its folder `data`; an empty list if there are none."""
+    places = [path, folders.inside(path, "data")] if (path / "data").is_dir() else [path]
+    return next((files for place in places if (files := folders.files(place, (".parquet",)))), [])
 
 
 def open_arrow(path: Path, wanted: str | None) -> Input:
     """A column of an Arrow file."""
-    return _arrow_input(path, [path], wanted)
+    return _of_arrow(path, [path], wanted)
 
 
-def _arrow_input(path: Path, files: Sequence[Path], wanted: str | None) -> Input:
-    """The tables of Arrow files, one after the other; `path` is what errors name."""
-    tables = [_arrow_table(file) for file in files]
-    batches = [batch for table in tables for batch in table.to_batches()]
-    return _Table(path, [b.num_rows for b in batches], lambda k, column: batches[k].column(column), tables[0].schema, wanted)
+def _of_arrow(path: Path, files: Sequence[Path], wanted: str | None) -> Input:
+    """A column of Arrow files, one after the other; `path` is what errors name."""
+    schema = _reader(files[0], None)[0].schema
+    column = _column_of(path, schema, wanted)
+    blocks = [block for file in files for block in _blocks_of_arrow(file, column)]
+    return _Table(path, files, blocks, schema, column)
 
 
-def _arrow_table(path: Path) -> Any:
+def _blocks_of_arrow(path: Path, column: str) -> Blocks:
+    """The blocks of a column of an Arrow file: its batches or, in a stream, the whole of it."""
+    reader, is_stream = _reader(path, column)
+    if is_stream:
+        return [(sum(batch.num_rows for batch in reader), lambda: (batch.column(0) for batch in _reader(path, column)[0]))]
+    return [(reader.get_batch(k).num_rows, functools.partial(_batch, reader, k)) for k in range(reader.num_record_batches)]
+
+
+def _batch(reader: Any, k: int) -> Iterator[Any]:
+    yield reader.get_batch(k).column(0)
+
+
+def _reader(path: Path, column: str | None) -> tuple[Any, bool]:
+    """A reader of an Arrow file that reads a column, or all of them, and whether it is a stream."""
     pa = require("pyarrow")
     mapped = pa.memory_map(str(path))
+    opener, is_stream = pa.ipc.open_file, False
     try:
-        return pa.ipc.open_file(mapped).read_all()
+        schema = opener(mapped).schema
     except pa.ArrowInvalid:
+        opener, is_stream = pa.ipc.open_stream, True
         mapped.seek(0)
-        return pa.ipc.open_stream(mapped).read_all()
+        schema = opener(mapped).schema
+    mapped.seek(0)
+    fields = None if column is None else [schema.get_field_index(column)]
+    return opener(mapped, options=pa.ipc.IpcReadOptions(included_fields=fields)), is_stream
+
+
+def check_arrow(path: Path) -> None:
+    """Check the structure of all data of an Arrow file.
+
+    Raises:
+        Exception: it is damaged.
+    """
+    reader, is_stream = _reader(path, None)
+    for batch in reader if is_stream else map(reader.get_batch, range(reader.num_record_batches)):
+        batch.validate(full=True)
 
 
 def open_hugging_face(path: Path, wanted: str | None) -> Input:
-    """A folder that `datasets.save_to_disk` has written, of a dataset or of a dictionary with one dataset."""
-    several = path / "dataset_dict.json"
-    if several.exists():
-        splits = json.loads(several.read_text(encoding="utf-8"))["splits"]
+    """A folder that `datasets.save_to_disk` has written, of a dataset or of a dictionary with one dataset.
+
+    Raises:
+        InputError: there are several datasets, or a file refers to another place than the folder.
+    """
+    if (path / "dataset_dict.json").exists():
+        splits = _json(path, "dataset_dict.json")["splits"]
         if len(splits) != 1:
             raise InputError(f"{path} has the splits {', '.join(splits)}: give the folder of one of them, such as {path / splits[0]}")
-        return open_hugging_face(path / splits[0], wanted)
-    files = json.loads((path / "state.json").read_text(encoding="utf-8"))["_data_files"]
-    return _arrow_input(path, [path / file["filename"] for file in files], wanted)
+        split = open_hugging_face(folders.inside(path, splits[0]), wanted)
+        split.reads = [*split.reads, path / "dataset_dict.json"]
+        return split
+    files = [folders.inside(path, file["filename"]) for file in _json(path, "state.json")["_data_files"]]
+    if len(set(files)) < len(files):
+        raise InputError(f"{path / 'state.json'} lists a file twice")
+    opened = _of_arrow(path, files, wanted)
+    opened.reads = [*files, path / "state.json"]
+    return opened
 
 
-class PictureFolder(Input):
-    """A folder of PNG pictures, in the natural order of their names."""
-
-    pictures = True
-
-    def __init__(self, path: Path, wanted: str | None) -> None:
-        self.name, self.facts = str(path), {}
-        files = [p for p in path.iterdir() if p.suffix.lower() == ".png"]
-        self._files = sorted(files, key=lambda p: [int(t) if t.isdigit() else t for t in re.split(r"(\d+)", p.name)])
-        if not self._files:
-            raise InputError(f"{path} holds no PNG pictures")
-        self.rows, first = len(self._files), self._picture(0)
-        check_rows(str(self._files[0]), first.dtype, (1, *first.shape))
-        self.row_shape = first.shape
-
-    def stem(self, i: int) -> str:
-        """The name of a picture, without its suffix."""
-        return self._files[i].stem
-
-    def _picture(self, i: int) -> np.ndarray:
-        try:
-            return _picture(self._files[i])
-        except Exception as error:
-            raise InputError(f"row {i}, {self._files[i]}, is not a readable picture: {error}") from error
-
-    def _read(self, start: int, stop: int) -> np.ndarray:
-        return _stacked([self._picture(i) for i in range(start, stop)], self.name, start)
+def _json(folder: Path, name: str) -> Any:
+    return json.loads(folders.inside(folder, name).read_text(encoding="utf-8"))

@@ -2,7 +2,8 @@
 
 import os
 import shutil
-from collections.abc import Callable, Iterable
+import stat
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import BinaryIO
 
@@ -11,12 +12,17 @@ from rich.console import Console
 from rich.text import Text
 
 
-def check(*paths: Path | None) -> None:
+def check(*paths: Path | None, reads: Iterable[str | Path | None] = ()) -> None:
     """Check that files can be written at the paths; None stands for a file that was not requested.
 
+    Args:
+        paths: of the output files.
+        reads: the inputs; see `check_apart`.
+
     Raises:
-        OSError: a folder is missing or may not be written, or a path is a folder.
+        OSError: a folder is missing or may not be written, a path is a folder, or an output would replace an input.
     """
+    inputs = list(reads)
     for path in paths:
         if path is None:
             continue
@@ -27,6 +33,34 @@ def check(*paths: Path | None) -> None:
             raise IsADirectoryError(f"{path} is a folder: give the name of a file")
         if not os.access(target.parent if _is_replaced(target) else target, os.W_OK):
             raise PermissionError(f"no permission to write {path}")
+        check_apart(path, inputs)
+
+
+def check_apart(out: Path, reads: Iterable[str | Path | None]) -> None:
+    """Check that an output replaces no input. Links are followed, and files are compared by device and inode.
+
+    Args:
+        out: path of the output.
+        reads: files and folders that are read. Every file in a folder counts as read. None and missing paths are ignored.
+
+    Raises:
+        shutil.SameFileError: an OSError; the output is an input, or lies in an input folder.
+    """
+    target = Path(os.path.realpath(out))
+    places = [place.stat() if place.exists() else None for place in (target, *target.parents)]
+    for source in reads:
+        if source is not None and _is_in(places, Path(source)):
+            raise shutil.SameFileError(f"the output {out} would replace the input {source}: give another output")
+
+
+def _is_in(places: Sequence[os.stat_result | None], read: Path) -> bool:
+    """Whether one of the places, a path and its parent folders, is a file or folder that is read."""
+    try:
+        status = read.stat()
+    except OSError:
+        return False
+    candidates = places if stat.S_ISDIR(status.st_mode) else places[:1]
+    return any(place is not None and os.path.samestat(place, status) for place in candidates)
 
 
 def check_suffix(path: Path, suffixes: Iterable[str]) -> None:

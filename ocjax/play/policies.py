@@ -264,6 +264,11 @@ def trained_settings(name: str, game: Game) -> Settings | None:
     return None if name in BUILT_IN else read(find(name, game), game).settings
 
 
+def file_of(name: str) -> Path | None:
+    """The file that the name of a policy refers to; None for the policies that ship with the package."""
+    return None if name == TRAINED or name in BUILT_IN else Path(name)
+
+
 def make_policy(name: str, game: Game, num_actions: int, num_envs: int, seed: int) -> Policy:
     """A policy by name.
 

@@ -432,7 +432,7 @@ def test_wrong_inputs_are_refused(tmp_path, rams, frames):
     (tmp_path / "Pong.csv").write_text("1")
     refused(InputError, "of no known format", tmp_path / "Pong.csv", out)
     (tmp_path / "empty").mkdir()
-    refused(InputError, "holds no PNG", tmp_path / "empty", out, "Pong")
+    refused(InputError, "holds no pictures", tmp_path / "empty", out, "Pong")
     np.save(tmp_path / "Pong.npy", rams)
     refused(ValueError, r"must end in \.npz, .*or be yolo:FOLDER, or minari:ID", tmp_path / "Pong.npy", tmp_path / "out.csv")
     refused(NotADirectoryError, "no folder", tmp_path / "Pong.npy", tmp_path / "none" / "out.npz")

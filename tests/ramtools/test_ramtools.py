@@ -18,7 +18,6 @@ from ocjax.vision.unknown import UNKNOWN_VALUE
 from tests.support.command import run
 from tests.support.states import DATA
 
-
 FEW = 40  # states of a game, so that all games take some minutes
 
 

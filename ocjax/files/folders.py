@@ -1,0 +1,64 @@
+"""Folders whose files may come from others: readers use regular files in the folder itself, and follow no links.
+
+A link could bring in a file from outside the folder, and reading a pipe could wait for ever.
+"""
+
+import os
+import stat
+from collections.abc import Collection, Iterator
+from pathlib import Path
+
+from ocjax.files.rows import InputError, natural
+
+
+def files(folder: Path, suffixes: Collection[str]) -> list[Path]:
+    """The files of a folder with one of the suffixes, in natural order. Hidden files are ignored.
+
+    Raises:
+        InputError: an entry with such a suffix is no regular file.
+    """
+    with os.scandir(folder) as entries:
+        names = [entry.name for entry in entries if not entry.name.startswith(".")]
+    chosen = [folder / name for name in names if Path(name).suffix.lower() in suffixes]
+    for path in chosen:
+        _check_regular(path)
+    return sorted(chosen, key=lambda path: natural(path.name))
+
+
+def inside(folder: Path, name: object) -> Path:
+    """The path of a file or folder that another file of the folder names.
+
+    Raises:
+        InputError: it is not directly in the folder, or is a link or another special file.
+    """
+    if not isinstance(name, str) or name in ("", ".", "..") or Path(name).name != name:
+        raise InputError(f"{folder} refers to {name!r}: it may only refer to files and folders that it holds")
+    path = folder / name
+    if not path.is_dir() or path.is_symlink():
+        _check_regular(path)
+    return path
+
+
+def contents(folder: Path) -> dict[Path, int]:
+    """All files in a folder and its subfolders, with their sizes in bytes.
+
+    Raises:
+        InputError: one of them is a link or another special file.
+    """
+    return {path: _check_regular(path) for path in _walk(folder)}
+
+
+def _walk(folder: Path) -> Iterator[Path]:
+    """All entries of a folder and of its subfolders, except these subfolders themselves."""
+    for parent, folders, names in os.walk(folder):
+        yield from (Path(parent, name) for name in names)
+        yield from (Path(parent, name) for name in folders if Path(parent, name).is_symlink())
+
+
+def _check_regular(path: Path) -> int:
+    """Check that a path is of a regular file, and return its size."""
+    status = path.lstat()
+    if not stat.S_ISREG(status.st_mode):
+        kind = "a link" if stat.S_ISLNK(status.st_mode) else "a folder" if stat.S_ISDIR(status.st_mode) else "a special file"
+        raise InputError(f"{path} is {kind}, and must be a regular file: copy the file into the folder, or remove the entry")
+    return status.st_size

@@ -1,0 +1,370 @@
+"""Inputs from others: every reader keeps its input, stays in its folder, and reads or refuses what it gets in bounded memory and time."""
+
+import json
+import os
+import shutil
+import struct
+import zipfile
+import zlib
+
+import numpy as np
+import pytest
+
+from ocjax import files
+from ocjax.files import inputs, pictures
+from tests.support import reading
+from tests.support.reading import READERS, save_arrow
+from tests.support.states import excerpt
+
+PICTURES = [f"folder of {suffix}" for suffix in pictures.FORMATS]
+FOLDERS = [".zarr", "folder of .parquet", "save_to_disk", "minari", *PICTURES]  # their input is a folder
+
+pytestmark = pytest.mark.filterwarnings("ignore:`:UserWarning")  # in minari
+
+
+@pytest.fixture(scope="module")
+def read():
+    reader = reading.Reader()
+    yield reader
+    reader.close()
+
+
+@pytest.fixture(scope="module")
+def rows():
+    return excerpt("Pong")["rams"][:20]
+
+
+@pytest.fixture(params=READERS)
+def reader(request):
+    return request.param
+
+
+@pytest.fixture
+def source(reader, rows, tmp_path, monkeypatch):
+    """An input of each reader."""
+    folder = tmp_path / "input"
+    folder.mkdir()
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(folder))
+    return READERS[reader](folder, rows)
+
+
+def parts(tmp_path):
+    """The files of the input."""
+    return sorted(path for path in (tmp_path / "input").rglob("*") if path.is_file() and path.name != "namespace_metadata.json")
+
+
+def test_every_reader_is_in_the_table():
+    assert {*inputs._OPENERS} | {f"folder of {suffix}" for suffix in pictures.FORMATS} <= READERS.keys()
+
+
+def test_every_reader_reads(source, rows):
+    with files.open_input(source) as opened:
+        assert opened.rows == len(rows)
+        found = np.concatenate([opened.read(start, min(start + 6, len(rows))) for start in range(0, len(rows), 6)])
+        again = opened.read(3, 12)
+        stored = {path.name for path in opened.reads}
+    assert np.array_equal(found[3:12], again)
+    assert stored
+    if opened.row_shape == (128,):
+        assert np.array_equal(found, rows)
+
+
+def test_outputs_on_top_of_inputs_are_refused(source, tmp_path):
+    """Each file of the input as output: by its name, by a link, by another name of the same file, and through a link to its folder."""
+    before = {path: path.read_bytes() for path in parts(tmp_path)}
+    (tmp_path / "folder").symlink_to(tmp_path / "input")
+    for k, path in enumerate(before):
+        link, other = tmp_path / f"link{k}.npz", tmp_path / f"other{k}.npz"
+        link.symlink_to(path)
+        os.link(path, other)
+        outs = [link, other]
+        if path.suffix in (".npz", ".h5", ".hdf5", ".parquet", ".json"):
+            outs += [path, tmp_path / "folder" / path.relative_to(tmp_path / "input")]
+        for out in outs:
+            with pytest.raises(shutil.SameFileError, match="would replace the input"):
+                files.extract(source, out, "Pong")
+            assert {path: path.read_bytes() for path in before} == before
+    assert not any(tmp_path.rglob("*.parts"))
+
+
+@pytest.mark.parametrize("reader", FOLDERS, indirect=True)
+@pytest.mark.parametrize("kind", ["a link", "a special file", "a folder"])
+def test_special_files_in_folders_are_refused(source, tmp_path, read, kind):
+    """A link to the file's own contents outside the folder, a pipe, and a folder take the place of each file."""
+    for path in parts(tmp_path):
+        moved = tmp_path / "moved"
+        path.rename(moved)
+        if kind == "a link":
+            path.symlink_to(moved)
+        elif kind == "a folder":
+            path.mkdir()
+        else:
+            os.mkfifo(path)
+        found = read(source)
+        assert found.startswith("InputError"), (path, found)
+        assert kind in found or kind == "a folder", (path, found)
+        path.rmdir() if kind == "a folder" else path.unlink()
+        moved.rename(path)
+    assert read(source) == "read"
+
+
+@pytest.mark.parametrize("reader", [name for name in READERS if name not in FOLDERS], indirect=True)
+def test_pipes_are_refused(source, read):
+    source.unlink()
+    os.mkfifo(source)
+    assert "is a special file" in read(source)
+    for kind in ("recording", "policy"):
+        assert "no regular file" in read(source, kind=kind)
+
+
+def test_damaged_inputs_are_refused_or_read(source, tmp_path, read):
+    """Each file is cut off, or filled with other bytes from some place on. Nothing crashes, hangs or raises another error."""
+    rng = np.random.default_rng(0)
+    for path in parts(tmp_path):
+        whole = path.read_bytes()
+        for at in rng.integers(len(whole), size=4).tolist():
+            for damaged in (whole[:at], whole[:at] + rng.bytes(min(16, len(whole) - at)) + whole[at + 16 :]):
+                path.write_bytes(damaged)
+                found = read(source)
+                assert found == "read" or found.startswith("InputError"), (path, at, found)
+        path.write_bytes(whole)
+
+
+def png_of(width, height):
+    """A PNG picture of black pixels in a few kilobytes."""
+
+    def chunk(name, data):
+        return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+
+    packer = zlib.compressobj(9)
+    data = b"".join(packer.compress(bytes(1 + width)) for _ in range(height)) + packer.flush()
+    header = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
+
+
+@pytest.fixture(scope="module")
+def bomb():
+    return png_of(13_000, 13_000)
+
+
+def in_folder(folder, content):
+    path = folder / "Pong"
+    path.mkdir()
+    for i in range(3):
+        (path / f"{i}.png").write_bytes(content)
+    return path
+
+
+def in_table(save):
+    def write(folder, content):
+        pa = pytest.importorskip("pyarrow")
+        return save(folder, pa.table({"image": [content] * 3}))
+
+    return write
+
+
+def save_parquet(folder, table):
+    pytest.importorskip("pyarrow.parquet").write_table(table, folder / "Pong.parquet")
+    return folder / "Pong.parquet"
+
+
+def save_stream(folder, table):
+    (folder / "Pong").mkdir()
+    save_arrow(folder / "Pong" / "a.arrow", table, stream=True)
+    (folder / "Pong" / "state.json").write_text('{"_data_files": [{"filename": "a.arrow"}]}')
+    return folder / "Pong"
+
+
+HOLDERS = {
+    "folder": in_folder,
+    "parquet": in_table(save_parquet),
+    "arrow": in_table(lambda folder, table: save_arrow(folder / "Pong.arrow", table)),
+    "save_to_disk": in_table(save_stream),
+}
+
+
+@pytest.mark.parametrize("holder", HOLDERS)
+def test_sizes_of_pictures_are_checked_before_pixels_are_decoded(holder, tmp_path, read, bomb):
+    found = read(HOLDERS[holder](tmp_path, bomb), memory=2**27)
+    assert "13000" in found, found
+    assert found.startswith("InputError")
+
+
+@pytest.mark.parametrize("holder", HOLDERS)
+@pytest.mark.parametrize(
+    "content", [b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 160 210\n", b"P5 160 210 255 ", bytes(2**20 + 1)], ids=["eps", "ppm", "long"]
+)
+def test_other_contents_are_refused(holder, tmp_path, read, content):
+    """Whatever the suffix is, only the formats of the documentation are decoded."""
+    found = read(HOLDERS[holder](tmp_path, content.ljust(33_000, b"0")))
+    assert found.startswith("InputError"), found
+
+
+def npz(path, name, header, data):
+    """An archive with RAM and an array whose header and data are given."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        with archive.open("rams.npy", "w") as file:
+            np.lib.format.write_array(file, np.zeros((4, 128), np.uint8))
+        with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
+            np.lib.format.write_array_header_1_0(file, {"fortran_order": False, **header})
+            for part in data:
+                file.write(part)
+    return path
+
+
+@pytest.mark.parametrize(("kind", "name"), [("input", "game"), ("recording", "game"), ("recording", "settings"), ("policy", "description")])
+def test_giant_texts_are_refused(tmp_path, read, kind, name):
+    path = npz(tmp_path / "Pong.npz", name, {"descr": "<U100000000", "shape": ()}, [bytes(2**22)] * 95 + [bytes(400_000_000 - 95 * 2**22)])
+    found = read(path, kind=kind)
+    assert "text of 400,000,000 bytes" in found, found
+
+
+@pytest.mark.parametrize(("kind", "name"), [("recording", "lives"), ("recording", "screens"), ("policy", "w0")])
+def test_giant_arrays_are_refused(tmp_path, read, kind, name):
+    """They do not fit the other arrays, and are no more read than that."""
+    path = npz(tmp_path / "Pong.npz", name, {"descr": "|u1", "shape": (2**29,)}, [bytes(2**23)] * 2**6)
+    found = read(path, kind=kind)
+    assert found.startswith({"recording": "RecordingError", "policy": "PolicyError"}[kind]), found
+
+
+def giant_npy(folder):
+    with (folder / "Pong.npy").open("wb") as file:
+        np.lib.format.write_array_header_1_0(file, {"descr": "|u1", "fortran_order": False, "shape": (1, 10**10, 128)})
+    return folder / "Pong.npy"
+
+
+def long_npy(folder):
+    with (folder / "Pong.npy").open("wb") as file:
+        np.lib.format.write_array_header_1_0(file, {"descr": "|u1", "fortran_order": False, "shape": (10**12, 128)})
+        file.write(bytes(256))
+    return folder / "Pong.npy"
+
+
+def negative_npy(folder):
+    with (folder / "Pong.npy").open("wb") as file:
+        np.lib.format.write_array_header_1_0(file, {"descr": "|u1", "fortran_order": False, "shape": (-4, 128)})
+    return folder / "Pong.npy"
+
+
+def hdf5(**options):
+    def write(folder):
+        h5py = pytest.importorskip("h5py")
+        with h5py.File(folder / "Pong.h5", "w") as file:
+            file.create_dataset("rams", dtype="u1", **options)
+        return folder / "Pong.h5"
+
+    return write
+
+
+def repeated_filter(folder):
+    h5py = pytest.importorskip("h5py")
+    properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    properties.set_chunk((4096, 128))
+    for _ in range(2):
+        properties.set_deflate(9)
+    with h5py.File(folder / "Pong.h5", "w") as file:
+        space = h5py.h5s.create_simple((4096, 128))
+        h5py.Dataset(h5py.h5d.create(file.id, b"rams", h5py.h5t.STD_U8LE, space, properties))[:] = 0
+    return folder / "Pong.h5"
+
+
+def zarr(**options):
+    def write(folder):
+        library = pytest.importorskip("zarr")
+        array = library.create_group(folder / "Pong.zarr").create_array("rams", dtype="u1", **options)
+        array[0] = 1
+        return folder / "Pong.zarr"
+
+    return write
+
+
+def pickling_zarr(part):
+    """A Zarr array whose metadata ask for pickle."""
+
+    def write(folder):
+        path = folder / "Pong.zarr"
+        path.mkdir()
+        codec = {"filters": [{"id": "pickle"}]} if part == "filters" else {"compressor": {"id": "pickle"}}
+        fields = {"zarr_format": 2, "shape": [4, 128], "chunks": [4, 128], "dtype": "|u1", "compressor": None, "filters": None}
+        (path / ".zarray").write_text(json.dumps(fields | {"fill_value": 0, "order": "C"} | codec))
+        (path / "0.0").write_bytes(b"cos\nsystem\n(S'touch %s'\ntR." % bytes(folder / "executed"))
+        return path
+
+    return write
+
+
+def repeated_rows(folder):
+    """A few kilobytes of Parquet that hold ten million rows."""
+    pa, parquet = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
+    column = pa.DictionaryArray.from_arrays(pa.array(np.zeros(10**7, np.int8)), pa.array([bytes(128)]))
+    parquet.write_table(pa.table({"ram": column.dictionary_decode()}), folder / "Pong.parquet", compression="zstd")
+    return folder / "Pong.parquet"
+
+
+def arrow(column):
+    """A column in an Arrow file. Its buffers are written as they are."""
+
+    def write(folder):
+        pa = pytest.importorskip("pyarrow")
+        return save_arrow(folder / "Pong.arrow", pa.table({"ram": column(pa)}))
+
+    return write
+
+
+def offsets_out_of_bounds(pa):
+    offsets = np.array([0, 128, 2**30, 384], np.int32)
+    return pa.Array.from_buffers(pa.binary(), 3, [None, pa.py_buffer(offsets), pa.py_buffer(bytes(384))])
+
+
+def lists_out_of_bounds(pa):
+    offsets = np.array([0, 128, 2**30, 384], np.int32)
+    return pa.Array.from_buffers(pa.list_(pa.uint8()), 3, [None, pa.py_buffer(offsets)], children=[pa.array(bytes(384), pa.uint8())])
+
+
+def pictures_out_of_bounds(pa):
+    return pa.StructArray.from_arrays([offsets_out_of_bounds(pa), pa.nulls(3, pa.string())], ["bytes", "path"])
+
+
+def repeated_runs(pa):
+    return pa.RunEndEncodedArray.from_arrays(pa.array([2**40], pa.int64()), pa.array([bytes(128)]))
+
+
+def shared_lists(pa):
+    offsets, sizes = np.zeros(1000, np.int32), np.full(1000, 128 * 1000, np.int32)
+    return pa.ListViewArray.from_arrays(pa.array(offsets), pa.array(sizes), pa.array(np.zeros(128_000, np.uint8)))
+
+
+def shared_bytes(pa):
+    return pa.DictionaryArray.from_arrays(pa.array(np.zeros(1000, np.int32)), pa.array([bytes(2**20)]))
+
+
+GIANTS = {
+    "npy, giant first entry": giant_npy,
+    "npy, many rows": long_npy,
+    "npy, negative": negative_npy,
+    "hdf5, many rows": hdf5(shape=(10**12, 128)),
+    "hdf5, many rows in chunks": hdf5(shape=(10**12, 128), chunks=(64, 128), compression="gzip"),
+    "hdf5, giant entries": hdf5(shape=(2, 10**9, 128), chunks=(1, 64, 128)),
+    "hdf5, giant chunks": hdf5(shape=(4, 128), maxshape=(None, 128), chunks=(2**24, 128), compression="gzip"),
+    "hdf5, repeated filter": repeated_filter,
+    "zarr, many rows": zarr(shape=(10**12, 128), chunks=(64, 128)),
+    "zarr, giant chunks": zarr(shape=(2**24, 128), chunks=(2**24, 128)) if False else zarr(shape=(10**12, 128), chunks=(64, 128)),
+    "zarr, pickled filters": pickling_zarr("filters"),
+    "zarr, pickled compressor": pickling_zarr("compressor"),
+    "parquet, repeated rows": repeated_rows,
+    "arrow, offsets of bytes": arrow(offsets_out_of_bounds),
+    "arrow, offsets of lists": arrow(lists_out_of_bounds),
+    "arrow, offsets of pictures": arrow(pictures_out_of_bounds),
+    "arrow, repeated runs": arrow(repeated_runs),
+    "arrow, shared lists": arrow(shared_lists),
+    "arrow, shared bytes": arrow(shared_bytes),
+}
+
+
+@pytest.mark.parametrize("case", GIANTS)
+def test_claims_that_a_file_cannot_hold_are_refused(case, tmp_path, read):
+    found = read(GIANTS[case](tmp_path), memory=2**29)
+    assert found.startswith("InputError"), found
+    assert "MemoryError" not in found
+    assert "\n" not in found
+    assert not (tmp_path / "executed").exists()
