@@ -28,7 +28,7 @@ def test_envpool_equals_the_ale_backend(name):
     for some in actions[:1200]:
         (*left, info), (*right, other) = a.step(some), b.step(some)
         assert jax.tree.all(jax.tree.map(np.array_equal, left, right))
-        for key in ("lives", "episode_return", "episode_length"):
+        for key in ("lives", "episode_return", "episode_length", "game_over"):
             assert np.array_equal(info[key], other[key]), key
         ends += (left[2] | left[3]).sum()
     assert ends >= 3
@@ -39,6 +39,7 @@ def test_envpool_equals_the_ale_backend(name):
         right = rows((observed, reward, terminated, truncated), t)
         assert jax.tree.all(jax.tree.map(np.allclose, left, list(right)))
         assert np.array_equal(info["lives"][t], other["lives"])
+        assert np.array_equal(info["game_over"][t], other["game_over"])
         assert np.array_equal(info["ram"][t], left[0]["ram"])
     a.close()
     b.close()

@@ -112,7 +112,6 @@ class Emulator:
         # One call of `act` emulates all frames of a step, unless single frames are needed.
         single = hooks or self.previous or config.noop_max or config.rom in PRESSING
         self.whole_steps = self.least_skip == self.most_skip and not single
-        self.frames_per_act = self.least_skip if self.whole_steps else 1
         self.executed = ExecutedAction(config.repeat_action_probability)
         self.start_totals = (0.0, 0)  # return and length with which the next episode starts
         self.before: np.ndarray | None = None  # the RAM before the last frame, as the hooks left it
@@ -146,6 +145,11 @@ class Emulator:
         self.executed.synchronize(console.facts(self.console_state()).random)
         self.commands.loaded[self.i] = True
         self.change(Event.LOAD)
+
+    @property
+    def frames_per_act(self) -> int:
+        """The number of frames that ALE emulates for an action."""
+        return self.least_skip if self.whole_steps else 1
 
     @property
     def seed(self) -> int:
