@@ -16,6 +16,7 @@ from ocjax.extraction.categories import Category
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
 from ocjax.ramtools import fits
+from ocjax.vision.unknown import UNKNOWN_VALUE
 
 FIELDS = ("x", "y", "w", "h", "value")
 FRAME_SKIP = 4  # emulated frames per agent step of the play that leads to the state
@@ -196,9 +197,11 @@ def _effect(game: Game, category: Category, tried: np.ndarray, after: Objects, b
     moved = np.array([[tuple(b) not in was for b in row] for row in xywh.tolist()]) & valid
     numbers = np.concatenate([xywh, value[..., None]], axis=-1)  # [values, slots, fields]
     formulas = {}
+    known = valid & (value != UNKNOWN_VALUE)
     for i, field in enumerate(FIELDS):
         # The object that is not where any was, or the only one that there is.
-        formula = _formula(numbers[..., i], moved if field != "value" and category.count > 1 else valid, tried)
+        candidates = known if field == "value" else moved if category.count > 1 else valid
+        formula = _formula(numbers[..., i], candidates, tried)
         if formula is not None:
             formulas[field] = formula
     gone = int((old_valid.any() & ~valid.any(axis=1)).sum())

@@ -10,6 +10,7 @@ from ocjax.ramtools import fits, targets
 from ocjax.ramtools.fits import Fit, Halves
 from ocjax.ramtools.targets import Target
 from ocjax.recordings import Recording
+from ocjax.vision.unknown import UNKNOWN_VALUE
 
 FIELDS = ("x", "y", "w", "h")
 MEMBERS = 16  # bytes reported for a category whose slots are not identities
@@ -78,13 +79,21 @@ def _explain_slot(recording: Recording, target: Target, k: int, half: Halves) ->
         numbers = target.xywh[present, k, i]
         if len(np.unique(numbers)) > 1:
             yield Finding(name, field, len(numbers), fits.constant(numbers, part), tuple(_best(rams, numbers, part)))
-    if target.value is not None and len(np.unique(target.value[present, k])) > 1:
-        numbers = target.value[present, k]
-        digits = fits.digits(rams, numbers, part)
-        formulas = tuple(digits or _best(rams, numbers % 256, part))
-        yield Finding(name, "value", len(numbers), fits.constant(numbers, part), formulas, digits=bool(digits))
+    if target.value is not None:
+        yield from _explain_value(name, rams, target.value[present, k], part)
     if len(np.unique(target.look[present, k])) > 1:
         yield _table(name, "look", rams, target.look[present, k], part)
+
+
+def _explain_value(name: str, rams: np.ndarray, numbers: np.ndarray, half: Halves) -> Iterator[Finding]:
+    """The formulas for a value, on the samples in which it is known."""
+    known = numbers != UNKNOWN_VALUE
+    rams, numbers, half = rams[known], numbers[known], (half[0][known], half[1][known])
+    if known.sum() < LEAST or len(np.unique(numbers)) < 2:
+        return
+    digits = fits.digits(rams, numbers, half)
+    formulas = tuple(digits or _best(rams, numbers % 256, half))
+    yield Finding(name, "value", len(numbers), fits.constant(numbers, half), formulas, digits=bool(digits))
 
 
 def _best(rams: np.ndarray, numbers: np.ndarray, half: Halves) -> list[Fit]:

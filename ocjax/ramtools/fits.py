@@ -119,7 +119,10 @@ def _scored(fit: Fit, rams: np.ndarray, target: np.ndarray) -> Fit:
 def constant(target: np.ndarray, half: Halves) -> float:
     """Share of samples that the most common value gets right, which a formula must beat."""
     fit, test = half
-    return float(np.mean(target[test] == np.bincount(target[fit] - target.min()).argmax() + target.min())) if fit.any() else 0.0
+    if not (fit.any() and test.any()):
+        return 0.0
+    values, counts = np.unique(target[fit], return_counts=True)
+    return float(np.mean(target[test] == values[counts.argmax()]))
 
 
 def affine(rams: np.ndarray, target: np.ndarray, half: Halves, most: int = 3) -> list[Fit]:

@@ -1,8 +1,10 @@
 """The reverse-engineering tools must find the known bytes of games whose decoders are written."""
 
+import dataclasses
 import json
 import re
 
+import jax
 import numpy as np
 import pytest
 from PIL import Image
@@ -10,9 +12,10 @@ from PIL import Image
 import ocjax
 from ocjax import recordings
 from ocjax.play import rollouts
-from ocjax.ramtools import causes, correlate, fits, ram_map, residual, twins
+from ocjax.ramtools import causes, correlate, fits, ram_map, residual, targets, twins
 from ocjax.ramtools.watch import terminal, window
 from ocjax.ramtools.watch.session import GLOW, Session
+from ocjax.vision.unknown import UNKNOWN_VALUE
 from tests.support.command import run
 from tests.support.states import DATA
 
@@ -53,6 +56,44 @@ def test_correlate_finds_values_and_presence(pong_findings):
     present = pong_findings["Ball", "present"].fits[0]
     assert present.source.address in (54, 49, 12)
     assert present.exact > 0.95
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
+@pytest.mark.parametrize("span", [3, 90, 100_000, 2**31 - 1])
+def test_values_that_are_unknown_in_some_samples(share, span):
+    """They are left out, and large values take no memory."""
+    rng = np.random.default_rng(0)
+    rams = rng.integers(0, 256, (400, 128), np.uint8)
+    tape = recordings.Recording(ocjax.load("Pong"), rams, resets=np.arange(400) % 100 == 0)
+    value = rams[:, 7].astype(np.int32) * max(1, span // 256)
+    unknown = rng.random(400) < share
+    value[unknown] = UNKNOWN_VALUE
+    target = targets.Target("Score", True, np.ones((400, 1, 4), int), np.ones((400, 1), bool), value[:, None], np.zeros((400, 1), int))
+    found = [f for f in correlate._explain_slot(tape, target, 0, fits.halves(tape.episode)) if f.field == "value"]
+    assert [f.samples for f in found] == ([] if share == 1 else [400 - unknown.sum()])
+    if span <= 256 and found:
+        assert (found[0].fits[0].source.address, found[0].fits[0].exact) == (7, 1)
+
+
+def test_values_that_are_unknown_for_some_values_of_a_byte():
+    game = ocjax.load("Pong")
+    category = next(c for c in game.categories if "value" in c.attributes)
+    slot, tried = game.slices[category.name].start, np.arange(256)
+    one = jax.tree.map(np.asarray, game.rem(np.zeros(128, np.uint8)))
+    many = jax.tree.map(np.asarray, game.rem(np.zeros((256, 128), np.uint8)))
+    value, valid = np.array(many.value), np.array(many.valid)
+    valid[:, slot], value[:, slot] = True, np.where(tried % 3 == 0, UNKNOWN_VALUE, tried)
+    after = dataclasses.replace(many, value=value, valid=valid)
+    effect = causes._effect(game, category, tried, after, one)
+    formula = effect.formulas["value"]
+    assert (formula.scale, formula.offset, formula.share) == (1, 0, 1)
+
+
+@pytest.mark.slow
+def test_correlate_of_tennis():
+    """Its score is unknown while the screen shows none."""
+    result = run("ram", "correlate", "Tennis", "--samples", 400)
+    assert result.exit_code == 0, result.output
 
 
 @pytest.mark.slow
