@@ -9,10 +9,12 @@ import jax
 import numpy as np
 
 from ocjax.agents.ppo import Rollout
+from ocjax.emulators.checks import integer
 from ocjax.emulators.states import States
 from ocjax.envs.vector import ObjectVectorEnv
 
 # (observations [n, *D], number of the step) -> actions int [n], log probabilities float32 [n]
+MOST_STEPS = 2**31 - 1  # random numbers are drawn with an int32 number of the step
 Act = Callable[[np.ndarray, int], tuple[Any, Any]]
 
 
@@ -117,12 +119,26 @@ class Collector:
         ]
         return {"steps": self.steps, "halves": halves}
 
-    def restore(self, saved: Mapping[str, Any]) -> None:
-        """Continue from what `save` returned, as if there had been no interruption."""
-        self.steps = int(saved["steps"])
+    def restore(self, saved: Mapping[str, Any], rollouts: int) -> None:
+        """Continue from what `save` returned, as if there had been no interruption.
+
+        Args:
+            saved: by `save`.
+            rollouts: that had been collected.
+
+        Raises:
+            ValueError: a number or an array is not one that `save` returns after so many rollouts.
+        """
+        steps = rollouts * len(self._halves) * self.horizon
+        self.steps = integer("the number of steps", np.asarray(saved["steps"]).tolist(), steps, min(steps, MOST_STEPS))
         for half, own in zip(self._halves, saved["halves"], strict=True):
+            ended, returns = np.array(own["ended"]), np.array(own["returns"])
+            if (ended.dtype, ended.shape) != (bool, half.ended.shape) or (returns.dtype, returns.shape) != (float, half.returns.shape):
+                raise ValueError(f"the ends and returns of episodes must be bool and float64 {list(half.ended.shape)}")
+            if not np.isfinite(returns).all():
+                raise ValueError("the returns of episodes must be finite")
             half.obs, _ = half.envs.restore_state(States.from_bytes(np.asarray(own["states"]).tobytes()))
-            half.ended, half.returns = np.array(own["ended"]), np.array(own["returns"])
+            half.ended, half.returns = ended, returns
 
     def close(self) -> None:
         """Close the environments."""

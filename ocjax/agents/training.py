@@ -1,5 +1,6 @@
 """The training loop: rollouts and updates at the same time, checkpoints, and the saved policy."""
 
+import contextlib
 import dataclasses
 import json
 import time
@@ -10,14 +11,15 @@ from typing import Any, Literal, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-import orbax.checkpoint as ocp
 from rich.console import Console
 
 from ocjax.agents import networks, ppo
+from ocjax.agents.checkpoints import Checkpoints
 from ocjax.agents.collector import Collector
 from ocjax.agents.metrics import Bar, Metrics
 from ocjax.agents.moments import Moments, deviation
 from ocjax.agents.ppo import Hyperparameters, Learner, Losses, Rollout
+from ocjax.emulators.checks import integer
 from ocjax.emulators.settings import settings
 from ocjax.envs import ObjectVectorEnv, Vector, make_vec
 from ocjax.extraction.registry import load
@@ -120,7 +122,7 @@ class Trainer:
         self._pending = _completed(_Updated(learner, ppo.NO_LOSSES, 0.0))
         self._key = jax.random.key_data(jax.random.fold_in(jax.random.key(config.seed), ACTION_SEED))
         self.updates, self.metrics = 0, Metrics(self.folder)
-        self._checkpoints = ocp.CheckpointManager(self.folder / "checkpoints", options=ocp.CheckpointManagerOptions(max_to_keep=1))
+        self._checkpoints: Checkpoints | None = None
         self._restore()
 
     @property
@@ -185,53 +187,72 @@ class Trainer:
         return SavedPolicy(self.game, layers, self.config.vector, mean, spread, sampled=True, **known)
 
     def _save(self) -> None:
-        """Write a checkpoint, the metrics and the policy."""
+        """Write the metrics, the policy and a checkpoint.
+
+        Raises:
+            TrainingError: a file cannot be written. The previous checkpoint is still there.
+        """
+        assert self._checkpoints is not None
         state = {"pending": self._pending.result(), "acting": self._acting}
         progress = {"updates": self.updates, "metrics": self.metrics.save()}
-        items = {
-            "state": ocp.args.StandardSave(state),  # pyright: ignore[reportCallIssue]
-            "environments": ocp.args.StandardSave(self._collector.save()),  # pyright: ignore[reportCallIssue]
-            "progress": ocp.args.JsonSave(progress),  # pyright: ignore[reportCallIssue]
-        }
-        self.metrics.write()  # rows beyond the latest checkpoint are dropped when it is restored
-        self._checkpoints.save(self.updates, args=ocp.args.Composite(**items))
-        self._checkpoints.wait_until_finished()
-        if self._objects:
-            self.policy().write(self.folder / "policy.npz")
+        kept = self._checkpoints.latest
+        try:
+            self.metrics.write()  # rows beyond the latest checkpoint are dropped when it is restored
+            if self._objects:
+                self.policy().write(self.folder / "policy.npz")
+            self._checkpoints.save(self.updates, state, self._collector.save(), progress)
+        except OSError as error:
+            raise TrainingError(
+                f"{self.folder}: the training cannot be saved after {self.frames:,} frames: {error}. Make space, and run the same command "
+                f"again: it continues {'from the start' if kept is None else f'after {kept * self.frames_per_update:,} frames'}"
+            ) from error
 
     def _restore(self) -> None:
         """Continue from the latest checkpoint, if there is one."""
-        step = self._checkpoints.latest_step()
-        if step is None:
-            return
+        faulty = "the folder checkpoints"
         try:
-            self._restore_from(step)
+            self._checkpoints = Checkpoints(self.folder / "checkpoints")
+            step = self._checkpoints.latest
+            if step is not None:
+                faulty = f"the checkpoint checkpoints/{step} or metrics.csv"
+                self._restore_from(self._checkpoints, step)
         except Exception as error:  # a damaged file can fail anywhere in Orbax, TensorStore, JSON, and the states of the emulators
             self.close()
             raise TrainingError(
-                f"{self.folder}: the checkpoint checkpoints/{step} or metrics.csv is damaged, or another version of ocjax wrote it: "
-                f"{type(error).__name__}: {error}. Restore the folder from a copy, or train in another one"
+                f"{self.folder}: {faulty} is damaged, or another version of ocjax wrote it: {_in_one_line(error)}. Restore the folder from "
+                "a copy, or train in another one"
             ) from error
 
-    def _restore_from(self, step: int) -> None:
+    def _restore_from(self, checkpoints: Checkpoints, step: int) -> None:
         """Continue from a checkpoint."""
         state = {"pending": self._pending.result(), "acting": self._acting}
-        items = {
-            "state": ocp.args.StandardRestore(state),  # pyright: ignore[reportCallIssue]
-            "environments": ocp.args.StandardRestore(),  # pyright: ignore[reportCallIssue]
-            "progress": ocp.args.JsonRestore(),  # pyright: ignore[reportCallIssue]
-        }
-        saved = self._checkpoints.restore(step, args=ocp.args.Composite(**items))
+        saved = checkpoints.restore(step, state)
+        if jax.tree.map(_form, saved["state"]) != jax.tree.map(_form, state):
+            raise ValueError("its arrays have other shapes or types than those of this training")
+        updates = integer("the number of updates", saved["progress"]["updates"], step, step)
         self._pending, self._acting = _completed(saved["state"]["pending"]), saved["state"]["acting"]
-        self._collector.restore(saved["environments"])
-        self.updates = saved["progress"]["updates"]
-        self.metrics.restore(saved["progress"]["metrics"])
+        self._collector.restore(saved["environments"], updates)
+        self.metrics.restore(saved["progress"]["metrics"], updates)
+        self.updates = updates
 
     def close(self) -> None:
-        """Close the environments and the checkpoints."""
-        self._collector.close()
-        self._checkpoints.close()
-        self.metrics.close()
+        """Close the environments, the checkpoints and the files, each also if another cannot be closed."""
+        with contextlib.ExitStack() as stack:
+            stack.callback(self._collector.close)
+            stack.callback(self.metrics.close)
+            if self._checkpoints is not None:
+                stack.callback(self._checkpoints.close)
+
+
+def _in_one_line(error: Exception) -> str:
+    """The type of an error and the beginning of its message."""
+    return " ".join(f"{type(error).__name__}: {error}".split())[:500]
+
+
+def _form(leaf: Any) -> str:
+    """The shape and the kind of numbers of an array or a number."""
+    array = np.asarray(leaf)
+    return f"{array.dtype.kind} {list(array.shape)}"
 
 
 def _completed(result: _Updated) -> Future[_Updated]:

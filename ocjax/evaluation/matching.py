@@ -4,7 +4,9 @@ The functions use NumPy and work on whole batches. `ocjax.evaluation.metrics` re
 """
 
 import dataclasses
-from collections.abc import Iterable, Iterator, Sequence
+import math
+import reprlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -88,9 +90,12 @@ def from_records(records: Iterable[Iterable[Sequence[Any]]], game: Game) -> Dete
         records: for each frame an iterable of `(category, x, y, w, h)` or `(category, x, y, w, h, confidence)`.
         game: the game, whose categories come first among the labels; their aliases in `records` are understood. Other categories in
             `records` follow; their boxes count as detections that match nothing in the game.
+
+    Raises:
+        ValueError: a frame is no iterable of records, or a record is malformed; the message names the frame and the record.
     """
     alias = names_by_alias(game.categories)
-    frames = [[(alias.get(str(r[0]), str(r[0])), *r[1:]) for r in map(tuple, frame)] for frame in records]
+    frames = [_checked(frame, b, alias) for b, frame in enumerate(records)]
     names = list(dict.fromkeys([c.name for c in game.categories] + [r[0] for frame in frames for r in frame]))
     most = max((len(frame) for frame in frames), default=0)
     xywh, label = np.zeros((len(frames), most, 4)), np.full((len(frames), most), -1)
@@ -101,6 +106,35 @@ def from_records(records: Iterable[Iterable[Sequence[Any]]], game: Game) -> Dete
             if score is not None and len(record) == 6:
                 score[b, i] = record[5]
     return Detections(xywh, label, tuple(names), score)
+
+
+def _checked(frame: Iterable[Sequence[Any]], number: int, alias: Mapping[str, str]) -> list[tuple[Any, ...]]:
+    """The records of a frame, with the categories' own names.
+
+    Raises:
+        ValueError: see `from_records`.
+    """
+    if isinstance(frame, str | bytes) or not isinstance(frame, Iterable):
+        raise ValueError(f"frame {number} must be a list of records, got {reprlib.repr(frame)}")
+    out = []
+    for i, record in enumerate(frame):
+        if not _is_record(record):
+            raise ValueError(
+                f"frame {number}, record {i} must be (category, x, y, w, h) or (category, x, y, w, h, confidence) with finite numbers and "
+                f"without negative sizes, got {reprlib.repr(record)}"
+            )
+        out.append((alias.get(str(record[0]), str(record[0])), *record[1:]))
+    return out
+
+
+def _is_record(record: Any) -> bool:
+    if not isinstance(record, Sequence | np.ndarray) or isinstance(record, str | bytes) or len(record) not in (5, 6):
+        return False
+    try:
+        numbers = [float(n) for n in record[1:] if not isinstance(n, str | bytes)]
+    except (TypeError, ValueError, OverflowError):
+        return False
+    return isinstance(record[0], str) and len(numbers) == len(record) - 1 and all(map(math.isfinite, numbers)) and min(numbers[2:4]) >= 0
 
 
 def require_same_frames(left: Detections, right: Detections) -> None:

@@ -41,7 +41,7 @@ class Agreement:
     """Counts of objects and matches, from which the scores are computed. All counts have the same shape.
 
     `agreement` returns counts of shape `[frames, categories]`, and `sum` adds them up. Scores have the shape of the counts; they are nan
-    where there is nothing to score.
+    where there is nothing to score. In particular, `f1` is nan only where neither method has an object.
 
     Args:
         left: objects of the first method (REM).
@@ -79,9 +79,10 @@ class Agreement:
 
     @property
     def f1(self) -> np.ndarray:
-        """Harmonic mean of precision and recall."""
+        """Harmonic mean of precision and recall: 0 if exactly one method has objects, nan only if both have none."""
         p, r = self.precision, self.recall
-        return np.where(p + r > 0, _ratio(2 * p * r, p + r), p + r)  # 0 where both are 0, nan where either is nan
+        mean = np.where(p + r > 0, _ratio(2 * p * r, p + r), 0.0)  # 0 also where p or r is nan
+        return np.where((np.asarray(self.left) > 0) | (np.asarray(self.right) > 0), mean, np.nan)
 
     @property
     def mean_iou(self) -> np.ndarray:

@@ -118,6 +118,10 @@ def write(path: Path, to_file: Callable[[BinaryIO], object], *, follow: bool = T
         with unfinished.open("x+b") as file:
             to_file(file)
         unfinished.replace(target)
+    except OSError as error:
+        if error.errno is None or error.filename is not None:
+            raise
+        raise OSError(error.errno, error.strerror, str(path)) from error  # a full disk does not name the file
     finally:
         unfinished.unlink(missing_ok=True)
 

@@ -197,10 +197,11 @@ def _effect(game: Game, category: Category, tried: np.ndarray, after: Objects, b
     moved = np.array([[tuple(b) not in was for b in row] for row in xywh.tolist()]) & valid
     numbers = np.concatenate([xywh, value[..., None]], axis=-1)  # [values, slots, fields]
     formulas = {}
+    known = valid & (value != UNKNOWN_VALUE)
     for i, field in enumerate(FIELDS):
         # The object that is not where any was, or the only one that there is.
-        present = valid & (value != UNKNOWN_VALUE) if field == "value" else valid
-        formula = _formula(numbers[..., i], moved if field != "value" and category.count > 1 else present, tried)
+        candidates = known if field == "value" else moved if category.count > 1 else valid
+        formula = _formula(numbers[..., i], candidates, tried)
         if formula is not None:
             formulas[field] = formula
     gone = int((old_valid.any() & ~valid.any(axis=1)).sum())

@@ -80,19 +80,20 @@ def _explain_slot(recording: Recording, target: Target, k: int, half: Halves) ->
         if len(np.unique(numbers)) > 1:
             yield Finding(name, field, len(numbers), fits.constant(numbers, part), tuple(_best(rams, numbers, part)))
     if target.value is not None:
-        yield from _explain_value(recording, name, target.value[:, k], present & (target.value[:, k] != UNKNOWN_VALUE), half)
+        yield from _explain_value(name, rams, target.value[present, k], part)
     if len(np.unique(target.look[present, k])) > 1:
         yield _table(name, "look", rams, target.look[present, k], part)
 
 
-def _explain_value(recording: Recording, name: str, value: np.ndarray, known: np.ndarray, half: Halves) -> Iterator[Finding]:
-    """Explain a number in the samples in which it is known, bool `[n]`."""
-    rams, numbers, part = recording.rams[known], value[known].astype(int), (half[0][known], half[1][known])
+def _explain_value(name: str, rams: np.ndarray, numbers: np.ndarray, half: Halves) -> Iterator[Finding]:
+    """The formulas for a value, on the samples in which it is known."""
+    known = numbers != UNKNOWN_VALUE
+    rams, numbers, half = rams[known], numbers[known], (half[0][known], half[1][known])
     if known.sum() < LEAST or len(np.unique(numbers)) < 2:
         return
-    digits = fits.digits(rams, numbers, part)
-    formulas = tuple(digits or _best(rams, numbers % 256, part))
-    yield Finding(name, "value", len(numbers), fits.constant(numbers, part), formulas, digits=bool(digits))
+    digits = fits.digits(rams, numbers, half)
+    formulas = tuple(digits or _best(rams, numbers % 256, half))
+    yield Finding(name, "value", len(numbers), fits.constant(numbers, half), formulas, digits=bool(digits))
 
 
 def _best(rams: np.ndarray, numbers: np.ndarray, half: Halves) -> list[Fit]:

@@ -26,6 +26,7 @@ from ocjax.agents.collector import Collector
 from ocjax.agents.ppo import Hyperparameters, Rollout
 from ocjax.agents.training import Config, Trainer, TrainingError
 from ocjax.envs import make_vec
+from tests.support.marks import slow_but
 from tests.support.states import ROOT
 
 pytestmark = pytest.mark.filterwarnings("default")  # warnings of other projects
@@ -279,3 +280,64 @@ def test_links_in_a_training(tmp_path, entry):
     with pytest.raises(TrainingError, match=rf"{entry} is a link: a training must consist of files and folders"):
         Trainer(config, run)
     assert {path.name: path.read_text() for path in outside.iterdir()} == {"file": "own"}
+
+
+FULL = """
+import resource, sys
+from pathlib import Path
+from ocjax.agents import checkpoints, training
+from ocjax.cli.app import app
+from tests.agents.test_agents import TINY
+folder, stage = Path(sys.argv[1]), sys.argv[2]
+config, save = training.Config, training.Trainer._save
+training.Config = lambda *args: config(*args, hyperparameters=TINY)
+training.CHECKPOINT_SECONDS = 0
+LIMITS = {"metrics": 100, "policy": 2_000, "space": 100_000, "Orbax": 20_000}
+def save_on_a_full_disk(self):
+    if self.updates == 3:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (LIMITS[stage], resource.RLIM_INFINITY))
+    save(self)
+training.Trainer._save = save_on_a_full_disk
+if stage == "Orbax":
+    checkpoints.Checkpoints._try_space = lambda self, size: None
+app(["train", "Pong", "--frames", "2048", "--out", str(folder)])
+"""
+
+
+@pytest.mark.parametrize("stage", slow_but(["space"], ["metrics", "policy", "space", "Orbax"]))
+def test_a_full_disk(tmp_path, stage):
+    """A limit on the size of files stands for the full disk: writing beyond it is an error of the system, too."""
+    folder = tmp_path / "run"
+    done = subprocess.run(
+        [sys.executable, "-c", FULL, str(folder), stage],
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        check=False,
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert done.returncode == 2, done.stderr[-2000:]
+    errors = [line for line in done.stderr.splitlines() if line.startswith("Error: ")]
+    assert len(errors) == 1
+    assert f"{folder}: the training cannot be saved after {3 * UPDATE} frames: " in errors[0]
+    assert f"run the same command again: it continues after {2 * UPDATE} frames" in errors[0]
+    if stage != "Orbax":
+        assert done.stderr == errors[0] + "\n"
+        assert "File too large" in errors[0]
+        assert [path.name for path in (folder / "checkpoints").iterdir()] == ["2"]
+    resumed = Trainer(Config("Pong", 0, hyperparameters=TINY), folder)
+    assert resumed.updates == 2
+    assert [path.name for path in (folder / "checkpoints").iterdir()] == ["2"]
+    resumed.run(4 * UPDATE, QUIET)
+    resumed.close()
+    assert [path.name for path in (folder / "checkpoints").iterdir()] == ["4"]
+    assert len(metrics(folder)) == 4
+    assert policies.read(folder / "policy.npz", ocjax.load("Pong")).frames == 4 * UPDATE
+
+
+def test_a_file_instead_of_checkpoints(tmp_path):
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "config.json").write_text(Config("Pong", 0, hyperparameters=TINY).to_json())
+    (tmp_path / "run" / "checkpoints").write_text("a file")
+    with pytest.raises(TrainingError, match=r"run: the folder checkpoints is damaged, .*FileExistsError"):
+        Trainer(Config("Pong", 0, hyperparameters=TINY), tmp_path / "run")

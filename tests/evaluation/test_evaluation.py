@@ -2,6 +2,8 @@ import dataclasses
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import ocjax
 from ocjax.evaluation import matching, metrics
@@ -84,6 +86,29 @@ def test_nothing_to_match():
     assert nothing_right.f1 == 0
 
 
+def test_f1_of_a_category_that_one_method_does_not_find():
+    """It counts as 0 in a mean over categories; a category that neither finds does not count."""
+    box, names = (10, 10, 4, 4), ("A", "B", "C", "D")
+    rem, vem = (Detections(np.array([[box] * 2]), np.array([labels]), names) for labels in ([0, 1], [0, 2]))
+    for one, other, lacking in ((rem, vem, "precision"), (vem, rem, "recall")):
+        counts = metrics.agreement(one, other).sum(axis=0)
+        np.testing.assert_array_equal(counts.f1, [1, 0, 0, np.nan])
+        assert np.nanmean(counts.f1) == pytest.approx(1 / 3)
+        assert np.isnan(getattr(counts, lacking)).sum() == 2
+    everything = metrics.agreement(rem, vem).sum()
+    assert everything.f1 == pytest.approx(2 * everything.precision * everything.recall / (everything.precision + everything.recall))
+
+
+@given(st.lists(st.integers(0, 9), min_size=4, max_size=4))
+def test_f1_is_a_harmonic_mean(numbers):
+    left, right, confirmed, found = map(np.array, numbers)
+    counts = Agreement(left, right, np.minimum(confirmed, left), np.minimum(found, right), found * 0, found * 0)
+    if left and right and counts.precision and counts.recall:
+        assert counts.f1 == pytest.approx(2 / (1 / counts.precision + 1 / counts.recall))
+    else:
+        assert np.isnan(counts.f1) if not (left or right) else counts.f1 == 0
+
+
 def test_intervals_are_over_episodes():
     """Every episode is all right or all wrong, so the interval is that of 40 coins, however many frames there are."""
     episode = np.repeat(np.arange(40), 25)
@@ -124,6 +149,42 @@ def test_records():
     assert [[d.categories[k] for k in row if k >= 0] for row in d.label] == [["Ball"], ["Ghost", "Player"]]
     assert d.xywh[1, 0].tolist() == [5, 6, 7, 8]
     assert matching.from_records([[("Ball", 1, 2, 3, 4, 0.25)]], game).score.tolist() == [[0.25]]
+
+
+@pytest.mark.parametrize(
+    "record",
+    [
+        (),
+        ("Ball", 1, 2, 3),
+        ("Ball", 1, 2, 3, 4, 0.5, 6),
+        ("Ball", 1, 2, 3, "4"),
+        ("Ball", 1, 2, 3, None),
+        ("Ball", 1, 2, 3, [4]),
+        ("Ball", 1, 2, 3, 4j),
+        ("Ball", 1, float("nan"), 3, 4),
+        ("Ball", 1, 2, float("inf"), 4),
+        ("Ball", 1, 2, -3, 4),
+        ("Ball", 10**400, 2, 3, 4),
+        ("Ball", 1, 2, 3, 4, float("nan")),
+        (7, 1, 2, 3, 4),
+        (None, 1, 2, 3, 4),
+        ("Ball", (1, 2, 3, 4)),
+        {"category": "Ball", "x": 1, "y": 2, "w": 3, "h": 4},
+        "Ball1",
+        5,
+        None,
+    ],
+)
+def test_malformed_records(record):
+    good = ("Ball", 1, 2, 3, 4)
+    with pytest.raises(ValueError, match=r"^frame 1, record 2 must be \(category, x, y, w, h\) or "):
+        matching.from_records([[good], [good, list(good), record]], ocjax.load("Pong"))
+
+
+@pytest.mark.parametrize("frame", [None, 5, "Ball"])
+def test_malformed_frames(frame):
+    with pytest.raises(ValueError, match=r"^frame 1 must be a list of records, got "):
+        matching.from_records([[], frame], ocjax.load("Pong"))
 
 
 def test_detections_of_objects():
