@@ -52,7 +52,7 @@ def check_replays(name, skip, p, autoreset="next step", preset="v5", times=6):
     other.close()
 
 
-@pytest.mark.parametrize("name", ["Qbert", "Breakout"])
+@pytest.mark.parametrize("name", ["Qbert", "Breakout", "Amidar", "Berzerk"])
 @pytest.mark.parametrize(("skip", "p"), [(1, 0.5), (4, 0.9), *slow_but([], [(1, 0.25), (4, 0.0), (1, 0.9), (4, 0.25), (4, 0.5)])])
 def test_restored_states_replay_exactly(name, skip, p):
     check_replays(name, skip, p)
@@ -64,9 +64,10 @@ def test_restored_states_replay_exactly_where_lives_are_lost(autoreset):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("skip", "p"), [(1, 0.5), (4, 0.9), (4, 0.0)])
 @pytest.mark.parametrize("name", ocjax.games())
-def test_restored_states_of_all_games_replay_exactly(name):
-    check_replays(name, 1, 0.5, times=3)
+def test_restored_states_of_all_games_replay_exactly(name, skip, p):
+    check_replays(name, skip, p, times=3)
 
 
 @pytest.mark.parametrize("workers", [0, 1])

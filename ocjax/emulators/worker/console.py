@@ -19,6 +19,7 @@ Kind = range | tuple[int, ...] | str  # the allowed integers; "same integer" or 
 Fields = tuple[tuple[int, Kind], ...]  # how many fields of each kind follow one another
 
 _HEAD: Fields = ((2, ANY), (4, COUNT))  # paddles; numbers of frames, mode, difficulty
+_FRAMES_AT = 12  # bytes before the number of frames since the reset
 _SYSTEM: Fields = ((2, "same"), (1, ANY), (1, "random"))  # ROM; cycles
 # A, X, Y, SP, IR; PC; flags; status. Then: number of bytes, RAM, timer, its shift, cycles, interrupt, directions of the ports.
 _PROCESSOR: Fields = ((1, "same"), (5, BYTE), (1, WORD), (7, _BOOLS), (1, BYTE))
@@ -58,6 +59,7 @@ _ROUNDED_AT = 4 * (sum(count for count, _ in _CARTRIDGES[_ROUNDED]) - 1)
 class ConsoleState(NamedTuple):
     """Facts of one of ALE's states."""
 
+    frames: int  # emulated since the reset
     complete: bool  # whether the last frame is; ALE leaves one incomplete that takes very long, as Q*bert's first one
     random: bytes  # the random numbers, as `ExecutedAction.synchronize` takes them
 
@@ -169,7 +171,8 @@ def facts(data: bytes) -> ConsoleState:
     inner = data[: len(data) - 8]
     processor_end = data.index(b"\5\0\0\0M6532")
     (status,) = struct.unpack_from("<i", data, processor_end - 4)
-    return ConsoleState(bool(status & _STOPPED), _tail(inner)[1])
+    (frames,) = struct.unpack_from("<i", data, _FRAMES_AT)
+    return ConsoleState(frames, bool(status & _STOPPED), _tail(inner)[1])
 
 
 def equal(a: bytes, b: bytes) -> bool:

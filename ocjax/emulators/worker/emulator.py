@@ -271,9 +271,10 @@ class Emulator:
             apply_hooks(self.ale, self.starts, None, self.seed, f" at the beginning of a game in environment {self.i}")
 
     def reset_game(self) -> None:
-        """Reset the console, which releases all buttons."""
+        """Reset the console, which releases all buttons; in the games of `PRESSING` it also draws random numbers."""
         self.ale.reset_game()
         self.executed.release()
+        self.executed.synchronize(console.facts(self.console_state()).random)
 
     def end(self, *, game_over: bool) -> None:
         """End the episode with the step just taken, with the game or only with a life."""
@@ -337,23 +338,24 @@ class Emulator:
         self.write_ram(self.ram)
 
     def restore_console(self, saved: EmulatorState) -> None:
-        """Bring the emulator to a saved state, including two facts that ALE's state lacks.
+        """Bring the emulator to a saved state, including the facts that ALE's state lacks.
 
-        These are the action that a sticky frame repeats, and whether the last frame is complete. Both remain from the frames that the
-        emulator has emulated before it gets ALE's state.
+        These are the action that a sticky frame repeats, whether the last frame is complete, and the pixels that the next frame does not
+        draw. They remain from the frames that the emulator has emulated before it gets ALE's state.
 
         Raises:
             ValueError: the emulator did not take over the state.
         """
         ale, facts = ale_py.ALEState(saved.ale), console.facts(saved.ale)
-        if facts.complete:
+        if facts.frames:
             self.hold(saved.action, saved.strength)
-        else:  # only a reset ends in the middle of a frame
+        else:  # resets leave the same pixels, and in some games an incomplete frame
             self.ale.restoreState(ale)  # its game mode
             self.reset_game()
+        prepared = console.facts(self.console_state()).complete == facts.complete and self.executed.action == saved.action
         self.ale.restoreState(ale)
         self.executed.synchronize(facts.random)
-        if (not facts.complete and saved.action) or not console.equal(self.console_state(), saved.ale):
+        if not prepared or not console.equal(self.console_state(), saved.ale):
             raise ValueError("the emulator did not take over the state")
 
     def hold(self, action: int, strength: float) -> None:

@@ -36,6 +36,8 @@ class ExecutedAction:
 
     def synchronize(self, text: bytes) -> None:
         """Continue with the random numbers of one of ALE's states, from the text in it."""
+        if not self._probability:
+            return
         key, position = generator_state(text)
         self._generator.state = {"bit_generator": "MT19937", "state": {"key": key, "pos": position}}
         self._taken, self._next = b"", 0
