@@ -205,17 +205,13 @@ def _datasets(file: Any, path: Path) -> list[tuple[str, Any]]:
         InputError: a link leads to another file.
     """
     h5py = require("h5py")
-    found: list[tuple[str, Any]] = []
-
-    def visit(key: str, link: Any) -> None:
-        if isinstance(link, h5py.ExternalLink):
-            raise InputError(f"{path}, {key}, is a link to another file: copy the data into one file")
-        item: Any = file[key] if isinstance(link, h5py.HardLink) else None
-        if isinstance(item, h5py.Dataset) and item.shape is not None:
-            found.append((key, item))
-
-    file.visititems_links(visit)
-    return found
+    links: list[tuple[str, Any]] = []
+    file.visititems_links(lambda key, link: links.append((key, link)))  # errors cannot leave the function that visits
+    outside = [key for key, link in links if isinstance(link, h5py.ExternalLink)]
+    if outside:
+        raise InputError(f"{path}, {outside[0]}, is a link to another file: copy the data into one file")
+    items = [(key, file[key]) for key, link in links if isinstance(link, h5py.HardLink)]
+    return [(key, item) for key, item in items if isinstance(item, h5py.Dataset) and item.shape is not None]
 
 
 def _of_hdf5(name: str, dataset: Any) -> _Batch:

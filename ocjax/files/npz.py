@@ -35,6 +35,11 @@ class Header(NamedTuple):
     is_fortran: bool
     dtype: np.dtype
 
+    @property
+    def size(self) -> int:
+        """Bytes of the data."""
+        return math.prod(self.shape) * self.dtype.itemsize
+
 
 def headers(path: Path, wanted: Callable[[str], bool]) -> dict[str, Header]:
     """The headers of arrays that `read` would read.
@@ -148,23 +153,22 @@ def _checked_header(archive: zipfile.ZipFile, info: zipfile.ZipInfo, file: IO[by
     """The header of an array whose data may be read: they are plain, as many as the header claims, and no giant text."""
     check_member(archive, info)
     found = header(file)
-    size, stored = math.prod(found.shape) * found.dtype.itemsize, info.file_size - file.tell()
-    if found.dtype.hasobject or size != stored:
+    stored = info.file_size - file.tell()
+    if found.dtype.hasobject or found.size != stored:
         raise ValueError(f"{info.filename} claims {found.dtype} {list(found.shape)}, but has {stored:,} bytes")
-    if found.dtype.kind in "SU" and size > MOST_TEXT:
-        raise ValueError(f"{info.filename} is a text of {size:,} bytes; at most {MOST_TEXT:,} are read")
+    if found.dtype.kind in "SU" and found.size > MOST_TEXT:
+        raise ValueError(f"{info.filename} is a text of {found.size:,} bytes; at most {MOST_TEXT:,} are read")
     return found
 
 
 def _load(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray:
     """One array of the file. Its size is checked before memory is allocated."""
     with archive.open(info) as file:
-        shape, is_fortran, dtype = _checked_header(archive, info, file)
-        size, at = math.prod(shape) * dtype.itemsize, 0
-        data = bytearray(size)
+        claimed = _checked_header(archive, info, file)
+        data, at = bytearray(claimed.size), 0
         while part := file.read(PART):  # to the end, where the checksum is compared
             data[at : at + len(part)] = part
             at += len(part)
-    if at != size:
-        raise ValueError(f"{info.filename} claims {dtype} {list(shape)}, but has {at:,} bytes")
-    return np.ndarray(shape, dtype, data, order="F" if is_fortran else "C")
+    if at != claimed.size:
+        raise ValueError(f"{info.filename} claims {claimed.dtype} {list(claimed.shape)}, but has {at:,} bytes")
+    return np.ndarray(claimed.shape, claimed.dtype, data, order="F" if claimed.is_fortran else "C")

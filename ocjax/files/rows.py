@@ -130,10 +130,15 @@ def choose(name: str, shapes: Mapping[str, Sequence[int]], wanted: str | None) -
         advice = "; name one of them (array)" if wanted is None else ""
         raise InputError(f"{name} has no {looked_for}: it has {_listed(shapes)}{advice}")
     depth = min(key.count("/") for key in found)
-    found = sorted((key for key in found if key.count("/") == depth), key=natural)
-    if len({re.sub("[0-9]+", "0", key) for key in found}) > 1:
-        raise InputError(f"{name} has several arrays that match: {_listed({key: shapes[key] for key in found})}; name one of them (array)")
-    return found
+    found = [key for key in found if key.count("/") == depth]
+    if len({_without_numbers(key) for key in found}) > 1:
+        listed = _listed({key: shapes[key] for key in sorted(found, key=natural)})
+        raise InputError(f"{name} has several arrays that match: {listed}; name one of them (array)")
+    return sorted((key for key in shapes if _without_numbers(key) == _without_numbers(found[0])), key=natural)
+
+
+def _without_numbers(key: str) -> str:
+    return re.sub("[0-9]+", "0", key)
 
 
 def _listed(shapes: Mapping[str, Sequence[int]]) -> str:

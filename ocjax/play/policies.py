@@ -24,6 +24,7 @@ from ocjax.files import npz, writing
 HOLD = 8  # steps for which actions are held at most
 BUILT_IN = {"random": {}, "repeat": {"hold": HOLD}, "idle": {"idle": 1.0}, "seldom": {"hold": HOLD, "idle": 0.95}}
 MAX_INPUT = 10.0  # standardised inputs are clipped to this many standard deviations
+MOST_BYTES = 2**27  # of the arrays of a saved policy
 TRAINED = "trained"  # the name of the policy that ships with the package
 SHIPPED = Path(__file__).parent / "trained"
 # The inputs of files without a description: boxes in units of 160 pixels, and validity.
@@ -169,7 +170,11 @@ def read(path: str | Path, game: Game) -> SavedPolicy:
         PolicyError: the file is missing, damaged, or does not fit the game.
     """
     try:
-        arrays = npz.read(Path(path), lambda name: re.fullmatch(r"[wb]\d+|mean|deviation|description", name) is not None)
+        headers = npz.headers(Path(path), _is_read)
+        size = sum(header.size for header in headers.values())
+        if size > MOST_BYTES:
+            raise PolicyError(f"{path} holds {size:,} bytes of weights, and at most {MOST_BYTES:,} are read")
+        arrays = npz.read(Path(path), _is_read)
     except (OSError, npz.NpzError) as error:
         raise PolicyError(f"{path} is not a readable policy (.npz with w0, b0, w1, b1, ...): {error}") from error
     description = _description(path, arrays)
@@ -193,6 +198,11 @@ def read(path: str | Path, game: Game) -> SavedPolicy:
     if mean.shape != (inputs,) or deviation.shape != (inputs,) or not (deviation > 0).all():
         raise PolicyError(f"{path}: mean and deviation must have shape [{inputs}] for {game.name}, and deviation must be positive")
     return SavedPolicy(game, _layers(path, game, arrays, inputs), kind, mean, deviation, **known)
+
+
+def _is_read(name: str) -> bool:
+    """Whether an array of this name is part of a policy."""
+    return re.fullmatch(r"[wb]\d+|mean|deviation|description", name) is not None
 
 
 def _description(path: str | Path, arrays: Mapping[str, np.ndarray]) -> dict[str, Any]:

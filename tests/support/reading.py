@@ -1,6 +1,7 @@
 """Inputs of `ocjax.files` in every format, and a process with little memory that reads inputs."""
 
 import json
+import os
 import subprocess
 import sys
 
@@ -33,7 +34,8 @@ for module in ("h5py", "zarr", "pyarrow.parquet", "pyarrow.compute", "minari"):
     __import__(module)
 used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
 for line in sys.stdin:
-    kind, path, memory, seconds = json.loads(line)
+    kind, path, memory, seconds, minari = json.loads(line)
+    os.environ["MINARI_DATASETS_PATH"] = minari
     read_end, write_end = os.pipe()
     child = os.fork()
     if not child:
@@ -64,7 +66,7 @@ class Reader:
 
     def __call__(self, path, *, kind="input", memory=2**28, seconds=60):
         """The type and message of the error, or "read"."""
-        self._process.stdin.write(json.dumps([kind, str(path), memory, seconds]) + "\n")
+        self._process.stdin.write(json.dumps([kind, str(path), memory, seconds, os.environ.get("MINARI_DATASETS_PATH", "")]) + "\n")
         self._process.stdin.flush()
         return json.loads(self._process.stdout.readline())
 
@@ -119,21 +121,21 @@ def table(rows):
     return pa.table({"n": np.arange(len(rows)), "ram": pa.FixedSizeListArray.from_arrays(pa.array(rows.reshape(-1)), 128)})
 
 
-def save_arrow(path, whole, *, stream=False):
-    """Write a table as an Arrow file, unchecked."""
+def save_arrow(path, whole, *, stream=False, batch=None):
+    """Write a table as an Arrow file, unchecked, in batches of so many rows."""
     pa = pytest.importorskip("pyarrow")
     new = pa.ipc.new_stream if stream else pa.ipc.new_file
     with pa.OSFile(str(path), "wb") as sink, new(sink, whole.schema) as writer:
-        writer.write_table(whole, max_chunksize=9)
+        writer.write_table(whole, max_chunksize=batch)
     return path
 
 
 def write_arrow(folder, rows):
-    return save_arrow(folder / "Pong.arrow", table(rows))
+    return save_arrow(folder / "Pong.arrow", table(rows), batch=9)
 
 
 def write_stream(folder, rows):
-    return save_arrow(folder / "Pong.arrow", table(rows), stream=True)
+    return save_arrow(folder / "Pong.arrow", table(rows), stream=True, batch=9)
 
 
 def write_feather(folder, rows):
@@ -160,7 +162,7 @@ def write_hugging_face(folder, rows):
     path.mkdir(parents=True)
     names = ["data-1.arrow", "data-0.arrow"]
     for name, part in zip(names, (rows[:9], rows[9:]), strict=True):
-        save_arrow(path / name, table(part), stream=True)
+        save_arrow(path / name, table(part), stream=True, batch=5)
     (path / "state.json").write_text(json.dumps({"_data_files": [{"filename": name} for name in names]}))
     (folder / "Pong" / "dataset_dict.json").write_text('{"splits": ["train"]}')
     return folder / "Pong"
