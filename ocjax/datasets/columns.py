@@ -7,6 +7,7 @@ the orientation is -1 where VEM cannot tell it.
 import dataclasses
 import io
 import json
+import reprlib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -14,7 +15,8 @@ import numpy as np
 from PIL import Image
 
 from ocjax._extras import require
-from ocjax.datasets.plans import DatasetError
+from ocjax.datasets.plans import MOST_STATES, DatasetError
+from ocjax.emulators.checks import integer
 from ocjax.extraction import records
 from ocjax.extraction.categories import ATTRIBUTES
 from ocjax.extraction.game import Game
@@ -71,15 +73,69 @@ def _features() -> dict[str, Any]:
 
 
 def facts_of(stored: Any) -> dict[str, Any]:
-    """What a shard says about itself: its `code`, `counts`, `played`, `left_out` and `sequences`.
+    """What a shard says about itself: its `code`, `counts`, `states`, `sequences`, `states_left_out` and `sequences_left_out`.
+
+    Args:
+        stored: its metadata, a `pyarrow.parquet.FileMetaData`.
 
     Raises:
-        DatasetError: it is no shard of a dataset.
+        DatasetError: it is no shard of a dataset, or what it says is malformed.
     """
     metadata = stored.metadata or {}
     if FACTS not in metadata:
         raise DatasetError("it is no file of a dataset of ocjax: its metadata lacks the key ocjax")
-    return json.loads(metadata[FACTS])
+    try:
+        facts = json.loads(metadata[FACTS])
+    except (ValueError, RecursionError) as error:
+        raise DatasetError(f"its metadata are damaged: {error}") from error
+    if not isinstance(facts, dict) or not isinstance(facts.get("code"), str) or not isinstance(facts.get("counts"), dict):
+        raise DatasetError(f"its metadata must have a text code and an object counts, got {reprlib.repr(facts)}")
+    for name in ("states", "sequences"):
+        total = integer(f"{name} in its metadata", facts.get(name), 0, MOST_STATES)
+        integer(f"{name}_left_out in its metadata", facts.get(f"{name}_left_out"), 0, total)
+    if stored.num_rows != facts["states"] - facts["states_left_out"]:
+        raise DatasetError(f"it has {stored.num_rows:,} rows, but its metadata claim {facts['states'] - facts['states_left_out']:,}")
+    return facts
+
+
+def checked(table: Any, names: Sequence[str] | None = None) -> Any:
+    """Columns of a table with the types of `schema` and without missing values.
+
+    Args:
+        table: rows of a shard.
+        names: of the columns; by default all.
+
+    Raises:
+        DatasetError: a column is missing, is there twice, has another type, or lacks values.
+    """
+    pa, known = require("pyarrow"), schema({})
+    fields = [known.field(name) for name in names or known.names]
+    columns = []
+    for field in fields:
+        places = table.schema.get_all_field_indices(field.name)
+        if len(places) != 1:
+            raise DatasetError(f"it must have one column {field.name}, and has {len(places)}")
+        try:
+            column = table.column(places[0]).cast(field.type)
+            column.validate(full=True)
+        except Exception as error:  # Arrow's errors are of many types
+            raise DatasetError(f"its column {field.name} must be {field.type}: {error}") from error
+        if any(part.null_count for part in _parts(column.combine_chunks(), field.name)):
+            raise DatasetError(f"its column {field.name} has missing values")
+        columns.append(column)
+    return pa.table(columns, pa.schema(fields))
+
+
+def _parts(column: Any, name: str) -> list[Any]:
+    """The arrays of a column that must not have missing values."""
+    if name in PICTURES:
+        return [column, column.field("bytes")]
+    if name == "ram":
+        return [column, column.flatten()]
+    if name in OBJECTS:
+        records = column.flatten()
+        return [column, records, *(part for part, field in zip(records.flatten(), OBJECT, strict=True) if field not in ATTRIBUTES)]
+    return [column]
 
 
 def pictures(frames: np.ndarray, game: Game) -> Any:
@@ -99,9 +155,24 @@ def _png(frame: np.ndarray, palette: bytes) -> bytes:
     return buffer.getvalue()
 
 
-def frames(column: Any) -> np.ndarray:
-    """The palette indices of a column of pictures, uint8 `[n, H, 160]`."""
-    return np.stack([np.asarray(Image.open(io.BytesIO(picture["bytes"]))) for picture in column.to_pylist()])
+def frames(column: Any, game: Game) -> np.ndarray:
+    """The palette indices of a column of pictures, uint8 `[n, H, 160]`.
+
+    Raises:
+        DatasetError: a picture is damaged, or is not of the game's size with palette indices.
+    """
+    return np.stack([_indices(picture["bytes"], game, i) for i, picture in enumerate(column.to_pylist())])
+
+
+def _indices(data: bytes, game: Game, row: int) -> np.ndarray:
+    height, width = game.screen
+    try:
+        image = Image.open(io.BytesIO(data), formats=("PNG",))
+        if image.size != (width, height) or image.mode != "P":  # before it is decoded
+            raise ValueError(f"it must have palette indices, {width} x {height}, got {image.mode}, {image.width} x {image.height}")
+        return np.asarray(image)
+    except Exception as error:  # a damaged picture can fail anywhere in Pillow
+        raise DatasetError(f"the picture of row {row} cannot be read: {error}") from error
 
 
 def rams(column: Any) -> np.ndarray:
@@ -142,8 +213,12 @@ def object_columns(rem: Objects, vem: Objects, game: Game) -> dict[str, Any]:
 
 
 def padded(lists: Sequence[Any], game: Game) -> dict[str, np.ndarray]:
-    """The fields of `Objects` `[n, N, ...]` from columns of lists of records, the inverse of `objects`."""
-    starts = {name: s.start for name, s in game.slices.items()}
+    """The fields of `Objects` `[n, N, ...]` from columns of lists of records, the inverse of `objects`.
+
+    Raises:
+        DatasetError: an object is of a category, or has an index, that the game does not have.
+    """
+    slices = dict(game.slices)
     valued = {c.name for c in game.categories if "value" in c.attributes}
     blocks = []
     for column in lists:
@@ -151,7 +226,11 @@ def padded(lists: Sequence[Any], game: Game) -> dict[str, np.ndarray]:
         row = np.repeat(np.arange(len(one)), np.diff(one.offsets))
         parts = dict(zip(OBJECT, one.flatten().flatten(), strict=True))
         names = parts["category"].to_pylist()
-        slot = np.array([starts[name] for name in names], np.int64) + parts["index"].to_numpy()
+        index = parts["index"].to_numpy()
+        for name, i in set(zip(names, index.tolist(), strict=True)):
+            if name not in slices or not 0 <= i < slices[name].stop - slices[name].start:
+                raise DatasetError(f"{game.name} has no object {reprlib.repr(name)} {i}: `ocjax relabel` writes the objects of its decoder")
+        slot = np.array([slices[name].start for name in names], np.int64) + index
         numbers = {name: parts[name].fill_null(0).to_numpy() for name in ("orientation", *"xywh", *"rgb")}
         value = np.where([name in valued for name in names], parts["value"].fill_null(UNKNOWN_VALUE).to_numpy(), 0)
         xywh, rgb = (np.stack([numbers[name] for name in names], axis=1) for names in ("xywh", "rgb"))

@@ -16,7 +16,7 @@ from ocjax._extras import require
 from ocjax.console.ram import RAM_SIZE
 from ocjax.datasets import columns, shards
 from ocjax.datasets.generation import PLAN, open_dataset
-from ocjax.datasets.plans import Plan
+from ocjax.datasets.plans import DatasetError, Plan
 from ocjax.emulators.start import action_set, load_emulator
 from ocjax.envs import Settings
 from ocjax.extraction import registry
@@ -63,13 +63,14 @@ def export(folder: str | Path, out: str | Path, *, report: Progress | None = Non
 
 def _write_csv(folder: Path, plan: Plan, report: Progress | None, file: BinaryIO) -> None:
     out = io.TextIOWrapper(file, "utf-8", newline="", write_through=True)
-    writer = csv.writer(out, lineterminator="\n")
-    colors = np.array([f"{r}, {g}, {b}" for r, g, b in np.asarray(registry.load(plan.game).palette)], object)
+    writer, game = csv.writer(out, lineterminator="\n"), registry.load(plan.game)
+    colors = np.array([f"{r}, {g}, {b}" for r, g, b in np.asarray(game.palette)], object)
     writer.writerow(CSV_COLUMNS)
     number, before, done = -1, None, 0
     for shard in plan.shards:
         for rows in shards.rows(folder / plan.file(shard), ["instance", "episode", "step", "image", *columns.OBJECTS]):
-            screens = columns.frames(rows["image"])
+            with shards.reading(folder / plan.file(shard)):
+                screens = columns.frames(rows["image"], game)
             records = rows.drop_columns("image").to_pylist()
             for screen, row in zip(screens, records, strict=True):
                 episode = (shard.number, row["instance"], row["episode"])
@@ -103,8 +104,11 @@ def _to_minari(folder: Path, plan: Plan, name: str, report: Progress | None) -> 
     policies, done = ", ".join(name for name, _ in plan.policies), 0
     with new_dataset(name, kinds, {"description": description, "ocjax": facts, "algorithm_name": policies}) as add:
         for shard in plan.shards:
-            for episode in _episodes(folder / plan.file(shard)):
-                add(**_to_episode(episode, game))
+            path = folder / plan.file(shard)
+            for episode in _episodes(path):
+                with shards.reading(path):
+                    fields = _to_episode(episode, game, len(actions))
+                add(**fields)
             done += shard.states
             if report is not None:
                 report(done, plan.states)
@@ -113,7 +117,7 @@ def _to_minari(folder: Path, plan: Plan, name: str, report: Progress | None) -> 
 def _episodes(path: Path) -> Iterator[Any]:
     """The stretches of successive states of one episode as tables of two rows or more."""
     pa = require("pyarrow")
-    rows = pa.concat_tables(shards.rows(path))  # pictures are compressed
+    rows = pa.concat_tables([columns.schema({}).empty_table().replace_schema_metadata(None), *shards.rows(path)])  # pictures are compressed
     place = np.stack([rows[name].to_numpy() for name in ("instance", "episode", "index")], axis=1)
     breaks = np.flatnonzero((np.diff(place, axis=0) != (0, 0, 1)).any(axis=1)) + 1
     for start, stop in itertools.pairwise([0, *breaks.tolist(), len(rows)]):
@@ -121,12 +125,18 @@ def _episodes(path: Path) -> Iterator[Any]:
             yield rows.slice(start, stop - start)
 
 
-def _to_episode(rows: Any, game: Game) -> dict[str, Any]:
-    """The fields of Minari's `EpisodeBuffer`. A stretch that is cut off is truncated."""
+def _to_episode(rows: Any, game: Game, num_actions: int) -> dict[str, Any]:
+    """The fields of Minari's `EpisodeBuffer`. A stretch that is cut off is truncated.
+
+    Raises:
+        DatasetError: an action, a reward, a picture or an object is not one of the game.
+    """
     step = {name: rows[name].to_numpy()[1:].copy() for name in ("action", "reward", "terminated", "truncated")}
+    if not ((step["action"] >= 0) & (step["action"] < num_actions)).all() or not np.isfinite(step["reward"]).all():
+        raise DatasetError(f"actions must be from 0 to {num_actions - 1}, and rewards finite numbers")
     step["truncated"][-1] |= not step["terminated"][-1]
     return {
-        "observations": {"ram": columns.rams(rows["ram"]), "screen": columns.frames(rows["image"])},
+        "observations": {"ram": columns.rams(rows["ram"]), "screen": columns.frames(rows["image"], game)},
         "actions": step["action"].astype(np.int64),
         "rewards": step["reward"],
         "terminations": step["terminated"],

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ocjax._extras import require
 from ocjax.console import rom
-from ocjax.datasets import datasheet, shards
+from ocjax.datasets import datasheet, shards, starts
 from ocjax.datasets.plans import DATA, DatasetError, Plan, code, versions
 from ocjax.extraction import registry
 from ocjax.files import cluster, jobs, writing
@@ -84,10 +84,14 @@ def open_dataset(folder: str | Path) -> Plan:
     folder = Path(folder)
     if not (folder / PLAN).exists():
         raise DatasetError(f"{folder} holds no dataset: it has no {PLAN}")
+    fields = jobs.read(folder / PLAN, error=DatasetError)
     try:
-        plan = Plan.from_json((folder / PLAN).read_text())
-    except (ValueError, TypeError, KeyError) as error:
-        raise DatasetError(f"{folder / PLAN} is damaged: {error}") from error
+        plan = Plan.from_fields(fields)
+        for start in plan.starts:
+            starts.variation(registry.load(plan.game), start)
+        registry.load(plan.game)
+    except ValueError as error:
+        raise DatasetError(f"{folder / PLAN} is damaged, or of another version of ocjax: {error}") from error
     absent = [str(plan.file(plan.shards[k])) for k in missing(plan, folder)]
     if absent:
         listed = f"{absent[0]} and {len(absent) - 1} more" if len(absent) > 1 else absent[0]
@@ -127,5 +131,6 @@ def _finish(folder: Path, plan: Plan) -> None:
     for unfinished in (folder / DATA).glob(".*.tmp"):
         if unfinished.is_symlink() or not unfinished.is_dir():
             unfinished.unlink()
-    found = [shards.facts(folder / plan.file(shard)) for shard in plan.shards]
+    game = registry.load(plan.game)
+    found = [shards.facts(folder / plan.file(shard), game) for shard in plan.shards]
     writing.write_text(folder / SHEET, datasheet.text(plan, found, versions(), code()), follow=False)

@@ -1,8 +1,9 @@
 """The objects of states by both methods, and how well these agree."""
 
 import dataclasses
+import reprlib
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
 from ocjax.files.pipeline import extractor
 
+MOST = 1e15  # objects that are counted
 COUNTS = tuple(field.name for field in dataclasses.fields(Agreement))
 
 Counts = dict[str, list[float]]  # by category: the fields of `Agreement`
@@ -44,6 +46,19 @@ def to_counts(counts: Agreement, game: Game) -> Counts:
     """Counts `[categories]` by category, ready for JSON."""
     table = np.stack([getattr(counts, name) for name in COUNTS], axis=1)
     return {c.name: row for c, row in zip(game.categories, table.tolist(), strict=True)}
+
+
+def check_counts(counts: Any, game: Game) -> None:
+    """Check what a file gives as the result of `to_counts`.
+
+    Raises:
+        ValueError: a category is missing, or its counts are malformed.
+    """
+    for c in game.categories:
+        row = counts.get(c.name)
+        known = isinstance(row, list) and all(isinstance(n, int | float) and not isinstance(n, bool) and 0 <= n < MOST for n in row)
+        if not known or len(row) != len(COUNTS):
+            raise ValueError(f"the counts of {c.name} must be {len(COUNTS)} numbers of at least 0, got {reprlib.repr(row)}")
 
 
 def from_counts(parts: Sequence[Counts], game: Game) -> Agreement:

@@ -5,6 +5,7 @@ import functools
 import hashlib
 import importlib.metadata
 import json
+import reprlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -23,6 +24,8 @@ SEEDS = (0, 42)  # as in the OCAtari paper (Delfosse et al., 2024)
 ENVS = 10  # instances that play side by side
 RANDOM_PERCENT = 30  # of the states, by default
 SHARD_STATES, SEQUENCE_STATES = 10_000, 100  # at most; see `Plan`
+MOST_SHARDS = 99_999  # their names have five digits
+MOST_STATES = MOST_SHARDS * SHARD_STATES
 LEAST_F1 = 0.9  # of REM against VEM in a sequence that is kept
 DATA = "data"  # the folder of the shards
 LIBRARIES = ("ale-py", "jax", "numpy", "pillow", "pyarrow")
@@ -90,13 +93,50 @@ class Plan:
         """Read what `to_json` wrote.
 
         Raises:
-            TypeError, ValueError, KeyError: it is damaged.
+            ValueError: it is damaged.
         """
-        fields = json.loads(text)
-        fields |= {"seeds": tuple(fields["seeds"]), "policies": tuple((str(name), int(n)) for name, n in fields["policies"])}
-        return cls(**fields | {"starts": tuple(fields.get("starts", ()))})
+        return cls.from_fields(json.loads(text))
+
+    @classmethod
+    def from_fields(cls, fields: Mapping[str, Any]) -> "Plan":
+        """The plan with these fields, in the types that JSON has.
+
+        Raises:
+            ValueError: a field is missing, unknown or malformed.
+        """
+        known = [field.name for field in dataclasses.fields(cls)]
+        given = {"starts": (), **fields}
+        lacking = [name for name in known if name not in given]
+        unknown = [name for name in given if name not in known]
+        if lacking or unknown:
+            raise ValueError(f"the plan lacks the fields {lacking}, and has the unknown fields {reprlib.repr(unknown)}")
+        for name in ("seeds", "policies", "starts"):
+            if not isinstance(given[name], list | tuple):
+                raise ValueError(f"{name} must be a list, got {reprlib.repr(given[name])}")
+            given[name] = tuple(tuple(entry) if isinstance(entry, list) else entry for entry in given[name])
+        return cls(**given)
+
+    def __post_init__(self) -> None:
+        for name in ("game", "md5", "code"):
+            if not isinstance(getattr(self, name), str):
+                raise ValueError(f"{name} must be a text, got {reprlib.repr(getattr(self, name))}")
+        for name in ("policy_files", "versions"):
+            entries = getattr(self, name)
+            if not isinstance(entries, Mapping) or not all(isinstance(text, str) for text in entries.values()):
+                raise ValueError(f"{name} must map names to texts, got {reprlib.repr(entries)}")
+        for name in ("states", "shard_states", "sequence_states"):
+            integer(name, getattr(self, name), 1, MOST_STATES)
+        _check_play(self)
+        if self.num_shards > MOST_SHARDS:
+            raise ValueError(f"a dataset has at most {MOST_SHARDS:,} files, got {self.num_shards:,}")
 
     @property
+    def num_shards(self) -> int:
+        """The number of files."""
+        each, rest = divmod(self.states, len(self.seeds))
+        return rest * -(-(each + 1) // self.shard_states) + (len(self.seeds) - rest) * -(-each // self.shard_states)
+
+    @functools.cached_property
     def shards(self) -> list[Shard]:
         """The files, in order."""
         out: list[Shard] = []
@@ -111,7 +151,33 @@ class Plan:
 
     def file(self, shard: Shard) -> Path:
         """The path of a shard in the dataset's folder."""
-        return Path(DATA, f"train-{shard.number:05}-of-{len(self.shards):05}.parquet")
+        return Path(DATA, f"train-{shard.number:05}-of-{self.num_shards:05}.parquet")
+
+
+def _check_play(plan: Plan) -> None:
+    """Check the fields of a plan that say how states are played.
+
+    Raises:
+        ValueError: one is malformed.
+    """
+    for seed in plan.seeds:
+        integer("a seed", seed, 0, 2**31 - 1)
+    if not plan.seeds or len(set(plan.seeds)) < len(plan.seeds):
+        raise ValueError(f"seeds must be at least one, and none twice, got {reprlib.repr(plan.seeds)}")
+    for policy in plan.policies:
+        if not isinstance(policy, tuple) or len(policy) != 2 or not isinstance(policy[0], str):
+            raise ValueError(f"a policy must be a name and a number of instances, got {reprlib.repr(policy)}")
+        integer(f"the instances of the policy {policy[0]}", policy[1], 1, ENVS)
+    if sum(n for _, n in plan.policies) != ENVS:
+        raise ValueError(f"the policies must have {ENVS} instances, got {reprlib.repr(plan.policies)}")
+    if not isinstance(plan.least_f1, int | float) or isinstance(plan.least_f1, bool) or not 0 <= plan.least_f1 <= 1:
+        raise ValueError(f"least_f1 must be between 0 and 1, got {plan.least_f1!r}")
+    if not all(isinstance(start, Mapping) for start in plan.starts):
+        raise ValueError(f"a start must map names to values, got {reprlib.repr(plan.starts)}")
+    try:
+        Settings(**plan.settings)
+    except TypeError as error:
+        raise ValueError(f"the settings are malformed: {error}") from error
 
 
 def plan(
@@ -155,7 +221,7 @@ def plan(
     return Plan(
         game=game.name,
         md5=game.md5,
-        states=integer("states", states, 1, 2**40),
+        states=integer("states", states, 1, MOST_STATES),
         seeds=tuple(integer("a seed", seed, 0, 2**31 - 1) for seed in seeds),
         policies=tuple((name, percent * ENVS // 100) for name, percent in chosen.items()),
         policy_files={name: _digest_of_policy(name, game) for name in chosen if name not in ("random", "repeat")},

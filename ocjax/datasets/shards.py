@@ -1,5 +1,6 @@
 """The shards of a dataset: Parquet files that are made, or labelled again, one by one."""
 
+import contextlib
 import itertools
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -16,6 +17,7 @@ from ocjax.extraction.game import Game
 from ocjax.files import writing
 
 ROW_GROUP = 500  # rows
+ROW_BYTES = 2**18  # of a row, at most: two pictures have less than a quarter of it
 BATCH = 1000  # rows that are labelled at a time
 
 
@@ -80,35 +82,55 @@ def _write(path: Path, table: Any, game: Game, facts: dict[str, Any]) -> None:
     writing.write(path, lambda file: parquet.write_table(table, file, row_group_size=ROW_GROUP, compression="zstd"), follow=False)
 
 
-def facts(path: Path) -> dict[str, Any]:
+@contextlib.contextmanager
+def reading(path: Path, damage: type[Exception] = DatasetError) -> Iterator[None]:
+    """Name the shard in errors.
+
+    Args:
+        path: of the shard.
+        damage: the type of errors that mean that the shard is damaged.
+
+    Raises:
+        DatasetError: instead of an error of this type.
+    """
+    try:
+        yield
+    except damage as error:
+        raise DatasetError(f"{path} cannot be read: {error}") from error
+
+
+def facts(path: Path, game: Game | None = None) -> dict[str, Any]:
     """What a shard says about itself.
+
+    Args:
+        path: of the shard.
+        game: if given, the counts must be those of its categories.
 
     Raises:
         DatasetError: it cannot be read, or is no shard of a dataset.
     """
     parquet = require("pyarrow.parquet")
-    try:
-        schema = parquet.read_schema(path)
-    except (OSError, ValueError) as error:  # Arrow's errors are among these
-        raise DatasetError(f"{path} cannot be read: {error}") from error
-    try:
-        return columns.facts_of(schema)
-    except ValueError as error:
-        raise DatasetError(f"{path}: {error}") from error
+    with reading(path, Exception):  # a damaged file can fail anywhere in Arrow
+        known = columns.facts_of(parquet.read_metadata(path))
+        if game is not None:
+            labels.check_counts(known["counts"], game)
+        return known
 
 
 def rows(path: Path, names: Sequence[str] | None = None) -> Iterator[Any]:
-    """The rows of a shard in tables of one row group each; `names` selects columns.
+    """The rows of a shard in tables of at most `ROW_GROUP` rows, checked; `names` selects columns.
 
     Raises:
-        DatasetError: it cannot be read.
+        DatasetError: it cannot be read, or a column is malformed.
     """
-    try:
-        with require("pyarrow.parquet").ParquetFile(path) as file:
-            for k in range(file.num_row_groups):
-                yield file.read_row_group(k, columns=names)
-    except (OSError, ValueError) as error:
-        raise DatasetError(f"{path} cannot be read: {error}") from error
+    pa, parquet = require("pyarrow"), require("pyarrow.parquet")
+    with reading(path, Exception), parquet.ParquetFile(path) as file:
+        for k in range(file.num_row_groups):
+            group = file.metadata.row_group(k)
+            if group.total_byte_size > ROW_BYTES * (group.num_rows + ROW_GROUP):
+                raise DatasetError(f"row group {k} has {group.total_byte_size:,} bytes, too many for {group.num_rows:,} rows")
+        for batch in file.iter_batches(ROW_GROUP, columns=names):
+            yield columns.checked(pa.Table.from_batches([batch]), names)
 
 
 def relabel(path: Path, game: Game) -> None:
@@ -120,17 +142,18 @@ def relabel(path: Path, game: Game) -> None:
     known = facts(path)
     if known["code"] == code():
         return
-    pa = require("pyarrow")
-    table = pa.concat_tables(
-        [columns.schema({}).empty_table(), *(part.replace_schema_metadata(None) for part in rows(path))], promote_options="none"
-    )
-    parts, counts = [], labels.none(game)
-    for start in range(0, len(table), BATCH):
-        part = table.slice(start, BATCH)
-        found = labels.label(game, columns.rams(part["ram"]), *(columns.frames(part[name]) for name in columns.PICTURES))
+    pa, schema = require("pyarrow"), columns.schema({})
+    kept = [name for name in schema.names if name not in columns.OBJECTS]  # objects of other decoders may be of other categories
+    states = pa.concat_tables([pa.schema([schema.field(name) for name in kept]).empty_table(), *rows(path, kept)])
+    parts, counts = [schema.empty_table()], labels.none(game)
+    for start in range(0, len(states), BATCH):
+        part = states.slice(start, BATCH)
+        with reading(path):
+            pictures = [columns.frames(part[name], game) for name in columns.PICTURES]
+        found = labels.label(game, columns.rams(part["ram"]), *pictures)
         for name, column in columns.object_columns(found.rem, found.vem, game).items():
-            part = part.set_column(part.schema.get_field_index(name), name, column)
-        parts.append(part)
+            part = part.append_column(schema.field(name), column)
+        parts.append(part.select(schema.names).cast(schema))
         counts = labels.add(counts, found.counts)
     latest = known | {"code": code(), "counts": labels.to_counts(counts, game)}
-    _write(path, pa.concat_tables(parts) if parts else table, game, latest)
+    _write(path, pa.concat_tables(parts), game, latest)

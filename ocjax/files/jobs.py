@@ -2,10 +2,14 @@
 
 import json
 import os
+import reprlib
 import stat
 from pathlib import Path
+from typing import Any
 
 from ocjax.files import writing
+
+MOST_BYTES = 2**24  # of a JSON file
 
 
 def claim(folder: Path, name: str, plan: str, kind: str, *, error: type[ValueError] = ValueError) -> None:
@@ -24,7 +28,7 @@ def claim(folder: Path, name: str, plan: str, kind: str, *, error: type[ValueErr
     path = folder / name
     if folder.exists() and not folder.is_dir():
         raise error(f"{folder} is a file, and a {kind} is a folder: use another name")
-    if path.exists():
+    if os.path.lexists(path):
         if keys := _differences(path, plan, error):
             raise error(
                 f"{folder} holds another {kind}, or one of another version or input: its {name} differs in {', '.join(keys)}. "
@@ -59,10 +63,29 @@ def _check_entry(path: Path, kind: str, error: type[ValueError]) -> None:
         raise error(f"{path} is {found}: a {kind} must consist of files and folders. Copy it with `cp -rL`, or delete this entry")
 
 
+def read(path: Path, *, error: type[ValueError] = ValueError) -> dict[str, Any]:
+    """The JSON object in a file.
+
+    Raises:
+        ValueError: of the type `error`; the file is no regular file, is too large, or holds no JSON object.
+        OSError: it cannot be read.
+    """
+    if not path.is_file():
+        raise error(f"{path} is no regular file")
+    with path.open("rb") as file:
+        data = file.read(MOST_BYTES + 1)
+    try:
+        if len(data) > MOST_BYTES:
+            raise ValueError(f"it has more than {MOST_BYTES:,} bytes")
+        found = json.loads(data.decode("utf-8"))
+        if not isinstance(found, dict):
+            raise ValueError(f"it must hold a JSON object, got {reprlib.repr(found)}")
+    except (ValueError, RecursionError) as damage:
+        raise error(f"{path} is damaged: {damage}") from damage
+    return found
+
+
 def _differences(path: Path, plan: str, error: type[ValueError]) -> list[str]:
     """The keys of a file's JSON object whose values are not those of the plan."""
-    try:
-        old, new = dict(json.loads(path.read_text("utf-8"))), json.loads(plan)
-    except (ValueError, TypeError) as damage:
-        raise error(f"{path} is damaged: {damage}") from damage
+    old, new = read(path, error=error), json.loads(plan)
     return [key for key in {**new, **old} if key not in old or key not in new or old[key] != new[key]]

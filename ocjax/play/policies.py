@@ -7,6 +7,7 @@ import dataclasses
 import io
 import json
 import re
+import reprlib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from typing import Any
 import jax
 import numpy as np
 
+from ocjax.emulators.checks import integer
 from ocjax.envs import Settings
 from ocjax.envs.features import Vector
 from ocjax.envs.observations import Snapshot
@@ -25,6 +27,8 @@ HOLD = 8  # steps for which actions are held at most
 BUILT_IN = {"random": {}, "repeat": {"hold": HOLD}, "idle": {"idle": 1.0}, "seldom": {"hold": HOLD, "idle": 0.95}}
 MAX_INPUT = 10.0  # standardised inputs are clipped to this many standard deviations
 MOST_BYTES = 2**27  # of the arrays of a saved policy
+MOST_FRAMES = 2**53
+LARGEST, LEAST_DEVIATION = 1e15, 1e-6  # of numbers in files: products of larger ones overflow
 TRAINED = "trained"  # the name of the policy that ships with the package
 SHIPPED = Path(__file__).parent / "trained"
 # The inputs of files without a description: boxes in units of 160 pixels, and validity.
@@ -181,21 +185,23 @@ def read(path: str | Path, game: Game) -> SavedPolicy:
     if description and description.get("md5") != game.md5:
         raise PolicyError(f"{path}: the policy is for {description.get('game')}, not for {game.name}")
     for name, array in arrays.items():
-        if name != "description" and not (array.dtype.kind in "iuf" and np.isfinite(array).all()):
-            raise PolicyError(f"{path}: {name} must hold finite numbers, got {array.dtype} {list(array.shape)}")
+        if name != "description" and not (array.dtype.kind in "iuf" and (np.abs(array.astype(np.float64)) < LARGEST).all()):
+            raise PolicyError(f"{path}: {name} must hold finite numbers below {LARGEST:g}, got {array.dtype} {list(array.shape)}")
     try:
         kind, known = _observation(description), _known(description)
-        game = load(game.name, hud=bool(description["hud"])) if description else game
+        game = load(game.name, hud=_flag(description, "hud")) if description else game
     except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise PolicyError(f"{path}: the description of the policy is damaged: {type(error).__name__}: {error}") from error
     if "w0" not in arrays:
         raise PolicyError(f"{path} is not a readable policy: it has no layer w0")
-    if kind.history > arrays["w0"].size:  # every state has inputs; a number that is too large would not fit into memory below
+    if kind.history > arrays["w0"].size:
         raise PolicyError(f"{path}: layer 0 has {arrays['w0'].size:,} weights, too few for a history of {kind.history:,} states")
-    inputs = len(kind.features_of(game))
+    inputs = kind.history * len(dataclasses.replace(kind, history=1).features_of(game))
+    if arrays["w0"].shape[:1] != (inputs,):  # before arrays of so many inputs are made
+        raise PolicyError(f"{path}: layer 0 must have w0 [{inputs}, n] for {game.name}, got {list(arrays['w0'].shape)}")
     units = np.tile(np.array(PLAIN_UNITS, np.float32), game.num_slots) if kind is PLAIN else np.ones(inputs, np.float32)
-    mean, deviation = arrays.get("mean", np.zeros(inputs, np.float32)), arrays.get("deviation", units)
-    if mean.shape != (inputs,) or deviation.shape != (inputs,) or not (deviation > 0).all():
+    mean, deviation = (np.asarray(arrays.get(n, a), np.float32) for n, a in (("mean", np.zeros(inputs)), ("deviation", units)))
+    if mean.shape != (inputs,) or deviation.shape != (inputs,) or not (deviation >= LEAST_DEVIATION).all():
         raise PolicyError(f"{path}: mean and deviation must have shape [{inputs}] for {game.name}, and deviation must be positive")
     return SavedPolicy(game, _layers(path, game, arrays, inputs), kind, mean, deviation, **known)
 
@@ -218,20 +224,32 @@ def _description(path: str | Path, arrays: Mapping[str, np.ndarray]) -> dict[str
 def _observation(description: Mapping[str, Any]) -> Vector:
     if not description:
         return PLAIN
-    return Vector(
-        description["features"],
-        grid_features=description.get("grid_features"),  # policies of before this option do not have it
-        history=int(description["history"]),
-        normalize=bool(description["normalize"]),
-    )
+    features = (description["features"], description.get("grid_features"))  # older policies have no grid_features
+    if not all(names is None or (isinstance(names, list) and all(isinstance(n, str) for n in names)) for names in features):
+        raise ValueError(f"features must be lists of names, got {reprlib.repr(features)}")
+    history = integer("history", description["history"], 1, MOST_FRAMES)
+    return Vector(features[0], grid_features=features[1], history=history, normalize=_flag(description, "normalize"))
+
+
+def _flag(description: Mapping[str, Any], name: str) -> bool:
+    if not isinstance(description[name], bool):
+        raise ValueError(f"{name} must be true or false, got {reprlib.repr(description[name])}")
+    return description[name]
 
 
 def _known(description: Mapping[str, Any]) -> dict[str, Any]:
     """The arguments of `SavedPolicy` that a description gives."""
     if not description:
         return {}
-    settings = None if description["settings"] is None else Settings(**description["settings"])
-    return {name: description[name] for name in ("sampled", "preset", "frames")} | {"settings": settings}
+    settings, preset = description["settings"], description["preset"]
+    if preset is not None and not isinstance(preset, str):
+        raise ValueError(f"preset must be a name, got {reprlib.repr(preset)}")
+    return {
+        "sampled": _flag(description, "sampled"),
+        "preset": preset,
+        "frames": integer("frames", description["frames"], 0, MOST_FRAMES),
+        "settings": None if settings is None else Settings(**settings),
+    }
 
 
 def _layers(path: str | Path, game: Game, arrays: Mapping[str, np.ndarray], inputs: int) -> Layers:

@@ -3,6 +3,7 @@
 import csv
 import dataclasses
 import os
+import shutil
 import subprocess
 import sys
 
@@ -23,6 +24,7 @@ pytest.importorskip("orbax.checkpoint", reason="the extra `rl` is not installed"
 from ocjax.agents import moments as statistics
 from ocjax.agents import networks, ppo
 from ocjax.agents.collector import Collector
+from ocjax.agents.metrics import Metrics
 from ocjax.agents.ppo import Hyperparameters, Rollout
 from ocjax.agents.training import Config, Trainer, TrainingError
 from ocjax.envs import make_vec
@@ -341,3 +343,110 @@ def test_a_file_instead_of_checkpoints(tmp_path):
     (tmp_path / "run" / "checkpoints").write_text("a file")
     with pytest.raises(TrainingError, match=r"run: the folder checkpoints is damaged, .*FileExistsError"):
         Trainer(Config("Pong", 0, hyperparameters=TINY), tmp_path / "run")
+
+
+WRONG = [..., 0, -3, 10**12, 10**40, "two", "2", 2.5, float("nan"), float("inf"), None, True, [[]], {"a": []}]
+
+
+@pytest.mark.parametrize("value", WRONG, ids=str)
+@pytest.mark.parametrize("name", ["rows", "seconds", "recent", "one of recent"])
+def test_progress_of_a_training(tmp_path, name, value):
+    """A count, a time or returns that no training has are errors, and the file of metrics is left as it is."""
+    text = "frames,return\n256,nan\n512,-20.0\n"
+    (tmp_path / "metrics.csv").write_text(text)
+    progress = {"rows": 2, "seconds": 1.5, "recent": [-20.0, 3]}
+    if name == "one of recent":
+        progress["recent"] = [1.0, None if value is ... else value]
+    else:
+        progress = {k: v for k, v in progress.items() if k != name} | ({} if value is ... else {name: value})
+    kept = Metrics(tmp_path)
+    right = (name in ("seconds", "one of recent") and value in (0, 2.5, 10**12) and value is not True) or (
+        name == "one of recent" and value == -3
+    )
+    if right and not isinstance(value, bool):
+        kept.restore(progress, 2)
+        assert kept.save() == progress
+    else:
+        with pytest.raises((ValueError, KeyError)):
+            kept.restore(progress, 2)
+    assert (tmp_path / "metrics.csv").read_text() == text
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "frames,return\n",
+        "frames,return\n1,2\n",
+        "frames\n1\n2\n",
+        "frames,frames\n1,2\n3,4\n",
+        "frames,return,frames\n1,2,3\n3,4,5\n",
+        "frames,return\n1,2,3\n4,5\n",
+        "frames,return\n1\n4,5\n",
+        "frames,return\n1,two\n4,5\n",
+        "frames,return\n,\n4,5\n",
+        "\0\0\n1,2\n1,2\n",
+        "frames,return\n" + "9" * 200_000 + ",2\n1,2\n",
+    ],
+)
+def test_metrics_of_a_training(tmp_path, text):
+    (tmp_path / "metrics.csv").write_text(text)
+    with pytest.raises((ValueError, csv.Error)):
+        Metrics(tmp_path).restore({"rows": 2, "seconds": 1.5, "recent": []}, 2)
+
+
+def test_environments_of_a_training():
+    halves = [make_vec("Pong", 2, mode="rem", obs="vector", preset="dqn", num_workers=0) for _ in range(2)]
+    collector = Collector(*halves, horizon=4, seed=0)
+    collector.collect(lambda obs, step: (np.zeros(len(obs), np.int32), np.zeros(len(obs), np.float32)))
+    saved = collector.save()
+    wrong = [
+        (name, value)
+        for name, values in {
+            "steps": (-8, 7, "8", 8.0, float("nan"), None, [8], 2**40),
+            "halves": ([], saved["halves"][:1], saved["halves"] * 2),
+            "states": (np.zeros(0, np.uint8), np.zeros(1000, np.uint8), "text", None),
+            "ended": (np.zeros(2), np.zeros(3, bool), np.zeros((), bool), "no", None),
+            "returns": (np.zeros(2, bool), np.zeros(3), np.array([0.0, np.nan]), np.array([0.0, np.inf]), "0", None),
+        }.items()
+        for value in values
+    ]
+    for name, value in wrong:
+        change = {name: value} if name in saved else {"halves": [saved["halves"][0], saved["halves"][1] | {name: value}]}
+        with pytest.raises((ValueError, TypeError)):
+            collector.restore(saved | change, 1)
+    collector.restore(saved, 1)
+    assert collector.steps == 8
+    collector.close()
+
+
+def test_strange_entries_among_checkpoints(tmp_path):
+    """Unfinished checkpoints are deleted, and others are an error or left alone; a damaged one is an error."""
+    config, run = Config("Pong", 0, hyperparameters=TINY), tmp_path / "run"
+    first = Trainer(config, run)
+    first.run(UPDATE, QUIET)
+    first.close()
+    folder = run / "checkpoints"
+    shutil.copytree(folder / "1", folder / "2.orbax-checkpoint-tmp")
+    (folder / "2.orbax-checkpoint-tmp-123").mkdir()
+    (folder / "3.orbax-checkpoint-tmp").write_text("a file")
+    (folder / ".DS_Store").write_text("a file")
+    (folder / "notes").mkdir()
+    again = Trainer(config, run)
+    assert again.updates == 1
+    again.close()
+    assert {path.name for path in folder.iterdir()} == {"1", ".DS_Store", "notes"}
+    (folder / "7").mkdir()
+    with pytest.raises(TrainingError, match=r"the checkpoint checkpoints/7 or metrics.csv is damaged"):
+        Trainer(config, run)
+    (folder / "7").rmdir()
+    (folder / "1").rename(folder / ("9" * 12))
+    with pytest.raises(TrainingError, match=r"the number of updates must be an integer of at least 999,999,999,999"):
+        Trainer(config, run)
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{", "[" * 100_000, "\udcff"], ids=["empty", "list", "brace", "deep", "bytes"])
+def test_configurations_of_a_training(tmp_path, text):
+    (tmp_path / "config.json").write_text(text, errors="surrogateescape")
+    with pytest.raises(TrainingError, match=r"config\.json is damaged: "):
+        Trainer(Config("Pong", 0, hyperparameters=TINY), tmp_path)

@@ -99,6 +99,83 @@ def test_files_that_are_no_policies(policy, tmp_path):
         policies.read(path, ocjax.load("Pong"))
 
 
+WRONG = {
+    "missing": ...,
+    "zero": 0,
+    "negative": -3,
+    "huge": 10**12,
+    "enormous": 10**40,
+    "text": "ten",
+    "names": "xy",
+    "fraction": 9.5,
+    "nan": float("nan"),
+    "infinite": float("inf"),
+    "null": None,
+    "true": True,
+    "list": [[]],
+    "numbers": [1, 2],
+    "object": {"a": []},
+}
+RIGHT = {
+    "grid_features": ("missing", "null"),
+    "frames": ("zero", "huge"),
+    "preset": ("text", "names", "null"),
+    "settings": ("null",),
+    **dict.fromkeys(("normalize", "sampled"), ("true",)),
+    "frame_skip": ("missing", "numbers"),
+    "noop_max": ("missing", "zero"),
+}
+
+
+@pytest.mark.parametrize("kind", WRONG)
+@pytest.mark.parametrize(
+    "name", "md5 hud features grid_features history normalize sampled settings preset frames frame_skip noop_max".split()
+)
+def test_fields_of_the_description(policy, tmp_path, name, kind):
+    """A wrong one is an error at once, not when the policy plays."""
+    path = tmp_path / "policy.npz"
+    policy.write(path)
+    with np.load(path) as file:
+        arrays = dict(file)
+    known = json.loads(str(arrays["description"]))
+    place = known if name in known else known["settings"]
+    place.pop(name)
+    if WRONG[kind] is not ...:
+        place[name] = WRONG[kind]
+    np.savez(path, **arrays | {"description": np.array(json.dumps(known))})
+    if kind in RIGHT.get(name, ()):
+        policies.read(path, ocjax.load("Pong"))
+    else:
+        with pytest.raises(PolicyError, match=r"policy\.npz: ") as caught:
+            policies.read(path, ocjax.load("Pong"))
+        assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["w0", "b0", "w1", "b1", "mean", "deviation"])
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda a: a[:-1],
+        lambda a: a[None],
+        lambda a: a.astype(str),
+        lambda a: a.astype(complex),
+        lambda a: a * np.nan,
+        lambda a: np.full(a.shape, np.inf),
+        lambda a: np.full(a.shape, 1e300),
+        lambda a: np.full(a.shape, -(2**63)),
+        lambda a: np.zeros(()),
+    ],
+)
+def test_arrays_of_a_policy(policy, tmp_path, name, change):
+    path = tmp_path / "policy.npz"
+    policy.write(path)
+    with np.load(path) as file:
+        arrays = dict(file)
+    np.savez(path, **arrays | {name: change(arrays[name])})
+    with pytest.raises(PolicyError, match=r"policy\.npz: "):
+        policies.make_policy(str(path), ocjax.load("Pong"), ACTIONS, 1, 0)
+
+
 def test_damaged_policies_are_refused(policy, tmp_path):
     path = tmp_path / "policy.npz"
     policy.write(path)
