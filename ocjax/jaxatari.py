@@ -27,6 +27,7 @@ from ocjax._jaxtari import FIELDS, ObservedField
 from ocjax.console.ram import RAM_SIZE
 from ocjax.emulators.settings import Settings
 from ocjax.emulators.start import start_emulator
+from ocjax.emulators.worker.console import facts
 from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects, whose
@@ -168,7 +169,7 @@ class _Console:
         self._frame_skip, self._lock = frame_skip, threading.Lock()
         self._ale = start_emulator(game)
         self.actions = tuple(self._ale.getMinimalActionSet())
-        self._initial = self._ale.cloneState(include_rng=True)
+        self._initial = self._ale.cloneState(include_rng=True).serialize()
 
     def begin(self, noops: np.ndarray) -> tuple[np.ndarray, ...]:
         """New games `[...]` after the given numbers of no-ops."""
@@ -184,7 +185,7 @@ class _Console:
         def one(i: int) -> tuple[float, bool, np.ndarray]:
             length = int(rows[i, : _LENGTH.itemsize].view(_LENGTH)[0])
             saved = rows[i, _LENGTH.itemsize : _LENGTH.itemsize + length].tobytes()
-            self._ale.restoreState(ale_py.ALEState(saved))
+            self._restore(saved)
             reward = sum(self._ale.act(int(np.ravel(action)[i])) for _ in range(self._frame_skip))
             over, ram = self._ale.game_over(), self._ale.getRAM()
             if (over or np.ravel(last)[i]) and np.ravel(noops)[i] != _KEEP:
@@ -194,10 +195,15 @@ class _Console:
         return self._each(np.shape(action), one)
 
     def _start(self, noops: int) -> tuple[float, bool, np.ndarray]:
-        self._ale.restoreState(self._initial)
+        self._restore(self._initial)
         for _ in range(noops):
             self._ale.act(ale_py.Action.NOOP)
         return 0.0, False, self._ale.getRAM()
+
+    def _restore(self, saved: bytes) -> None:
+        if not facts(saved).frames:  # ALE's state lacks the incomplete frame that a reset leaves in Q*bert
+            self._ale.reset_game()
+        self._ale.restoreState(ale_py.ALEState(saved))
 
     def _each(self, batch: tuple[int, ...], run: Any) -> tuple[np.ndarray, ...]:
         """Run each game of a batch, and collect `_results`."""

@@ -13,6 +13,7 @@ import pytest
 import ocjax
 from ocjax import jaxatari
 from ocjax.console.rom import rom_path
+from ocjax.emulators.start import load_emulator
 from ocjax.evaluation import parity
 from ocjax.evaluation.jaxtari import Jaxtari
 
@@ -51,6 +52,20 @@ def test_steps_are_the_emulators(env, ale):
     objects = env.game.rem(rams)
     assert np.array_equal(seen.player.x, objects.of(env.game, "Player").x[:, 0])
     assert np.array_equal(seen.score_enemy, objects.of(env.game, "EnemyScore").value[:, 0])
+
+
+def test_games_begin_as_in_a_new_emulator():
+    """Q*bert's first frame is incomplete, which ALE's saved states lack."""
+    env = jaxatari.Environment("Qbert", noop_max=0)
+    step = jax.jit(env.step)
+    for _ in range(2):
+        ale = load_emulator(env.game, random_seed=0, repeat_action_probability=0.0)
+        ale.reset_game()
+        _, state = env.reset(KEY)
+        for action in (0, 1, 2, 3, 4, 5) * 3:
+            ale.act(int(env.ACTION_SET[action]))
+            _, state, *_ = step(state, action)
+            assert np.array_equal(ale.getRAM(), state.ram)
 
 
 def test_states_are_values(env):
