@@ -11,7 +11,7 @@ from pathlib import Path
 
 from ocjax.extraction.suites import SUITES, Suite
 
-__all__ = ["PRESETS", "env_id", "games", "modules", "register", "suite_of"]
+__all__ = ["PRESETS", "TITLES", "env_id", "games", "modules", "register", "suite_of"]
 
 TITLES = {  # modules of games whose cartridge has another name
     "jamesbond007": "jamesbond",
