@@ -1,11 +1,14 @@
-"""Refusal to compute in forked processes in which JAX may wait for ever.
+"""Forked processes in which JAX may wait for ever: they refuse to compute, and they end.
 
 JAX computes with threads. A process that is forked from one in which they run does not have them, and a computation may never end.
 """
 
+import atexit
+import ctypes
 import os
 
-from jax._src import xla_bridge
+from jax._src import api, xla_bridge
+from jax._src.interpreters import mlir
 
 _without_threads = False  # whether this process was forked from one in which JAX's threads run
 
@@ -14,6 +17,15 @@ def _mark() -> None:
     global _without_threads
     # Not `backends_are_initialized()`: another thread of the parent may have held its lock.
     _without_threads = bool(xla_bridge._backends)
+    if _without_threads:
+        _keep_until_exit()
+
+
+def _keep_until_exit() -> None:
+    """Let nothing destroy JAX's clients and thread pools at the process's exit: their destructors wait for the threads, or crash."""
+    atexit.unregister(api.clean_up)
+    for kept in (*xla_bridge._backends.values(), mlir.global_thread_pool):
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(kept))
 
 
 def require_threads() -> None:

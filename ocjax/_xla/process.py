@@ -29,13 +29,26 @@ def use_compilation_cache() -> Path:
 
     Returns:
         The folder, unless another one was chosen: `ocjax/xla` in the user's cache, such as `~/.cache/ocjax/xla`.
+
+    Raises:
+        OSError: the user has no home folder.
     """
     chosen: str | None = jax.config.jax_compilation_cache_dir  # pyright: ignore[reportAttributeAccessIssue]
     if chosen is not None:
         return Path(chosen)
-    folder = platformdirs.user_cache_path("ocjax", appauthor=False) / "xla"
+    folder = _user_cache() / "xla"
     jax.config.update("jax_compilation_cache_dir", str(folder))
     jax.config.update("jax_persistent_cache_min_compile_time_secs", MIN_CACHED_SECONDS)
+    return folder
+
+
+def _user_cache() -> Path:
+    try:
+        folder = platformdirs.user_cache_path("ocjax", appauthor=False)
+    except RuntimeError:  # of recent versions of platformdirs
+        folder = Path("~")
+    if not folder.is_absolute():
+        raise FileNotFoundError("the user has no home folder for compiled programs: set HOME, XDG_CACHE_HOME or JAX_COMPILATION_CACHE_DIR")
     return folder
 
 

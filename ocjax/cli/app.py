@@ -1,5 +1,6 @@
 """The command `ocjax`. A subcommand's module is imported when the subcommand runs, so `ocjax --help` is quick."""
 
+import contextlib
 import importlib
 import importlib.metadata
 from typing import Annotated, Any
@@ -82,7 +83,8 @@ def prepare(
     from ocjax._xla import process
 
     process.retain_freed_memory()
-    process.use_compilation_cache()
+    with contextlib.suppress(OSError):  # without a home folder, programs are compiled each time
+        process.use_compilation_cache()
 
 
 if __name__ == "__main__":

@@ -1,7 +1,9 @@
 """Worker processes: how the pool starts them, talks to them and ends them."""
 
 import contextlib
+import fcntl
 import json
+import logging
 import os
 import selectors
 import signal
@@ -19,6 +21,7 @@ from ocjax.emulators.worker import interface
 from ocjax.emulators.worker.interface import WorkerConfig
 
 _PROGRAM = Path(interface.__file__).with_name("__main__.py")
+_LOG = logging.getLogger("ocjax")
 _GRACE = 2.0  # seconds that all workers together have to end by themselves
 _DYING = 5.0  # seconds that a worker may take to end after its socket has closed
 _MESSAGE_BYTES = 4000  # of a worker's stderr that an error quotes
@@ -49,13 +52,15 @@ class WorkerProcess:
             self.stderr = stack.enter_context(tempfile.TemporaryFile())
             self.link, theirs = socket.socketpair()
             stack.enter_context(self.link)
-            with theirs:
-                arguments = (theirs.fileno(), memory_fd, os.getpid(), json.dumps(_module_path()))
+            with theirs, tempfile.TemporaryFile() as path, _inherited(theirs.fileno()) as link_fd, _inherited(memory_fd) as shared_fd:
+                path.write(json.dumps(_module_path()).encode())  # an argument may not be so long
+                path.seek(0)
                 self.process = subprocess.Popen(
                     # -P keeps the program's folder off the worker's module path.
-                    [sys.executable, "-P", str(_PROGRAM), *map(str, arguments)],
-                    pass_fds=(theirs.fileno(), memory_fd),
-                    stdin=subprocess.DEVNULL,
+                    [sys.executable, "-P", str(_PROGRAM), *map(str, (link_fd, shared_fd, os.getpid()))],
+                    pass_fds=(link_fd, shared_fd),
+                    stdin=path,
+                    stdout=subprocess.DEVNULL if sys.stdout is None else None,
                     stderr=self.stderr,
                     process_group=0,  # Ctrl-C in the terminal reaches the parent only
                 )
@@ -105,7 +110,7 @@ class WorkerProcess:
         """
         finished = self._finished.item(self._first)
         if finished == -number:
-            raise WorkerError(f"{self.name} failed:\n{self._complaint()}")
+            raise WorkerError(f"{self.name} failed:\n{self.complaint()}")
         return finished == number
 
     def _death(self) -> WorkerError:
@@ -116,7 +121,7 @@ class WorkerProcess:
             self.process.kill()
             code = self.process.wait()
         how = f"was killed by {signal.Signals(-code).name}" if code < 0 else f"ended with exit status {code}"
-        text = self._complaint()
+        text = self.complaint()
         return WorkerError(f"{self.name} {how}" + (f":\n{text}" if text else ""))
 
     def silence(self, seconds: float) -> WorkerError:
@@ -132,8 +137,12 @@ class WorkerProcess:
         stopped = status.exists() and status.read_text().rpartition(")")[2].split()[0] in ("T", "t")
         return "is stopped by a signal or a debugger" if stopped else "is still busy or hangs"
 
-    def _complaint(self) -> str:
-        """The end of what the process has written to stderr."""
+    def has_complained(self) -> bool:
+        """Whether the process has written to stderr."""
+        return os.fstat(self.stderr.fileno()).st_size > 0
+
+    def complaint(self) -> str:
+        """The end of what the process has written to stderr; see `program.limit_stderr`."""
         size = os.fstat(self.stderr.fileno()).st_size  # the process shares the file's position, so this must not move it
         return os.pread(self.stderr.fileno(), _MESSAGE_BYTES, max(0, size - _MESSAGE_BYTES)).decode(errors="replace").strip()
 
@@ -154,6 +163,7 @@ class Workers:
         self._processes: list[WorkerProcess] = []
         self._selector = selectors.DefaultSelector()
         self._message, self._number, self._sent, self.steps = b"", 0, True, 0
+        self._has_shown = False  # whether a worker's messages have been shown
 
     def __len__(self) -> int:
         return len(self._processes)
@@ -232,6 +242,17 @@ class Workers:
             if not events and last != (last := progress()):
                 silent = 0.0
         self.busy = False
+        self._show_messages()
+
+    def _show_messages(self) -> None:
+        """Log once what a worker has written to stderr, such as a warning of a hook."""
+        if self._has_shown:
+            return
+        for worker in self._processes:
+            if worker.has_complained():
+                self._has_shown = True
+                _LOG.warning("%s wrote to its standard error; more of this will not be shown:\n%s", worker.name, worker.complaint())
+                return
 
     def end(self) -> None:
         """End all workers. A worker exits when its socket closes, at the latest after its present step; if it does not, it is killed."""
@@ -256,4 +277,18 @@ class Workers:
 
 def _module_path() -> list[str]:
     """Where this process finds modules, for workers to find those that hooks import."""
-    return [entry or str(Path.cwd()) for entry in sys.path if isinstance(entry, str)]
+    try:
+        folder = [str(Path.cwd())]
+    except FileNotFoundError:  # the working directory has been deleted
+        folder = []
+    return [place for entry in sys.path if isinstance(entry, str) for place in ([entry] if entry else folder)]
+
+
+@contextlib.contextmanager
+def _inherited(fd: int) -> Iterator[int]:
+    """A file descriptor that is not one of the standard streams, which the worker replaces. It is another one if these are closed here."""
+    copy = fcntl.fcntl(fd, fcntl.F_DUPFD_CLOEXEC, 3)
+    try:
+        yield copy
+    finally:
+        os.close(copy)

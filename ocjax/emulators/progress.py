@@ -13,7 +13,7 @@ from ocjax.emulators.pool import StartReport
 @contextmanager
 def start_bar(num_envs: int) -> Iterator[StartReport | None]:
     """A callback for `EmulatorPool.reset` that shows how many of the emulators have started; None where there is no terminal."""
-    if not sys.stderr.isatty():
+    if sys.stderr is None or sys.stderr.closed or not sys.stderr.isatty():
         yield None
         return
     with ExitStack() as stack:

@@ -46,6 +46,111 @@ def test_making_environments_does_not_start_jax():
     assert out.split() == [str(2 * len(ocjax.games())), "False"], errors
 
 
+CHILD = """
+    import os, sys, time, ocjax, numpy as np
+    exec(sys.argv[1])
+    child = os.fork()
+    if child == 0:
+        print("child", flush=True)
+        sys.exit(3)
+    end = time.monotonic() + 60
+    while not (ended := os.waitpid(child, os.WNOHANG))[0]:
+        if time.monotonic() > end:
+            os.kill(child, 9)
+        time.sleep(0.05)
+    print(os.waitstatus_to_exitcode(ended[1]))
+"""
+USED = {
+    "few": "ocjax.load('Pong').rem(np.zeros(128, np.uint8)).valid.block_until_ready()",
+    "many": "kept = ocjax.load('Pong').rem(np.zeros((4096, 128), np.uint8))",
+    "environments": "envs = ocjax.make_vec('Pong', 64, num_workers=2); envs.reset(seed=0); envs.step(envs.action_space.sample())",
+    "closed": "envs = ocjax.make_vec('Pong', 2, num_workers=0); envs.reset(seed=0); envs.close()",
+}
+
+
+@pytest.mark.parametrize("used", USED)
+def test_forked_processes_end(used):
+    """With their own exit status, although JAX's threads are not in them."""
+    out, errors = run(CHILD, USED[used])
+    assert out.split() == ["child", "3"], errors
+
+
+STREAMS = """
+    import os, sys, ocjax
+    def hook(ram):
+        ram[0] = ram[0]
+    with open(sys.argv[1], "w") as file:
+        try:
+            envs = ocjax.make_vec("Pong", 2, num_workers=2, hook=hook)
+            envs.reset(seed=0)
+            envs.step(envs.action_space.sample())
+            envs.close()
+            print("stepped", file=file)
+        except BaseException as error:
+            print(repr(error), file=file)
+"""
+
+
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&-", "<&- >&- 2>&-"])
+def test_closed_standard_streams(tmp_path, closed):
+    command = ["sh", "-c", f'exec "$0" -W ignore -c "$1" "$2" {closed}', sys.executable, textwrap.dedent(STREAMS), tmp_path / "out"]
+    subprocess.run(command, check=False, timeout=120, capture_output=True)
+    assert (tmp_path / "out").read_text() == "stepped\n"
+
+
+@pytest.mark.parametrize(
+    "before",
+    [
+        "import os, tempfile; folder = tempfile.mkdtemp(); os.chdir(folder); os.rmdir(folder)",
+        "import sys; sys.path += [f'/missing/{i}' + '/deep' * 20 for i in range(5_000)]",
+    ],
+    ids=["deleted working directory", "long path of modules"],
+)
+def test_unusual_processes(tmp_path, before):
+    _, errors = run(f"{before}\n" + textwrap.dedent(STREAMS), tmp_path / "out")
+    assert (tmp_path / "out").read_text() == "stepped\n", errors
+
+
+def test_hooks_that_write_to_stderr(caplog, monkeypatch):
+    """It is shown once, and the file does not grow without limit."""
+
+    def hook(ram):
+        import sys
+
+        sys.stderr.write("look at this " + "-" * 10_000 + "\n")
+        sys.stderr.flush()
+
+    envs = ocjax.make_vec("Pong", 2, num_workers=1, hook=hook)
+    envs.reset(seed=0)
+    (worker,) = envs.pool._workers
+    sizes = []
+    for _ in range(20):
+        envs.step(np.zeros(2, int))
+        sizes.append(worker.stderr.seek(0, 2))
+    envs.close()
+    assert max(sizes) < 200_000
+    assert len([record for record in caplog.records if "wrote to its standard error" in record.getMessage()]) == 1
+
+
+NO_HOME = """
+    import os, pwd, sys
+    for name in ("HOME", "XDG_CACHE_HOME", "JAX_COMPILATION_CACHE_DIR"):
+        os.environ.pop(name, None)
+    def getpwuid(uid):
+        raise KeyError(uid)
+    pwd.getpwuid = getpwuid
+"""
+
+
+def test_no_home_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    _, errors = run(NO_HOME + "    import ocjax; ocjax.use_compilation_cache()")
+    assert "FileNotFoundError: the user has no home folder for compiled programs: set HOME" in errors
+    out, errors = run(NO_HOME + "    from ocjax.cli.app import app; app(['games', '--suite', 'atari5'])")
+    assert "Phoenix" in out, errors
+    assert not list(tmp_path.iterdir())
+
+
 FORKS = """
     import sys, gymnasium, ocjax
     from gymnasium.vector import AsyncVectorEnv

@@ -1,6 +1,8 @@
-"""Entry point of a worker process: `python -P __main__.py SOCKET_FD MEMORY_FD PARENT_PID MODULE_PATH`; it inherits both file descriptors.
+"""Entry point of a worker process: `python -P __main__.py SOCKET_FD MEMORY_FD PARENT_PID`; it inherits both file descriptors.
 
-MODULE_PATH is the parent's `sys.path` as JSON, so that hooks can import their modules. Importing this package as `ocjax.emulators.worker`
+Its standard input is the parent's `sys.path` as JSON, so that hooks can import their modules.
+
+Importing this package as `ocjax.emulators.worker`
 would also import JAX, which takes start-up time and memory, and a worker does not need it. This file therefore imports the package by its
 location, as the top-level package `_worker`, and the modules of the package import each other relatively. The parent folder is never on
 the path, because its `envpool.py` would shadow the package envpool.
@@ -11,7 +13,7 @@ import json
 import sys
 from pathlib import Path
 
-sys.path[:] = json.loads(sys.argv[4])
+sys.path[:] = json.load(sys.stdin)
 _package = Path(__file__).parent
 _spec = importlib.util.spec_from_file_location("_worker", _package / "__init__.py", submodule_search_locations=[str(_package)])
 assert _spec is not None  # the file exists

@@ -8,6 +8,7 @@ import pickle
 import select
 import signal
 import socket
+import sys
 import threading
 import time
 import traceback
@@ -21,6 +22,8 @@ from . import interface
 from .emulator import Emulator, Hook, Phase
 from .interface import CommandArrays, EmulatorArrays, WorkerConfig
 
+_STDERR = 2
+_MOST_STDERR, _KEPT_STDERR = 65_536, 4_000  # bytes of stderr, and how many of the last stay when there are more
 _PARENT_CHECK = 1.0  # seconds between two looks whether the parent still runs
 
 
@@ -163,9 +166,22 @@ def _serve(block: EmulatorBlock, link: socket.socket, incoming: IO[bytes], finis
         command, number = interface.MESSAGE.unpack(message)
         if number != last:
             healthy = healthy and _attempt(block.execute, command)
+            limit_stderr()
             last, finished[0] = number, number if healthy else -number
         link.sendall(interface.REPLY)
         healthy = healthy and _attempt(block.prepare_next_games, interrupted)
+
+
+def limit_stderr() -> None:
+    """Drop all but the end of stderr when it has grown long. It is a file, which messages of hooks would fill without limit."""
+    size = os.fstat(_STDERR).st_size
+    if size <= _MOST_STDERR:
+        return
+    sys.stderr.flush()
+    end = os.pread(_STDERR, _KEPT_STDERR, max(0, size - _KEPT_STDERR))
+    os.ftruncate(_STDERR, 0)
+    os.lseek(_STDERR, 0, os.SEEK_SET)
+    os.write(_STDERR, end)
 
 
 def _attempt(action: Callable[..., None], *args: Any) -> bool:
