@@ -18,11 +18,21 @@ def files(folder: Path, suffixes: Collection[str]) -> list[Path]:
         InputError: an entry with such a suffix is no regular file.
     """
     with os.scandir(folder) as entries:
-        names = [entry.name for entry in entries if not entry.name.startswith(".")]
-    chosen = [folder / name for name in names if Path(name).suffix.lower() in suffixes]
-    for path in chosen:
-        _check_regular(path)
-    return sorted(chosen, key=lambda path: natural(path.name))
+        chosen = [entry for entry in entries if _is_chosen(entry.name, suffixes)]
+    for entry in chosen:
+        if not entry.is_file(follow_symlinks=False):  # most systems know this without another call
+            _check_regular(folder / entry.name)
+    return [folder / name for name in sorted((entry.name for entry in chosen), key=natural)]
+
+
+def holds(folder: Path, suffixes: Collection[str]) -> bool:
+    """Whether a folder has an entry that `files` would return or refuse."""
+    with os.scandir(folder) as entries:
+        return any(_is_chosen(entry.name, suffixes) for entry in entries)
+
+
+def _is_chosen(name: str, suffixes: Collection[str]) -> bool:
+    return not name.startswith(".") and name.lower().endswith(tuple(suffixes))
 
 
 def inside(folder: Path, name: object) -> Path:

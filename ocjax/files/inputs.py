@@ -70,6 +70,9 @@ def load_minari(identifier: str) -> tuple[Any, Path, list[Path]]:
 def _open_minari(name: str, wanted: str | None) -> Input:
     """The observations of a Minari dataset, of all episodes one after the other."""
     dataset, path, contents = load_minari(minari_id(name))
+    is_image = require("minari.dataset.minari_storage").is_image_space
+    if dataset.storage.jpeg_encoding and is_image(dataset.observation_space):
+        raise InputError(f"{name} stores frames as JPEG, which changes colours: record RAM, or frames with jpeg_encoding=False")
     if dataset.storage.FORMAT == "hdf5":
         opened = arrays.open_hdf5(path / "data" / "main_data.hdf5", wanted, "observations")
     else:
@@ -162,7 +165,7 @@ def _open(name: str, array: str | None) -> Input:
             return _OPENERS[path.suffix.lower()](path, array)
         if any((path / name).exists() for name in tables.HUGGING_FACE):
             return tables.open_hugging_face(path, array)
-        if path.is_dir() and not folders.files(path, pictures.FORMATS) and tables.parquet_files(path):
+        if path.is_dir() and not folders.holds(path, pictures.FORMATS) and tables.parquet_files(path):
             return tables.open_parquet_folder(path, array)
         if path.is_dir():
             return pictures.PictureFolder(path)

@@ -35,7 +35,7 @@ def read_picture(source: bytes | Path) -> np.ndarray:
         image = Image.open(io.BytesIO(content), formats=[*dict.fromkeys(FORMATS.values())])
     with image:
         _check_picture(image)
-        return np.asarray(image if image.mode == "L" else image.convert("RGB"))
+        return np.asarray(image if image.mode in ("L", "RGB") else image.convert("RGB"))
 
 
 def _check_picture(image: Image.Image) -> None:

@@ -120,7 +120,10 @@ def _rows_of(column: Any, name: str, first: int, shape: tuple[int, ...] | None) 
     if lengths.max(initial=0) > pictures.MOST_BYTES:
         row = int((lengths > pictures.MOST_BYTES).argmax())
         raise InputError(f"{name}, row {first + row}, must have at most {pictures.MOST_BYTES:,} bytes, got {lengths[row]:,}")
-    return pictures.stacked((_row(value.as_py(), name, first + i) for i, value in enumerate(values)), name, first, shape)
+    every = values.to_pylist()
+    if (lengths == RAM_SIZE).all() and not any(value.startswith(pictures.SIGNATURES[0]) for value in every):
+        return np.frombuffer(b"".join(every), np.uint8).reshape(-1, RAM_SIZE)
+    return pictures.stacked((_row(value, name, first + i) for i, value in enumerate(every)), name, first, shape)
 
 
 def _numbers(column: Any, name: str, first: int) -> np.ndarray:
@@ -128,7 +131,10 @@ def _numbers(column: Any, name: str, first: int) -> np.ndarray:
     types = require("pyarrow").types
     if types.is_integer(column.type):
         return column.to_numpy(zero_copy_only=False)
-    lengths = require("pyarrow.compute").list_value_length(column).to_numpy(zero_copy_only=False)
+    if types.is_fixed_size_list(column.type):
+        lengths = np.full(1, column.type.list_size)
+    else:
+        lengths = require("pyarrow.compute").list_value_length(column).to_numpy(zero_copy_only=False)
     length = int(lengths[0]) if len(lengths) else 0
     if (lengths != length).any():
         row = int((lengths != length).argmax())

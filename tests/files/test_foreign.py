@@ -637,6 +637,14 @@ def test_episodes_of_minari(tmp_path, rows, monkeypatch):
             assert np.array_equal(found["xywh"], ocjax.load("Pong").rem(rows).xywh)
 
 
+@pytest.mark.parametrize("data_format", ["hdf5", "arrow", "parquet"])
+def test_minari_with_jpeg(tmp_path, monkeypatch, data_format):
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    frames = np.asarray(ocjax.load("Pong").palette)[excerpt("Pong")["screens"][:20]]
+    with pytest.raises(InputError, match="stores frames as JPEG"):
+        files.extract(reading.write_minari(tmp_path, frames, data_format), tmp_path / "out.npz")
+
+
 def test_folders_of_parquet_files(tmp_path, rows):
     parquet = pytest.importorskip("pyarrow.parquet")
     folder = reading.write_parquet_folder(tmp_path, rows) / "data"

@@ -229,7 +229,9 @@ def test_trained_policies_win(name):
     assert (play(ocjax.load(name), "trained", 2, seed=7).returns > 0).all()
 
 
-def test_games_without_trained_policy():
+def test_games_without_trained_policy(tmp_path, monkeypatch):
+    (tmp_path / "Pong.npz").touch()
+    monkeypatch.setattr(policies, "SHIPPED", tmp_path)
     with pytest.raises(PolicyError, match=r"no trained policy of Alien .* there are those of .*Pong"):
         play(ocjax.load("Alien"), "trained", 1)
 

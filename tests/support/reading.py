@@ -178,7 +178,7 @@ def write_minari(folder, rows, data_format="hdf5"):
     path = folder / "pong" / "test-v0"
     path.mkdir(parents=True)
     (folder / "pong" / "namespace_metadata.json").write_text("{}")
-    box = spaces.Box(0, 255, (128,), np.uint8)
+    box = spaces.Box(0, 255, rows.shape[1:], np.uint8)
     storage = MinariStorage.new(path / "data", box, spaces.Discrete(6), data_format=data_format)
     storage.update_metadata({"dataset_id": "pong/test-v0", "minari_version": "0.5.4", "ocjax": {"game": "Pong"}})
     for k, part in enumerate((rows[:9], rows[9:])):
