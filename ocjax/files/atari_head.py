@@ -72,7 +72,12 @@ def read_trial(path: str | Path) -> list[TrialFrame]:
     Raises:
         InputError: a ValueError; the file has another layout.
     """
-    lines = Path(path).read_text(encoding="utf-8").splitlines()
+    if Path(path).exists() and not Path(path).is_file():
+        raise InputError(f"{path} is no regular file")
+    try:
+        lines = Path(path).read_text(encoding="utf-8").splitlines()
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path} is no text file in UTF-8: {error}") from error
     header = tuple(name.strip() for name in lines[0].split(",")) if lines else ()
     if header != _COLUMNS:
         raise InputError(f"{path}: the first line of a trial of Atari-HEAD is {','.join(_COLUMNS)!r}, got {','.join(header)!r}")
@@ -87,7 +92,7 @@ def _frame(where: str, cells: list[str]) -> TrialFrame:
     try:
         episode, score, duration, reward, action = (None if cell == _UNKNOWN else int(float(cell)) for cell in cells[1:6])
         positions = np.array(gaze, float).reshape(-1, 2)
-    except ValueError as error:
+    except (ValueError, OverflowError) as error:
         raise InputError(f"{where}: {error}") from error
     return TrialFrame(cells[0], episode, score, duration, reward, action, positions)
 

@@ -1,6 +1,7 @@
 """The layout of Atari-HEAD, and the objects that people look at."""
 
 import csv
+import os
 
 import jax
 import numpy as np
@@ -72,12 +73,23 @@ def test_command(trial, tmp_path):
         assert image.size == (960, 630)
 
 
+def test_files_that_are_no_texts(tmp_path):
+    (tmp_path / "trial.txt").write_bytes(b"\xff")
+    with pytest.raises(InputError, match="no text file in UTF-8"):
+        atari_head.read_trial(tmp_path / "trial.txt")
+    os.mkfifo(tmp_path / "pipe.txt")
+    for other in ("pipe.txt", "."):
+        with pytest.raises(InputError, match="no regular file"):
+            atari_head.read_trial(tmp_path / other)
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
         ("a,b\n", "the first line of a trial of Atari-HEAD is"),
         (f"{HEADER}\nRZ_1_0,0,0,50,0,0,1.0\n", "line 2: expected six columns and pairs of gaze positions, got 7 columns"),
         (f"{HEADER}\nRZ_1_0,zero,0,50,0,0,null\n", "line 2: could not convert string to float: 'zero'"),
+        (f"{HEADER}\nRZ_1_0,1e999,0,50,0,0,null\n", "line 2: cannot convert float infinity to integer"),
     ],
 )
 def test_other_layouts(tmp_path, text, message):
