@@ -349,6 +349,9 @@ class Emulator:
         ale, facts = ale_py.ALEState(saved.ale), console.facts(saved.ale)
         if facts.frames:
             self.hold(saved.action, saved.strength)
+            if not console.facts(self.console_state()).complete:  # written RAM has jammed the processor
+                self.reset_game()
+                self.hold(saved.action, saved.strength)
         else:  # resets leave the same pixels, and in some games an incomplete frame
             self.ale.restoreState(ale)  # its game mode
             self.reset_game()
