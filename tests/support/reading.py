@@ -12,7 +12,7 @@ from PIL import Image
 import ocjax
 
 SERVER = """
-import json, os, resource, signal, sys
+import importlib.util, json, os, resource, signal, sys
 from pathlib import Path
 import numpy as np
 import ocjax
@@ -31,7 +31,8 @@ READ = {
     "dataset": datasets.open_dataset,
 }
 for module in ("h5py", "zarr", "pyarrow.parquet", "pyarrow.compute", "minari"):
-    __import__(module)
+    if importlib.util.find_spec(module.partition(".")[0]):
+        importlib.import_module(module)
 used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
 for line in sys.stdin:
     kind, path, memory, seconds, minari = json.loads(line)
