@@ -4,6 +4,7 @@
 """
 
 import dataclasses
+import functools
 import io
 import json
 import re
@@ -19,8 +20,10 @@ from ocjax.emulators.checks import integer
 from ocjax.envs import Settings
 from ocjax.envs.features import Vector
 from ocjax.envs.observations import Snapshot
+from ocjax.extraction.categories import ATTRIBUTES
 from ocjax.extraction.game import Game
 from ocjax.extraction.registry import load
+from ocjax.extraction.selection import Selection, Slots
 from ocjax.files import npz, writing
 
 HOLD = 8  # steps for which actions are held at most
@@ -28,6 +31,7 @@ BUILT_IN = {"random": {}, "repeat": {"hold": HOLD}, "idle": {"idle": 1.0}, "seld
 MAX_INPUT = 10.0  # standardised inputs are clipped to this many standard deviations
 MOST_BYTES = 2**27  # of the arrays of a saved policy
 MOST_FRAMES = 2**53
+MOST_SLOTS = 2**16  # of a category
 LARGEST, LEAST_DEVIATION = 1e15, 1e-6  # of numbers in files: products of larger ones overflow
 TRAINED = "trained"  # the name of the policy that ships with the package
 SHIPPED = Path(__file__).parent / "trained"
@@ -90,6 +94,7 @@ class SavedPolicy:
         settings: under which it was trained; None if unknown.
         preset: the name of the preset that the settings are based on; None if unknown.
         frames: emulated frames of its training; 0 if unknown.
+        slots: which it sees, in the order of its inputs; by default those of the game.
     """
 
     game: Game
@@ -101,6 +106,12 @@ class SavedPolicy:
     settings: Settings | None = None
     preset: str | None = None
     frames: int = 0
+    slots: tuple[Slots, ...] | None = None
+
+    @functools.cached_property
+    def selection(self) -> Selection:
+        """The slots that it sees."""
+        return Selection(self.game, _slots_of(self.game, self.observation) if self.slots is None else self.slots)
 
     @property
     def num_actions(self) -> int:
@@ -124,12 +135,13 @@ class SavedPolicy:
 
     def on_ram(self, num_envs: int, seed: int) -> Policy:
         """The policy as a function of the RAM, which remembers what its features need from earlier steps."""
-        game, kind = self.game, self.observation
+        game, kind, selection = self.game, self.observation, self.selection
 
         def features(ram: jax.Array, started: jax.Array, memory: Any) -> tuple[Any, Any]:
-            return kind.update(game, "rem", Snapshot(game.rem(ram), None, None, None, started), memory)
+            snapshot = Snapshot(selection.of(game.rem(ram)), None, None, None, started)
+            return kind.update(selection.game, "rem", snapshot, memory)
 
-        observe, memory, rng = jax.jit(features), kind.initial(game, "rem", num_envs), np.random.default_rng(seed)
+        observe, memory, rng = jax.jit(features), kind.initial(selection.game, "rem", num_envs), np.random.default_rng(seed)
 
         def act(ram: np.ndarray, started: np.ndarray) -> np.ndarray:
             nonlocal memory
@@ -143,7 +155,8 @@ class SavedPolicy:
         description = {
             "game": self.game.name,
             "md5": self.game.md5,
-            "hud": self.game.hud,
+            "hud": any(slots.hud for slots in self.selection.slots),
+            "slots": [dataclasses.asdict(slots) for slots in self.selection.slots],
             "features": self.observation.features,
             "grid_features": self.observation.grid_features,
             "history": self.observation.history,
@@ -189,21 +202,25 @@ def read(path: str | Path, game: Game) -> SavedPolicy:
             raise PolicyError(f"{path}: {name} must hold finite numbers below {LARGEST:g}, got {array.dtype} {list(array.shape)}")
     try:
         kind, known = _observation(description), _known(description)
-        game = load(game.name, hud=_flag(description, "hud")) if description else game
+        slots, hud = _slots(description, game)
     except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise PolicyError(f"{path}: the description of the policy is damaged: {type(error).__name__}: {error}") from error
+    try:
+        game, selection = _select(game, kind, slots, hud)
+    except ValueError as error:
+        raise PolicyError(f"{path}: the policy was trained with other objects: {error}") from error
     if "w0" not in arrays:
         raise PolicyError(f"{path} is not a readable policy: it has no layer w0")
     if kind.history > arrays["w0"].size:
         raise PolicyError(f"{path}: layer 0 has {arrays['w0'].size:,} weights, too few for a history of {kind.history:,} states")
-    inputs = kind.history * len(dataclasses.replace(kind, history=1).features_of(game))
+    inputs = kind.history * len(dataclasses.replace(kind, history=1).features_of(selection.game))
     if arrays["w0"].shape[:1] != (inputs,):  # before arrays of so many inputs are made
         raise PolicyError(f"{path}: layer 0 must have w0 [{inputs}, n] for {game.name}, got {list(arrays['w0'].shape)}")
     units = np.tile(np.array(PLAIN_UNITS, np.float32), game.num_slots) if kind is PLAIN else np.ones(inputs, np.float32)
     mean, deviation = (np.asarray(arrays.get(n, a), np.float32) for n, a in (("mean", np.zeros(inputs)), ("deviation", units)))
     if mean.shape != (inputs,) or deviation.shape != (inputs,) or not (deviation >= LEAST_DEVIATION).all():
         raise PolicyError(f"{path}: mean and deviation must have shape [{inputs}] for {game.name}, and deviation must be positive")
-    return SavedPolicy(game, _layers(path, game, arrays, inputs), kind, mean, deviation, **known)
+    return SavedPolicy(game, _layers(path, game, arrays, inputs), kind, mean, deviation, slots=selection.slots, **known)
 
 
 def _is_read(name: str) -> bool:
@@ -229,6 +246,58 @@ def _observation(description: Mapping[str, Any]) -> Vector:
         raise ValueError(f"features must be lists of names, got {reprlib.repr(features)}")
     history = integer("history", description["history"], 1, MOST_FRAMES)
     return Vector(features[0], grid_features=features[1], history=history, normalize=_flag(description, "normalize"))
+
+
+def _slots_of(game: Game, kind: Vector) -> tuple[Slots, ...]:
+    """The slots of all categories, and what an observation reads of them."""
+    read = {(category, feature) for _, category, _, feature in dataclasses.replace(kind, history=1).features_of(game)}
+    return tuple(Slots(c.name, c.count, c.hud, c.on_grid, tuple(a for a in c.attributes if (c.name, a) in read)) for c in game.categories)
+
+
+def _slots(description: Mapping[str, Any], game: Game) -> tuple[list[Slots] | None, bool]:
+    """The slots that a description names, None if it names none, as in older files; and whether some belong to the display."""
+    hud = _flag(description, "hud") if description else game.hud
+    entries = description.get("slots", [])
+    if not isinstance(entries, list) or ("slots" in description and not entries):
+        raise ValueError(f"slots must be a list with an entry for each category, got {reprlib.repr(entries)}")
+    slots = [_slots_entry(entry) for entry in entries]
+    if slots and hud != any(own.hud for own in slots):
+        raise ValueError(f"hud must be {not hud}, as of the slots, got {hud}")
+    return slots or None, hud
+
+
+def _slots_entry(entry: Any) -> Slots:
+    names = [field.name for field in dataclasses.fields(Slots)]
+    if not isinstance(entry, dict) or set(entry) != set(names):
+        raise ValueError(f"an entry of slots must have the fields {', '.join(names)}, got {reprlib.repr(entry)}")
+    category, attributes = entry["category"], entry["attributes"]
+    if not isinstance(category, str):
+        raise ValueError(f"category must be a name, got {reprlib.repr(category)}")
+    if not isinstance(attributes, list) or not all(a in ATTRIBUTES for a in attributes):
+        raise ValueError(f"attributes must be a list of {', '.join(ATTRIBUTES)}, got {reprlib.repr(attributes)}")
+    count = integer("count", entry["count"], 1, MOST_SLOTS)
+    return Slots(category, count, _flag(entry, "hud"), _flag(entry, "on_grid"), tuple(attributes))
+
+
+def _select(game: Game, kind: Vector, slots: Sequence[Slots] | None, hud: bool) -> tuple[Game, Selection]:
+    """The game, without its display if the policy does not see it, and the slots that the policy sees.
+
+    Raises:
+        ValueError: the game lacks some of them.
+    """
+    if slots is None:
+        game = _with_display(game, hud)
+        return game, Selection(game, _slots_of(game, kind))
+    plain = _with_display(game, False)
+    game = plain if all(own.category in plain.slices for own in slots) else _with_display(game, True)
+    return game, Selection(game, slots)
+
+
+def _with_display(game: Game, hud: bool) -> Game:
+    """The game with its display or without it."""
+    if game.hud == hud:
+        return game
+    return load(game.name, hud=hud) if hud or game is load(game.name) else game.without_hud()
 
 
 def _flag(description: Mapping[str, Any], name: str) -> bool:
