@@ -20,6 +20,7 @@ INSTALL = {  # what installs each package
     "ray": "'ocjax[ray]'",
     "stable_baselines3": "'ocjax[sb3]'",
     "tensorboardX": "'ocjax[rl]'",
+    "torch": "torch",
     "zarr": "'ocjax[data]'",
 }
 

@@ -5,14 +5,14 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jax import lax
 from jax.nn.initializers import orthogonal
+
+from ocjax.play.networks import CONVOLUTION_OUTPUT, CONVOLUTIONS, Layers, convolved, perceptron
 
 Params = dict[str, list[dict[str, jax.Array]]]
 
 HIDDEN = (64, 64)
-CONVOLUTIONS = ((32, 8, 4), (64, 4, 2), (64, 3, 1))  # channels, kernel size and stride, as in Mnih et al. (2015)
-CONVOLUTION_OUTPUT, DENSE = 64 * 7 * 7, 512
+DENSE = 512
 # The scales of initial weights as in the PPO implementations that Huang et al. (2022) compare.
 GAIN, ACTOR_GAIN, CRITIC_GAIN = 2**0.5, 0.01, 1.0
 
@@ -35,10 +35,11 @@ def _dense_layers(key: jax.Array, sizes: Sequence[int], last_gain: float) -> lis
 
 def _dense(layers: Sequence[dict[str, jax.Array]], x: jax.Array, activation: Callable[[jax.Array], jax.Array]) -> jax.Array:
     """A multilayer perceptron without activation after its last layer."""
-    for i, layer in enumerate(layers):
-        x = x @ layer["w"] + layer["b"][None]
-        x = activation(x) if i + 1 < len(layers) else x
-    return x
+    return perceptron(_pairs(layers), x, activation)
+
+
+def _pairs(layers: Sequence[dict[str, jax.Array]]) -> Layers:
+    return [(layer["w"], layer["b"]) for layer in layers]
 
 
 def mlp(num_inputs: int, num_actions: int, hidden: Sequence[int] = HIDDEN) -> Network:
@@ -76,11 +77,8 @@ def nature_cnn(stack: int, num_actions: int) -> Network:
         }
 
     def apply(params: Params, x: jax.Array) -> tuple[jax.Array, jax.Array]:
-        x = x.astype(jnp.float32) / jnp.float32(255)
-        for layer, (_, _, stride) in zip(params["torso"], CONVOLUTIONS, strict=True):
-            x = lax.conv(x, layer["w"], (stride, stride), "VALID") + layer["b"][None, :, None, None]
-            x = jax.nn.relu(x)
-        x = jax.nn.relu(_dense(params["dense"], x.reshape(len(x), -1), jax.nn.relu))
+        x = convolved(_pairs(params["torso"]), x)
+        x = jax.nn.relu(_dense(params["dense"], x, jax.nn.relu))
         return _dense(params["actor"], x, jax.nn.relu), _dense(params["critic"], x, jax.nn.relu)[:, 0]
 
     return Network(init, apply)

@@ -21,7 +21,7 @@ from ocjax.agents.moments import Moments, deviation
 from ocjax.agents.ppo import Hyperparameters, Learner, Losses, Rollout
 from ocjax.emulators.checks import integer
 from ocjax.emulators.settings import settings
-from ocjax.envs import ObjectVectorEnv, Vector, make_vec
+from ocjax.envs import Dqn, ObjectVectorEnv, Vector, make_vec
 from ocjax.extraction.registry import load
 from ocjax.files import jobs
 from ocjax.play.policies import SavedPolicy
@@ -89,7 +89,7 @@ class _Updated(NamedTuple):
 
 
 class Trainer:
-    """A training in a folder, which gets `config.json`, `metrics.csv`, `tensorboard/`, `checkpoints/` and, for objects, `policy.npz`.
+    """A training in a folder, which gets `config.json`, `metrics.csv`, `tensorboard/`, `checkpoints/` and `policy.npz`.
 
     While the emulators play a rollout, another thread computes the update from the rollout before. So the policy that acts is behind by
     one update, always: what is computed does not depend on how fast either is.
@@ -173,18 +173,15 @@ class Trainer:
         self.metrics.add(self.frames, seconds, self._collector.games, **losses, **shares)
 
     def policy(self) -> SavedPolicy:
-        """The current policy.
-
-        Raises:
-            TrainingError: it reads pixels; saved policies read objects.
-        """
-        if not self._objects:
-            raise TrainingError("a policy that reads pixels cannot be saved as a file: its folder holds its checkpoint")
+        """The current policy."""
         learner = self._pending.result().learner
-        layers = [(np.asarray(layer["w"]), np.asarray(layer["b"])) for layer in learner.params["actor"]]
+        parts = ("actor",) if self._objects else ("torso", "dense", "actor")
+        layers = [(np.asarray(layer["w"]), np.asarray(layer["b"])) for part in parts for layer in learner.params[part]]
+        known = {"sampled": True, "settings": self._settings, "preset": self.config.preset, "frames": self.frames}
+        if not self._objects:
+            return SavedPolicy(self.game, layers, Dqn(), network="nature_cnn", **known)
         mean, spread = np.asarray(learner.inputs.mean), np.asarray(deviation(learner.inputs))
-        known = {"settings": self._settings, "preset": self.config.preset, "frames": self.frames}
-        return SavedPolicy(self.game, layers, self.config.vector, mean, spread, sampled=True, **known)
+        return SavedPolicy(self.game, layers, self.config.vector, mean, spread, **known)
 
     def _save(self) -> None:
         """Write the metrics, the policy and a checkpoint.
@@ -198,8 +195,7 @@ class Trainer:
         kept = self._checkpoints.latest
         try:
             self.metrics.write()  # rows beyond the latest checkpoint are dropped when it is restored
-            if self._objects:
-                self.policy().write(self.folder / "policy.npz")
+            self.policy().write(self.folder / "policy.npz")
             self._checkpoints.save(self.updates, state, self._collector.save(), progress)
         except OSError as error:
             raise TrainingError(

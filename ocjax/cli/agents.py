@@ -76,10 +76,18 @@ def _import_training() -> tuple[type, type]:
 def play(
     game: Annotated[str, typer.Argument(help="Name of the game.")],
     policy: Annotated[
-        str, typer.Option(help="trained (the one that ships with ocjax), random, repeat, or a file of a saved policy.")
+        str,
+        typer.Option(
+            help="trained (the one that ships with ocjax), random, repeat, or a file of a saved policy: .npz, or .zip of Stable-Baselines3."
+        ),
     ] = TRAINED,
     episodes: Annotated[int, typer.Option(min=1, help="Games to play.")] = EVALUATION_EPISODES,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the emulators and the actions.")] = 0,
+    preset: Annotated[str | None, typer.Option(help="Settings of the emulators. Default: those of the policy's training, or dqn.")] = None,
+    frame_skip: Annotated[int | None, typer.Option(min=1, help="Emulated frames per step. Default: those of the settings.")] = None,
+    repeat_action_probability: Annotated[
+        float | None, typer.Option(min=0, help="Probability that an emulated frame repeats the previous action. Default: as above.")
+    ] = None,
     csv: Annotated[Path | None, typer.Option(help="Write the return and the emulated frames of each game as CSV.")] = None,
     gif: Annotated[Path | None, typer.Option(help="Write an animation of the first game, with its objects.")] = None,
     variations: Annotated[
@@ -100,11 +108,15 @@ def play(
     """
     with errors_in_one_line():
         spec = registry.load(game)
+        protocol = {"preset": preset, "frame_skip": frame_skip, "repeat_action_probability": repeat_action_probability}
         if gif is not None:
             writing.check_suffix(gif, (".gif",))
         if human:
-            if csv is not None or variations is not None or policy != TRAINED or episodes != EVALUATION_EPISODES:
-                raise ValueError("--policy, --episodes, --variations and --csv say how a policy plays: they do not apply with --human")
+            plays = csv is not None or variations is not None or policy != TRAINED or episodes != EVALUATION_EPISODES
+            if plays or any(value is not None for value in protocol.values()):
+                raise ValueError(
+                    "--policy, --episodes, --variations, --csv and the settings say how a policy plays: they do not apply with --human"
+                )
             recording = out or writing.unnamed(Path(f"ocjax-{spec.name}.npz"))
             _play_by_hand(spec, seed, recording, gif or writing.unnamed(Path(f"ocjax-{spec.name}.gif")))
             return
@@ -114,12 +126,13 @@ def play(
             if csv is not None or gif is not None:
                 raise ValueError("--csv and --gif are of the original game: with --variations, there are --markdown and --json")
             writing.check(markdown, json, reads=[policies.file_of(policy)])
-            _compare(spec, policy, varied.chosen(spec, variations), episodes, seed, markdown, json)
+            rows = varied.compare(spec, policy, varied.chosen(spec, variations), episodes, seed=seed, **protocol)
+            _show_rows(spec, policy, rows, markdown, json)
             return
         if markdown is not None or json is not None:
             raise ValueError("--markdown and --json are of the comparison that --variations makes")
         writing.check(csv, gif, reads=[policies.file_of(policy)])
-        played = play_games(spec, policy, episodes, seed=seed, pictures=gif is not None)
+        played = play_games(spec, policy, episodes, seed=seed, pictures=gif is not None, **protocol)
         tables.show(_table(spec, played), console)
         if csv is not None:
             writing.write_text(csv, _to_csv(played))
@@ -129,9 +142,8 @@ def play(
             writing.announce(console, "The first game", gif)
 
 
-def _compare(game: Game, policy: str, names: Sequence[str], episodes: int, seed: int, markdown: Path | None, json: Path | None) -> None:
-    """Play the original and variations, show the comparison, and write it."""
-    rows = varied.compare(game, policy, names, episodes, seed=seed)
+def _show_rows(game: Game, policy: str, rows: Sequence[varied.Row], markdown: Path | None, json: Path | None) -> None:
+    """Show the comparison of the original and variations, and write it."""
     table = varied.table(game, policy, rows)
     tables.show(table, console)
     if markdown is not None:

@@ -10,7 +10,7 @@ from ocjax.datasets.plans import ENVS, Plan, Shard
 from ocjax.datasets.starts import variation
 from ocjax.envs import AlePool, Settings
 from ocjax.extraction.game import Game
-from ocjax.play.policies import Policy, make_policy
+from ocjax.play.policies import Policy, make_policy, needs
 from ocjax.play.stepping import steps
 
 Stretch = dict[str, np.ndarray]  # successive states of one instance: arrays [n, ...]
@@ -36,7 +36,8 @@ def play(game: Game, plan: Plan, shard: Shard) -> Iterator[list[Stretch]]:
     own = np.array(shard.shares)
     index = shard.first + np.cumsum(own) - own  # of the first state of each instance
     starts = [variation(game, plan.starts[i % len(plan.starts)]) for i in range(ENVS)] if plan.starts else ()
-    with contextlib.closing(AlePool(game, ENVS, Settings(**plan.settings), screens=("screen",), starts=starts)) as pool:
+    screens = ("screen", *dict.fromkeys(name for policy, _ in plan.policies for name in needs(policy, game).screens))
+    with contextlib.closing(AlePool(game, ENVS, Settings(**plan.settings), screens=screens, starts=starts)) as pool:
         act = _policies(game, plan, len(pool.actions), seeds[ENVS:].tolist())
         pool.reset(seeds[:ENVS].tolist())
         played = itertools.islice(_states(pool, act, index), int(own.max()))
@@ -61,7 +62,7 @@ def _policies(game: Game, plan: Plan, num_actions: int, seeds: list[int]) -> Pol
         (slice(start, stop), make_policy(name, game, num_actions, int(stop - start), seed))
         for (name, _), start, stop, seed in zip(plan.policies, ends[:-1], ends[1:], seeds, strict=True)
     ]
-    return lambda ram, started: np.concatenate([policy(ram[s], started[s]) for s, policy in parts])
+    return lambda seen: np.concatenate([policy(seen.rows(s)) for s, policy in parts])
 
 
 def _state(pool: AlePool, action: np.ndarray | int, episode: np.ndarray) -> dict[str, np.ndarray]:

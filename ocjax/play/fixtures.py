@@ -18,7 +18,7 @@ from ocjax import recordings
 from ocjax.emulators.start import variants
 from ocjax.envs import AlePool, Settings
 from ocjax.extraction.game import Game
-from ocjax.play import deciding
+from ocjax.play import deciding, stepping
 from ocjax.play.policies import HOLD, RandomPolicy
 from ocjax.play.stepping import steps
 from ocjax.recordings import Recording
@@ -247,7 +247,7 @@ def _notable(game: Game, pool: AlePool, act: RandomPolicy) -> Iterator[tuple[int
                 seen[used] = True
                 yield k, int(total[k])
         lives, resets = np.array(pool.lives), np.array(ends)
-        pool.send(act(pool.ram, pool.started))
+        pool.send(act(stepping.seen(pool)))
         pool.wait()
         total = np.where(resets, 0, total + pool.reward)
         ends = pool.terminated | pool.truncated

@@ -3,6 +3,7 @@
 import contextlib
 import dataclasses
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from PIL import Image
@@ -38,11 +39,22 @@ class Played:
     pictures: list[Image.Image]
 
 
-def play(game: Game, policy: str, episodes: int, *, seed: int = 0, pictures: bool = False, hook: Hooks = None) -> Played:
+def play(
+    game: Game,
+    policy: str,
+    episodes: int,
+    *,
+    seed: int = 0,
+    pictures: bool = False,
+    hook: Hooks = None,
+    preset: str | None = None,
+    frame_skip: int | None = None,
+    repeat_action_probability: float | None = None,
+) -> Played:
     """Play complete games.
 
-    A policy plays under the settings that it was trained with, and a game counts from its start to its end, even where training takes each
-    life for an episode. Each instance plays equally many games, so that short ones do not count more often.
+    A policy plays under the settings that it was trained with, unless others are given. A game counts from its start to its end, even where
+    training takes each life for an episode. Each instance plays equally many games, so that short ones do not count more often.
 
     Args:
         game: the game.
@@ -51,16 +63,24 @@ def play(game: Game, policy: str, episodes: int, *, seed: int = 0, pictures: boo
         seed: of the emulators and the policy.
         pictures: whether to draw the first game.
         hook: as of `ocjax.make_vec`, such as the name of a variation.
+        preset: replaces the settings of the training; see `ocjax.make_vec`.
+        frame_skip: emulated frames per step, likewise.
+        repeat_action_probability: the probability that an emulated frame repeats the previous action, likewise.
 
     Raises:
         PolicyError: a ValueError; there is no such policy, or it does not fit the game.
         RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was written for.
+        ValueError: there is no such preset, or a number is out of range.
     """
     n = min(episodes, MOST_ENVS)
     quota = episodes // n + (np.arange(n) < episodes % n)
-    trained = policies.trained_settings(policy, game)
-    chosen = dataclasses.replace(trained or settings(DEFAULT_PRESET), clip_rewards=False)
-    with contextlib.closing(AlePool(game, n, chosen, screens=("screen",) if pictures else (), hook=hook)) as pool:
+    needed = policies.needs(policy, game)
+    trained = needed.settings if preset is None else None
+    changes: dict[str, Any] = {"frame_skip": frame_skip, "repeat_action_probability": repeat_action_probability, "clip_rewards": False}
+    changes = {name: value for name, value in changes.items() if value is not None}
+    chosen = dataclasses.replace(trained or settings(preset or DEFAULT_PRESET), **changes)
+    screens = (*needed.screens, *["screen"] * pictures)
+    with contextlib.closing(AlePool(game, n, chosen, screens=screens, hook=hook)) as pool:
         act = policies.make_policy(policy, game, len(pool.actions), n, seed)
         pool.reset([seed + i for i in range(n)])
         drawn: list[Image.Image] = []

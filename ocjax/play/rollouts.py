@@ -11,7 +11,7 @@ from rich.progress import Progress, track
 from ocjax.emulators.progress import start_bar
 from ocjax.envs import AlePool, Settings
 from ocjax.extraction.game import Game
-from ocjax.play.policies import BUILT_IN, Policy, make_policy, trained_settings
+from ocjax.play.policies import BUILT_IN, Policy, make_policy, needs
 from ocjax.play.stepping import steps
 from ocjax.recordings import Recording
 
@@ -65,11 +65,11 @@ def rollout(
     """
     if samples < num_envs:
         raise ValueError(f"samples must be at least the number of instances {num_envs}, got {samples}")
-    trained = trained_settings(policy, game)
+    needed = needs(policy, game)
     changes = {"frame_skip": frame_skip, "repeat_action_probability": repeat_action_probability, "clip_rewards": False}
-    settings = dataclasses.replace(trained or DEFAULT, **{name: value for name, value in changes.items() if value is not None})
+    settings = dataclasses.replace(needed.settings or DEFAULT, **{name: value for name, value in changes.items() if value is not None})
     modes: dict[str, Any] = {"game_mode": game_mode, "game_difficulty": game_difficulty}
-    with contextlib.closing(AlePool(game, num_envs, settings, screens=("screen",), **modes)) as pool:
+    with contextlib.closing(AlePool(game, num_envs, settings, screens=("screen", *needed.screens), **modes)) as pool:
         act = make_policy(policy, game, len(pool.actions), num_envs, seed)
         with start_bar(num_envs) as report:
             pool.reset([seed + i for i in range(num_envs)], report=report)

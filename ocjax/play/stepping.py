@@ -5,7 +5,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from ocjax.emulators.ale import AlePool
-from ocjax.play.policies import Policy
+from ocjax.play.saved import Policy, Seen
+
+
+def seen(pool: AlePool) -> Seen:
+    """What policies see of a pool."""
+    pooled = pool.arrays.pooled
+    return Seen(pool.ram, pool.started, None if pooled is None else pooled[:, -1])
 
 
 def steps(pool: AlePool, act: Policy) -> Iterator[np.ndarray | None]:
@@ -19,7 +25,7 @@ def steps(pool: AlePool, act: Policy) -> Iterator[np.ndarray | None]:
 
     Args:
         pool: of emulators.
-        act: the policy, a function of RAM and of whether an episode has just begun.
+        act: the policy, a function of what it sees of the pool.
 
     Yields:
         None for the state after the reset, then after each step its actions, int `[N]`.
@@ -28,7 +34,7 @@ def steps(pool: AlePool, act: Policy) -> Iterator[np.ndarray | None]:
     start = np.array(pool.start_actions, int)
     pressed = np.full(pool.num_envs, len(start))  # how many of the actions each instance has pressed since its last lost life
     while True:
-        lives, actions = pool.lives.copy(), np.array(act(pool.ram, pool.started))
+        lives, actions = pool.lives.copy(), np.array(act(seen(pool)))
         due = pressed < len(start)
         actions[due] = start[pressed[due]]
         pool.step(actions)

@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from ocjax.emulators import variations
 from ocjax.evaluation.tables import Table
@@ -32,7 +33,7 @@ class Row:
     seed: int
 
 
-def compare(game: Game, policy: str, names: Sequence[str], episodes: int, *, seed: int = 0) -> list[Row]:
+def compare(game: Game, policy: str, names: Sequence[str], episodes: int, *, seed: int = 0, **protocol: Any) -> list[Row]:
     """Play complete games of the original and of variations, each with the same seeds.
 
     Args:
@@ -41,14 +42,15 @@ def compare(game: Game, policy: str, names: Sequence[str], episodes: int, *, see
         names: of the variations.
         episodes: number of games of each.
         seed: of the emulators and the policy.
+        protocol: `preset`, `frame_skip` and `repeat_action_probability`, as of `ocjax.play.games.play`.
 
     Raises:
         ValueError: a variation does not exist, or is one of another game; there is no such policy, or the ROM is the wrong one.
     """
     found = {name: variations.find(name, game.name) for name in names}
-    played = {ORIGINAL: play(game, policy, episodes, seed=seed)}
+    played = {ORIGINAL: play(game, policy, episodes, seed=seed, **protocol)}
     for name, variation in found.items():
-        played[name.rpartition(":")[2]] = play(game, policy, episodes, seed=seed, hook=variation)
+        played[name.rpartition(":")[2]] = play(game, policy, episodes, seed=seed, hook=variation, **protocol)
     return _rows(played, seed)
 
 

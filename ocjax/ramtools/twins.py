@@ -21,7 +21,7 @@ from ocjax.emulators.start import start_emulator
 from ocjax.evaluation.tables import Cell, Table
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
-from ocjax.play.policies import RandomPolicy
+from ocjax.play.policies import RandomPolicy, Seen
 
 MOMENTS = {"play": "any frame of play", "life": "the frame on which a life is lost", "end": "the last frame of a game"}
 VALUES = 6  # tried of each byte
@@ -135,7 +135,7 @@ def _play(ale: ale_py.ALEInterface, seed: int) -> Iterator[_Frame]:
         if ale.game_over():
             ale.reset_game()
         lives, state = ale.lives(), ale.cloneSystemState()
-        action = actions[int(policy(np.empty(0), np.empty(0))[0])]
+        action = actions[int(policy(Seen(np.empty(0), np.empty(0)))[0])]
         ale.act(action)
         yield _Frame(ale, state, action, ale.lives() < lives)
 

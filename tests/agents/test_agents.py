@@ -17,6 +17,7 @@ from typer.testing import CliRunner
 import ocjax
 from ocjax.cli.app import app
 from ocjax.play import policies
+from ocjax.play.games import play
 
 pytest.importorskip("optax", reason="the extra `rl` is not installed")
 pytest.importorskip("orbax.checkpoint", reason="the extra `rl` is not installed")
@@ -241,15 +242,35 @@ def test_more_frames_continue_a_training(tmp_path):
 
 
 @pytest.mark.slow
-def test_training_from_pixels(tmp_path):
+def test_training_from_pixels(tmp_path, monkeypatch):
+    """The policy that it writes plays, and sees what environments show."""
     h = Hyperparameters(num_envs=2, horizon=8, minibatch=16, epochs=1)
     trainer = Trainer(Config("Pong", 0, "pixels", hyperparameters=h), tmp_path / "run")
     trainer.run(2 * 2 * 8 * 4, QUIET)
     assert trainer.updates == 2
     assert len(metrics(tmp_path / "run")) == 2
-    with pytest.raises(TrainingError, match="reads pixels"):
-        trainer.policy()
+    params = jax.tree.map(lambda p: jnp.asarray(np.float16(p), jnp.float32), trainer._pending.result().learner.params)
     trainer.close()
+    path, seen = tmp_path / "run" / "policy.npz", []
+    assert path.stat().st_size < 4_000_000
+    choose = policies.SavedPolicy.choose
+
+    def noted(self, observed, rng):
+        actions = choose(self, observed, rng)
+        seen.append((observed, self.logits(observed), actions))
+        return actions
+
+    monkeypatch.setattr(policies.SavedPolicy, "choose", noted)
+    played = play(ocjax.load("Pong"), str(path), 1, seed=5)
+    assert len(played.returns) == 1
+    envs = make_vec("Pong", 1, mode="raw", obs="dqn", preset="dqn", num_workers=0)
+    network = networks.nature_cnn(4, envs.single_action_space.n)
+    obs, _ = envs.reset(seed=5)
+    for observed, logits, actions in seen[:200]:
+        assert np.array_equal(obs, observed)
+        assert np.allclose(network.apply(params, jnp.asarray(obs))[0], logits, rtol=1e-5, atol=1e-6)
+        obs, *_ = envs.step(actions)
+    envs.close()
 
 
 @pytest.mark.slow

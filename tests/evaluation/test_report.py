@@ -42,7 +42,7 @@ def test_saved_policy(tape, tmp_path):
     net = {"w0": rng.normal(size=(n, 8)), "b0": np.zeros(8), "w1": rng.normal(size=(8, 6)), "b1": np.array([0, 0, 0, 99.0, 0, 0])}
     np.savez(path, **net)
     act = policies.make_policy(str(path), tape.game, 6, 4, 0)
-    assert act(tape.rams[:4], np.ones(4, bool)).tolist() == [3] * 4
+    assert act(policies.Seen(tape.rams[:4], np.ones(4, bool))).tolist() == [3] * 4
     assert len(rollouts.rollout(tape.game, 8, num_envs=4, policy=str(path))) == 8
     for change, message in (
         ({"w0": np.zeros((n + 1, 8))}, rf"w0 \[{n}, n\]"),

@@ -14,7 +14,7 @@ from ocjax.cli.app import app
 from ocjax.envs import Settings, Vector
 from ocjax.play import policies
 from ocjax.play.games import play
-from ocjax.play.policies import PolicyError, SavedPolicy
+from ocjax.play.policies import PolicyError, SavedPolicy, Seen
 from tests.support.states import DATA, damaged_archive
 
 ACTIONS = 6  # of Pong
@@ -47,11 +47,11 @@ def test_a_policy_survives_its_file(policy, tmp_path):
 def test_a_policy_on_ram_sees_what_environments_show(policy):
     """The same features, through the ends of games, and so the same actions."""
     envs = ocjax.make_vec("Pong", 3, obs=policy.observation, hud=False, num_workers=0, max_episode_frames=120)
-    act, rng = policy.on_ram(3, seed=4), np.random.default_rng(4)
+    act, rng = policy.playing(3, seed=4), np.random.default_rng(4)
     obs, _ = envs.reset(seed=0)
     for _ in range(80):
         actions = policy.choose(obs, rng)
-        assert np.array_equal(actions, act(envs.get_ram(), envs.pool.started))
+        assert np.array_equal(actions, act(Seen(envs.get_ram(), envs.pool.started)))
         obs, *_ = envs.step(actions)
     envs.close()
 

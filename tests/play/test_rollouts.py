@@ -38,7 +38,7 @@ def test_trained_play_reaches_the_documented_return(name):
 
 
 def test_settings_of_the_policy():
-    own = policies.trained_settings("trained", PONG)
+    own = policies.needs("trained", PONG).settings
     tape = rollouts.rollout(PONG, 4, policy="trained", num_envs=2, whole_games=False)
     assert own.fire_reset
     assert own.episodic_life
@@ -79,7 +79,7 @@ def test_fire_after_a_lost_life():
     pool = AlePool(game, 2, settings("dqn", episodic_life=False), num_workers=0)
     pool.reset([0, 1])
     rams, lives = [], []
-    for _ in itertools.islice(steps(pool, lambda ram, started: np.zeros(2, int)), 300):
+    for _ in itertools.islice(steps(pool, lambda seen: np.zeros(2, int)), 300):
         rams.append(pool.ram.copy())
         lives.append(pool.lives.copy())
     pool.close()

@@ -11,7 +11,7 @@ import pytest
 import ocjax
 from ocjax.console.boxes import box
 from ocjax.extraction.categories import Category
-from ocjax.play import policies
+from ocjax.play import policies, policy_files
 from ocjax.play.policies import PolicyError
 from ocjax.play.rollouts import rollout
 from ocjax.vision.rules import Blobs
@@ -86,7 +86,7 @@ def actions(path, game, rams):
     """What a policy does in recorded states, int `[STEPS, ENVS]`."""
     count = policies.read(path, game).num_actions
     act = policies.make_policy(str(path), game, count, ENVS, seed=3)
-    return np.array([act(ram, np.full(ENVS, t % 100 == 0)) for t, ram in enumerate(rams)])
+    return np.array([act(policies.Seen(ram, np.full(ENVS, t % 100 == 0))) for t, ram in enumerate(rams)])
 
 
 @pytest.fixture(scope="module")
@@ -109,7 +109,7 @@ def test_a_policy_plays_a_changed_game_as_before(recorded, monkeypatch, name, ch
     expected = actions(path, game, rams)
     changed = CHANGES[change](game)
     by_hud = {True: changed, False: changed.without_hud()}
-    monkeypatch.setattr(policies, "load", lambda name, hud=True: by_hud[hud])
+    monkeypatch.setattr(policy_files, "load", lambda name, hud=True: by_hud[hud])
     assert np.array_equal(actions(path, changed, rams), expected)
     assert len(np.unique(expected)) > 1
 

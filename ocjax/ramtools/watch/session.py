@@ -9,7 +9,7 @@ import numpy as np
 from ocjax.emulators.start import start_emulator
 from ocjax.extraction.game import Game
 from ocjax.play.human import FRAMES_PER_SHOWN, MOVES, held_action
-from ocjax.play.policies import make_policy
+from ocjax.play.policies import Seen, make_policy
 
 HELP = (
     "wasd/arrows move, space fires, p pauses, n steps one frame, v toggles vision, k saves, l loads, :ADDRESS VALUE pokes, "
@@ -66,8 +66,14 @@ class Session:
     def action(self) -> ale_py.Action:
         """The next action, from the policy or from the keys that are held."""
         if self.policy is not None:
-            return self.actions[int(self.policy(self.ram[None], np.array([self.started]))[0])]
+            return self.actions[int(self.policy(self._seen())[0])]
         return held_action(self.held)
+
+    def _seen(self) -> Seen:
+        """What policies see. A step is one frame, which is pooled with no other."""
+        gray = np.zeros((1, *self.game.screen), np.uint8)
+        self.ale.getScreenGrayscale(gray[0])
+        return Seen(self.ram[None], np.array([self.started]), gray)
 
     def step(self) -> None:
         """Emulate the frames of one frame shown, unless paused."""
