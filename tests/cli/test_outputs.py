@@ -111,6 +111,16 @@ def test_the_name_of_the_input_itself(inputs):
         assert inputs["IN"].read_bytes() == before
 
 
+@pytest.mark.parametrize("content", [b"", b"{", b"[]", b"[" * 100_000, b"\xff", b" " * 2**25])
+def test_a_damaged_file_of_controls(tmp_path, content):
+    out = tmp_path / "controls.json"
+    out.write_bytes(content)
+    result = run("ram", "control", "Pong", "--json", out)
+    assert result.exit_code == 2
+    assert "controls.json is damaged" in "".join(result.output.split("\n")), result.output
+    assert out.read_bytes() == content
+
+
 def test_exports(tmp_path):
     pytest.importorskip("pyarrow")
     datasets.generate(datasets.plan("Pong", 20), tmp_path / "pong")
