@@ -180,10 +180,11 @@ def _check_play(plan: Plan) -> None:
         raise ValueError(f"least_f1 must be between 0 and 1, got {plan.least_f1!r}")
     if not all(isinstance(start, Mapping) for start in plan.starts):
         raise ValueError(f"a start must map names to values, got {reprlib.repr(plan.starts)}")
-    if not isinstance(plan.policy_settings, Mapping):
-        raise ValueError(f"policy_settings must map names to settings, got {reprlib.repr(plan.policy_settings)}")
+    names = [name for name, _ in plan.policies]
+    if not isinstance(plan.policy_settings, Mapping) or not set(plan.policy_settings) <= set(names):
+        raise ValueError(f"policy_settings must map names of the policies to settings, got {reprlib.repr(plan.policy_settings)}")
     try:
-        every = [plan.settings_of(name) for name, _ in plan.policies]
+        every = [plan.settings_of(name) for name in names]
     except TypeError as error:
         raise ValueError(f"the settings are malformed: {error}") from error
     if len({one.full_action_space for one in every}) > 1:
