@@ -9,8 +9,10 @@ import ocjax
 from ocjax import recordings
 from ocjax.emulators.start import variants
 from ocjax.envs import Settings
-from ocjax.play import fixtures, rollouts
-from tests.support.command import run
+from ocjax.play import rollouts
+from tests.support.command import run_app
+from tests.support.record import __main__ as command
+from tests.support.record import fixtures
 from tests.support.states import DATA, damaged_archive
 
 
@@ -258,22 +260,21 @@ def test_every_mode_has_a_sample(tmp_path):
     assert {r.mode for r in runs} == set(modes)
 
 
-def test_record_command(short, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    result = run("record", "pong", "--samples", 6, "--mode", 0)
+def record(*arguments):
+    return run_app(command.app, *arguments)
+
+
+def test_record(short, tmp_path, monkeypatch):
+    monkeypatch.setattr(fixtures, "SAMPLES", 6)
+    result = record("pong", "samples", "--mode", 0, "--data", tmp_path)
     assert result.exit_code == 0, result.output
     assert "6 samples of Pong, without drawn pixels" in " ".join(result.output.split())
-    tape = recordings.read("Pong.npz")
+    tape = recordings.read(tmp_path / "Pong.npz")
     assert (len(tape), tape.drawn) == (6, None)
     assert [p.name for p in tmp_path.iterdir()] == ["Pong.npz"]
-    (tmp_path / "tests" / "data").mkdir(parents=True)
-    (tmp_path / "extractors").mkdir()
-    (tmp_path / "extractors" / "__init__.py").touch()
-    assert run("record", "pong", "--samples", 2, "--mode", 0).exit_code == 0
-    assert len(recordings.read(tmp_path / "tests" / "data" / "Pong.npz")) == 2
 
 
-def test_cut_from_recordings(tape, tmp_path):
+def test_cut_from_recordings(tape, tmp_path, monkeypatch):
     """Each file gives half of the samples; `drawn` marks what the chip drew on either frame."""
     rng = np.random.default_rng(0)
     shown, previous_shown = rng.integers(0, 2, (2, *tape.screens.shape), np.uint8)
@@ -282,8 +283,9 @@ def test_cut_from_recordings(tape, tmp_path):
     recordings.Recording(
         game, tape.rams[:9], tape.screens[:9], tape.previous[:9], shown[:9], previous_shown[:9], lives=tape.lives[:9]
     ).write(tmp_path / "b.npz")
-    args = ("record", "Pong", "--samples", 8, "--out", tmp_path / "Pong.npz")
-    result = run(*args, "--from", tmp_path / "a.npz", "--from", tmp_path / "b.npz")
+    monkeypatch.setattr(fixtures, "SAMPLES", 8)
+    args = ("Pong", "samples", "--data", tmp_path)
+    result = record(*args, "--from", tmp_path / "a.npz", "--from", tmp_path / "b.npz")
     assert result.exit_code == 0, result.output
     assert "with drawn pixels" in " ".join(result.output.split())
     cut = recordings.read(tmp_path / "Pong.npz")
@@ -292,30 +294,34 @@ def test_cut_from_recordings(tape, tmp_path):
     assert np.array_equal(cut.previous[:4], tape.previous[pick])
     assert np.array_equal(cut.drawn[:4], (shown[pick] | previous_shown[pick]) != 0)
     assert set(cut.arrays) == {"rams", "screens", "previous", "drawn", "lives"}
-    result = run(*args, "--mode", 0)
+    result = record(*args, "--mode", 0)
     assert result.exit_code == 2
     assert "says what the video chip drew, which a new recording cannot" in " ".join(result.output.replace("│", " ").split())
     assert np.array_equal(recordings.read(tmp_path / "Pong.npz").drawn, cut.drawn)
 
 
-def test_wrong_use_of_record(tape, tmp_path):
+def test_wrong_use_of_record(tape, tmp_path, monkeypatch):
+    monkeypatch.setattr(fixtures, "SAMPLES", 65)
+    (data := tmp_path / "data").mkdir()
     tape.write(tmp_path / "Pong.npz")
     for args, message in (
         (("Pung",), "did you mean Pong"),
-        (("Pong", "--mode", 99), "Pong has no mode 99"),
-        (("Pong", "--difficulty", 9), "Pong has no difficulty 9"),
-        (("Pong", "--out", tmp_path / "nowhere" / "x.npz", "--samples", 1, "--mode", 0), "no folder"),
-        (("Pong", "--from", tmp_path / "no.npz"), "no recording"),
-        (("Breakout", "--from", tmp_path / "Pong.npz"), "a recording of Pong, not of Breakout"),
-        (("Pong", "--from", tmp_path / "Pong.npz", "--samples", 65), "cannot cut 65 samples from 64"),
-        (("Pong", "--from", tmp_path / "Pong.npz", "--seed", 3), "with --from nothing is"),
+        (("Pong", "sampels"), "a part must be samples, ends, modes, limits, expected, got 'sampels'"),
+        (("Pong", "samples", "--mode", 99), "Pong has no mode 99"),
+        (("Pong", "samples", "--difficulty", 9), "Pong has no difficulty 9"),
+        (("Pong", "samples", "--data", tmp_path / "nowhere"), "no folder"),
+        (("Pong", "samples", "--from", tmp_path / "no.npz"), "no recording"),
+        (("Breakout", "samples", "--from", tmp_path / "Pong.npz"), "a recording of Pong, not of Breakout"),
+        (("Pong", "samples", "--from", tmp_path / "Pong.npz", "--data", data), "cannot cut 65 samples from 64"),
+        (("Pong", "samples", "--from", tmp_path / "Pong.npz"), "would replace the input"),
+        (("Pong", "samples", "--from", tmp_path / "Pong.npz", "--mode", 0), "with --from nothing is"),
     ):
-        result = run("record", *args)
+        result = record(*args) if "--data" in args else record(*args, "--data", tmp_path)
         assert result.exit_code == 2, args
         assert message in " ".join(result.output.replace("│", " ").split()), result.output
 
 
 def test_every_game_has_its_recording():
     missing = [name for name in ocjax.games() if not (DATA / f"{name}.npz").exists()]
-    commands = "; ".join(f"ocjax record {name}" for name in missing)
+    commands = "; ".join(f"python -m tests.support.record {name}" for name in missing)
     assert not missing, f"tests/data lacks recordings: {commands}"

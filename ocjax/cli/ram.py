@@ -10,7 +10,7 @@ from ocjax import recordings
 from ocjax.cli.messages import console, errors_in_one_line
 from ocjax.evaluation import tables
 from ocjax.extraction import names, registry
-from ocjax.files import writing
+from ocjax.files import jobs, writing
 from ocjax.play import policies
 from ocjax.play.rollouts import rollout
 from ocjax.ramtools import causes as causal
@@ -164,7 +164,7 @@ def control(
         games = names.games() if name == "all" else [registry.load(name).name]
         writing.check(markdown, reads=[out])
         writing.check(out)
-        known = json.loads(out.read_text()) if out is not None and out.exists() else {}
+        known = jobs.read(out) if out is not None and out.exists() else {}
     tables_found = []
     for game in map(registry.load, games):
         if name == "all" and game.name in known:

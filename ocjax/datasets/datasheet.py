@@ -12,7 +12,6 @@ from typing import Any
 from ocjax.datasets import labels, starts
 from ocjax.datasets.plans import Plan
 from ocjax.emulators.start import action_set, load_emulator
-from ocjax.envs import Settings
 from ocjax.evaluation import tables
 from ocjax.evaluation.metrics import Agreement
 from ocjax.evaluation.tables import Table
@@ -36,8 +35,9 @@ States of the Atari 2600 game {game}, with the objects that REM (from RAM) and V
 
 Each seed has an equal share of the states. {instances} instances play them side by side, in parts of up to {part} states:
 {policies}. {starts}Successive states of an instance form sequences of up to {sequence}
-states. A sequence is left out if the F1 of REM against VEM is less than {least_f1}. The emulators' settings are:
-{settings}.
+states. A sequence is left out if the F1 of REM against VEM is less than {least_f1}.
+
+{settings}
 
 ## Columns
 
@@ -89,7 +89,7 @@ def text(plan: Plan, shards: Sequence[Mapping[str, Any]], versions: Mapping[str,
         sequence=plan.sequence_states,
         starts=_starts(plan),
         least_f1=plan.least_f1,
-        settings=", ".join(f"{name} {value}" for name, value in plan.settings.items()),
+        settings=_settings(plan),
         actions=", ".join(f"{i} {name}" for i, name in enumerate(_actions(game, plan))),
     )
 
@@ -102,9 +102,18 @@ def _starts(plan: Plan) -> str:
     return f"After the console's reset, values are written to its RAM, in turn for the instances: {values}. "
 
 
+def _settings(plan: Plan) -> str:
+    """The settings of the emulators, one line for each group of policies."""
+    names: dict[str, list[str]] = {}
+    for name, _ in plan.policies:
+        listed = ", ".join(f"{field} {value}" for field, value in plan.settings_of(name).to_dict().items())
+        names.setdefault(listed, []).append(f"`{name}`")
+    return "\n".join(f"- Settings of the emulators that {', '.join(own)} play: {listed}." for listed, own in names.items())
+
+
 def _actions(game: Game, plan: Plan) -> list[str]:
     """The names of the actions."""
-    return [a.name for a in action_set(load_emulator(game), Settings(**plan.settings))]
+    return [a.name for a in action_set(load_emulator(game), plan.settings_of(plan.policies[0][0]))]
 
 
 def _totals(facts: Mapping[str, Any]) -> Table:

@@ -18,7 +18,6 @@ from ocjax.datasets import columns, shards
 from ocjax.datasets.generation import PLAN, open_dataset
 from ocjax.datasets.plans import DatasetError, Plan
 from ocjax.emulators.start import action_set, load_emulator
-from ocjax.envs import Settings
 from ocjax.extraction import registry
 from ocjax.extraction.game import Game
 from ocjax.files import writing
@@ -91,13 +90,13 @@ def _listed(objects: list[dict[str, Any]]) -> str:
 
 
 def _to_minari(folder: Path, plan: Plan, name: str, report: Progress | None) -> None:
-    game, settings = registry.load(plan.game), Settings(**plan.settings)
+    game = registry.load(plan.game)
     height, width = game.screen
     boxes: dict[str, spaces.Space] = {
         "ram": spaces.Box(0, 255, (RAM_SIZE,), np.uint8),
         "screen": spaces.Box(0, 255, (height, width), np.uint8),
     }
-    actions = action_set(load_emulator(game), settings)
+    actions = action_set(load_emulator(game), plan.settings_of(plan.policies[0][0]))
     kinds = {"observation_space": spaces.Dict(boxes), "action_space": spaces.Discrete(len(actions))}
     facts = {"game": game.name, "md5": game.md5, "plan": json.loads(plan.to_json())}
     description = f"States of {game.name} with the objects that REM and VEM find. Screens are indices of the emulator's palette."

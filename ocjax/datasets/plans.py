@@ -65,6 +65,7 @@ class Plan:
         sequence_states: successive states that are kept or left out together, at most.
         least_f1: sequences in which REM and VEM agree less are left out.
         settings: of the emulators, the fields of `ocjax.envs.Settings`.
+        policy_settings: likewise, for the policies that were trained with other settings. Older datasets have none.
         versions: of ocjax and of the libraries.
         code: digest of the source of ocjax, whose decoders extract the objects.
         starts: what is written to the RAM at the beginning of games; instances take turns. Older datasets have none.
@@ -83,6 +84,7 @@ class Plan:
     versions: Mapping[str, str]
     code: str
     starts: tuple[Start, ...] = ()
+    policy_settings: Mapping[str, Mapping[str, Any]] = dataclasses.field(default_factory=dict)
 
     def to_json(self) -> str:
         """The plan as JSON, which `from_json` reads."""
@@ -105,7 +107,7 @@ class Plan:
             ValueError: a field is missing, unknown or malformed.
         """
         known = [field.name for field in dataclasses.fields(cls)]
-        given = {"starts": (), **fields}
+        given = {"starts": (), "policy_settings": {}, **fields}
         lacking = [name for name in known if name not in given]
         unknown = [name for name in given if name not in known]
         if lacking or unknown:
@@ -149,6 +151,10 @@ class Plan:
                 first += states
         return out
 
+    def settings_of(self, policy: str) -> Settings:
+        """The settings of the emulators that a policy plays."""
+        return Settings(**self.policy_settings.get(policy, self.settings))
+
     def file(self, shard: Shard) -> Path:
         """The path of a shard in the dataset's folder."""
         return Path(DATA, f"train-{shard.number:05}-of-{self.num_shards:05}.parquet")
@@ -174,10 +180,15 @@ def _check_play(plan: Plan) -> None:
         raise ValueError(f"least_f1 must be between 0 and 1, got {plan.least_f1!r}")
     if not all(isinstance(start, Mapping) for start in plan.starts):
         raise ValueError(f"a start must map names to values, got {reprlib.repr(plan.starts)}")
+    names = [name for name, _ in plan.policies]
+    if not isinstance(plan.policy_settings, Mapping) or not set(plan.policy_settings) <= set(names):
+        raise ValueError(f"policy_settings must map names of the policies to settings, got {reprlib.repr(plan.policy_settings)}")
     try:
-        Settings(**plan.settings)
+        every = [plan.settings_of(name) for name in names]
     except TypeError as error:
         raise ValueError(f"the settings are malformed: {error}") from error
+    if len({one.full_action_space for one in every}) > 1:
+        raise ValueError("all policies of a dataset must have the same actions, but full_action_space differs in their settings")
 
 
 def plan(
@@ -218,6 +229,7 @@ def plan(
     begin = tuple({str(name): value for name, value in start.items()} for start in starts)
     for start in begin:
         game_starts.variation(game, start)
+    played = {name: _settings_of_policy(name, game) for name in chosen}
     return Plan(
         game=game.name,
         md5=game.md5,
@@ -228,10 +240,11 @@ def plan(
         shard_states=SHARD_STATES,
         sequence_states=SEQUENCE_STATES,
         least_f1=float(least_f1),
-        settings=protocol().to_dict(),
+        settings=whole_games(None).to_dict(),
         versions=versions(),
         code=code(),
         starts=begin,
+        policy_settings={name: own.to_dict() for name, own in played.items() if own != whole_games(None)},
     )
 
 
@@ -241,9 +254,17 @@ def default_policies(game: Game) -> dict[str, int]:
     return {"random": RANDOM_PERCENT, other: 100 - RANDOM_PERCENT}
 
 
-def protocol() -> Settings:
-    """The settings of the emulators: those under which the trained policies learned, with whole games and the game's own rewards."""
-    return settings("dqn", clip_rewards=False, episodic_life=False)
+def whole_games(trained: Settings | None) -> Settings:
+    """The settings of the emulators that a policy plays: those of its training, with whole games and the game's own rewards.
+
+    Args:
+        trained: the settings of the training; None if there was none, for the preset "dqn".
+    """
+    return dataclasses.replace(trained or settings("dqn"), clip_rewards=False, episodic_life=False)
+
+
+def _settings_of_policy(name: str, game: Game) -> Settings:
+    return whole_games(policies.needs(name, game).settings)
 
 
 def _digest_of_policy(name: str, game: Game) -> str:

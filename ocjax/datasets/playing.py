@@ -3,6 +3,7 @@
 import contextlib
 import itertools
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,38 +36,73 @@ def play(game: Game, plan: Plan, shard: Shard) -> Iterator[list[Stretch]]:
     seeds = np.random.SeedSequence([shard.seed, shard.part]).generate_state(ENVS + len(plan.policies)) & 0x7FFFFFFF
     own = np.array(shard.shares)
     index = shard.first + np.cumsum(own) - own  # of the first state of each instance
-    starts = [variation(game, plan.starts[i % len(plan.starts)]) for i in range(ENVS)] if plan.starts else ()
-    screens = ("screen", *dict.fromkeys(name for policy, _ in plan.policies for name in needs(policy, game).screens))
-    with contextlib.closing(AlePool(game, ENVS, Settings(**plan.settings), screens=screens, starts=starts)) as pool:
-        act = _policies(game, plan, len(pool.actions), seeds[ENVS:].tolist())
-        pool.reset(seeds[:ENVS].tolist())
-        played = itertools.islice(_states(pool, act, index), int(own.max()))
+    starts = [variation(game, plan.starts[i % len(plan.starts)]) for i in range(ENVS)] if plan.starts else [None] * ENVS
+    with contextlib.ExitStack() as stack:
+        played = []
+        for team in _teams(plan, seeds[ENVS:].tolist()):
+            screens = dict.fromkeys(("screen", *(name for policy, *_ in team.policies for name in needs(policy, game).screens)))
+            pool = AlePool(game, team.size, team.settings, screens=tuple(screens), starts=starts[team.instances])
+            stack.callback(pool.close)
+            pool.reset(seeds[team.instances].tolist())
+            played.append(_states(pool, team, index[team.instances]))
+        together = itertools.islice(zip(*played, strict=True), int(own.max()))
         for first in range(0, int(own.max()), plan.sequence_states):
-            states = list(itertools.islice(played, plan.sequence_states))
-            stacked = {name: np.stack([state[name] for state in states], axis=1) for name in states[0]}
+            states = list(itertools.islice(together, plan.sequence_states))
+            stacked = {name: _stacked(states, name) for name in states[0][0]}
             yield [{name: a[i, : max(own[i] - first, 0)] for name, a in stacked.items()} for i in range(ENVS)]
 
 
-def _states(pool: AlePool, act: Policy, index: np.ndarray) -> Iterator[dict[str, np.ndarray]]:
-    """Successive states of all instances; `index` is that of the first one of each."""
-    episode = np.full(ENVS, -1)
+def _stacked(states: list[tuple[dict[str, np.ndarray], ...]], name: str) -> np.ndarray:
+    """An array of all instances over successive states, `[ENVS, n, ...]`, from the states of the teams."""
+    return np.stack([np.concatenate([team[name] for team in state]) for state in states], axis=1)
+
+
+class _Team(NamedTuple):
+    """Successive instances whose emulators have the same settings."""
+
+    settings: Settings
+    instances: slice
+    policies: tuple[tuple[str, int, int], ...]  # name, instances, seed
+
+    @property
+    def size(self) -> int:
+        return self.instances.stop - self.instances.start
+
+
+def _teams(plan: Plan, seeds: list[int]) -> list[_Team]:
+    """The instances by the settings of their policies, which have one seed each."""
+    seeded = [(name, count, seed) for (name, count), seed in zip(plan.policies, seeds, strict=True)]
+    teams, start = [], 0
+    for settings, members in itertools.groupby(seeded, lambda policy: plan.settings_of(policy[0])):
+        policies = tuple(members)
+        stop = start + sum(count for _, count, _ in policies)
+        teams.append(_Team(settings, slice(start, stop), policies))
+        start = stop
+    return teams
+
+
+def _states(pool: AlePool, team: _Team, index: np.ndarray) -> Iterator[dict[str, np.ndarray]]:
+    """Successive states of a team; `index` is that of the first one of each instance."""
+    act = _policies(pool, team)
+    episode = np.full(team.size, -1)
     for t, action in enumerate(steps(pool, act)):
         episode = episode + pool.started
-        yield {"index": index + t} | _state(pool, NO_ACTION if action is None else action, episode)
+        numbers = {"index": index + t, "instance": np.arange(team.instances.start, team.instances.stop, dtype=np.int32)}
+        yield numbers | _state(pool, NO_ACTION if action is None else action, episode)
 
 
-def _policies(game: Game, plan: Plan, num_actions: int, seeds: list[int]) -> Policy:
-    """The policies of all instances as one."""
-    ends = np.cumsum([0, *(n for _, n in plan.policies)])
+def _policies(pool: AlePool, team: _Team) -> Policy:
+    """The policies of a team as one."""
+    ends = np.cumsum([0, *(count for _, count, _ in team.policies)])
     parts = [
-        (slice(start, stop), make_policy(name, game, num_actions, int(stop - start), seed))
-        for (name, _), start, stop, seed in zip(plan.policies, ends[:-1], ends[1:], seeds, strict=True)
+        (slice(start, stop), make_policy(name, pool.game, len(pool.actions), int(stop - start), seed))
+        for (name, _, seed), start, stop in zip(team.policies, ends[:-1], ends[1:], strict=True)
     ]
     return lambda seen: np.concatenate([policy(seen.rows(s)) for s, policy in parts])
 
 
 def _state(pool: AlePool, action: np.ndarray | int, episode: np.ndarray) -> dict[str, np.ndarray]:
-    """The present state of all instances, arrays `[ENVS, ...]`."""
+    """The present state of a pool, arrays `[n, ...]`."""
     return {
         "ram": pool.ram.copy(),
         "screen": pool.screen[:, 1].copy(),
@@ -76,7 +112,6 @@ def _state(pool: AlePool, action: np.ndarray | int, episode: np.ndarray) -> dict
         "terminated": pool.terminated.copy(),
         "truncated": pool.truncated.copy(),
         "lives": pool.lives.copy(),
-        "instance": np.arange(ENVS, dtype=np.int32),
         "episode": episode.astype(np.int32),
         "step": pool.episode_length.astype(np.int32),
     }

@@ -1,6 +1,7 @@
 """Blocks of extracted objects: the valid objects of consecutive rows, one entry each."""
 
 import dataclasses
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ import numpy as np
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
 from ocjax.extraction.records import no_objects
-from ocjax.files import writing
+from ocjax.files import npz, writing
 
 
 @dataclasses.dataclass(frozen=True)
@@ -36,10 +37,27 @@ class Block:
         writing.write(path, lambda file: np.savez(file, **dataclasses.asdict(self)), follow=False)
 
     @classmethod
-    def read(cls, path: Path) -> "Block":
-        """Read what `write` wrote."""
-        with np.load(path) as arrays:
-            return cls(**{field.name: arrays[field.name] for field in dataclasses.fields(cls)})
+    def read(cls, path: Path, rows: int, game: Game) -> "Block":
+        """Read what `write` wrote.
+
+        Args:
+            path: the file.
+            rows: the number of rows of the block.
+            game: the game, whose slots the block has.
+
+        Raises:
+            ValueError: the file is not a block of so many rows of the game.
+        """
+        try:
+            _check_headers(npz.headers(path, _FORMS.__contains__), rows * game.num_slots)
+            block = cls(**npz.read(path, _FORMS.__contains__))
+            for name, limit in (("row", rows), ("slot", game.num_slots)):
+                numbers = getattr(block, name)
+                if not ((numbers >= 0) & (numbers < limit)).all():
+                    raise ValueError(f"a {name} is not in 0 to {limit - 1:,}")
+        except ValueError as error:
+            raise ValueError(f"{path} is damaged: {error}. Delete the folder {path.parent}, and extract again") from error
+        return block
 
     def padded(self, rows: int, game: Game) -> dict[str, np.ndarray]:
         """The fields of `Objects` with all slots, `[rows, N, ...]`."""
@@ -47,6 +65,34 @@ class Block:
         for name, array in out.items():
             array[self.row, self.slot] = True if name == "valid" else getattr(self, name)
         return out
+
+
+# The dtype and the length of the last axis of each array.
+_FORMS: dict[str, tuple[type[np.generic], tuple[int, ...]]] = {
+    "row": (np.int64, ()),
+    "slot": (np.int32, ()),
+    "xywh": (np.int16, (4,)),
+    "orientation": (np.int8, ()),
+    "value": (np.int32, ()),
+    "rgb": (np.uint8, (3,)),
+}
+
+
+def _check_headers(found: Mapping[str, npz.Header], most: int) -> None:
+    """Check the arrays of a file of a block, before they are read.
+
+    Raises:
+        ValueError: one is missing, or has a wrong shape or dtype.
+    """
+    if found.keys() != _FORMS.keys():
+        raise ValueError(f"expected the arrays {', '.join(_FORMS)}, got {', '.join(found)[:200]}")
+    count = found["row"].shape[:1]
+    if sum(count) > most:
+        raise ValueError(f"it has {sum(count):,} objects, at most {most:,} are possible")
+    for name, (dtype, tail) in _FORMS.items():
+        own = found[name]
+        if own.dtype != dtype or own.shape != (*count, *tail):
+            raise ValueError(f"{name} must be {np.dtype(dtype)} {[*count, *tail]}, got {own.dtype} {list(own.shape)}")
 
 
 def compact(objects: Objects) -> Block:

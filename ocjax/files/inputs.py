@@ -5,7 +5,6 @@ file of that format is opened (extra `data`).
 """
 
 import contextlib
-import json
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ import numpy as np
 
 from ocjax._extras import MissingExtraError, require
 from ocjax.console.ram import RAM_SIZE
-from ocjax.files import arrays, folders, pictures, tables
+from ocjax.files import arrays, folders, jobs, pictures, tables
 from ocjax.files.rows import Input, InputError, check_claim, check_rows, choose, facts_in, is_row
 
 MINARI = "minari:"  # what the name of a Minari dataset begins with
@@ -54,7 +53,7 @@ def load_minari(identifier: str) -> tuple[Any, Path, list[Path]]:
     if not (path / "data").is_dir():
         raise InputError(f"there is no Minari dataset {identifier} on this machine: `minari download {identifier}` gets it")
     contents = folders.contents(path)
-    metadata = json.loads(folders.inside(path / "data", "metadata.json").read_text(encoding="utf-8"))
+    metadata = jobs.read(folders.inside(path / "data", "metadata.json"), error=InputError)
     lacking = [name for name in ("observation_space", "action_space") if not isinstance(metadata.get(name), str)]
     if lacking:
         raise InputError(f"the metadata of {path} lack {' and '.join(lacking)}: add them with minari")

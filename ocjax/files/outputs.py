@@ -75,7 +75,8 @@ class Blocks:
         """Each block with its first row and its number of rows."""
         for k, path in enumerate(self.paths):
             first = k * self.block_rows
-            yield first, min(self.block_rows, self.rows - first), Block.read(path)
+            count = min(self.block_rows, self.rows - first)
+            yield first, count, Block.read(path, count, self.game)
 
     @property
     def episode(self) -> dict[str, np.ndarray]:

@@ -1,7 +1,6 @@
 """Rows in tables: Parquet and Arrow files, and folders of them as hubs and `datasets.save_to_disk` lay them out."""
 
 import functools
-import json
 import re
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -11,7 +10,7 @@ import numpy as np
 
 from ocjax._extras import require
 from ocjax.console.ram import RAM_SIZE
-from ocjax.files import folders, pictures
+from ocjax.files import folders, jobs, pictures
 from ocjax.files.rows import FACTS, MOST_HEIGHT, NAMES, Input, InputError, check_claim, check_rows, is_row
 
 HUGGING_FACE = ("state.json", "dataset_dict.json")  # one is in every folder that `datasets.save_to_disk` has written
@@ -275,4 +274,4 @@ def open_hugging_face(path: Path, wanted: str | None) -> Input:
 
 
 def _json(folder: Path, name: str) -> Any:
-    return json.loads(folders.inside(folder, name).read_text(encoding="utf-8"))
+    return jobs.read(folders.inside(folder, name), error=InputError)

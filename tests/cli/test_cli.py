@@ -12,7 +12,7 @@ from PIL import Image
 
 import ocjax
 from ocjax.cli import app as cli
-from ocjax.cli import demo, description, evaluate, ram, record, render
+from ocjax.cli import demo, description, evaluate, ram, render
 from ocjax.cli.messages import console
 from ocjax.evaluation import tables
 from ocjax.files import writing
@@ -127,7 +127,6 @@ def test_help_is_quick():
     "command",
     [
         ("demo", "Pong", "--out"),
-        ("record", "Pong", "--out"),
         ("render", DATA / "Pong.npz", "--out"),
         ("evaluate", "Pong", "--csv"),
         ("ram", "correlate", "Pong", "--markdown"),
@@ -139,7 +138,7 @@ def test_bad_outputs_are_refused_before_the_work(command, tmp_path, monkeypatch)
     def work(*args, **kwargs):
         raise AssertionError("the work has started")
 
-    works = (demo, "run"), (record.fixtures, "record"), (render.recordings, "read"), (evaluate, "rollout"), (ram, "rollout")
+    works = (demo, "run"), (render.recordings, "read"), (evaluate, "rollout"), (ram, "rollout")
     for module, name in (*works, (ram.causal, "causes")):
         monkeypatch.setattr(module, name, work)
     (tmp_path / "folder.png").mkdir()

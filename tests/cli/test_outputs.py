@@ -20,7 +20,6 @@ HEADER = "frame_id,episode_id,score,duration(ms),unclipped_reward,action,gaze_po
 # Each output with arguments that read files. IN is the input, and OUT is put on top of it.
 CASES = {
     ("render", "--out"): ("render IN --out OUT.png", "render IN --out OUT.gif"),
-    ("record", "--out"): ("record Pong --samples 2 --from IN --out OUT",),
     ("evaluate", "--markdown"): ("evaluate IN --markdown OUT", "evaluate Pong --samples 8 --policy POLICY --markdown OUT"),
     ("evaluate", "--csv"): ("evaluate IN --csv OUT",),
     ("evaluate", "--latex"): ("evaluate IN --latex OUT",),
@@ -104,11 +103,19 @@ def test_commands(case, inputs, tmp_path, link):
 
 def test_the_name_of_the_input_itself(inputs):
     before = inputs["IN"].read_bytes()
-    for command in ("extract", "record"):
-        arguments = ("extract", inputs["IN"]) if command == "extract" else ("record", "Pong", "--samples", 2, "--from", inputs["IN"])
-        result = run(*arguments, "--out", inputs["IN"])
-        assert "would replace the input" in " ".join(result.output.split()), result.output
-        assert inputs["IN"].read_bytes() == before
+    result = run("extract", inputs["IN"], "--out", inputs["IN"])
+    assert "would replace the input" in " ".join(result.output.split()), result.output
+    assert inputs["IN"].read_bytes() == before
+
+
+@pytest.mark.parametrize("content", [b"", b"{", b"[]", b"[" * 100_000, b"\xff", b" " * 2**25])
+def test_a_damaged_file_of_controls(tmp_path, content):
+    out = tmp_path / "controls.json"
+    out.write_bytes(content)
+    result = run("ram", "control", "Pong", "--json", out)
+    assert result.exit_code == 2
+    assert "controls.json is damaged" in "".join(result.output.split("\n")), result.output
+    assert out.read_bytes() == content
 
 
 def test_exports(tmp_path):

@@ -60,7 +60,13 @@ def changed(known, name, value):
 
 
 NUMBERS = ("states", "shard_states", "sequence_states")
-RIGHT_KINDS = {"md5": ("text", "number as text"), "code": ("text", "number as text"), "least_f1": ("zero",), "starts": ("missing",)}
+RIGHT_KINDS = {
+    "md5": ("text", "number as text"),
+    "code": ("text", "number as text"),
+    "least_f1": ("zero",),
+    "starts": ("missing",),
+    "policy_settings": ("missing",),
+}
 
 
 @pytest.mark.parametrize("kind", WRONG)
@@ -79,7 +85,7 @@ def test_fields_of_the_plan(made, tmp_path, name, kind):
 
 
 @pytest.mark.parametrize("kind", WRONG)
-@pytest.mark.parametrize("path", ["seeds", "policies", "policies 0", "starts", "settings"])
+@pytest.mark.parametrize("path", ["seeds", "policies", "policies 0", "starts", "settings", "policy_settings"])
 def test_entries_of_the_plan(made, tmp_path, path, kind):
     plan = json.loads((made / "dataset.json").read_text())
     value = None if WRONG[kind] is ... else WRONG[kind]
@@ -88,6 +94,8 @@ def test_entries_of_the_plan(made, tmp_path, path, kind):
         return
     if name == "settings":
         plan["settings"]["frame_skip"] = value
+    elif name == "policy_settings":
+        plan["policy_settings"] = {"repeat": value}
     elif place:
         plan["policies"][0][1] = value
     else:

@@ -3,10 +3,12 @@
 import csv
 import dataclasses
 import io
+import itertools
 import json
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,8 +18,9 @@ from typer.testing import CliRunner
 import ocjax
 from ocjax import datasets, files
 from ocjax.cli.app import app
-from ocjax.datasets import DatasetError, columns, exports, labels, shards, starts
+from ocjax.datasets import DatasetError, columns, exports, labels, playing, shards, starts
 from ocjax.files import pipeline
+from ocjax.play import policies
 from tests.support.marks import slow_but
 
 pa = pytest.importorskip("pyarrow")
@@ -103,6 +106,71 @@ def test_actions_led_to_the_states(plan, folder, pong):
     pool.wait()
     assert pool.ram[0].tolist() == second["ram"]
     pool.close()
+
+
+def test_policies_play_with_their_own_settings(tmp_path, pong):
+    trained = policies.read(policies.find("trained", pong), pong)
+    file, settings = str(tmp_path / "other.npz"), ocjax.envs.Settings(frame_skip=2, repeat_action_probability=0.5, clip_rewards=True)
+    dataclasses.replace(trained, settings=settings).write(Path(file))
+    plan = datasets.plan(pong, 60, seeds=[3], policies={"random": 30, file: 70})
+    own = dataclasses.replace(settings, clip_rewards=False)
+    assert plan.settings_of(file) == own
+    assert plan.settings_of("random").frame_skip == 4
+    assert datasets.Plan.from_json(plan.to_json()) == plan
+    datasets.generate(plan, tmp_path / "data")
+    rows = rows_of(tmp_path / "data")
+    seeds = np.random.SeedSequence([3, 0]).generate_state(10) & 0x7FFFFFFF
+    for instance, played in ((0, plan.settings_of("random")), (9, own)):
+        states = [row for row in rows if row["instance"] == instance]
+        pool = ocjax.envs.AlePool(pong, 1, played, num_workers=0)
+        pool.reset([int(seeds[instance])])
+        for row, after in itertools.zip_longest(states, states[1:]):
+            assert pool.ram[0].tolist() == row["ram"]
+            if after is not None:
+                pool.step(np.array([after["action"]]))
+        pool.close()
+    sheet = (tmp_path / "data" / "README.md").read_text()
+    assert "Settings of the emulators that `random` play: frame_skip 4" in sheet
+    assert f"Settings of the emulators that `{file}` play: frame_skip 2" in sheet
+
+
+def test_policies_with_other_actions_are_refused(tmp_path, pong):
+    trained = policies.read(policies.find("trained", pong), pong)
+    other = dataclasses.replace(trained, settings=ocjax.envs.Settings(full_action_space=True))
+    other.write(tmp_path / "other.npz")
+    with pytest.raises(ValueError, match="must have the same actions, but full_action_space differs"):
+        datasets.plan(pong, 60, policies={"random": 30, str(tmp_path / "other.npz"): 70})
+
+
+# The games in which the OCAtari paper trains object-centric agents.
+PAPER_AGENTS = ("Asterix", "Boxing", "Breakout", "Freeway", "Pong", "Skiing", "SpaceInvaders", "Tennis")
+# Steps of four emulated frames within which the ball must have been seen. Tennis shows none for 33 steps after each point.
+BALLS = {"Breakout": 15, "Pong": 15, "Tennis": 33}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", PAPER_AGENTS)
+def test_states_are_in_play(name):
+    """No policy waits for FIRE: 95 % of the states show the player (the first category), and the ball now or within the last second."""
+    game = ocjax.load(name)
+    plan = datasets.plan(game, 10_000, seeds=[0])
+    played: dict[int, list[np.ndarray]] = {}
+    for stretches in playing.play(game, plan, plan.shards[0]):
+        for i, stretch in enumerate(stretches):
+            played.setdefault(i, []).append(stretch["ram"])
+    objects = [game.rem(np.concatenate(rams)) for rams in played.values()]
+    assert share_seen(objects, game.categories[0].name, 1) >= 0.95
+    if name in BALLS:
+        assert share_seen(objects, "Ball", BALLS[name]) >= 0.95
+
+
+def share_seen(episodes, category, steps):
+    """The share of states in which an object of a category is valid, or was within so many steps."""
+    seen = []
+    for objects in episodes:
+        valid = np.asarray(objects.of(category).valid).any(axis=-1)
+        seen += [valid[max(t - steps + 1, 0) : t + 1].any() for t in range(len(valid))]
+    return np.mean(seen)
 
 
 def test_previous_frames_show_the_state_before(folder, pong):
@@ -380,9 +448,9 @@ def test_plan_takes_a_name(pong):
 
 
 def test_wrong_plans_and_folders_are_refused(copy, folder, pong, tmp_path):
-    for policies in ({"random": 25, "repeat": 75}, {"random": 50}, {"random": 110, "repeat": -10}):
+    for shares in ({"random": 25, "repeat": 75}, {"random": 50}, {"random": 110, "repeat": -10}):
         with pytest.raises(DatasetError, match="multiples of 10 that add up to 100"):
-            datasets.plan(pong, 10, policies=policies)
+            datasets.plan(pong, 10, policies=shares)
     with pytest.raises(ocjax.play.policies.PolicyError, match="no policy 'chess'"):
         datasets.plan(pong, 10, policies={"chess": 100})
     with pytest.raises(DatasetError, match="none twice"):

@@ -7,8 +7,8 @@ import pytest
 import ocjax
 from ocjax._xla import batches
 from ocjax.console import palette, rom
-from ocjax.play.deciding import BATCH, in_batches
 from tests.support.checks import check, host, random_frames, same
+from tests.support.record.deciding import BATCH, in_batches
 
 GREY_HUES = {0x0, 0x1, 0xE, 0xF}  # of PAL consoles
 ODD_COLORS = {"TimePilot": {3, 5, 7, 9}}  # by which it tells the enemies' planes apart

@@ -1,14 +1,14 @@
 """Every game's objects on all of its recordings are exactly those that `tests/data/expected` holds."""
 
-from ocjax.play import expected
+from tests.support.record import expected
 from tests.support.states import DATA
 
 
 def test_objects_are_as_expected(game, thorough):
     path = DATA / "expected" / f"{game.name}.txt"
-    command = f"ocjax record {game.name} --expected"
+    command = f"python -m tests.support.record {game.name} expected"
     assert path.exists(), f"{path} is missing: `{command}` makes it"
-    assert (DATA / "limits" / path.name).exists(), f"`ocjax record {game.name} --limits` makes it"
+    assert (DATA / "limits" / path.name).exists(), f"`python -m tests.support.record {game.name} limits` makes it"
     text = path.read_text(encoding="utf-8")
     if not thorough:
         text = text[: text.index(f"{expected.ARBITRARY}\n")]

@@ -8,8 +8,8 @@ import pytest
 
 from ocjax import recordings
 from ocjax.evaluation import matching, metrics
-from ocjax.play.deciding import in_batches
 from ocjax.vision.unknown import UNKNOWN_VALUE
+from tests.support.record.deciding import in_batches
 from tests.support.states import DATA
 
 ON_DRAWN = 0.99  # share of boxes that hold drawn pixels

@@ -421,6 +421,40 @@ def test_work_of_another_extraction_is_refused(tmp_path, rams):
         files.extract(tmp_path / "Pong.npy", tmp_path / "out.npz")
 
 
+def rewritten(**changes):
+    """A change of the arrays of a block."""
+    return lambda path: np.savez(path, **{**np.load(path), **changes})
+
+
+@pytest.mark.parametrize(
+    ("damage", "reason"),
+    [
+        (lambda path: path.write_bytes(path.read_bytes()[:500]), "BadZipFile"),
+        (lambda path: path.write_bytes(b""), "BadZipFile"),
+        (lambda path: np.savez(path, row=np.zeros(3, np.int64)), "expected the arrays row, slot"),
+        (rewritten(row=np.array([0, 10**9])), "must be int32"),
+        (rewritten(row=np.zeros(10**6, np.int64)), "it has 1,000,000 objects"),
+        (rewritten(slot=np.array([{}], object)), "object"),
+        (lambda path: rewritten(row=np.load(path)["row"] - 1)(path), "a row is not in 0 to"),
+        (lambda path: rewritten(slot=np.load(path)["slot"] + 1)(path), "a slot is not in 0 to"),
+    ],
+)
+def test_damaged_work_is_refused(tmp_path, rams, damage, reason):
+    np.save(tmp_path / "Pong.npy", rams)
+
+    def stop(done, total):
+        if done:
+            raise InterruptedError
+
+    with pytest.raises(InterruptedError):
+        files.extract(tmp_path / "Pong.npy", tmp_path / "out.npz", report=stop)
+    block = tmp_path / "out.npz.parts" / "000000.npz"
+    damage(block)
+    with pytest.raises(ValueError, match=rf"{block.name} is damaged: .*{reason}.* Delete the folder"):
+        files.extract(tmp_path / "Pong.npy", tmp_path / "out.npz")
+    assert not (tmp_path / "out.npz").exists()
+
+
 def refused(error, match, *args, **options):
     with pytest.raises(error, match=match):
         files.extract(*args, **options)

@@ -146,7 +146,6 @@ def test_an_unfinished_minari_dataset_that_is_a_link(dataset, outside, tmp_path,
     [
         ("ocjax-Pong.png", ["demo", "Pong"]),
         ("ocjax-causes-Pong.png", ["ram", "causes", "Pong"]),
-        ("Pong.npz", ["record", "Pong"]),
         ("ocjax-Pong.npz", ["play", "Pong", "--human"]),
         ("ocjax-Pong.gif", ["play", "Pong", "--human", "--out", "own.npz"]),
         ("ocjax-Pong-0", ["train", "Pong"]),

@@ -8,4 +8,9 @@ runner = CliRunner()
 
 
 def run(*args):
+    return run_app(app, *args)
+
+
+def run_app(app, *args):
+    """Run a command of typer in this process."""
     return runner.invoke(app, [str(a) for a in args], terminal_width=200)

@@ -22,7 +22,7 @@ def excerpt(name):
     """
     path = DATA / f"{name}.npz"
     if not path.exists():
-        pytest.fail(f"{path} is missing: `ocjax record {name}` makes it")
+        pytest.fail(f"{path} is missing: `python -m tests.support.record {name}` makes it")
     return recordings.read(path, name).arrays
 
 

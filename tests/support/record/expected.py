@@ -11,8 +11,8 @@ A line holds the objects of one state: for each category its slots in order, eac
 unknown) and `#rgb` if it is not the category's usual colour. `-` is a slot without an object; such slots at the end are left out. The line
 of VEM names only the categories in which it differs from REM, and is left out if there are none. Equal texts mean equal fields.
 
-The last section is of states and frames that no game shows (`ocjax.play.arbitrary`), and of frames with objects at the limits of the vision
-rules (`ocjax.play.limits`): by category the number of objects, and a checksum of all their fields.
+The last section is of states and frames that no game shows (`arbitrary`), and of frames with objects at the limits of the vision rules
+(`limits`): by category the number of objects, and a checksum of all their fields.
 """
 
 import zlib
@@ -25,10 +25,10 @@ import numpy as np
 from ocjax import recordings
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
-from ocjax.play import arbitrary, limits
-from ocjax.play.deciding import in_batches
 from ocjax.recordings import Recording
 from ocjax.vision.unknown import UNKNOWN, UNKNOWN_VALUE
+from tests.support.record import arbitrary, limits
+from tests.support.record.deciding import in_batches
 
 FOLDERS = ("", "ends", "modes", "rare", "edges", "savers")  # of `tests/data`, in which games have their excerpts
 ARBITRARY = "[arbitrary]"  # the heading of the last section

@@ -18,10 +18,11 @@ from ocjax import recordings
 from ocjax.emulators.start import variants
 from ocjax.envs import AlePool, Settings
 from ocjax.extraction.game import Game
-from ocjax.play import deciding, stepping
+from ocjax.play import stepping
 from ocjax.play.policies import HOLD, RandomPolicy
 from ocjax.play.stepping import steps
 from ocjax.recordings import Recording
+from tests.support.record import deciding
 
 SAMPLES = 40
 SEEDS = (0, 1)

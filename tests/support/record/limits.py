@@ -22,11 +22,11 @@ from ocjax import recordings
 from ocjax.console.boxes import WIDTH, Area
 from ocjax.console.fonts import Digits, Font
 from ocjax.extraction.game import Game
-from ocjax.play.deciding import in_batches
 from ocjax.vision import bitmap as bm
 from ocjax.vision.filters import Filter, Lines, LoneRuns, ShortRuns
 from ocjax.vision.rules import Blobs, Bounds, Cells, Rule, Run, Runs
 from ocjax.vision.shapes import Shape, limits, span
+from tests.support.record.deciding import in_batches
 
 BEYOND = 2  # pixels by which an object crosses an edge
 LARGE = 48  # sides from which a limit is not looked at

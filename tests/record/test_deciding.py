@@ -7,9 +7,10 @@ import pytest
 
 import ocjax
 from ocjax import recordings
-from ocjax.play import arbitrary, deciding, fixtures
 from tests.support import synthetic
-from tests.support.command import run
+from tests.support.command import run_app
+from tests.support.record import __main__ as command
+from tests.support.record import arbitrary, deciding, fixtures
 from tests.support.states import DATA, excerpt
 
 PARTS = np.cumsum([arbitrary.ANYTHING, arbitrary.ALTERED, arbitrary.MIXED, arbitrary.MIXED])  # where kinds of arbitrary states end
@@ -66,24 +67,12 @@ def test_arbitrary_frames_resemble_play():
 @pytest.mark.slow
 def test_deciding_states_show_what_others_do_not(tmp_path, monkeypatch):
     monkeypatch.setattr(fixtures, "DECIDING_STEPS", 4800)
-    data = tmp_path / "tests" / "data"
-    data.mkdir(parents=True)
-    shutil.copy(DATA / "Pong.npz", data)
-    monkeypatch.chdir(tmp_path)
-    args = ("record", "Pong", "--deciding", "--samples", 6, "--out", "Pong.npz")
-    result = run(*args)
+    monkeypatch.setattr(fixtures, "DECIDING_SAMPLES", 6)
+    (tmp_path / "modes").mkdir()
+    shutil.copy(DATA / "Pong.npz", tmp_path)
+    result = run_app(command.app, "Pong", "modes", "--data", tmp_path)
     assert result.exit_code == 0, result.output
-    tape, known, game = recordings.read("Pong.npz"), recordings.read(data / "Pong.npz"), ocjax.load("Pong")
+    tape, known, game = recordings.read(tmp_path / "modes" / "Pong.npz"), recordings.read(tmp_path / "Pong.npz"), ocjax.load("Pong")
     assert 1 <= len(tape) <= 6
     rows, _ = deciding.shown(game, *(np.concatenate([known.arrays[name], tape.arrays[name]]) for name in ("rams", "screens")))
     assert rows[~rows[:, : len(known)].any(axis=1)].any(axis=0)[len(known) :].all()
-
-
-def test_wrong_use(tmp_path):
-    for args, message in (
-        (("--deciding", "--mode", 0), "--deciding plays all modes"),
-        (("--deciding", "--boundaries"), "--deciding plays all modes"),
-    ):
-        result = run("record", "Pong", *args, "--out", tmp_path / "Pong.npz")
-        assert result.exit_code == 2
-        assert message in " ".join(result.output.replace("│", " ").split())

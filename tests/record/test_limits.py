@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 import ocjax
-from ocjax.play import limits
 from ocjax.vision.filters import ShortRuns
 from ocjax.vision.rules import Cells, Run, Runs
 from ocjax.vision.shapes import Shape
 from ocjax.vision.steps import Packed
-from tests.support.command import run
+from tests.support.command import run_app
+from tests.support.record import __main__ as command
+from tests.support.record import limits
 from tests.support.states import DATA, excerpt
 
 
@@ -80,12 +81,10 @@ def test_frames_come_from_text():
     assert limits.frames("", played).shape == (0, 210, 160)
 
 
-def test_command(tmp_path, monkeypatch):
-    data = tmp_path / "tests" / "data"
-    (data / "limits").mkdir(parents=True)
-    shutil.copy(DATA / "Pong.npz", data)
-    monkeypatch.chdir(tmp_path)
-    result = run("record", "Pong", "--limits")
+def test_command(tmp_path):
+    (tmp_path / "limits").mkdir()
+    shutil.copy(DATA / "Pong.npz", tmp_path)
+    result = run_app(command.app, "Pong", "limits", "--data", tmp_path)
     assert result.exit_code == 0, result.output
-    assert (data / "limits" / "Pong.txt").read_text() == (DATA / "limits" / "Pong.txt").read_text()
-    assert len(limits.read(ocjax.load("Pong"), data)) > 5
+    assert (tmp_path / "limits" / "Pong.txt").read_text() == (DATA / "limits" / "Pong.txt").read_text()
+    assert len(limits.read(ocjax.load("Pong"), tmp_path)) > 5
