@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
+from collections import Counter
 
 import jax
 import jax.numpy as jnp
@@ -161,6 +162,43 @@ def test_games_do_not_stay_in_step():
     lengths = np.concatenate([envs.pool.arrays.episode_length for envs in halves])
     assert lengths.tolist() == [96, 80, 64, 48]
     collector.close()
+
+
+def games_by_their_successors(monkeypatch, envs):
+    """A list that gets the last return of each game when the next one has begun: no game has steps after 0 steps."""
+    found, last, step_wait = [], np.zeros(envs.num_envs), envs.step_wait
+
+    def wait():
+        nonlocal last
+        result = step_wait()
+        info = result[-1]
+        found.extend(last[envs.pool.started & (info["episode_length"] == 0)].tolist())
+        last = info["episode_return"]
+        return result
+
+    monkeypatch.setattr(envs, "step_wait", wait)
+    return found
+
+
+@pytest.mark.parametrize("options", slow_but([{}], [{}, {"max_episode_steps": 40}, {"max_episode_frames": 300}]), ids=str)
+def test_returns_of_complete_games(monkeypatch, options):
+    """With an episode per life and next-step autoreset, each game is reported once, with its complete return, and no life is."""
+    halves = [make_vec("Breakout", 3, mode="raw", preset="dqn", num_workers=0, clip_rewards=False, **options) for _ in range(2)]
+    found = [games_by_their_successors(monkeypatch, envs) for envs in halves]
+    rng, reported, lives = np.random.default_rng(0), [], 0
+    collector = Collector(*halves, horizon=20, seed=0)
+    for _ in range(30):
+        rollout = collector.collect(lambda obs, step: (rng.integers(4, size=len(obs)), np.zeros(len(obs), np.float32)))
+        reported += collector.games
+        lives += int((rollout.terminated | rollout.truncated).sum())
+    over = sum(int(envs.pool.game_over.sum()) for envs in halves)  # whose successors have not begun
+    collector.close()
+    want = [*found[0], *found[1]]
+    assert len(reported) == len(want) + over
+    assert not (Counter(want) - Counter(reported))
+    assert len(reported) > 10
+    assert any(reported)
+    assert options or lives > 2 * len(reported)
 
 
 def parameters(trainer):
