@@ -26,7 +26,6 @@ class _Half:
     columns: slice  # of a rollout
     obs: np.ndarray
     ended: np.ndarray  # bool [n], whether the episode ended in the last step, so that the next one only resets
-    returns: np.ndarray  # float64 [n], of the games so far
 
 
 class Collector:
@@ -56,7 +55,7 @@ class Collector:
         for envs in (first, second):
             obs, _ = envs.reset(seed=seed + start)
             columns = slice(start, start + envs.num_envs)
-            self._halves.append(_Half(envs, columns, obs, np.zeros(envs.num_envs, bool), np.zeros(envs.num_envs)))
+            self._halves.append(_Half(envs, columns, obs, np.zeros(envs.num_envs, bool)))
             start = columns.stop
         self.num_envs = start
         self.games: list[float] = []
@@ -88,7 +87,7 @@ class Collector:
             mask = np.arange(self.num_envs)[half.columns] == rollout
             if rollout > 0 and mask.any():
                 half.obs, _ = half.envs.reset(options={"reset_mask": mask})
-                half.ended, half.returns = half.ended & ~mask, np.where(mask, 0.0, half.returns)
+                half.ended = half.ended & ~mask
 
     def _begin(self, half: _Half, out: Rollout, i: int, act: Act) -> None:
         """Choose actions and start the step i of a rollout."""
@@ -105,18 +104,14 @@ class Collector:
         start = time.perf_counter()
         half.obs, reward, terminated, truncated, info = half.envs.step_wait()
         self.seconds["environments"] += time.perf_counter() - start
-        new_game = half.ended & (info["episode_length"] == 0)
-        self.games += half.returns[new_game].tolist()
-        half.ended, half.returns = terminated | truncated, info["episode_return"]
+        self.games += info["episode_return"][info["game_over"]].tolist()
+        half.ended = terminated | truncated
         out.reward[i, half.columns] = reward
         out.terminated[i, half.columns], out.truncated[i, half.columns] = terminated, truncated
 
     def save(self) -> dict[str, Any]:
         """Everything that later rollouts depend on, as a pytree of numbers and arrays."""
-        halves = [
-            {"states": np.frombuffer(half.envs.clone_state().to_bytes(), np.uint8), "ended": half.ended, "returns": half.returns}
-            for half in self._halves
-        ]
+        halves = [{"states": np.frombuffer(half.envs.clone_state().to_bytes(), np.uint8), "ended": half.ended} for half in self._halves]
         return {"steps": self.steps, "halves": halves}
 
     def restore(self, saved: Mapping[str, Any], rollouts: int) -> None:
@@ -132,13 +127,11 @@ class Collector:
         steps = rollouts * len(self._halves) * self.horizon
         self.steps = integer("the number of steps", np.asarray(saved["steps"]).tolist(), steps, min(steps, MOST_STEPS))
         for half, own in zip(self._halves, saved["halves"], strict=True):
-            ended, returns = np.array(own["ended"]), np.array(own["returns"])
-            if (ended.dtype, ended.shape) != (bool, half.ended.shape) or (returns.dtype, returns.shape) != (float, half.returns.shape):
-                raise ValueError(f"the ends and returns of episodes must be bool and float64 {list(half.ended.shape)}")
-            if not np.isfinite(returns).all():
-                raise ValueError("the returns of episodes must be finite")
+            ended = np.array(own["ended"])
+            if (ended.dtype, ended.shape) != (bool, half.ended.shape):
+                raise ValueError(f"the ends of episodes must be bool {list(half.ended.shape)}, got {ended.dtype} {list(ended.shape)}")
             half.obs, _ = half.envs.restore_state(States.from_bytes(np.asarray(own["states"]).tobytes()))
-            half.ended, half.returns = ended, returns
+            half.ended = ended
 
     def close(self) -> None:
         """Close the environments."""

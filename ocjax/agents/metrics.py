@@ -3,11 +3,11 @@
 import contextlib
 import csv
 import io
-import itertools
+import os
 import time
 from collections import deque
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from rich.console import Console
@@ -17,14 +17,14 @@ from tensorboardX.event_file_writer import EventsWriter
 from tensorboardX.proto.event_pb2 import Event, SessionLog  # pyright: ignore[reportAttributeAccessIssue]
 
 from ocjax.emulators.checks import integer
-from ocjax.files import writing
 
 LARGEST = 1e15  # of numbers in a checkpoint
+MOST_LINE = 10_000  # bytes of a line of `metrics.csv`, which has some 200
 RECENT_GAMES = 100  # of which the mean return is reported
 
 
 class Metrics:
-    """One row per update. The files are written before every checkpoint; `restore` drops rows that are later than the checkpoint.
+    """One row per update, which is in the files as soon as `add` returns. `restore` drops rows that are later than the checkpoint.
 
     Events are written in this thread. tensorboardX's own writer has a thread: after an error in it, `add_scalar` waits for ever.
 
@@ -32,6 +32,7 @@ class Metrics:
         folder: of the training; gets `metrics.csv` and `tensorboard/`.
 
     Attributes:
+        rows: the number of rows.
         recent: the returns of the last games.
         seconds: of training so far.
         frames_per_second: of the last update.
@@ -40,8 +41,9 @@ class Metrics:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._writer: EventsWriter | None = None
-        self._events: list[Event] = []  # not yet written
-        self.rows: list[dict[str, Any]] = []
+        self._names: list[str] = []  # of the columns
+        self._frames = 0.0  # of the last row
+        self.rows = 0
         self.recent: deque[float] = deque(maxlen=RECENT_GAMES)
         self.seconds = self.frames_per_second = 0.0
 
@@ -58,58 +60,58 @@ class Metrics:
             seconds: that the update and its rollout took.
             games: returns of the games that ended in its rollout.
             numbers: the other columns.
-        """
-        before = float(self.rows[-1]["frames"]) if self.rows else 0.0
-        self.frames_per_second = (frames - before) / seconds
-        self.recent.extend(games)
-        self.seconds += seconds
-        row = {"frames": frames, "seconds": round(self.seconds, 3), "games": len(games), "return": round(self.mean_return, 3)}
-        self.rows.append(row | {name: float(f"{value:.5g}") for name, value in numbers.items()})
-        known = {name: value for name, value in self.rows[-1].items() if value == value}  # not nan
-        now = time.time()
-        self._events += [Event(wall_time=now, step=frames, summary=summary.scalar(name, value)) for name, value in known.items()]
-
-    def write(self) -> None:
-        """Write `metrics.csv` and the latest events.
 
         Raises:
             OSError: a file cannot be written.
+            ValueError: `metrics.csv` has other columns.
         """
-        if not self.rows:
-            return
-        text = io.StringIO()
-        out = csv.DictWriter(text, list(self.rows[0]), lineterminator="\n")
-        out.writeheader()
-        out.writerows(self.rows)
-        writing.write_text(self._folder / "metrics.csv", text.getvalue())
-        self._write_events()
+        self.frames_per_second = (frames - self._frames) / seconds
+        self.recent.extend(games)
+        self.seconds += seconds
+        self._frames = float(frames)
+        row = {"frames": frames, "seconds": round(self.seconds, 3), "games": len(games), "return": round(self.mean_return, 3)}
+        row |= {name: float(f"{value:.5g}") for name, value in numbers.items()}
+        self._write_row(row)
+        self._write_events(row)
 
-    def _write_events(self) -> None:
-        if not self._events:
-            return
+    def _write_row(self, row: dict[str, Any]) -> None:
+        """Append a row. The first one replaces the file, which a run without a checkpoint may have left."""
+        first = self.rows == 0
+        self._names = list(row) if first else self._names
+        if list(row) != self._names:
+            raise ValueError(f"{self._folder / 'metrics.csv'} must have the columns {', '.join(row)}, got {', '.join(self._names)[:200]}")
+        text = io.StringIO()
+        out = csv.writer(text, lineterminator="\n")
+        out.writerows([row.keys()] * first + [row.values()])
+        with (self._folder / "metrics.csv").open("wb" if first else "ab") as file:
+            file.write(text.getvalue().encode())
+        self.rows += 1
+
+    def _write_events(self, row: dict[str, Any]) -> None:
+        """Write a row's numbers to TensorBoard's file."""
+        frames, now = row["frames"], time.time()
         if self._writer is None:
             (self._folder / "tensorboard").mkdir(exist_ok=True)
             self._writer = EventsWriter(str(self._folder / "tensorboard" / "events"))
             # TensorBoard drops events from this step on that an earlier run wrote after its latest checkpoint.
-            session = SessionLog(status=SessionLog.START)
-            self._writer.write_event(Event(step=self._events[0].step, session_log=session))
-        for event in self._events:
-            self._writer.write_event(event)
+            self._writer.write_event(Event(step=frames, session_log=SessionLog(status=SessionLog.START)))
+        for name, value in row.items():
+            if value == value:  # not nan
+                self._writer.write_event(Event(wall_time=now, step=frames, summary=summary.scalar(name, value)))
         self._writer.flush()
-        self._events = []
 
     def close(self) -> None:
-        """Close TensorBoard's file. Events that `write` could not write are lost."""
+        """Close TensorBoard's file. Events that `add` could not write are lost."""
         if self._writer is not None:
             with contextlib.suppress(OSError):
                 self._writer.close()
 
     def save(self) -> dict[str, Any]:
         """What `restore` needs besides the file, ready for JSON."""
-        return {"seconds": self.seconds, "recent": list(self.recent), "rows": len(self.rows)}
+        return {"seconds": self.seconds, "recent": list(self.recent), "rows": self.rows}
 
     def restore(self, saved: dict[str, Any], updates: int) -> None:
-        """Continue after a checkpoint.
+        """Continue after a checkpoint, and delete the later rows of the file.
 
         Args:
             saved: by `save`.
@@ -117,6 +119,7 @@ class Metrics:
 
         Raises:
             ValueError: a number is out of range, or the file is damaged or lacks rows.
+            OSError: the file cannot be read or written.
         """
         integer("the number of rows", saved["rows"], updates, updates)
         seconds, recent = saved["seconds"], saved["recent"]
@@ -124,7 +127,11 @@ class Metrics:
             raise ValueError(f"the seconds of the training must be a number of at least 0, got {seconds!r}")
         if not isinstance(recent, list) or len(recent) > RECENT_GAMES or not _are_numbers(recent):
             raise ValueError(f"the recent returns must be at most {RECENT_GAMES} finite numbers, got {str(recent)[:200]}")
-        self.rows = _read_rows(self._folder / "metrics.csv", updates)
+        path = self._folder / "metrics.csv"
+        kept = _read(path, updates)
+        if kept.size < path.stat().st_size:
+            os.truncate(path, kept.size)  # in one step, and also on a full disk
+        self._names, self._frames, self.rows = kept.names, kept.frames, updates
         self.seconds = float(seconds)
         self.recent.extend(map(float, recent))
 
@@ -133,26 +140,37 @@ def _are_numbers(values: list[Any]) -> bool:
     return all(isinstance(v, int | float) and not isinstance(v, bool) and abs(v) < LARGEST for v in values)
 
 
-def _read_rows(path: Path, count: int) -> list[dict[str, Any]]:
-    """The first rows of `metrics.csv`.
+class _Kept(NamedTuple):
+    """The heading and the first rows of `metrics.csv`."""
+
+    names: list[str]  # of the columns
+    frames: float  # of the last row
+    size: int  # bytes
+
+
+def _read(path: Path, count: int) -> _Kept:
+    """Check the heading and the first rows of `metrics.csv`. A row counts if its line has its end.
 
     Raises:
         ValueError: the file is damaged or lacks rows.
     """
-    with path.open(encoding="utf-8") as file:
-        reader = csv.DictReader(file)
-        rows = [dict(row) for row in itertools.islice(reader, count)]
-    if len(rows) < count:
-        raise ValueError(f"metrics.csv has {len(rows):,} rows, the checkpoint is of row {count:,}")
-    names = reader.fieldnames or []
-    if len(set(names)) < len(names) or not {"frames", "return"} <= set(names):
-        raise ValueError(f"metrics.csv has the columns {', '.join(names)[:200]}")
-    for i, row in enumerate(rows):
-        if set(row) != set(names) or None in row.values():
-            raise ValueError(f"row {i + 1} of metrics.csv has another number of columns than its heading")
-        for value in row.values():
-            float(value)
-    return rows
+    with path.open("rb") as file:
+        names, frames = _cells(file.readline(MOST_LINE)) or [], 0.0
+        for i in range(count):
+            row = _cells(file.readline(MOST_LINE))
+            if row is None:
+                raise ValueError(f"metrics.csv has {i:,} rows, the checkpoint is of row {count:,}")
+            if len(set(names)) < len(names) or not {"frames", "return"} <= set(names):
+                raise ValueError(f"metrics.csv has the columns {', '.join(names)[:200]}")
+            if len(row) != len(names):
+                raise ValueError(f"row {i + 1} of metrics.csv has another number of columns than its heading")
+            frames = dict(zip(names, map(float, row), strict=True))["frames"]
+        return _Kept(names, frames, file.tell())
+
+
+def _cells(line: bytes) -> list[str] | None:
+    """The cells of a line of `metrics.csv`; None if the line is cut off, or there is none."""
+    return line.decode("utf-8").removesuffix("\n").split(",") if line.endswith(b"\n") else None
 
 
 class Bar:

@@ -3,7 +3,6 @@
 `T` is the number of steps of a rollout, `B` the number of environments, and `D` the shape of an observation.
 """
 
-import dataclasses
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -13,58 +12,11 @@ import numpy as np
 import optax
 from jax import lax
 
+from ocjax.agents.config import Hyperparameters
 from ocjax.agents.moments import Moments, initial_moments, merge_moments, scaled, standardized
 from ocjax.agents.networks import Network, Params
 
 MAX_REWARD = 10.0  # of scaled rewards
-
-
-@dataclasses.dataclass(frozen=True)
-class Hyperparameters:
-    """Hyperparameters of PPO, the same for all games.
-
-    The OCAtari paper has 8 environments, a horizon of 128, 3 epochs, a learning rate of 2.5e-4 and a clipping range of 0.1; all else is as
-    in the paper. With more environments, these values learn more slowly per frame: after 1.3 million frames, they reach -18.4 points in
-    Pong, and the defaults -17.0. Learning rate, clipping range and entropy coefficient fall linearly to 0 over the training. The
-    entropy bonus lets the policy explore at first; later it would keep it from choosing between actions whose values differ little.
-
-    Args:
-        num_envs: environments; half of them step while the policy acts in the others.
-        horizon: steps of a rollout.
-        epochs: passes over a rollout.
-        minibatch: samples of a gradient step; divides `num_envs * horizon`.
-        learning_rate: initial step size of Adam.
-        clip: initial clipping range of probability ratios.
-        gamma: discount factor.
-        gae_lambda: decay of generalised advantage estimation.
-        value_coefficient: weight of the value loss.
-        entropy_coefficient: initial weight of the entropy bonus.
-        max_grad_norm: gradients are scaled down to this norm.
-
-    Raises:
-        ValueError: a number is not positive, the number of environments is odd, or the minibatch does not divide a rollout.
-    """
-
-    num_envs: int = 64
-    horizon: int = 32
-    epochs: int = 4
-    minibatch: int = 256
-    learning_rate: float = 1e-3
-    clip: float = 0.2
-    gamma: float = 0.99
-    gae_lambda: float = 0.95
-    value_coefficient: float = 1.0
-    entropy_coefficient: float = 0.01
-    max_grad_norm: float = 0.5
-
-    def __post_init__(self) -> None:
-        for field in dataclasses.fields(self):
-            if not getattr(self, field.name) > 0:
-                raise ValueError(f"{field.name} must be positive, got {getattr(self, field.name)}")
-        if self.num_envs % 2:
-            raise ValueError(f"num_envs must be even, because halves of the environments take turns, got {self.num_envs}")
-        if self.num_envs * self.horizon % self.minibatch:
-            raise ValueError(f"minibatch must divide num_envs * horizon = {self.num_envs * self.horizon}, got {self.minibatch}")
 
 
 class Rollout(NamedTuple):

@@ -1,12 +1,11 @@
 """The training loop: rollouts and updates at the same time, checkpoints, and the saved policy."""
 
 import contextlib
-import dataclasses
-import json
 import time
+from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -16,61 +15,22 @@ from rich.console import Console
 from ocjax.agents import networks, ppo
 from ocjax.agents.checkpoints import Checkpoints
 from ocjax.agents.collector import Collector
+from ocjax.agents.config import Config, TrainingError
 from ocjax.agents.metrics import Bar, Metrics
 from ocjax.agents.moments import Moments, deviation
-from ocjax.agents.ppo import Hyperparameters, Learner, Losses, Rollout
+from ocjax.agents.ppo import Learner, Losses, Rollout
+from ocjax.emulators import ram_starts
+from ocjax.emulators.ale import AlePool
 from ocjax.emulators.checks import integer
-from ocjax.emulators.settings import settings
-from ocjax.envs import Dqn, ObjectVectorEnv, Vector, make_vec
+from ocjax.envs import Dqn, ObjectVectorEnv
+from ocjax.envs.requests import Mode, requested_kinds, required_screens
 from ocjax.extraction.registry import load
 from ocjax.files import jobs
 from ocjax.play.policies import SavedPolicy
 
-FEATURES = ("x", "y", "dx", "dy", "nx", "ny", "mx", "my", "orientation", "valid")
-# Positions on a fixed grid say nothing, and those relative to the player change all at once: in Breakout, 108 bricks hide the ball.
-GRID_FEATURES = ("valid",)
-PRESET = "dqn"
 CHECKPOINT_SECONDS = 120.0
 STACK = 4  # grey frames of an observation of pixels
 ACTION_SEED = 2**31 - 1  # distinguishes the random numbers of actions from those of updates
-
-Inputs = Literal["objects", "pixels"]
-
-
-class TrainingError(ValueError):
-    """A training cannot be started or continued; the message says why."""
-
-
-@dataclasses.dataclass(frozen=True)
-class Config:
-    """What a training is.
-
-    Args:
-        game: the game's name.
-        seed: of the environments, the network and the actions.
-        inputs: "objects" (from RAM, without the display) or "pixels" (the last four grey frames).
-        preset: the settings of the environments. Rewards are not clipped, whatever it says, but scaled by the spread of the returns.
-        hyperparameters: of PPO.
-        features: of each slot, as `ocjax.envs.Vector` names them, in pixels; for "objects".
-        grid_features: likewise, for the slots of fixed grids.
-    """
-
-    game: str
-    seed: int = 0
-    inputs: Inputs = "objects"
-    preset: str = PRESET
-    hyperparameters: Hyperparameters = dataclasses.field(default_factory=Hyperparameters)
-    features: tuple[str, ...] = FEATURES
-    grid_features: tuple[str, ...] = GRID_FEATURES
-
-    @property
-    def vector(self) -> Vector:
-        """The observation of "objects"."""
-        return Vector(self.features, grid_features=self.grid_features, normalize=False)
-
-    def to_json(self) -> str:
-        """The configuration as JSON."""
-        return json.dumps(dataclasses.asdict(self), indent=2) + "\n"
 
 
 class _Acting(NamedTuple):
@@ -109,9 +69,10 @@ class Trainer:
         h, self._objects = config.hyperparameters, config.inputs == "objects"
         game = load(config.game)
         self.game = game.without_hud() if self._objects else game
-        self._settings = dataclasses.replace(settings(config.preset), clip_rewards=False)
-        self.frames_per_update = h.num_envs * h.horizon * _frames_per_step(self._settings.frame_skip)
-        first, second = (self._make_envs() for _ in range(2))
+        skip = config.settings.frame_skip
+        assert isinstance(skip, int)
+        self.frames_per_update = h.num_envs * h.horizon * skip
+        first, second = (self._make_envs(start) for start in (0, h.num_envs // 2))
         self._collector = Collector(first, second, h.horizon, config.seed)
         (inputs, *_), self.num_actions = first.single_observation_space.shape, first.single_action_space.n  # pyright: ignore
         network = networks.mlp(inputs, self.num_actions) if self._objects else networks.nature_cnn(STACK, self.num_actions)
@@ -123,6 +84,7 @@ class Trainer:
         self._key = jax.random.key_data(jax.random.fold_in(jax.random.key(config.seed), ACTION_SEED))
         self.updates, self.metrics = 0, Metrics(self.folder)
         self._checkpoints: Checkpoints | None = None
+        self._kept = 0  # the updates before the latest checkpoint
         self._restore()
 
     @property
@@ -130,10 +92,15 @@ class Trainer:
         """Emulated frames of the updates so far."""
         return self.updates * self.frames_per_update
 
-    def _make_envs(self) -> ObjectVectorEnv:
-        mode, obs = ("rem", self.config.vector) if self._objects else ("raw", "dqn")
-        num_envs = self.config.hyperparameters.num_envs // 2
-        return make_vec(self.game, num_envs, mode=mode, obs=obs, hud=self.game.hud, preset=self.config.preset, clip_rewards=False)
+    def _make_envs(self, start: int) -> ObjectVectorEnv:
+        """Half of the environments, whose first one has this number."""
+        c, num_envs = self.config, self.config.hyperparameters.num_envs // 2
+        mode: Mode = "rem" if self._objects else "raw"
+        obs = c.vector if self._objects else "dqn"
+        screens = tuple(required_screens(mode, requested_kinds(mode, obs)[0]))
+        begin = [ram_starts.variation(self.game, c.starts[i % len(c.starts)]) for i in range(start, start + num_envs) if c.starts]
+        variant: dict[str, Any] = {"hook": c.variations, "game_mode": c.game_mode, "game_difficulty": c.game_difficulty, "starts": begin}
+        return ObjectVectorEnv(AlePool(self.game, num_envs, c.settings, screens=screens, **variant), mode, obs)
 
     def run(self, frames: int, console: Console) -> None:
         """Train until so many emulated frames have been played, counted from the start of the training.
@@ -170,21 +137,22 @@ class Trainer:
         shares = {f"{name}_share": value / seconds for name, value in self._collector.seconds.items()}
         shares["update_share"] = previous.seconds / seconds  # at the same time as the others
         losses = {name: float(value) for name, value in previous.losses._asdict().items()}
-        self.metrics.add(self.frames, seconds, self._collector.games, **losses, **shares)
+        with self._writing():
+            self.metrics.add(self.frames, seconds, self._collector.games, **losses, **shares)
 
     def policy(self) -> SavedPolicy:
         """The current policy."""
         learner = self._pending.result().learner
         parts = ("actor",) if self._objects else ("torso", "dense", "actor")
         layers = [(np.asarray(layer["w"]), np.asarray(layer["b"])) for part in parts for layer in learner.params[part]]
-        known = {"sampled": True, "settings": self._settings, "preset": self.config.preset, "frames": self.frames}
+        known = {"sampled": True, "settings": self.config.settings, "preset": self.config.preset, "frames": self.frames}
         if not self._objects:
             return SavedPolicy(self.game, layers, Dqn(), network="nature_cnn", **known)
         mean, spread = np.asarray(learner.inputs.mean), np.asarray(deviation(learner.inputs))
         return SavedPolicy(self.game, layers, self.config.vector, mean, spread, **known)
 
     def _save(self) -> None:
-        """Write the metrics, the policy and a checkpoint.
+        """Write the policy and a checkpoint.
 
         Raises:
             TrainingError: a file cannot be written. The previous checkpoint is still there.
@@ -192,15 +160,25 @@ class Trainer:
         assert self._checkpoints is not None
         state = {"pending": self._pending.result(), "acting": self._acting}
         progress = {"updates": self.updates, "metrics": self.metrics.save()}
-        kept = self._checkpoints.latest
-        try:
-            self.metrics.write()  # rows beyond the latest checkpoint are dropped when it is restored
+        with self._writing():
             self.policy().write(self.folder / "policy.npz")
             self._checkpoints.save(self.updates, state, self._collector.save(), progress)
+        self._kept = self.updates
+
+    @contextlib.contextmanager
+    def _writing(self) -> Iterator[None]:
+        """Explain errors of the system when files are written.
+
+        Raises:
+            TrainingError: a file cannot be written.
+        """
+        try:
+            yield
         except OSError as error:
+            after = f"after {self._kept * self.frames_per_update:,} frames" if self._kept else "from the start"
             raise TrainingError(
                 f"{self.folder}: the training cannot be saved after {self.frames:,} frames: {error}. Make space, and run the same command "
-                f"again: it continues {'from the start' if kept is None else f'after {kept * self.frames_per_update:,} frames'}"
+                f"again: it continues {after}"
             ) from error
 
     def _restore(self) -> None:
@@ -229,7 +207,7 @@ class Trainer:
         self._pending, self._acting = _completed(saved["state"]["pending"]), saved["state"]["acting"]
         self._collector.restore(saved["environments"], updates)
         self.metrics.restore(saved["progress"]["metrics"], updates)
-        self.updates = updates
+        self.updates = self._kept = updates
 
     def close(self) -> None:
         """Close the environments, the checkpoints and the files, each also if another cannot be closed."""
@@ -255,9 +233,3 @@ def _completed(result: _Updated) -> Future[_Updated]:
     future: Future[_Updated] = Future()
     future.set_result(result)
     return future
-
-
-def _frames_per_step(skip: int | tuple[int, int]) -> int:
-    if not isinstance(skip, int):
-        raise TrainingError(f"training needs a preset with a fixed frame skip, got one of {skip}")
-    return skip

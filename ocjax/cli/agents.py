@@ -11,8 +11,12 @@ from typing import Annotated
 import typer
 
 from ocjax._extras import extras
+from ocjax.agents.config import EXPERIMENTS, PRESET, Config, Hyperparameters
 from ocjax.cli.messages import console, errors_in_one_line
+from ocjax.cli.options import fields_as_options
 from ocjax.cli.render import extract, pictures, save
+from ocjax.emulators import ram_starts
+from ocjax.emulators.settings import PRESETS
 from ocjax.evaluation import tables
 from ocjax.evaluation.tables import Table
 from ocjax.extraction import registry
@@ -25,15 +29,47 @@ from ocjax.play.games import play as play_games
 from ocjax.play.policies import TRAINED
 
 EVALUATION_EPISODES = 10
+ENVIRONMENTS = "Environments"  # heading of options
+FIXED_SKIP = [name for name, settings in PRESETS.items() if isinstance(settings.frame_skip, int)]  # presets for training
 FRAME_TIME = 66  # milliseconds per agent step of an animation: four emulated frames
 
 
+@fields_as_options(Hyperparameters, "Hyperparameters of PPO")
 def train(
     game: Annotated[str, typer.Argument(help="Name of the game.")],
     frames: Annotated[int, typer.Option(min=1, help="Emulated frames to train for, counted from the start of the training.")] = 20_000_000,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the environments, the network and the actions.")] = 0,
     out: Annotated[Path | None, typer.Option(help="Folder of the training. Default: ocjax-<Game>-<seed>.")] = None,
     inputs: Annotated[str, typer.Option(help="objects (from RAM), or pixels (four grey frames of 84 x 84).")] = "objects",
+    experiment: Annotated[
+        str, typer.Option(metavar="|".join(EXPERIMENTS), help="Inputs and hyperparameters: ocjax's, or those of the OCAtari paper.")
+    ] = "default",
+    preset: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help=f"Settings: {', '.join(FIXED_SKIP)}. Default: {PRESET}.", rich_help_panel=ENVIRONMENTS),
+    ] = None,
+    variation: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME",
+            help="Variation of the game, such as lazy_enemy in Pong. May be repeated: all apply together.",
+            rich_help_panel=ENVIRONMENTS,
+        ),
+    ] = None,
+    game_mode: Annotated[int | None, typer.Option(min=0, help="Game mode as ale-py numbers it.", rich_help_panel=ENVIRONMENTS)] = None,
+    game_difficulty: Annotated[
+        int | None, typer.Option(min=0, help="Game difficulty as ale-py numbers it.", rich_help_panel=ENVIRONMENTS)
+    ] = None,
+    start: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUE[,...]",
+            help="Values to write to the RAM when a game begins, such as level=2: fields of `ocjax ram map`, or numbers of bytes; none for "
+            "the ordinary start. May be repeated: the environments take turns.",
+            rich_help_panel=ENVIRONMENTS,
+        ),
+    ] = None,
+    **hyperparameters: float | None,
 ) -> None:
     """Train an agent with PPO, and show how it plays.
 
@@ -43,34 +79,49 @@ def train(
     if inputs not in ("objects", "pixels"):
         raise typer.BadParameter(f"inputs must be objects or pixels, got {inputs!r}")
     with errors_in_one_line():
-        spec = registry.load(game)
-        trainer_of, config_of = _import_training()
-        folder = out or writing.unnamed(Path(f"ocjax-{spec.name}-{seed}"))
-        trainer = trainer_of(config_of(spec.name, seed, inputs), folder)
-        try:
-            if trainer.frames >= frames:
-                console.print(
-                    f"{folder} has been trained for {trainer.frames:,} frames already: ask for more with --frames.", soft_wrap=True
-                )
-            trainer.run(frames, console)
-        finally:
-            trainer.close()
-    writing.announce(
-        console, f"{trainer.frames:,} frames of {spec.name}, mean return of the last games {trainer.metrics.mean_return:,.1f}", folder
-    )
-    if inputs == "objects":
-        with errors_in_one_line():
-            played = play_games(spec, str(folder / "policy.npz"), EVALUATION_EPISODES, seed=seed, pictures=True)
-            save(played.pictures, folder / "agent.gif", frame_time=FRAME_TIME)
-        tables.show(_table(spec, played), console)
-        writing.announce(console, "A game", folder / "agent.gif")
+        variant = {"variations": variation or (), "game_mode": game_mode, "game_difficulty": game_difficulty}
+        changes = variant | {"seed": seed, "inputs": inputs, "starts": [ram_starts.parse(text) for text in start or ()]}
+        changes |= {} if preset is None else {"preset": preset}
+        given = {name: value for name, value in hyperparameters.items() if value is not None}
+        config = Config.of(experiment, game, given, **changes)
+        folder = out or writing.unnamed(Path(f"ocjax-{config.game}-{seed}"))
+        _train(config, folder, frames)
+        _show(config, folder)
 
 
-def _import_training() -> tuple[type, type]:
-    """The classes that need the extra `rl`."""
+def _train(config: Config, folder: Path, frames: int) -> None:
+    """Train, or continue a training."""
+    trainer = _import_trainer()(config, folder)
+    try:
+        if trainer.frames >= frames:
+            console.print(f"{folder} has been trained for {trainer.frames:,} frames already: ask for more with --frames.", soft_wrap=True)
+        trainer.run(frames, console)
+    finally:
+        trainer.close()
+    mean = trainer.metrics.mean_return
+    writing.announce(console, f"{trainer.frames:,} frames of {config.game}, mean return of the last games {mean:,.1f}", folder)
+
+
+def _show(config: Config, folder: Path) -> None:
+    """Play complete games with a trained policy, under the settings and with the variations of its training."""
+    most = config.settings.max_episode_frames
+    varied = f" with {', '.join(config.variations)}" if config.variations else ""
+    ordinary = config.game_mode is None and config.game_difficulty is None and not config.starts
+    default = "" if ordinary else ", in the default mode and difficulty and from the ordinary start"
+    console.print(f"Playing {EVALUATION_EPISODES} games of {config.game}{varied}, of at most {most:,} emulated frames each{default}.")
+    spec, policy, picture = registry.load(config.game), str(folder / "policy.npz"), folder / "agent.gif"
+    played = play_games(spec, policy, EVALUATION_EPISODES, seed=config.seed, pictures=True, hook=config.variations)
+    with console.status("writing the animation"):
+        save(played.pictures, picture, frame_time=FRAME_TIME)
+    tables.show(_table(spec, played), console)
+    writing.announce(console, f"The first {len(played.pictures):,} steps of a game", picture)
+
+
+def _import_trainer() -> type:
+    """The class that needs the extra `rl`."""
     with extras():
-        from ocjax.agents.training import Config, Trainer
-    return Trainer, Config
+        from ocjax.agents.training import Trainer
+    return Trainer
 
 
 def play(

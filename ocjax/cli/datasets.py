@@ -7,9 +7,10 @@ import typer
 
 from ocjax.cli.messages import console, errors_in_one_line, progress_bar
 from ocjax.cli.options import RAY
-from ocjax.datasets import exports, generation, starts
+from ocjax.datasets import exports, generation
 from ocjax.datasets.plans import LEAST_F1, SEEDS, DatasetError
 from ocjax.datasets.plans import plan as plan_dataset
+from ocjax.emulators import ram_starts
 from ocjax.extraction import registry
 from ocjax.files import writing
 
@@ -46,7 +47,7 @@ def dataset(
     """
     with errors_in_one_line():
         spec = registry.load(game)
-        begin = [starts.parse(text) for text in start or ()]
+        begin = [ram_starts.parse(text) for text in start or ()]
         plan = plan_dataset(spec, states, seed or SEEDS, _percentages(policy) if policy else None, least_f1, begin)
         was_complete = (out / generation.SHEET).exists() and not generation.missing(plan, out)
         with progress_bar(f"playing {spec.name}", "states", console) as report:

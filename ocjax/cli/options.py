@@ -1,6 +1,9 @@
-"""Options that several commands have."""
+"""Options that several commands have, and options that are the fields of a dataclass."""
 
-from typing import Annotated
+import dataclasses
+import inspect
+from collections.abc import Callable
+from typing import Annotated, Any
 
 import typer
 
@@ -13,3 +16,32 @@ RAY = Annotated[
         "part of, or local for this machine alone.",
     ),
 ]
+
+
+def fields_as_options(kind: type, panel: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """A decorator for commands with `**given`: it gives them an option for each field of a dataclass, which is None by default.
+
+    Args:
+        kind: the dataclass. The metadata of its fields have their `help`.
+        panel: the heading of the options in the command's help.
+    """
+    options = [
+        inspect.Parameter(
+            field.name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=None,
+            annotation=Annotated[
+                field.type | None,  # pyright: ignore[reportOperatorIssue]
+                typer.Option(help=f"{field.metadata['help']} Default: {field.default:g}.", rich_help_panel=panel),
+            ],
+        )
+        for field in dataclasses.fields(kind)
+    ]
+
+    def decorate(command: Any) -> Any:
+        signature = inspect.signature(command)
+        own = [p for p in signature.parameters.values() if p.kind is not inspect.Parameter.VAR_KEYWORD]
+        command.__signature__ = signature.replace(parameters=[*own, *options])
+        return command
+
+    return decorate

@@ -9,8 +9,9 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ocjax.datasets import labels, starts
+from ocjax.datasets import labels
 from ocjax.datasets.plans import Plan
+from ocjax.emulators import ram_starts
 from ocjax.emulators.start import action_set, load_emulator
 from ocjax.evaluation import tables
 from ocjax.evaluation.metrics import Agreement
@@ -98,7 +99,7 @@ def _starts(plan: Plan) -> str:
     """A sentence about what games begin with, if they do not begin as usual."""
     if not plan.starts:
         return ""
-    values = "; ".join(f"`{starts.describe(start)}`" for start in plan.starts)
+    values = "; ".join(f"`{ram_starts.describe(start)}`" for start in plan.starts)
     return f"After the console's reset, values are written to its RAM, in turn for the instances: {values}. "
 
 

@@ -6,8 +6,9 @@ from pathlib import Path
 
 from ocjax._extras import require
 from ocjax.console import rom
-from ocjax.datasets import datasheet, shards, starts
+from ocjax.datasets import datasheet, shards
 from ocjax.datasets.plans import DATA, DatasetError, Plan, code, versions
+from ocjax.emulators import ram_starts
 from ocjax.extraction import registry
 from ocjax.files import cluster, jobs, writing
 from ocjax.files.pipeline import Progress
@@ -88,7 +89,7 @@ def open_dataset(folder: str | Path) -> Plan:
     try:
         plan = Plan.from_fields(fields)
         for start in plan.starts:
-            starts.variation(registry.load(plan.game), start)
+            ram_starts.variation(registry.load(plan.game), start)
         registry.load(plan.game)
     except ValueError as error:
         raise DatasetError(f"{folder / PLAN} is damaged, or of another version of ocjax: {error}") from error

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ocjax._extras import extras
-from ocjax.datasets import starts as game_starts
-from ocjax.datasets.starts import Start
+from ocjax.emulators import ram_starts
 from ocjax.emulators.checks import integer
+from ocjax.emulators.ram_starts import Start
 from ocjax.emulators.settings import settings
 from ocjax.envs import Settings
 from ocjax.extraction import registry
@@ -228,7 +228,7 @@ def plan(
         raise DatasetError(f"the least F1 must be between 0 and 1, got {least_f1}")
     begin = tuple({str(name): value for name, value in start.items()} for start in starts)
     for start in begin:
-        game_starts.variation(game, start)
+        ram_starts.variation(game, start)
     played = {name: _settings_of_policy(name, game) for name in chosen}
     return Plan(
         game=game.name,

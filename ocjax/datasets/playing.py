@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ocjax.datasets.plans import ENVS, Plan, Shard
-from ocjax.datasets.starts import variation
+from ocjax.emulators.ram_starts import variation
 from ocjax.envs import AlePool, Settings
 from ocjax.extraction.game import Game
 from ocjax.play.policies import Policy, make_policy, needs

@@ -2,12 +2,12 @@
 
 import contextlib
 import dataclasses
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 from PIL import Image
-from rich.progress import Progress
+from rich.progress import BarColumn, Progress, TextColumn, track
 
 from ocjax.emulators.hooks import Hooks
 from ocjax.emulators.settings import settings
@@ -20,6 +20,18 @@ from ocjax.transforms.drawing import overlay
 MOST_ENVS = 16
 DEFAULT_PRESET = "dqn"  # for policies that do not say how they were trained
 PICTURE_STEPS = 600  # of the first game
+COLUMNS = (
+    TextColumn("{task.description}"),
+    BarColumn(),
+    TextColumn("{task.completed} of {task.total} games, {task.fields[frames]:,} emulated frames"),
+)
+
+
+class _Moment(NamedTuple):
+    """A state of the first game that is drawn."""
+
+    screen: np.ndarray  # uint8 [H, W]
+    ram: np.ndarray  # uint8 [128]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -83,31 +95,35 @@ def play(
     with contextlib.closing(AlePool(game, n, chosen, screens=screens, hook=hook)) as pool:
         act = policies.make_policy(policy, game, len(pool.actions), n, seed)
         pool.reset([seed + i for i in range(n)])
-        drawn: list[Image.Image] = []
+        seen: list[_Moment] = []
         played: list[list[tuple[float, int]]] = [[] for _ in range(n)]
-        with Progress(transient=True) as progress:
-            bar = progress.add_task(f"playing {game.name}", total=episodes)
-            for i, total, frames in _games(pool, act, drawn if pictures else None):
+        with Progress(*COLUMNS, transient=True) as progress:
+            bar = progress.add_task(f"playing {game.name}", total=episodes, frames=0)
+            for i, total, frames in _games(pool, act, seen if pictures else None, lambda n: progress.update(bar, frames=n)):
                 if len(played[i]) < quota[i]:
                     played[i].append((total, frames))
                     progress.advance(bar)
                 if all(len(own) == most for own, most in zip(played, quota, strict=True)):
                     break
     returns, frames = zip(*(one for own in played for one in own), strict=True)
+    drawn = [_picture(game, moment) for moment in track(seen, f"drawing {game.name}", transient=True)]
     return Played(np.array(returns), np.array(frames), chosen, drawn)
 
 
-def _games(pool: AlePool, act: policies.Policy, drawn: list[Image.Image] | None) -> Iterator[tuple[int, float, int]]:
-    """Play for ever; yields the instance, return and emulated frames of each game that ends."""
-    first = True
+def _games(
+    pool: AlePool, act: policies.Policy, seen: list[_Moment] | None, report: Callable[[int], None]
+) -> Iterator[tuple[int, float, int]]:
+    """Play for ever; yields the instance, return and emulated frames of each game that ends, and reports the frames of all instances."""
+    first, ended = True, 0
     for _ in steps(pool, act):
-        if drawn is not None and first and len(drawn) < PICTURE_STEPS:
-            drawn.append(_picture(pool))
+        if seen is not None and first and len(seen) < PICTURE_STEPS:
+            seen.append(_Moment(np.array(pool.screen[0, -1]), np.array(pool.ram[0])))
         first = first and not pool.game_over[0]
+        report(ended + int(pool.frame_number.sum()))
+        ended += int(pool.frame_number[pool.game_over].sum())
         for i in np.flatnonzero(pool.game_over).tolist():
             yield i, float(pool.episode_return[i]), int(pool.frame_number[i])
 
 
-def _picture(pool: AlePool) -> Image.Image:
-    game = pool.game
-    return overlay(game, np.array(pool.screen[0, -1]), game.rem(np.array(pool.ram[0])), scale=2)
+def _picture(game: Game, moment: _Moment) -> Image.Image:
+    return overlay(game, moment.screen, game.rem(moment.ram), scale=2)

@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
+from collections import Counter
 
 import jax
 import jax.numpy as jnp
@@ -34,6 +35,7 @@ from tests.support.states import ROOT
 
 pytestmark = pytest.mark.filterwarnings("default")  # warnings of other projects
 TINY = Hyperparameters(num_envs=4, horizon=16, minibatch=32, epochs=2)
+TINY_OPTIONS = ["--num-envs", "4", "--horizon", "16", "--minibatch", "32", "--epochs", "2"]
 UPDATE = TINY.num_envs * TINY.horizon * 4  # emulated frames
 QUIET = Console(quiet=True)
 
@@ -161,6 +163,43 @@ def test_games_do_not_stay_in_step():
     lengths = np.concatenate([envs.pool.arrays.episode_length for envs in halves])
     assert lengths.tolist() == [96, 80, 64, 48]
     collector.close()
+
+
+def games_by_their_successors(monkeypatch, envs):
+    """A list that gets the last return of each game when the next one has begun: no game has steps after 0 steps."""
+    found, last, step_wait = [], np.zeros(envs.num_envs), envs.step_wait
+
+    def wait():
+        nonlocal last
+        result = step_wait()
+        info = result[-1]
+        found.extend(last[envs.pool.started & (info["episode_length"] == 0)].tolist())
+        last = info["episode_return"]
+        return result
+
+    monkeypatch.setattr(envs, "step_wait", wait)
+    return found
+
+
+@pytest.mark.parametrize("options", slow_but([{}], [{}, {"max_episode_steps": 40}, {"max_episode_frames": 300}]), ids=str)
+def test_returns_of_complete_games(monkeypatch, options):
+    """With an episode per life and next-step autoreset, each game is reported once, with its complete return, and no life is."""
+    halves = [make_vec("Breakout", 3, mode="raw", preset="dqn", num_workers=0, clip_rewards=False, **options) for _ in range(2)]
+    found = [games_by_their_successors(monkeypatch, envs) for envs in halves]
+    rng, reported, lives = np.random.default_rng(0), [], 0
+    collector = Collector(*halves, horizon=20, seed=0)
+    for _ in range(30):
+        rollout = collector.collect(lambda obs, step: (rng.integers(4, size=len(obs)), np.zeros(len(obs), np.float32)))
+        reported += collector.games
+        lives += int((rollout.terminated | rollout.truncated).sum())
+    over = sum(int(envs.pool.game_over.sum()) for envs in halves)  # whose successors have not begun
+    collector.close()
+    want = [*found[0], *found[1]]
+    assert len(reported) == len(want) + over
+    assert not (Counter(want) - Counter(reported))
+    assert len(reported) > 10
+    assert any(reported)
+    assert options or lives > 2 * len(reported)
 
 
 def parameters(trainer):
@@ -310,20 +349,20 @@ import resource, sys
 from pathlib import Path
 from ocjax.agents import checkpoints, training
 from ocjax.cli.app import app
-from tests.agents.test_agents import TINY
 folder, stage = Path(sys.argv[1]), sys.argv[2]
-config, save = training.Config, training.Trainer._save
-training.Config = lambda *args: config(*args, hyperparameters=TINY)
 training.CHECKPOINT_SECONDS = 0
 LIMITS = {"metrics": 100, "policy": 2_000, "space": 100_000, "Orbax": 20_000}
-def save_on_a_full_disk(self):
-    if self.updates == 3:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (LIMITS[stage], resource.RLIM_INFINITY))
-    save(self)
-training.Trainer._save = save_on_a_full_disk
+def on_a_full_disk(work):
+    def method(self, *args):
+        if self.updates == 3:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (LIMITS[stage], resource.RLIM_INFINITY))
+        work(self, *args)
+    return method
+name = "_note" if stage == "metrics" else "_save"
+setattr(training.Trainer, name, on_a_full_disk(getattr(training.Trainer, name)))
 if stage == "Orbax":
     checkpoints.Checkpoints._try_space = lambda self, size: None
-app(["train", "Pong", "--frames", "2048", "--out", str(folder)])
+app(["train", "Pong", "--frames", "2048", "--out", str(folder), *sys.argv[3:]])
 """
 
 
@@ -332,7 +371,7 @@ def test_a_full_disk(tmp_path, stage):
     """A limit on the size of files stands for the full disk: writing beyond it is an error of the system, too."""
     folder = tmp_path / "run"
     done = subprocess.run(
-        [sys.executable, "-c", FULL, str(folder), stage],
+        [sys.executable, "-c", FULL, str(folder), stage, *TINY_OPTIONS],
         env=os.environ | {"PYTHONPATH": str(ROOT)},
         check=False,
         capture_output=True,
@@ -372,7 +411,7 @@ WRONG = [..., 0, -3, 10**12, 10**40, "two", "2", 2.5, float("nan"), float("inf")
 @pytest.mark.parametrize("value", WRONG, ids=str)
 @pytest.mark.parametrize("name", ["rows", "seconds", "recent", "one of recent"])
 def test_progress_of_a_training(tmp_path, name, value):
-    """A count, a time or returns that no training has are errors, and the file of metrics is left as it is."""
+    """A count, a time or returns that no training has are errors, and the file of metrics stays as it is."""
     text = "frames,return\n256,nan\n512,-20.0\n"
     (tmp_path / "metrics.csv").write_text(text)
     progress = {"rows": 2, "seconds": 1.5, "recent": [-20.0, 3]}
@@ -428,7 +467,6 @@ def test_environments_of_a_training():
             "halves": ([], saved["halves"][:1], saved["halves"] * 2),
             "states": (np.zeros(0, np.uint8), np.zeros(1000, np.uint8), "text", None),
             "ended": (np.zeros(2), np.zeros(3, bool), np.zeros((), bool), "no", None),
-            "returns": (np.zeros(2, bool), np.zeros(3), np.array([0.0, np.nan]), np.array([0.0, np.inf]), "0", None),
         }.items()
         for value in values
     ]

@@ -1,4 +1,4 @@
-"""Where the games of a dataset start: values that are written to the RAM after the console's reset."""
+"""Where games start: values that are written to the RAM after the console's reset."""
 
 import difflib
 from collections.abc import Mapping
