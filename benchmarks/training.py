@@ -89,15 +89,16 @@ def _timed(f: Callable[[], Any], repeats: int) -> float:
 
 def shares(game: str) -> dict[str, float]:
     """Seconds of processor time per agent step of each part of a training from objects."""
-    h, rng, vector = Hyperparameters(), np.random.default_rng(0), Config(game).vector
+    h, rng, config = Hyperparameters(), np.random.default_rng(0), Config(game)
+    vector = config.vector
     emulator = _stepping(game, 60, mode="raw")
     extraction = _stepping(game, 60, obs=vector, hud=False) - emulator
     spec = ocjax.load(game, hud=False)
     (inputs,), n = vector.space(spec, "rem").shape, h.num_envs  # pyright: ignore[reportGeneralTypeIssues]
     num_actions = 6
-    network = networks.mlp(inputs, num_actions)
-    learner = ppo.init(network, h, inputs, 0)
-    act, update = ppo.make_act(network, standardize=True), ppo.make_update(network, h, standardize=True)
+    network = networks.shared(config.groups, num_actions)
+    learner = ppo.init(network, h, 1, 0)
+    act, update = ppo.make_act(network, standardize=False), ppo.make_update(network, h, standardize=False)
     obs, key = rng.normal(size=(h.horizon + 1, n, inputs)).astype(np.float32), jax.random.key_data(jax.random.key(0))
     no = np.zeros((h.horizon, n), bool)
     zeros = np.zeros((h.horizon, n), np.float32)

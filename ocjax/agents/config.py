@@ -15,6 +15,7 @@ from ocjax.emulators.start import variants
 from ocjax.envs import Vector
 from ocjax.extraction.game import Game
 from ocjax.extraction.registry import load
+from ocjax.play.networks import Groups, groups_of
 
 FEATURES = ("x", "y", "dx", "dy", "nx", "ny", "mx", "my", "orientation", "valid")
 # Positions on a fixed grid say nothing, and those relative to the player change all at once: in Breakout, 108 bricks hide the ball.
@@ -24,6 +25,7 @@ MOST = 2**31 - 1  # of seeds and hyperparameters
 MOST_HISTORY = 1_000
 
 Inputs = Literal["objects", "pixels"]
+ObjectNetwork = Literal["shared", "mlp"]
 
 
 class TrainingError(ValueError):
@@ -98,6 +100,7 @@ class Config:
         features: of each slot, as `ocjax.envs.Vector` names them, in pixels; for "objects".
         grid_features: likewise, for the slots of fixed grids; None for the same as others.
         history: number of states of which the policy sees the features; for "objects".
+        network: "shared" (the slots of a category share weights; it takes one state) or "mlp" (a multilayer perceptron); for "objects".
         variations: names of variations of the game, which apply together; see `ocjax.emulators.variations`.
         game_mode: as ale-py numbers it; None for the game's default.
         game_difficulty: likewise.
@@ -120,6 +123,7 @@ class Config:
     features: tuple[str, ...] = FEATURES
     grid_features: tuple[str, ...] | None = GRID_FEATURES
     history: int = 1
+    network: ObjectNetwork = "shared"
     variations: tuple[str, ...] = ()
     game_mode: int | None = None
     game_difficulty: int | None = None
@@ -144,7 +148,9 @@ class Config:
         }
         for name, value in checked.items():
             object.__setattr__(self, name, value)
-        _ = self.vector  # raises ValueError for unknown features
+        if self.network not in get_args(ObjectNetwork):
+            raise ValueError(f"network must be {' or '.join(get_args(ObjectNetwork))}, got {self.network!r}")
+        _ = self.groups  # raises ValueError for unknown features, and for those that the network cannot take
 
     @classmethod
     def of(cls, experiment: str, game: str, hyperparameters: Mapping[str, float] | None = None, **changes: Any) -> "Config":
@@ -169,6 +175,11 @@ class Config:
     def vector(self) -> Vector:
         """The observation of "objects"."""
         return Vector(self.features, grid_features=self.grid_features, history=self.history, normalize=False)
+
+    @property
+    def groups(self) -> Groups:
+        """The groups of the observation, for the network "shared"."""
+        return groups_of(load(self.game).without_hud(), self.vector) if self.network == "shared" else ()
 
     @property
     def settings(self) -> Settings:
@@ -246,6 +257,7 @@ EXPERIMENTS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
             "features": ("x", "y"),
             "grid_features": None,
             "history": 2,
+            "network": "mlp",
         },
     }
 )

@@ -7,7 +7,8 @@ import jax
 import jax.numpy as jnp
 from jax.nn.initializers import orthogonal
 
-from ocjax.play.networks import CONVOLUTION_OUTPUT, CONVOLUTIONS, Layers, convolved, perceptron
+from ocjax.play import networks
+from ocjax.play.networks import CONVOLUTION_OUTPUT, CONVOLUTIONS, ENCODER, Groups, Layers, convolved, perceptron
 
 Params = dict[str, list[dict[str, jax.Array]]]
 
@@ -54,6 +55,27 @@ def mlp(num_inputs: int, num_actions: int, hidden: Sequence[int] = HIDDEN) -> Ne
 
     def apply(params: Params, x: jax.Array) -> tuple[jax.Array, jax.Array]:
         return _dense(params["actor"], x, jnp.tanh), _dense(params["critic"], x, jnp.tanh)[:, 0]
+
+    return Network(init, apply)
+
+
+def shared(groups: Groups, num_actions: int, hidden: Sequence[int] = HIDDEN) -> Network:
+    """Separate networks for actor and critic, each as `ocjax.play.networks.shared`, on float32 `[B, num_inputs]`."""
+    pooled = [group for group in groups if group.pooled]
+    width = sum(group.width for group in groups)
+
+    def layers(key: jax.Array, outputs: int, gain: float) -> list[dict[str, jax.Array]]:
+        *keys, last = jax.random.split(key, len(pooled) + 1)
+        encoders = [_dense_layers(k, (len(group.features), *ENCODER), GAIN) for k, group in zip(keys, pooled, strict=True)]
+        return [layer for encoder in encoders for layer in encoder] + _dense_layers(last, (width, *hidden, outputs), gain)
+
+    def init(key: jax.Array) -> Params:
+        actor, critic = jax.random.split(key)
+        return {"actor": layers(actor, num_actions, ACTOR_GAIN), "critic": layers(critic, 1, CRITIC_GAIN)}
+
+    def apply(params: Params, x: jax.Array) -> tuple[jax.Array, jax.Array]:
+        logits, values = (networks.shared(_pairs(params[name]), x, groups) for name in ("actor", "critic"))
+        return logits, values[:, 0]
 
     return Network(init, apply)
 

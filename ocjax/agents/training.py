@@ -26,6 +26,7 @@ from ocjax.envs import Dqn, ObjectVectorEnv
 from ocjax.envs.requests import Mode, requested_kinds, required_screens
 from ocjax.extraction.registry import load
 from ocjax.files import jobs
+from ocjax.play.networks import NETWORKS
 from ocjax.play.policies import SavedPolicy
 
 CHECKPOINT_SECONDS = 120.0
@@ -75,10 +76,12 @@ class Trainer:
         first, second = (self._make_envs(start) for start in (0, h.num_envs // 2))
         self._collector = Collector(first, second, h.horizon, config.seed)
         (inputs, *_), self.num_actions = first.single_observation_space.shape, first.single_action_space.n  # pyright: ignore
-        network = networks.mlp(inputs, self.num_actions) if self._objects else networks.nature_cnn(STACK, self.num_actions)
-        self._act = ppo.make_act(network, standardize=self._objects)
-        self._update = ppo.make_update(network, h, standardize=self._objects)
-        learner = ppo.init(network, h, inputs if self._objects else 1, config.seed)
+        self._network = config.network if self._objects else "nature_cnn"
+        network = self._make_network(inputs)
+        standardize = NETWORKS[self._network].standardized
+        self._act = ppo.make_act(network, standardize=standardize)
+        self._update = ppo.make_update(network, h, standardize=standardize)
+        learner = ppo.init(network, h, inputs if standardize else 1, config.seed)
         self._acting = _Acting(learner.params, learner.inputs)
         self._pending = _completed(_Updated(learner, ppo.NO_LOSSES, 0.0))
         self._key = jax.random.key_data(jax.random.fold_in(jax.random.key(config.seed), ACTION_SEED))
@@ -101,6 +104,14 @@ class Trainer:
         begin = [ram_starts.variation(self.game, c.starts[i % len(c.starts)]) for i in range(start, start + num_envs) if c.starts]
         variant: dict[str, Any] = {"hook": c.variations, "game_mode": c.game_mode, "game_difficulty": c.game_difficulty, "starts": begin}
         return ObjectVectorEnv(AlePool(self.game, num_envs, c.settings, screens=screens, **variant), mode, obs)
+
+    def _make_network(self, inputs: int) -> networks.Network:
+        """Actor and critic; `inputs` is the number of inputs on objects."""
+        if not self._objects:
+            return networks.nature_cnn(STACK, self.num_actions)
+        if self.config.network == "shared":
+            return networks.shared(self.config.groups, self.num_actions)
+        return networks.mlp(inputs, self.num_actions)
 
     def run(self, frames: int, console: Console) -> None:
         """Train until so many emulated frames have been played, counted from the start of the training.
@@ -146,10 +157,10 @@ class Trainer:
         parts = ("actor",) if self._objects else ("torso", "dense", "actor")
         layers = [(np.asarray(layer["w"]), np.asarray(layer["b"])) for part in parts for layer in learner.params[part]]
         known = {"sampled": True, "settings": self.config.settings, "preset": self.config.preset, "frames": self.frames}
-        if not self._objects:
-            return SavedPolicy(self.game, layers, Dqn(), network="nature_cnn", **known)
-        mean, spread = np.asarray(learner.inputs.mean), np.asarray(deviation(learner.inputs))
-        return SavedPolicy(self.game, layers, self.config.vector, mean, spread, **known)
+        known |= {"network": self._network}
+        if NETWORKS[self._network].standardized:
+            known |= {"mean": np.asarray(learner.inputs.mean), "deviation": np.asarray(deviation(learner.inputs))}
+        return SavedPolicy(self.game, layers, self.config.vector if self._objects else Dqn(), **known)
 
     def _save(self) -> None:
         """Write the policy and a checkpoint.

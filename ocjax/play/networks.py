@@ -4,6 +4,7 @@
 `[channels, channels before, height, width]` and `[channels]`.
 """
 
+import functools
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -13,19 +14,69 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
+from ocjax.envs import Vector
+from ocjax.extraction.game import Game
+
 CONVOLUTIONS = ((32, 8, 4), (64, 4, 2), (64, 3, 1))  # channels, kernel size and stride, as in Mnih et al. (2015)
 CONVOLUTION_OUTPUT = 64 * 7 * 7
+ENCODER = (32, 32)  # sizes of the layers that encode a slot
+# The center and the unit of each feature that the network "shared" takes: pixels of a screen of 160 x 210, and compass points.
+SCALES = {"x": (80.0, 40.0), "y": (105.0, 50.0), "dx": (0.0, 4.0), "dy": (0.0, 4.0), "nx": (0.0, 0.5), "ny": (0.0, 0.5)}
+SCALES |= {"mx": (0.0, 0.5), "my": (0.0, 0.5), "orientation": (0.0, 8.0), "valid": (0.0, 1.0)}
+MOST_SCALED = 5.0  # to which scaled features are clipped
 
 Layers = Sequence[tuple[Any, Any]]
 Shape = tuple[int, ...]
 
 
+class Group(NamedTuple):
+    """The slots of one category in the observation `Vector`."""
+
+    first: int  # column of the first slot
+    slots: int
+    features: tuple[str, ...]
+
+    @property
+    def pooled(self) -> bool:
+        """Whether the slots share an encoder. A single slot, and those of which only the validity is known, are inputs themselves."""
+        return self.slots > 1 and len(self.features) > 1
+
+    @property
+    def width(self) -> int:
+        """The number of values that represent the slots, float32 `[B, width]`."""
+        return 2 * ENCODER[-1] if self.pooled else self.slots * len(self.features)
+
+
+Groups = tuple[Group, ...]
+
+
+def groups_of(game: Game, vector: Vector) -> Groups:
+    """The groups of an observation, one for each category.
+
+    Raises:
+        ValueError: the network "shared" cannot take the observation.
+    """
+    if vector.history > 1 or vector.normalize:
+        raise ValueError(f"the network shared takes one state, with lengths in pixels, got {vector.history} or normalised lengths")
+    names, groups, first = vector.features_of(game), [], 0
+    for category in game.categories:
+        features = tuple(f for _, name, i, f in names if name == category.name and i == 0)
+        if "valid" not in features or not set(features) <= set(SCALES):
+            raise ValueError(f"the network shared takes the feature valid and any of {', '.join(SCALES)}, got {', '.join(features)}")
+        groups.append(Group(first, category.count, features))
+        first += category.count * len(features)
+    return tuple(groups)
+
+
 class Network(NamedTuple):
     """A kind of network."""
 
-    apply: Callable[[Layers, Any], Any]  # layers, inputs [B, ...] -> logits [B, A]
-    shapes: Callable[[Shape, Sequence[Shape]], list[Shape]]  # shape of an input, those of the given weights -> those that weights must have
+    apply: Callable[[Layers, Any, Groups], Any]  # layers, inputs [B, ...], groups -> logits [B, A]
+    # shape of an input, groups, and shapes of the given weights -> those that weights must have
+    shapes: Callable[[Shape, Groups, Sequence[Shape]], list[Shape]]
     pixels: bool = False  # whether its inputs are observations "dqn"
+    standardized: bool = False  # whether its inputs are standardised
+    grouped: bool = False  # whether it needs groups; the others ignore them
 
 
 def perceptron(layers: Layers, x: Any, activation: Callable[[Any], Any]) -> Any:
@@ -44,36 +95,72 @@ def convolved(layers: Layers, frames: jax.Array) -> jax.Array:
     return x.reshape(len(x), -1)
 
 
-def mlp(layers: Layers, x: np.ndarray) -> np.ndarray:
+def mlp(layers: Layers, x: np.ndarray, groups: Groups = ()) -> np.ndarray:
     """A perceptron with tanh, in NumPy: a few states take less time than a call of a compiled function."""
     return perceptron(layers, x, np.tanh)
 
 
-def relu_mlp(layers: Layers, x: np.ndarray) -> np.ndarray:
+def relu_mlp(layers: Layers, x: np.ndarray, groups: Groups = ()) -> np.ndarray:
     """A perceptron with relu."""
     return perceptron(layers, x, lambda numbers: np.maximum(numbers, 0))
 
 
-@jax.jit
-def nature_cnn(layers: Layers, frames: jax.Array) -> jax.Array:
+@functools.partial(jax.jit, static_argnums=2)
+def nature_cnn(layers: Layers, frames: jax.Array, groups: Groups = ()) -> jax.Array:
     """Convolutions, then a perceptron with relu."""
     n = len(CONVOLUTIONS)
     return perceptron(layers[n:], convolved(layers[:n], frames), jax.nn.relu)
 
 
-def _of_perceptron(inputs: Shape, given: Sequence[Shape]) -> list[Shape]:
+@functools.partial(jax.jit, static_argnums=2)
+def shared(layers: Layers, x: jax.Array, groups: Groups) -> jax.Array:
+    """A perceptron with tanh on codes of the categories, on float32 `[B, n]`; as Deep Sets (Zaheer et al., 2017).
+
+    The slots of a category share an encoder, a perceptron with relu. The mean and the maximum of the codes of the valid slots represent the
+    category. The layers are those of the encoders, in the order of the groups, then those of the perceptron.
+    """
+    codes, layers = [], list(layers)
+    for group in groups:
+        slots, valid = _scaled(x, group)
+        if group.pooled:
+            encoder, layers = layers[: len(ENCODER)], layers[len(ENCODER) :]
+            encoded = jax.nn.relu(perceptron(encoder, slots.reshape(-1, len(group.features)), jax.nn.relu))
+            encoded = encoded.reshape(len(x), group.slots, -1) * valid
+            codes += [encoded.mean(axis=1), encoded.max(axis=1)]
+        else:
+            codes.append(slots.reshape(len(x), -1))
+    return perceptron(layers, jnp.concatenate(codes, axis=1), jnp.tanh)
+
+
+def _scaled(x: jax.Array, group: Group) -> tuple[jax.Array, jax.Array]:
+    """The scaled features `[B, slots, features]` of a group, 0 where a slot is not valid, and the validity `[B, slots, 1]`."""
+    n = len(group.features)
+    center, unit = np.array([SCALES[name] for name in group.features], np.float32).T
+    slots = x[:, group.first : group.first + group.slots * n].reshape(len(x), group.slots, n)
+    valid = slots[:, :, group.features.index("valid"), None]
+    return jnp.clip((slots - center[None, None]) / unit[None, None], -MOST_SCALED, MOST_SCALED) * valid, valid
+
+
+def _of_perceptron(inputs: Shape, groups: Groups, given: Sequence[Shape]) -> list[Shape]:
     widths = [*inputs, *(shape[-1] if shape else 0 for shape in given)]
     return list(itertools.pairwise(widths))
 
 
-def _of_nature_cnn(inputs: Shape, given: Sequence[Shape]) -> list[Shape]:
+def _of_nature_cnn(inputs: Shape, groups: Groups, given: Sequence[Shape]) -> list[Shape]:
     channels = (inputs[0], *(n for n, _, _ in CONVOLUTIONS))
     torso: list[Shape] = [(n, before, size, size) for before, (n, size, _) in zip(channels, CONVOLUTIONS, strict=False)]
-    return torso + _of_perceptron((CONVOLUTION_OUTPUT,), given[len(torso) :] or [(0, 0)])
+    return torso + _of_perceptron((CONVOLUTION_OUTPUT,), groups, given[len(torso) :] or [(0, 0)])
+
+
+def _of_shared(inputs: Shape, groups: Groups, given: Sequence[Shape]) -> list[Shape]:
+    encoders = [shape for group in groups if group.pooled for shape in itertools.pairwise((len(group.features), *ENCODER))]
+    width = sum(group.width for group in groups)
+    return encoders + _of_perceptron((width,), groups, given[len(encoders) :] or [(0, 0)])
 
 
 NETWORKS: Mapping[str, Network] = {
-    "mlp": Network(mlp, _of_perceptron),
-    "relu_mlp": Network(relu_mlp, _of_perceptron),
+    "mlp": Network(mlp, _of_perceptron, standardized=True),
+    "relu_mlp": Network(relu_mlp, _of_perceptron, standardized=True),
+    "shared": Network(shared, _of_shared, grouped=True),
     "nature_cnn": Network(nature_cnn, _of_nature_cnn, pixels=True),
 }

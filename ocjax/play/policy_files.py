@@ -16,7 +16,7 @@ from ocjax.extraction.game import Game
 from ocjax.extraction.registry import load
 from ocjax.extraction.selection import Selection, Slots
 from ocjax.files import npz
-from ocjax.play.networks import NETWORKS, Layers, Shape
+from ocjax.play.networks import NETWORKS, Groups, Layers, Shape, groups_of
 from ocjax.play.saved import PolicyError, SavedPolicy, slots_of
 
 MOST_BYTES = 2**27  # of the arrays of a saved policy
@@ -59,10 +59,13 @@ def read(path: str | Path, game: Game) -> SavedPolicy:
         game, selection = _select(game, kind, slots, hud)
     except ValueError as error:
         raise PolicyError(f"{path}: the policy was trained with other objects: {error}") from error
+    known |= {"slots": selection.slots, "network": name}
+    if NETWORKS[name].grouped:
+        return _grouped(path, selection.game, SavedPolicy(game, (), kind, **known), arrays)
     inputs = _count_inputs(path, selection.game, kind, arrays["w0"])
     layers = layers_of(path, game, arrays, name, (inputs,))
     mean, deviation = _moments(path, game, kind, arrays, inputs)
-    return SavedPolicy(game, layers, kind, mean, deviation, slots=selection.slots, network=name, **known)
+    return SavedPolicy(game, layers, kind, mean, deviation, **known)
 
 
 def _arrays(path: str | Path) -> dict[str, np.ndarray]:
@@ -84,13 +87,29 @@ def _arrays(path: str | Path) -> dict[str, np.ndarray]:
 def _on_pixels(
     path: str | Path, game: Game, kind: Dqn, arrays: Mapping[str, np.ndarray], name: str, known: Mapping[str, Any]
 ) -> SavedPolicy:
-    """A policy on pixels, which are not standardised."""
-    for moment in ("mean", "deviation"):
-        if moment in arrays:
-            raise PolicyError(f"{path}: {moment} must be absent, as the network {name} takes pixels")
+    """A policy on pixels."""
+    _check_no_moments(path, arrays, name)
     shape = kind.space(game, "raw").shape
     assert shape is not None
     return SavedPolicy(game, layers_of(path, game, arrays, name, shape), kind, network=name, **known)
+
+
+def _grouped(path: str | Path, described: Game, policy: SavedPolicy, arrays: Mapping[str, np.ndarray]) -> SavedPolicy:
+    """The policy with its layers, which share weights between slots. `described` is the game of the slots that it sees."""
+    _check_no_moments(path, arrays, policy.network)
+    assert isinstance(policy.observation, Vector)
+    try:
+        groups = groups_of(described, policy.observation)
+    except ValueError as error:
+        raise PolicyError(f"{path}: {error}") from error
+    return dataclasses.replace(policy, layers=layers_of(path, policy.game, arrays, policy.network, (), groups))
+
+
+def _check_no_moments(path: str | Path, arrays: Mapping[str, np.ndarray], name: str) -> None:
+    """Check that the file has no moments, which the network does not use."""
+    for moment in ("mean", "deviation"):
+        if moment in arrays:
+            raise PolicyError(f"{path}: {moment} must be absent, as the network {name} does not standardise its inputs")
 
 
 def _count_inputs(path: str | Path, game: Game, kind: Vector, first: np.ndarray) -> int:
@@ -212,12 +231,12 @@ def _known(description: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def layers_of(path: str | Path, game: Game, arrays: Mapping[str, np.ndarray], name: str, inputs: Shape) -> Layers:
+def layers_of(path: str | Path, game: Game, arrays: Mapping[str, np.ndarray], name: str, inputs: Shape, groups: Groups = ()) -> Layers:
     """The weights and biases, which must have the shapes of the network."""
     count = next(i for i in range(len(arrays) + 1) if f"w{i}" not in arrays)
     weights = [arrays[f"w{i}"] for i in range(count)]
     layers = []
-    for i, shape in enumerate(NETWORKS[name].shapes(inputs, [w.shape for w in weights])):
+    for i, shape in enumerate(NETWORKS[name].shapes(inputs, groups, [w.shape for w in weights])):
         w = weights[i] if i < count else np.zeros(0)
         b, outputs = arrays.get(f"b{i}", np.zeros(0)), shape[0] if len(shape) == CONVOLUTION else shape[-1]
         if w.shape != shape or b.shape != (outputs,) or not w.size:

@@ -19,7 +19,7 @@ from ocjax.envs.observations import Snapshot
 from ocjax.extraction.game import Game
 from ocjax.extraction.selection import Selection, Slots
 from ocjax.files import writing
-from ocjax.play.networks import NETWORKS, Layers
+from ocjax.play.networks import NETWORKS, Groups, Layers, groups_of
 
 MAX_INPUT = 10.0  # standardised inputs are clipped to this many standard deviations
 
@@ -51,7 +51,7 @@ class SavedPolicy:
         game: the game, with or without its display.
         layers: weights and biases of each layer.
         observation: what the network takes: `Vector` or `Dqn`.
-        mean, deviation: by which features are standardised, float32 `[inputs]`; None for pixels.
+        mean, deviation: by which features are standardised, float32 `[inputs]`; None for networks that take them as they are.
         sampled: whether actions are drawn with the probabilities that the scores are logits of; otherwise the best one is taken.
         settings: under which it was trained; None if unknown.
         preset: the name of the preset that the settings are based on; None if unknown.
@@ -78,6 +78,14 @@ class SavedPolicy:
         assert isinstance(self.observation, Vector)
         return Selection(self.game, slots_of(self.game, self.observation) if self.slots is None else self.slots)
 
+    @functools.cached_property
+    def groups(self) -> Groups:
+        """The groups of its inputs, if the network needs them."""
+        if not NETWORKS[self.network].grouped:
+            return ()
+        assert isinstance(self.observation, Vector)
+        return groups_of(self.selection.game, self.observation)
+
     @property
     def screens(self) -> tuple[str, ...]:
         """The pixel arrays that it needs, by their names in `EmulatorPool`."""
@@ -93,7 +101,7 @@ class SavedPolicy:
         x = observed
         if self.mean is not None:
             x = np.clip((observed - self.mean) / self.deviation, -MAX_INPUT, MAX_INPUT)
-        return np.asarray(NETWORKS[self.network].apply(self.layers, x))
+        return np.asarray(NETWORKS[self.network].apply(self.layers, x, self.groups))
 
     def choose(self, observed: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Actions, int `[N]`, for observations `[N, ...]`."""
