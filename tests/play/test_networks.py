@@ -1,0 +1,139 @@
+"""The network whose slots share weights."""
+
+import json
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import ocjax
+from ocjax.agents import networks
+from ocjax.agents.config import Config
+from ocjax.envs import Vector, settings
+from ocjax.play import policies
+from ocjax.play.networks import ENCODER, NETWORKS, SCALES, groups_of
+from ocjax.play.policies import PolicyError, SavedPolicy
+
+GAME = ocjax.load("SpaceInvaders", hud=False)
+CONFIG = Config("SpaceInvaders")
+ACTIONS = 6
+
+
+@pytest.fixture(scope="module")
+def layers():
+    """Initial weights of an actor, without biases of zero."""
+    params = networks.shared(CONFIG.groups, ACTIONS).init(jax.random.key(0))["actor"]
+    rng = np.random.default_rng(0)
+    return [(np.float32(np.float16(layer["w"])), np.float32(np.float16(rng.normal(size=layer["b"].shape)))) for layer in params]
+
+
+@pytest.fixture
+def path(layers, tmp_path):
+    known = {"settings": settings("dqn", clip_rewards=False), "preset": "dqn", "sampled": True, "network": "shared"}
+    SavedPolicy(GAME, layers, CONFIG.vector, **known).write(tmp_path / "policy.npz")
+    return tmp_path / "policy.npz"
+
+
+def observations(count, seed=0):
+    """Random features `[count, inputs]`; slots that are not valid are 0."""
+    rng, parts = np.random.default_rng(seed), []
+    for group in CONFIG.groups:
+        slots = rng.normal(50, 60, size=(count, group.slots, len(group.features))).astype(np.float32)
+        valid = rng.random((count, group.slots, 1)) < 0.5
+        slots = np.where(valid, slots, np.float32(0))
+        slots[:, :, group.features.index("valid")] = valid[:, :, 0]
+        parts.append(slots.reshape(count, -1))
+    return np.concatenate(parts, axis=1)
+
+
+def by_slots(layers, observed, groups):
+    """The logits of one observation, slot by slot."""
+    layers, codes = list(layers), []
+    for group in groups:
+        encoder = [layers.pop(0) for _ in ENCODER] if group.pooled else []
+        encoded = []
+        for i in range(group.slots):
+            start = group.first + i * len(group.features)
+            own = dict(zip(group.features, observed[start : start + len(group.features)], strict=True))
+            code = np.array([np.clip((v - SCALES[f][0]) / SCALES[f][1], -5, 5) * own["valid"] for f, v in own.items()])
+            for w, b in encoder:
+                code = np.maximum(code @ w + b, 0)
+            encoded.append(code * own["valid"] if group.pooled else code)
+        codes += [np.mean(encoded, axis=0), np.max(encoded, axis=0)] if group.pooled else encoded
+    x = np.concatenate(codes)
+    for w, b in layers[:-1]:
+        x = np.tanh(x @ w + b)
+    return x @ layers[-1][0] + layers[-1][1]
+
+
+def test_slots_share_an_encoder(layers):
+    """The network is what its docstring says, slot by slot."""
+    x = observations(5)
+    logits = NETWORKS["shared"].apply(layers, x, CONFIG.groups)
+    assert np.allclose(logits, [by_slots(layers, own, CONFIG.groups) for own in x], rtol=1e-4, atol=1e-4)
+
+
+def test_the_order_of_slots_does_not_matter(layers):
+    x = observations(5)
+    group = next(g for g in CONFIG.groups if g.pooled)
+    columns = slice(group.first, group.first + group.slots * len(group.features))
+    y = x.copy()
+    y[:, columns] = x[:, columns].reshape(5, group.slots, -1)[:, ::-1].reshape(5, -1)
+    assert not np.array_equal(x, y)
+    apply = NETWORKS["shared"].apply
+    assert np.allclose(apply(layers, x, CONFIG.groups), apply(layers, y, CONFIG.groups), rtol=1e-5, atol=1e-5)
+
+
+def test_a_file_gives_the_same_actions(layers, path):
+    policy = policies.read(path, ocjax.load("SpaceInvaders"))
+    x = observations(20)
+    assert policy.groups == CONFIG.groups
+    assert policy.mean is None
+    logits = np.asarray(NETWORKS["shared"].apply(layers, x, CONFIG.groups))
+    assert np.array_equal(policy.logits(x), logits)
+    act = policies.make_policy(str(path), ocjax.load("SpaceInvaders"), ACTIONS, 3, 0)
+    assert act(policies.Seen(jnp.zeros((3, 128), jnp.uint8), np.ones(3, bool))).shape == (3,)
+
+
+@pytest.mark.parametrize(
+    ("vector", "message"),
+    [
+        (Vector(("x", "y"), normalize=False), "the feature valid"),
+        (Vector(("x", "value", "valid"), normalize=False), "got x, value, valid"),
+        (Vector(("x", "valid"), normalize=False, history=2), "one state"),
+        (Vector(("x", "valid")), "one state"),
+    ],
+)
+def test_observations_that_it_cannot_take(vector, message):
+    with pytest.raises(ValueError, match=message):
+        groups_of(GAME, vector)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"mean": np.zeros(3)}, "mean must be absent"),
+        ({"w0": np.zeros((9, 32))}, r"w0 \[10, n\].*got \[9, 32\]"),
+        ({"w1": np.zeros((32, 31))}, "w1"),
+        ({"w6": np.zeros((221, 64))}, r"w6 \[222, n\]"),
+        ({"w6": None}, "w6"),
+        ({"w8": np.zeros((64, 5)), "b8": np.zeros(5)}, "must have 6 outputs"),
+        ({"history": 2**53}, "one state"),
+        ({"normalize": True}, "one state"),
+        ({"features": ["x", "y"]}, "the feature valid"),
+        ({"features": ["x", "w", "valid"]}, "got x, w, valid"),
+    ],
+)
+def test_files_that_are_no_policies(path, tmp_path, change, message):
+    with np.load(path) as file:
+        arrays = dict(file)
+    description = json.loads(str(arrays.pop("description")))
+    for name, value in change.items():
+        place = description if name in description else arrays
+        place.pop(name, None)
+        if value is not None:
+            place[name] = value
+    np.savez(tmp_path / "p.npz", **arrays, description=np.array(json.dumps(description)))
+    with pytest.raises(PolicyError, match=message):
+        policies.make_policy(str(tmp_path / "p.npz"), ocjax.load("SpaceInvaders"), ACTIONS, 1, 0)
