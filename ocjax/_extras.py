@@ -20,7 +20,7 @@ INSTALL = {  # what installs each package
     "ray": "'ocjax[ray]'",
     "stable_baselines3": "'ocjax[sb3]'",
     "tensorboardX": "'ocjax[rl]'",
-    "torch": "torch",
+    "torch": "'ocjax[sb3]'",
     "zarr": "'ocjax[data]'",
 }
 
