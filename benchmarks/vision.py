@@ -225,7 +225,7 @@ class Kernels:
 
         from ocjax.console.boxes import WIDTH
         from ocjax.vision import bitmap
-        from ocjax.vision.search import Search
+        from ocjax.vision.components.search import Search
         from ocjax.vision.shapes import Shape
 
         alien = self.category("SpaceInvaders", "Alien")

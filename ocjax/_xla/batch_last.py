@@ -67,7 +67,7 @@ def _batched(value: Value, like: jax.Array) -> jax.Array:
 
 
 def _evaluate(program: Program, x: jax.Array, stored: set[int]) -> list[Value]:
-    known: list[Value] = [(x, True)] * len(program.sizes)
+    known: list[Value] = [(x, True)] * program.num_values
 
     def value_of(v: Operand) -> Value:
         return (v.value, False) if isinstance(v, Constant) else known[v]

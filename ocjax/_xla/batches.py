@@ -7,7 +7,7 @@ Times are microseconds for one state or frame on one core of a cloud machine, at
 import contextlib
 import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import jax
@@ -61,52 +61,61 @@ def jit(f: Callable[..., Any]) -> Callable[..., Any]:
     return lambda *args: compiled()(*args)
 
 
-def any_batch(f: Callable[[jax.Array], Any], rank: int, chunk: int) -> Callable[[jax.Array | np.ndarray], Any]:
-    """Extend a function of `[B, ...]`, B > 0, to any leading batch shape.
+class AnyBatch:
+    """A function of `[B, ...]`, B > 0, extended to any leading batch shape.
 
     A single state and the batch sizes of `shared_size` have compiled functions of their own. Batches of other sizes and shapes are filled
-    up to the next such size, so that recordings of many lengths share a few programs; what fills up and cuts off takes some 20 ms to
-    compile where a game's VEM takes seconds. `vmap` of the result is the function on a larger batch.
+    up to the next such size, so that recordings of many lengths share a few programs. To compile the filling up takes 20 ms, and a game's
+    VEM takes seconds. `vmap` of the result is the function on a larger batch.
 
     Args:
         f: maps `[B, *tail]` to a pytree of arrays `[B, ...]`.
         rank: number of axes of `tail`.
         chunk: elements that `f` processes at a time (`in_chunks`).
     """
-    inlined = jax.jit(f)
 
-    def folded(x: jax.Array) -> Any:
-        batch, tail = x.shape[: x.ndim - rank], x.shape[x.ndim - rank :]
-        if len(batch) == 1 and batch[0] > 0:
-            return inlined(x)
-        n = math.prod(batch)
-        out = inlined(x.reshape(n, *tail) if n else jnp.zeros((1, *tail), x.dtype))
-        return jax.tree.map(lambda a: a[:n].reshape(*batch, *a.shape[1:]), out)
+    def __init__(self, f: Callable[[jax.Array], Any], rank: int, chunk: int) -> None:
+        self._inlined, self._rank, self._chunk = jax.jit(f), rank, chunk
+        divided = by_device(self._folded, rank)
+        self._compiled, self._compiled_divided = jit(self._folded), jit(divided)
+        self._traced = jax.custom_batching.custom_vmap(divided)
+        self._traced.def_vmap(self._of_larger_batch)
 
-    divided = by_device(folded, rank)
-    compiled, compiled_divided, traced = jit(folded), jit(divided), jax.custom_batching.custom_vmap(divided)
-
-    @traced.def_vmap
-    def _(axis_size: int, in_batched: list[bool], x: jax.Array) -> tuple[Any, Any]:
-        out = call(x)
-        return out, jax.tree.map(lambda _: True, out)
-
-    def in_shared_size(x: jax.Array | np.ndarray) -> Any:
-        batch = x.shape[: x.ndim - rank]
-        size = shared_size(math.prod(batch), chunk)
-        return compiled(x) if batch in ((), (size,)) else _cut_off(compiled(_filled_up(x, rank, size)), batch)
-
-    def call(x: jax.Array | np.ndarray) -> Any:
+    def __call__(self, x: jax.Array | np.ndarray) -> Any:
+        """The results for `[*batch, *tail]`, a pytree of arrays `[*batch, ...]`."""
         if isinstance(x, Tracer) or get_opaque_trace_state() != _NO_TRACE:
             with _with_32_bits():
-                return traced(jnp.asarray(x))
-        is_array = isinstance(x, jax.Array)
+                return self._traced(jnp.asarray(x))
+        if isinstance(x, jax.Array):
+            with _with_32_bits():
+                return self._compiled_divided(x) if len(x.sharding.device_set) > 1 else self._in_shared_size(x)
         with _with_32_bits():
-            out = compiled_divided(x) if is_array and len(x.sharding.device_set) > 1 else in_shared_size(x)
+            out = self._in_shared_size(x)
         # JAX may read a numpy array in place while it computes: wait, so that the caller can overwrite it.
-        return out if is_array else jax.block_until_ready(out)
+        return jax.block_until_ready(out)
 
-    return call
+    def _batch(self, x: jax.Array | np.ndarray) -> tuple[int, ...]:
+        return x.shape[: x.ndim - self._rank]
+
+    def _folded(self, x: jax.Array) -> Any:
+        """The results of a batch of any shape; with an empty batch, of a single element that is cut off."""
+        batch = self._batch(x)
+        if len(batch) == 1 and batch[0] > 0:
+            return self._inlined(x)
+        n, tail = math.prod(batch), x.shape[x.ndim - self._rank :]
+        out = self._inlined(x.reshape(n, *tail) if n else jnp.zeros((1, *tail), x.dtype))
+        return jax.tree.map(lambda a: a[:n].reshape(*batch, *a.shape[1:]), out)
+
+    def _of_larger_batch(self, axis_size: int, in_batched: list[bool], x: jax.Array) -> tuple[Any, Any]:
+        out = self(x)
+        return out, jax.tree.map(lambda _: True, out)
+
+    def _in_shared_size(self, x: jax.Array | np.ndarray) -> Any:
+        batch = self._batch(x)
+        size = shared_size(math.prod(batch), self._chunk)
+        if batch in ((), (size,)):
+            return self._compiled(x)
+        return _cut_off(self._compiled(_filled_up(x, self._rank, size)), batch)
 
 
 def shared_size(n: int, chunk: int) -> int:
@@ -149,6 +158,23 @@ def _cut_off(tree: Any, batch: tuple[int, ...]) -> Any:
     """The first elements of arrays `[size, ...]`, in a batch shape."""
     n = math.prod(batch)
     return jax.tree.map(lambda a: a[:n].reshape(*batch, *a.shape[1:]), tree)
+
+
+def padded_chunks(x: np.ndarray, size: int) -> Iterator[tuple[np.ndarray, int]]:
+    """Chunks of one size `[size, ...]` of a long array `[n, ...]`, and how many rows of each belong to it.
+
+    A function of chunks is compiled once. The last chunk is filled up with its first row.
+    """
+    for start in range(0, len(x), size):
+        chunk = x[start : start + size]
+        filling = np.repeat(chunk[:1], size - len(chunk), axis=0)
+        yield np.concatenate([chunk, filling]), len(chunk)
+
+
+def by_chunks(f: Callable[[np.ndarray], Any], x: np.ndarray, size: int) -> Any:
+    """`f` of an array `[n, ...]`, n > 0, in chunks of one size: a pytree of numpy arrays `[n, ...]`."""
+    parts = [jax.tree.map(lambda a, n=n: np.asarray(a)[:n], f(chunk)) for chunk, n in padded_chunks(x, size)]
+    return jax.tree.map(lambda *arrays: np.concatenate(arrays), *parts)
 
 
 def in_chunks(f: Callable[[jax.Array], Any], x: jax.Array, size: int) -> Any:

@@ -11,14 +11,10 @@ from collections.abc import Callable
 from typing import Any
 
 import jax
-import jax.numpy as jnp
-import numpy as np
 from jax import lax
 from jax.experimental.xla_metadata import set_xla_metadata
 
 SMALL = 2**12  # elements below which materializing costs more than it saves
-GROUP = 16  # elements of a running sum that are added at once
-MAX_SUMMED = 2**12  # elements of a running sum up to which it is computed in groups
 CACHE_LINES = 512  # rows whose length is a multiple of this map to the same cache lines
 
 
@@ -60,41 +56,9 @@ def materialize(f: Callable[..., Any], *x: jax.Array, small: int = SMALL) -> Any
     return set_xla_metadata(jax.jit(f)(*x), inlineable="false")
 
 
-def transpose(rows: jax.Array) -> jax.Array:
-    """`[n, B]` -> `[B, n]`, in memory.
-
-    XLA emits a blocked transpose only for a standalone operation with an extra axis; flat or fused it takes three to six times as long.
-    """
-    if not on_cpu():
-        return rows.T
-    n, lanes = rows.shape
-    return lax.optimization_barrier(rows.T.reshape(lanes, 1, n))[:, 0]
-
-
 def padded(lanes: int) -> int:
     """The row length with which to store a batch of this size.
 
     Rows of 4,096 bytes map to the same cache lines, and transposing 128 of them takes 22 ns a state; with 16 more bytes a row it takes 10.
     """
     return lanes + 16 if on_cpu() and lanes % CACHE_LINES == 0 else lanes
-
-
-def running_sum(x: jax.Array) -> jax.Array:
-    """`jnp.cumsum` of `[n]` or `[n, B]` along its first axis.
-
-    XLA turns JAX's into about eight kernels, which take 0.15 s to compile. Here, the sums within groups of elements and those over groups
-    take four. Their work grows with the square of the length, so longer arrays are left to JAX.
-    """
-    if not on_cpu() or len(x) > MAX_SUMMED:
-        return jnp.cumsum(x, axis=0)
-    groups, tail = -(-len(x) // GROUP), x.shape[1:]
-    filled = jnp.pad(x, ((0, groups * GROUP - len(x)), *((0, 0) for _ in tail)))
-    within = _triangle(filled.reshape(groups, GROUP, *tail).swapaxes(0, 1), 0)
-    before = _triangle(within[-1], -1)
-    return (within + before[None]).swapaxes(0, 1).reshape(-1, *tail)[: len(x)]
-
-
-def _triangle(x: jax.Array, diagonal: int) -> jax.Array:
-    """For each i the sum of the elements j <= i + diagonal of the first axis."""
-    summed = np.tri(len(x), k=diagonal, dtype=bool).reshape(len(x), len(x), *(1 for _ in x.shape[1:]))
-    return jnp.sum(jnp.where(summed, x[None], 0), axis=1, dtype=x.dtype)

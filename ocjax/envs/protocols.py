@@ -4,18 +4,10 @@ import re
 from typing import Any
 
 from ocjax.emulators.settings import PRESETS
+from ocjax.extraction.names import ENDINGS
 
 FIXED = ("frame_skip", "repeat_action_probability", "full_action_space")  # what an id of version 0 or 4 says
 _ID = re.compile(r"(?:(?:ale_py|ocjax):)?(?:(?:ALE|ocjax)/)?\w+?(?:-ram)?(?P<kind>Deterministic|NoFrameskip)?(?:-ram)?-v(?P<version>\d+)")
-_PRESETS = {
-    "-v0": "v0",
-    "-v4": "v4",
-    "-v5": "v5",
-    "Deterministic-v0": "deterministic-v0",
-    "Deterministic-v4": "deterministic-v4",
-    "NoFrameskip-v0": "noframeskip-v0",
-    "NoFrameskip-v4": "noframeskip",
-}
 
 
 def preset_of(name: str, preset: str | None, **explicit: Any) -> str:
@@ -36,9 +28,9 @@ def preset_of(name: str, preset: str | None, **explicit: Any) -> str:
     if found is None:
         return preset or "v5"
     suffix = f"{found['kind'] or ''}-v{found['version']}"
-    if suffix not in _PRESETS:
-        raise ValueError(f"no environment {name!r}: ids of Atari games end in {', '.join(_PRESETS)}")
-    named = _PRESETS[suffix]
+    if suffix not in ENDINGS:
+        raise ValueError(f"no environment {name!r}: ids of Atari games end in {', '.join(ENDINGS)}")
+    named = ENDINGS[suffix]
     if named == "v5":
         return preset or named
     wanted = {field: explicit[field] for field in FIXED if explicit.get(field) is not None}

@@ -4,11 +4,10 @@ import dataclasses
 import functools
 import math
 from collections.abc import Callable, Sequence
-from typing import Any
 
-import jax
 import numpy as np
 
+from ocjax._xla.batches import by_chunks
 from ocjax.evaluation import matching, metrics
 from ocjax.evaluation.metrics import Agreement
 from ocjax.evaluation.ocatari_peer import OcatariMethod
@@ -78,9 +77,10 @@ def evaluate(recording: Recording, source: str, ocatari: dict[str, OcatariMethod
         raise ValueError("the recording has no frames: there is nothing to compare REM with")
     game = recording.game
     detect = _counting_vem(game, recording.screens.ndim == 4)
-    rem: Objects = _in_chunks(game.rem, recording.rams)
-    vem, overflow = _in_chunks(detect, recording.screens)
-    earlier = None if recording.previous is None else _in_chunks(detect, recording.previous)[0]
+    size = min(CHUNK, len(recording))
+    rem: Objects = by_chunks(game.rem, recording.rams, size)
+    vem, overflow = by_chunks(detect, recording.screens, size)
+    earlier = None if recording.previous is None else by_chunks(detect, recording.previous, size)[0]
     left, right = matching.detections(rem), matching.detections(vem)
     before = None if earlier is None else matching.detections(earlier)
     pairs = matching.match(left, right)
@@ -108,18 +108,6 @@ def _counting_vem(game: Game, is_rgb: bool) -> Callable[[np.ndarray], tuple[Obje
     if is_rgb:
         return lambda frames: (game.vem(frames), np.zeros((len(frames), len(game.categories)), int))
     return game.vem_overflow
-
-
-def _in_chunks(f: Callable[[np.ndarray], Any], x: np.ndarray) -> Any:
-    """Apply `f` to a long batch in chunks of one size, so that it is compiled once. The last chunk is padded."""
-    out = []
-    for start in range(0, len(x), CHUNK):
-        chunk = x[start : start + CHUNK]
-        n = len(chunk)
-        if len(x) > CHUNK and n < CHUNK:
-            chunk = np.concatenate([chunk, np.repeat(chunk[-1:], CHUNK - n, axis=0)])
-        out.append(jax.tree.map(lambda a, n=n: np.asarray(a)[:n], f(chunk)))
-    return jax.tree.map(lambda *a: np.concatenate(a), *out)
 
 
 def _values(recording: Recording, rem: Objects) -> dict[str, float]:

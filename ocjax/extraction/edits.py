@@ -2,13 +2,14 @@
 
 import functools
 import numbers
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ocjax._xla.batches import by_chunks
 from ocjax.console.ram import RAM_SIZE
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
@@ -123,7 +124,7 @@ def _edited(game: Game, ram: np.ndarray, place: int, wanted: Mapping[str, int]) 
     kept = ram[None]
     for _ in range(_MOST_BYTES):
         tried = _one_byte_changed(kept, addresses)
-        distance = np.concatenate([np.asarray(d)[:n] for d, n in _evaluated(game, tried, goal)])
+        distance = by_chunks(lambda chunk: _distances(game, chunk, goal), tried, _CHUNK)
         distance[_has_wrong_digits(tried[:, decimal], ram[decimal])] = _FAR
         if not distance.min():
             exact = tried[distance == 0]
@@ -148,14 +149,6 @@ def _one_byte_changed(rams: np.ndarray, addresses: np.ndarray) -> np.ndarray:
     for i, address in enumerate(addresses):
         tried[:, i, :, address] = np.arange(256)
     return tried.reshape(-1, RAM_SIZE)
-
-
-def _evaluated(game: Game, rams: np.ndarray, goal: _Goal) -> Iterator[tuple[jax.Array, int]]:
-    """The distances of states, in chunks of one shape, and how many of a chunk count."""
-    for start in range(0, len(rams), _CHUNK):
-        part = rams[start : start + _CHUNK]
-        padded = np.concatenate([part, np.broadcast_to(part[:1], (_CHUNK - len(part), RAM_SIZE))])
-        yield _distances(game, padded, goal), len(part)
 
 
 def _refusal(game: Game, before: np.ndarray, place: int, goal: _Goal, nearest: np.ndarray) -> str:

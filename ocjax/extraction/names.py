@@ -11,7 +11,7 @@ from pathlib import Path
 
 from ocjax.extraction.suites import SUITES, Suite
 
-__all__ = ["PRESETS", "TITLES", "env_id", "games", "modules", "register", "suite_of"]
+__all__ = ["ENDINGS", "TITLES", "env_id", "games", "modules", "register", "suite_of"]
 
 TITLES = {  # modules of games whose cartridge has another name
     "jamesbond007": "jamesbond",
@@ -60,7 +60,7 @@ def _name(module: str) -> str:
     return found[1] if found else module
 
 
-PRESETS = {  # the settings that the end of an environment's id stands for
+ENDINGS = {  # the preset that the end of an environment's id stands for
     "-v5": "v5",
     "-v4": "v4",
     "-v0": "v0",
@@ -84,7 +84,7 @@ def register() -> None:
     import gymnasium
 
     for name in games():
-        for end, preset in PRESETS.items():
+        for end, preset in ENDINGS.items():
             if f"ocjax/{name}{end}" not in gymnasium.registry:
                 gymnasium.register(
                     f"ocjax/{name}{end}",

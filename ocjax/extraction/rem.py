@@ -140,7 +140,7 @@ def pack(game: Declaration, by_category: dict[str, Slots], saver: jax.Array | No
 def unpack(game: Declaration, rows: Rows, lanes: int) -> Objects:
     """The first `lanes` columns of the rows as `Objects` of batch shape `[lanes]`."""
     small = SMALL * game.num_slots
-    slots = kernels.materialize(lambda b: kernels.transpose(b)[:lanes], rows.boxes, small=small)
+    slots = kernels.materialize(lambda b: b.T[:lanes], rows.boxes, small=small)
     valid, xywh = kernels.materialize(words.boxes, slots.ravel(), small=small)
     valid, xywh = valid.reshape(slots.shape), xywh.reshape(*slots.shape, 4)
     orientation = _attribute(rows.orientation, spans(game, "orientation"), (lanes, game.num_slots), jnp.int8)
@@ -179,4 +179,4 @@ def extractor(game: Declaration) -> Callable[[jax.Array | np.ndarray], Objects]:
 
         return unpack(game, kernels.materialize(rows, read(rams, ranges), small=SMALL * len(addresses)), len(rams))
 
-    return batches.any_batch(lambda rams: batches.in_chunks(chunk, rams, CHUNK), 1, CHUNK)
+    return batches.AnyBatch(lambda rams: batches.in_chunks(chunk, rams, CHUNK), 1, CHUNK)

@@ -21,40 +21,18 @@ from ocjax.vision.detected import OWN_COLOR, Detected
 from ocjax.vision.unknown import UNKNOWN, UNKNOWN_VALUE
 
 CHUNK = 32  # frames at a time, whose planes and masks fit in a second-level cache of 2 MB: with 64, a game takes a quarter longer
-FEW_SLOTS = 128  # slots up to which fields are put in order by index
 
 
 def _by_slot(fields: Sequence[jax.Array | None], game: Declaration, lanes: int, default: int = 0) -> jax.Array:
     """Fields of each category as one array `[N, B]`, int32 but for boxes; categories that have none take the default."""
     if all(field is None for field in fields):
         return jnp.full((game.num_slots, lanes), default, jnp.int32)
-    return (_in_turn if game.num_slots > FEW_SLOTS else _by_index)(fields, game, lanes, default)
-
-
-def _in_turn(fields: Sequence[jax.Array | None], game: Declaration, lanes: int, default: int) -> jax.Array:
-    """The fields one after the other. With many slots, this takes less time to run than `_by_index`."""
     pieces = []
     counts = [c.count for c in game.categories]
     for absent, group in itertools.groupby(zip(fields, counts, strict=True), key=lambda pair: pair[0] is None):
         own, sizes = zip(*group, strict=True)
         pieces += [jnp.full((sum(sizes), lanes), default, jnp.int32)] if absent else own
     return jnp.concatenate(pieces)
-
-
-def _by_index(fields: Sequence[jax.Array | None], game: Declaration, lanes: int, default: int) -> jax.Array:
-    """The fields by kind of rule, put in order by index, which is 5 to 10 % less code to compile.
-
-    The boxes of categories with the same kind of rule are slices of one array. Side by side, XLA joins such slices in one copy; any other
-    piece takes a kernel of its own.
-    """
-    known = [(c, field) for c, field in zip(game.categories, fields, strict=True) if field is not None]
-    known.sort(key=lambda pair: type(pair[0].rule).__name__)
-    pieces = [field for _, field in known]
-    begins = dict(zip((c.name for c, _ in known), np.cumsum([0, *(c.count for c, _ in known[:-1])]), strict=True))
-    if len(pieces) < len(fields):
-        pieces.append(jnp.full((1, lanes), default, jnp.int32))
-    rows = [begins[c.name] + np.arange(c.count) if c.name in begins else np.full(c.count, -1) for c in game.categories]
-    return jnp.concatenate(pieces)[np.concatenate(rows)]
 
 
 def _needed(game: Declaration, found: Sequence[Detected]) -> np.ndarray | jax.Array:
@@ -85,7 +63,7 @@ def _extract(game: Declaration, frames: jax.Array) -> tuple[jax.Array, jax.Array
         fields.append(_by_slot([f.color for f in found], game, lanes, OWN_COLOR))
     rows = [lax.bitcast_convert_type(box, jnp.int32), *(jnp.where(box != 0, field, 0) for field in fields)]
     joined = kernels.materialize(lambda *rows: jnp.concatenate(rows), *rows, small=0)
-    slots = kernels.transpose(joined).reshape(lanes, len(rows), -1)
+    slots = joined.T.reshape(lanes, len(rows), -1)
     nothing = jnp.zeros(lanes, jnp.int32)
     overflow = jnp.stack([nothing if f.overflow is None else f.overflow for f in found])
     return slots, jnp.where(needed, overflow, 0).T
@@ -126,8 +104,8 @@ def extractor(game: Declaration) -> Callable[[jax.Array | np.ndarray], Objects]:
     def by_frame(frames: jax.Array) -> Objects:
         return _objects(game, batches.in_chunks(lambda chunk: _extract(game, chunk)[0], frames, CHUNK), frames)
 
-    by_index = batches.any_batch(by_frame, 2, CHUNK)
-    to_index = batches.any_batch(lambda rgb: palette.to_index(rgb, game.palette, game.colors), 3, CHUNK)
+    by_index = batches.AnyBatch(by_frame, 2, CHUNK)
+    to_index = batches.AnyBatch(lambda rgb: palette.to_index(rgb, game.palette, game.colors), 3, CHUNK)
 
     def extract(frames: jax.Array | np.ndarray) -> Objects:
         return by_index(to_index(frames) if frames.shape[-3:] == (*game.screen, 3) else frames)

@@ -16,6 +16,7 @@ import jax
 import numpy as np
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
 
+from ocjax._xla.batches import by_chunks
 from ocjax.console import palette
 from ocjax.console.ram import RAM_SIZE
 from ocjax.extraction import registry
@@ -190,9 +191,7 @@ def extractor(game: Game, method: str) -> Callable[[np.ndarray], Objects]:
     function = getattr(game, method)
 
     def call(rows: np.ndarray) -> Objects:
-        padded = np.concatenate([rows, np.repeat(rows[:1], -len(rows) % size, axis=0)])
-        parts = [function(jax.device_put(padded[i : i + size], sharding)) for i in range(0, len(padded), size)]
-        return jax.tree.map(lambda *a: np.concatenate([np.asarray(x) for x in a])[: len(rows)], *parts)
+        return by_chunks(lambda chunk: function(jax.device_put(chunk, sharding)), rows, size)
 
     return call
 

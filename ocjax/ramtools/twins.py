@@ -17,6 +17,7 @@ import jax
 import numpy as np
 from rich.progress import track
 
+from ocjax._xla.batches import by_chunks
 from ocjax.emulators.start import start_emulator
 from ocjax.evaluation.tables import Cell, Table
 from ocjax.extraction.game import Game
@@ -98,9 +99,9 @@ def twins(game: Game, moment: str = "play", *, count: int = 10, seed: int = 0, g
     if not moments:
         raise ValueError(f"random play of {game.name} does not come to {MOMENTS[moment]} within {MOST_FRAMES:,} frames")
     differing: dict[str, collections.Counter[int]] = {}
-    originals = _detect(game, [m.screen for m in moments])
-    for twin, found in zip(pairs, _detect(game, [t.screen for t in pairs]), strict=True):
-        for name in _differing(game, found, originals[twin.moment]):
+    detected = _detect(game, [m.screen for m in moments] + [t.screen for t in pairs])
+    for twin, found in zip(pairs, detected[len(moments) :], strict=True):
+        for name in _differing(game, found, detected[twin.moment]):
             differing.setdefault(name, collections.Counter())[twin.address] += 1
     return Twins(game, moment, len(moments), len(changes) * len(BACK), len(pairs), differing)
 
@@ -173,14 +174,9 @@ def _pairs(ale: ale_py.ALEInterface, at: _Moment, changes: Sequence[tuple[int, i
 
 
 def _detect(game: Game, screens: list[np.ndarray]) -> list[Objects]:
-    """VEM's objects in each screen; it looks at batches of one size, so that it is compiled once."""
-    out: list[Objects] = []
-    for start in range(0, len(screens), BATCH):
-        n = min(BATCH, len(screens) - start)
-        frames = np.stack(screens[start : start + n])
-        found = jax.tree.map(np.asarray, game.vem(np.resize(frames, (BATCH, *game.screen))))
-        out += [jax.tree.map(lambda a, i=i: a[i], found) for i in range(n)]
-    return out
+    """VEM's objects in each screen."""
+    found = by_chunks(game.vem, np.stack(screens), BATCH)
+    return [jax.tree.map(lambda a, i=i: a[i], found) for i in range(len(screens))]
 
 
 def _differing(game: Game, a: Objects, b: Objects) -> list[str]:

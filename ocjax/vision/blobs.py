@@ -10,13 +10,11 @@ from jax import lax
 
 from ocjax.console.boxes import WIDTH, Area
 from ocjax.vision.components import components
+from ocjax.vision.components.search import Search, window_words
 from ocjax.vision.detected import Detected
 from ocjax.vision.rules import Blobs
 from ocjax.vision.scene import Scene
-from ocjax.vision.search import Search, window_words
 
-MANY_SLOTS = 64  # of all rules of a category
-SPARE = 4  # slots that several rules of a category share beyond its own: of too many objects, those at the top of the screen are kept
 LESS = 1.9  # a second board is worth it where so many times fewer words are filled, if each search has as many candidates
 
 
@@ -32,36 +30,18 @@ def detect_blobs(scene: Scene, rules: Mapping[str, tuple[Blobs, int]], *, heads:
         return {}
     searched = [(name, rule) for name, (first, _) in rules.items() for rule in first.rules]
     masks = [scene.cut(rule) for _, rule in searched]
-    lists = _lists(searched, rules)
-    counts = [rules[searched[i][0]][1] + SPARE * (lists.count(own) > 1) for i, own in enumerate(lists)]
-    searches = [_search(rule, count, scene.region(rule)) for (_, rule), count in zip(searched, counts, strict=True)]
-    found: dict[int, Detected] = {}  # by the first rule of each list on each board
+    searches = [_search(rule, rules[name][1], scene.region(rule)) for name, rule in searched]
+    found: dict[int, Detected] = {}
     for board in _boards(searches):
-        first = {lists[i]: i for i in reversed(board)}
-        own = [first[lists[i]] for i in board]
-        objects = components([masks[i] for i in board], [searches[i] for i in board], own, heads=heads)
-        found |= dict(zip(dict.fromkeys(own), objects, strict=True))
+        objects = components([masks[i] for i in board], [searches[i] for i in board], heads=heads)
+        found |= dict(zip(board, objects, strict=True))
     of_categories: dict[str, list[Detected]] = {name: [] for name in rules}
-    for i, of_list in sorted(found.items()):
-        name, frames = searched[i][0], searched[i][1].frames
-        of_categories[name].append(of_list if frames is None else of_list.where(scene.search(frames)[None]))
+    for i, (name, rule) in enumerate(searched):
+        of_categories[name].append(found[i] if rule.frames is None else found[i].where(scene.search(rule.frames)[None]))
     return {
         name: of_categories[name][0] if len(rule.rules) == 1 else _merge(of_categories[name], count)
         for name, (rule, count) in rules.items()
     }
-
-
-def _lists(searched: Sequence[tuple[str, Blobs]], rules: Mapping[str, tuple[Blobs, int]]) -> list[int]:
-    """The list of objects, as a number, that each category's rule adds to.
-
-    Where a category has many slots, its rules share them if they are searched one after the other, and if what they find is valid on the
-    same frames. With 40 slots for each of the eight colours of asteroids, Asteroids takes 38 us a frame instead of 32.
-    """
-    keys = []
-    for i, (name, rule) in enumerate(searched):
-        first, count = rules[name]
-        keys.append((name, rule.frames, rule.gap) if count * len(first.rules) >= MANY_SLOTS else i)
-    return [keys.index(key) for key in keys]
 
 
 def _boards(searches: Sequence[Search]) -> list[list[int]]:

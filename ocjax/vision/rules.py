@@ -17,7 +17,7 @@ from ocjax.console.fonts import Digits
 from ocjax.vision.colors import Colors, color_set
 from ocjax.vision.filters import Filter
 from ocjax.vision.pictures import Picture, check_pictures
-from ocjax.vision.shapes import ANY_SHAPE, Shape, Span, limits, span
+from ocjax.vision.shapes import ANY_SHAPE, Shape, Span, limits
 from ocjax.vision.steps import Step
 
 __all__ = ["Blobs", "Bounds", "ByColor", "Cells", "Gauge", "Rule", "Run", "Runs"]
@@ -365,11 +365,11 @@ class Run:
     def __post_init__(self) -> None:
         color_set(self.colors)
         for name in ("left", "width"):
-            least, most = span(getattr(self, name))
+            least, most = limits(getattr(self, name))
             if not 0 <= least <= most:
                 raise ValueError(f"{name} must be a number of pixels or (least, most), got {getattr(self, name)}")
-        check_area((span(self.left)[0], self.row, span(self.left)[0] + 1, self.bottom))
-        if self.above > self.row or span(self.width)[0] + self.before + self.after < 1:
+        check_area((limits(self.left)[0], self.row, limits(self.left)[0] + 1, self.bottom))
+        if self.above > self.row or limits(self.width)[0] + self.before + self.after < 1:
             margins = f"before={self.before}, above={self.above}, after={self.after}"
             raise ValueError(f"{margins} must leave boxes on the screen, for row {self.row} and width {self.width}")
 

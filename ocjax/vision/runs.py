@@ -16,7 +16,7 @@ from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.detected import Detected, words
 from ocjax.vision.rules import Run, Runs
-from ocjax.vision.shapes import span
+from ocjax.vision.shapes import limits
 
 
 def detect_runs(rules: Sequence[Runs], masks: Sequence[Sequence[Bitmap]]) -> list[Detected]:
@@ -86,7 +86,7 @@ def _regions(rules: Sequence[Runs]) -> list[_Region]:
 
 
 def _region(run: Run) -> _Region:
-    (left, last), (least, most) = span(run.left), span(run.width)
+    (left, last), (least, most) = limits(run.left), limits(run.width)
     return _Region(*np.array([left, last + 1, least, most, run.before, run.after, run.row - run.above, run.bottom]))
 
 

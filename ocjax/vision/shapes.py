@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
-__all__ = ["ANY_SHAPE", "Range", "Shape", "Span", "limits", "span"]
+__all__ = ["ANY_SHAPE", "Range", "Shape", "Span", "limits"]
 
 Range = int | tuple[int, int | None]
 Span = int | tuple[int, int]
+Most = TypeVar("Most", bound=int | None)
 
 
-def span(of: Span) -> tuple[int, int]:
-    """The least and the most of a range that has both; a single number is both."""
-    return (of, of) if isinstance(of, int) else of
-
-
-def limits(of: Range) -> tuple[int, int | None]:
+def limits(of: int | tuple[int, Most]) -> tuple[int, int | Most]:
     """The least and the most of a range; a single number is both."""
     return (of, of) if isinstance(of, int) else of
 

@@ -120,7 +120,7 @@ class SideBySide(Step):
     def __call__(self, found: Detected, context: Context) -> Detected:
         """The objects after the step."""
         parts = jnp.where(found.valid, -(-found.w // self.width), 0)
-        upto = kernels.running_sum(parts)
+        upto = jnp.cumsum(parts, axis=0)
         rank = jnp.arange(context.slots, dtype=jnp.int32)[:, None]
         before, box = _pick(rank, upto - parts, upto, upto - parts, found.box)
         row = Detected(box)
@@ -141,7 +141,7 @@ class Packed(Step):
     def __call__(self, found: Detected, context: Context) -> Detected:
         """The objects after the step."""
         one = found.valid.astype(jnp.int32)
-        upto = kernels.running_sum(one)
+        upto = jnp.cumsum(one, axis=0)
         (box,) = _pick(jnp.arange(context.slots, dtype=jnp.int32)[:, None], upto - one, upto, found.box)
         return Detected(box, overflow=jnp.maximum(upto[-1] - context.slots, 0))
 

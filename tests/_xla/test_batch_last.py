@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ocjax._xla.batch_last import batch_last
-from ocjax._xla.dataflow import WORTH, WORTH_EVALUATIONS, demands, flatten, worth_storing
+from ocjax._xla.dataflow import WORTH, flatten, places, worth_storing
 from tests.support.states import ROOT
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
@@ -83,17 +83,8 @@ def test_what_is_not_stored(f, why):
     assert not stored(f), why
 
 
-def test_operands_of_concatenations_and_other_indices_count():
+def test_operands_of_concatenations_count():
     assert stored(lambda x: jnp.concatenate([long(x), long(x) + 1])) == ["xor"]
-    assert stored(lambda x: long(x)[:3] + long(x)[1:]) == ["xor"]
-
-
-def test_what_is_broadcast_to_many_elements_is_stored():
-    enough = WORTH_EVALUATIONS // 10 + 2
-    assert stored(lambda x: jnp.arange(enough) + long(x[0], 10)) == ["xor"]
-    assert stored(lambda x: jnp.arange(40)[:, None] + long(x, 12)[None]) == ["xor"], "not the reshaped value"
-    assert not stored(lambda x: jnp.arange(enough // 2) + long(x[0], 10)), "too few evaluations are saved"
-    assert not stored(lambda x: jnp.arange(10 * enough) + x[0] * 3), "computing it takes no longer than loading it"
 
 
 def test_reductions_are_stored():
@@ -114,5 +105,4 @@ def test_example_of_the_readme():
     p = program(names["decode"], 2)
     (number,) = worth_storing(p)
     (at,) = (i for i, step in enumerate(p.steps) if number in step.outputs)
-    demand = demands(p, set())[number]
-    assert (at + 1, demand.places, demand.times) == (42, 2, 5)
+    assert (at + 1, len(places(p)[number])) == (42, 2)

@@ -16,8 +16,8 @@ def test_chunks(n):
     np.testing.assert_array_equal(got["twice"], 2 * x)
 
 
-def test_any_batch():
-    f = batches.any_batch(lambda x: {"sum": x.sum(axis=-1)}, 1, 4)
+def test_any_batch_shape():
+    f = batches.AnyBatch(lambda x: {"sum": x.sum(axis=-1)}, 1, 4)
     x = np.arange(24, dtype=np.int32).reshape(2, 3, 4)
     for got in (f(x), jax.vmap(f)(x), jax.jit(f)(x), jax.vmap(jax.vmap(f))(x)):
         np.testing.assert_array_equal(got["sum"], x.sum(axis=-1))
@@ -33,7 +33,7 @@ def test_batches_of_many_lengths_share_programs(device):
         compiled.append(x.shape)
         return {"sum": x.sum(axis=-1)}
 
-    f = batches.any_batch(total, 1, 16)
+    f = batches.AnyBatch(total, 1, 16)
     for n in (*range(1, 100), 300):
         x = np.arange(4 * n, dtype=np.int32).reshape(n, 4)
         np.testing.assert_array_equal(f(jnp.asarray(x) if device else x)["sum"], x.sum(axis=-1))

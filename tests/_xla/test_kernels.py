@@ -37,13 +37,5 @@ def test_materialize_stores():
 
 
 @pytest.mark.parametrize("lanes", [1, 31, 512, 513])
-def test_transpose_and_padding(lanes):
-    rows = np.arange(6 * lanes, dtype=np.int32).reshape(6, lanes)
-    np.testing.assert_array_equal(jax.jit(kernels.transpose)(rows), rows.T)
+def test_padding(lanes):
     assert lanes <= kernels.padded(lanes) <= lanes + 16
-
-
-@pytest.mark.parametrize("shape", [(1,), (15,), (16,), (17,), (700,), (3, 5), (50, 5)])
-def test_running_sum(shape):
-    x = np.random.default_rng(0).integers(-9, 9, shape).astype(np.int32)
-    assert np.array_equal(kernels.running_sum(jnp.asarray(x)), np.cumsum(x, axis=0))

@@ -83,8 +83,8 @@ def test_specs_of_single_environments_make_them_again(make):
 
 
 @pytest.mark.filterwarnings("ignore:.*out of date")  # Gymnasium's, of every version but the last
-@pytest.mark.parametrize("end", names.PRESETS)
+@pytest.mark.parametrize("end", names.ENDINGS)
 def test_ids_of_all_versions_are_registered(end):
     env = gymnasium.make(f"ocjax/Pong{end}")
-    assert env.unwrapped.envs.pool.settings == ocjax.envs.PRESETS[names.PRESETS[end]]
+    assert env.unwrapped.envs.pool.settings == ocjax.envs.PRESETS[names.ENDINGS[end]]
     env.close()

@@ -13,13 +13,13 @@ from hypothesis import strategies as st
 from scipy import ndimage
 
 from ocjax.vision import bitmap
-from ocjax.vision import components as stages
 from ocjax.vision.bounds import tight_boxes
+from ocjax.vision.components import candidates as stages
 from ocjax.vision.components import components
-from ocjax.vision.fill import fill, fill_large
+from ocjax.vision.components.fill import fill, fill_large
+from ocjax.vision.components.search import MAX_PARTS, Search
 from ocjax.vision.filters import Lines, NoLines
 from ocjax.vision.pictures import PICTURE_WIDTH, picture
-from ocjax.vision.search import MAX_PARTS, Search
 from ocjax.vision.shapes import Shape, limits
 from tests.support.marks import slow_but
 from tests.support.states import excerpt
@@ -113,28 +113,6 @@ def check(masks, searches):
             assert got == [box[: len(fields)] for box in want[: search.count]]
             assert boxes.overflow[b] == max(len(want) - search.count, 0)
             assert not boxes.valid[len(want) :, b].any()
-
-
-@pytest.mark.parametrize("order", [(0, 1, 2), (2, 0, 1)])
-def test_searches_of_one_list_share_its_slots(order):
-    """Also where their candidates are more than one round looks at: what is found in a mask follows what is found in those before it."""
-    lists, shape = (0, 7, 0), Shape((1, 3), (1, 3))
-
-    @jax.jit
-    def both(frames):
-        masks = [bitmap.color_mask(bitmap.planes(frames), (2 * i + 2,)) for i in order]
-        sharing = components(masks, [Search(count, (shape,)) for count in (50, 100, 50)], lists)
-        return sharing, components(masks, [Search(100, (shape,))] * 3)
-
-    frames = np.random.default_rng(5).choice([0, 2, 4, 6], (3, 48, 160), p=[0.988, 0.004, 0.004, 0.004]).astype(np.uint8)
-    together, alone = jax.tree.map(np.asarray, both(jnp.asarray(frames)))
-    assert len(together) == 2
-    assert (together[1].box == alone[1].box).all()
-    for lane in range(3):
-        first, last = ([box for box in alone[i].box[:, lane] if box] for i in (0, 2))
-        assert len(first) < 50 < len(first) + len(last)
-        assert together[0].box[:, lane].tolist() == (first + last)[:50]
-        assert together[0].overflow[lane] == len(first) + len(last) - 50
 
 
 def test_searches_of_one_mask_find_what_each_finds_alone():
@@ -465,7 +443,7 @@ def test_stage_starts():
     rows[1, 3:6] = rows[2, 6] = rows[2, 10] = rows[3, 9:12] = 1
     board = jnp.asarray(np.packbits(rows, axis=1).view(">u4").astype(np.uint32))[None]
     for corners, want in ((bitmap.ALL, [(1, 3), (2, 10)]), (~bitmap.ALL, [(1, 3), (2, 6), (2, 10)])):
-        starts = np.asarray(stages._starts(list(board[:, 1:]), list(board[:, :-1]), corners))[0, :, 0]
+        starts = np.asarray(stages.starts(list(board[:, 1:]), list(board[:, :-1]), corners))[0, :, 0]
         found = np.unpackbits(starts.astype(">u4")[:, None].view(np.uint8), axis=1)
         assert [(y + 1, x) for y, x in np.argwhere(found).tolist()] == want
 

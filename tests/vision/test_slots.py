@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ocjax.vision import bitmap
-from ocjax.vision.layout import Layout
-from ocjax.vision.search import Search
+from ocjax.vision.components.layout import Layout
+from ocjax.vision.components.search import Search
+from ocjax.vision.components.slots import Found, _Order, fill_slots
 from ocjax.vision.shapes import Shape
-from ocjax.vision.slots import Found, _Order, fill_slots
 
 SHAPE = Shape(w=(1, 4), h=(1, 4))
 LANES = 2
@@ -31,7 +31,7 @@ def test_objects_are_numbered_by_candidate_and_part(most, data):
 def test_slots_take_what_earlier_rounds_have_left():
     """Two masks of two frames, with two slots and one; the first round has filled one slot of the first mask in the first frame."""
     masks = [jnp.zeros((5, 8, LANES), bitmap.U) for _ in range(2)]
-    layout = Layout(masks, [Search(2, (SHAPE,)), Search(1, (SHAPE,))])
+    layout = Layout.of(masks, [Search(2, (SHAPE,)), Search(1, (SHAPE,))])
     n = layout.n_candidates
     counts = np.zeros(n, np.int32)
     counts[[0, 1, 2, 4]] = 1  # two of the first segment, one of the second and one of the last
@@ -43,27 +43,7 @@ def test_slots_take_what_earlier_rounds_have_left():
     )
     totals = jnp.array([[1, 0], [0, 0]], jnp.int32)
     before = jnp.array([[50, 0], [0, 0], [0, 0]], jnp.uint32), jnp.array([[7, 0], [0, 0], [0, 0]], jnp.uint32)
-    totals, (box, head) = fill_slots(layout, 0, found, totals, before)
+    totals, (box, head) = fill_slots(layout.counts, found, totals, before)
     assert totals.tolist() == [[3, 1], [0, 1]]
     assert box.tolist() == [[50, 102], [100, 0], [0, 104]]
     assert head.tolist() == [[7, 2], [0, 0], [0, 4]]
-
-
-def test_slots_of_a_list_of_two_masks():
-    """A list of the masks 0 and 2, of which earlier rounds have found one object each in the first frame; mask 1 has a list of its own."""
-    masks = [jnp.zeros((5, 8, LANES), bitmap.U) for _ in range(3)]
-    layout = Layout(masks, [Search(4, (SHAPE,)), Search(1, (SHAPE,)), Search(4, (SHAPE,))], [0, 1, 0])
-    n = layout.n_candidates
-    counts = np.zeros(n, np.int32)
-    counts[:4] = 1  # of mask 0 in the second frame, of mask 1 in the first one, of mask 2 in both
-    found = Found(
-        begins=jnp.array([0, 0, 1, 2, 2, 3, n], jnp.int32),
-        counts=jnp.asarray(counts),
-        parts=jnp.arange(100, 100 + n, dtype=jnp.uint32)[None],
-        column=jnp.zeros(n, jnp.int32),
-    )
-    totals = jnp.array([[1, 0], [0, 0], [1, 0]], jnp.int32)
-    before = jnp.array([[50, 0], [51, 0], [0, 0], [0, 0], [0, 0]], jnp.uint32)
-    totals, (box,) = fill_slots(layout, 0, found, totals, (before,))
-    assert totals.tolist() == [[1, 1], [1, 0], [2, 1]]
-    assert box.tolist() == [[50, 100], [51, 103], [102, 0], [0, 0], [101, 0]]

@@ -9,11 +9,11 @@ from ocjax.extraction.categories import Category
 from ocjax.extraction.detection import detect
 from ocjax.vision.bitmap import color_mask
 from ocjax.vision.blobs import _boards
+from ocjax.vision.components.search import Search, window_words
 from ocjax.vision.filters import Lines, Searched, ShortRuns
 from ocjax.vision.pictures import picture
 from ocjax.vision.rules import Blobs, Bounds, Cells
 from ocjax.vision.scene import Scene
-from ocjax.vision.search import Search, window_words
 from ocjax.vision.shades import Shades
 from ocjax.vision.shapes import Shape
 from ocjax.vision.steps import EndsAbove, Raised, SideBySide

@@ -14,6 +14,7 @@ import numpy as np
 from jax import lax
 from jax.extend.core import ClosedJaxpr, Jaxpr, Literal
 
+from ocjax._xla.batches import by_chunks
 from ocjax.console.ram import RAM_SIZE
 from ocjax.extraction import rem
 from ocjax.extraction.categories import Category
@@ -169,9 +170,7 @@ def _occurrences(game: Game, objects: Objects, category: Category) -> np.ndarray
 
 def in_batches(method: Callable[[np.ndarray], Objects], inputs: np.ndarray) -> Objects:
     """Objects of any number of states as numpy arrays, in batches of one size."""
-    n = len(inputs)
-    parts = [method(np.resize(inputs[i : i + BATCH], (BATCH, *inputs.shape[1:]))) for i in range(0, n, BATCH)]
-    return jax.tree.map(lambda *arrays: np.concatenate(arrays)[:n], *parts)
+    return by_chunks(method, inputs, BATCH)
 
 
 def cover(rows: np.ndarray, most: int, weights: np.ndarray) -> list[int]:

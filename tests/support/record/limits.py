@@ -25,7 +25,7 @@ from ocjax.extraction.game import Game
 from ocjax.vision import bitmap as bm
 from ocjax.vision.filters import Filter, Lines, LoneRuns, ShortRuns
 from ocjax.vision.rules import Blobs, Bounds, Cells, Rule, Run, Runs
-from ocjax.vision.shapes import Shape, limits, span
+from ocjax.vision.shapes import Shape, limits
 from tests.support.record.deciding import in_batches
 
 BEYOND = 2  # pixels by which an object crosses an edge
@@ -418,7 +418,7 @@ def _of_runs(rule: Runs, count: int) -> Frames:
 
 
 def _variants(run: Run) -> Iterator[Component]:
-    lefts, widths = span(run.left), span(run.width)
+    lefts, widths = limits(run.left), limits(run.width)
     pairs = [(left, width) for left in lefts for width in widths]
     pairs += [(lefts[0] - 1, widths[1]), (lefts[1] + 1, widths[0]), (lefts[0], widths[0] - 1), (lefts[0], widths[1] + 1)]
     for left, width in dict.fromkeys(pairs):

@@ -18,8 +18,8 @@ from jax import lax
 
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import U
+from ocjax.vision.components.fill import extent
 from ocjax.vision.detected import words
-from ocjax.vision.fill import extent
 from ocjax.vision.pictures import PICTURE_WIDTH, Picture
 
 PIVOT = PICTURE_WIDTH - 1  # column of a component's first pixel in words that hold any picture there

@@ -1,20 +1,18 @@
-"""How the objects that a round of the component search finds come to their slots."""
+"""Fifth stage: the objects of a round come to their slots."""
 
 from __future__ import annotations
 
 import functools
-import operator
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ocjax._xla.kernels import materialize, running_sum
+from ocjax._xla.kernels import materialize
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import U
-from ocjax.vision.layout import Layout
 
 COUNT_BITS = 12
 MAX_COUNT = 2**COUNT_BITS  # more slots than any search has
@@ -29,7 +27,7 @@ class _Order:
         is_object = np.arange(most, dtype=np.int32)[None] < counts[:, None]
         bits = np.array(1 << 31 >> np.arange(32), np.uint32)
         self._words = jnp.sum(jnp.where(is_object.reshape(-1, 32), bits, U(0)), axis=1, dtype=U)  # the first object in the top bit
-        self._ends = running_sum(bm.popcount(self._words))
+        self._ends = jnp.cumsum(bm.popcount(self._words))
 
     def before(self, candidate: jax.Array) -> jax.Array:
         """How many objects the candidates before this one are; candidate 0 to n."""
@@ -57,14 +55,11 @@ class Found(NamedTuple):
     column: jax.Array  # int32 [n]: the candidate's, which is the head of its objects
 
 
-def fill_slots(
-    layout: Layout, rank: int, found: Found, totals: jax.Array, slots: Sequence[jax.Array]
-) -> tuple[jax.Array, tuple[jax.Array, ...]]:
-    """Put objects into the slots of the lists of a rank: the totals and the slots after a round, given those before it.
+def fill_slots(counts: np.ndarray, found: Found, totals: jax.Array, slots: Sequence[jax.Array]) -> tuple[jax.Array, tuple[jax.Array, ...]]:
+    """Put objects into slots: the totals and the slots after a round, given those before it.
 
     Args:
-        layout: where masks lie.
-        rank: which search of each mask; searches add to the lists of its rank.
+        counts: slots of each mask, int32 `[masks]`.
         found: the objects.
         totals: objects so far of each mask and frame, int32 `[masks, lanes]`.
         slots: boxes as words, 0 where there is none, and their heads if they are asked for: uint32 `[slots, lanes]` each.
@@ -79,10 +74,9 @@ def fill_slots(
     candidate, part = order.places()
     heads = (found.column,) if len(slots) > 1 else ()
     fields = materialize(_in_order, candidate, part, found.parts, *heads, small=0)
-    taken = _taken(layout.masks_of_lists(rank).values(), totals, new)
     # Of each segment, in one word: which slots its objects end before, and where on the list of objects the one of slot 0 would be.
-    known = (before[:-1].reshape(totals.shape) - taken) * MAX_COUNT + jnp.minimum(taken + new, MAX_COUNT - 1)
-    place = materialize(functools.partial(_places, *layout.lists_of_rank(rank)), known, small=0)
+    known = (before[:-1].reshape(totals.shape) - totals) * MAX_COUNT + jnp.minimum(totals + new, MAX_COUNT - 1)
+    place = materialize(functools.partial(_places, counts), known, small=0)
     is_new = (place >= 0) & (slots[0] == 0)
     place = jnp.clip(place, 0, len(fields[0]) - 1)
     return totals + new, tuple(jnp.where(is_new, bm.at(field, place), old) for field, old in zip(fields, slots, strict=True))
@@ -93,34 +87,15 @@ def _in_order(candidate: jax.Array, part: jax.Array, parts: jax.Array, *heads: j
     return bm.at(parts.ravel(), part * parts.shape[1] + candidate), *(bm.at(head, candidate).astype(U) for head in heads)
 
 
-def _places(masks: np.ndarray, counts: np.ndarray, known: jax.Array) -> jax.Array:
+def _places(counts: np.ndarray, known: jax.Array) -> jax.Array:
     """Where the object of each slot is among those of a round, int32 `[slots, lanes]`; negative where there is none.
 
     Args:
-        masks: those of each list, int32 `[masks, lists]`.
-        counts: slots of each list.
+        counts: slots of each mask.
         known: see `fill_slots`, int32 `[masks, lanes]`.
     """
     number = np.arange(counts.max(), dtype=np.int32)[None, :, None]
-    place = jnp.int32(-1)
-    for mask in reversed(masks):
-        of_mask = known[mask][:, None]
-        place = jnp.where(number < of_mask % MAX_COUNT, (of_mask >> COUNT_BITS) + number, place)
-    # All lists have as many slots up to here, so that no slot looks up its mask.
-    return place.reshape(-1, known.shape[1])[np.flatnonzero(number[..., 0] < counts[:, None])]
-
-
-def _taken(lists: Iterable[Sequence[int]], totals: jax.Array, new: jax.Array) -> jax.Array:
-    """How many slots of its list are taken before the new objects of each mask: int32 `[masks, lanes]`.
-
-    Args:
-        lists: the masks that add to each list.
-        totals: objects of earlier rounds, int32 `[masks, lanes]`.
-        new: those of this round.
-    """
-    taken = list(totals)
-    for masks in lists:
-        so_far = functools.reduce(operator.add, (totals[mask] for mask in masks))
-        for mask in masks:
-            taken[mask], so_far = so_far, so_far + new[mask]
-    return jnp.stack(taken)
+    known = known[:, None]
+    place = jnp.where(number < known % MAX_COUNT, (known >> COUNT_BITS) + number, -1)
+    # All masks have as many slots up to here, so that no slot looks up its mask.
+    return place.reshape(-1, known.shape[2])[np.flatnonzero(number[..., 0] < counts[:, None])]

@@ -1,0 +1,43 @@
+"""First stage: the board, which holds all masks of a game."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import jax.numpy as jnp
+from jax import lax
+
+from ocjax._xla.kernels import materialize
+from ocjax.vision import bitmap as bm
+from ocjax.vision.bitmap import Bitmap, U
+from ocjax.vision.components.layout import Layout
+
+
+def stacked(layout: Layout, masks: Sequence[Bitmap]) -> Bitmap:
+    """All masks, one below the other, with an empty row above each, and the parts of each component connected.
+
+    Args:
+        layout: of the masks.
+        masks: in the order of the searches.
+
+    Returns:
+        uint32 `[words, rows, lanes]`.
+    """
+    size = layout.board
+    begins = size.begins.tolist()
+    board = jnp.zeros((size.words, size.rows, size.lanes), U)
+    for i, begin in zip(layout.order, begins, strict=False):
+        board = lax.dynamic_update_slice(board, masks[i], (0, begin + 1, 0))
+    parts = zip(layout.gaps, itertools.pairwise(begins), strict=True)
+    for gap, neighbours in itertools.groupby(parts, key=lambda part: part[0]):
+        if gap != (0, 0):
+            spans = [span for _, span in neighbours]
+            board = _bridged(board, spans[0][0], spans[-1][1], gap)
+    return board
+
+
+def _bridged(board: Bitmap, first: int, end: int, gap: tuple[int, int]) -> Bitmap:
+    """The board with the gaps between the parts of components closed in some rows."""
+    bridged = materialize(lambda board: bm.stretched(board[:, first:end], gap), board)
+    return lax.dynamic_update_slice(board, bridged, (0, first, 0))

@@ -1,0 +1,206 @@
+"""Where the masks of a game lie on the board, and what the stages look up for each of them; all static."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ocjax.vision.bitmap import Bitmap
+from ocjax.vision.components.search import UNLIMITED, Search, words_across
+from ocjax.vision.pictures import Picture
+from ocjax.vision.shapes import Shape, limits
+
+BLOCK = 8  # rows whose candidates are counted together
+CANDIDATES_PER_FRAME = 8  # of a round
+# Words of a window from which a round has half as many candidates: Pitfall takes 32 us a frame
+# instead of 38, James Bond 34 instead of 38.
+LARGE_WINDOW = 120
+WORD = 32  # the number of candidates of a round is a multiple of it
+ANY_SIZE = UNLIMITED, UNLIMITED
+ANY_PIXELS = 0, 2**30
+WITHOUT_CORNERS, WITH_CORNERS = 0, -1  # words with no bits set, or all
+
+
+class Limits(NamedTuple):
+    """The limits of a shape: integers, or arrays of them."""
+
+    min_w: Any
+    min_h: Any
+    max_w: Any
+    max_h: Any
+    min_pixels: Any
+    max_pixels: Any
+    part_w: Any  # size of one object of a component that is split
+    part_h: Any
+
+
+class Entries(NamedTuple):
+    """What the stages look up for a mask: integers, or arrays of them."""
+
+    corners: Any  # a word with all bits set where corners connect, or none
+    unlimited: Any  # whether components of any size may be objects
+    gap_x: Any
+    gap_y: Any
+    up: Any  # rows from the board to the screen
+    limits: tuple[Limits, ...]  # of each shape, the first one first
+    pictures: Any  # index into the layout's pictures, or -1; None if no mask has pictures, as those below
+    left: Any  # edges of the region on the board
+    right: Any
+    bottom: Any
+
+
+NO_SHAPE = Limits(UNLIMITED, UNLIMITED, 0, 0, 0, 0, UNLIMITED, UNLIMITED)  # no component has it
+
+
+class BoardSize(NamedTuple):
+    """The board: all masks, one below the other, with an empty row above each."""
+
+    words: int
+    rows: int
+    lanes: int  # frames
+    begins: np.ndarray  # int [masks + 1]: the first row of each mask's part, and the end of the last one
+    mask_words: int  # words of a mask; gaps are bridged to the right of them
+
+    @property
+    def masks(self) -> int:
+        """The number of masks."""
+        return len(self.begins) - 1
+
+
+class WindowSize(NamedTuple):
+    """The windows in which components are filled."""
+
+    words: int
+    reach_x: int  # width and height of the largest component
+    reach_y: int
+    before: int  # columns to the left of the candidate
+    has_margin: bool  # whether the first column is blank if the component fits
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """The sizes and tables that follow from what is searched for. Masks are in the order of the board.
+
+    Args:
+        order: the number of the search of each mask.
+        counts: slots of each mask, int32 `[masks]`.
+        gaps: of each mask.
+        board: sizes of the board.
+        window: sizes of windows.
+        n_candidates: of a round.
+        table: the entries of each mask, int32 `[masks]` each.
+        pictures: of all searches.
+        reads_pixels: for each shape of the tables, whether a search limits its pixels.
+        splits: whether a search splits components.
+        unlimited: whether a search has components of any size.
+    """
+
+    order: tuple[int, ...]
+    counts: np.ndarray
+    gaps: tuple[tuple[int, int], ...]
+    board: BoardSize
+    window: WindowSize
+    n_candidates: int
+    table: Entries
+    pictures: tuple[tuple[Picture, ...], ...]
+    reads_pixels: tuple[bool, ...]
+    splits: bool
+    unlimited: bool
+
+    @classmethod
+    def of(cls, masks: Sequence[Bitmap], searches: Sequence[Search]) -> Layout:
+        """The layout of some masks, each with its search."""
+        # Masks of equal gaps, which are bridged together, come one after the other.
+        order = sorted(range(len(searches)), key=lambda i: searches[i].gap)
+        ordered = [searches[i] for i in order]
+        heights = [masks[i].shape[1] for i in order]
+        mask_words, _, lanes = masks[0].shape
+        window = _window_size(ordered)
+        board = _board_size(mask_words, lanes, heights, window, ordered)
+        pictures = tuple(dict.fromkeys(s.pictures for s in ordered if s.pictures))
+        n_shapes = max(len(s.shapes) for s in ordered)
+        rows = [_entries(*row, n_shapes, pictures) for row in zip(ordered, heights, board.begins.tolist(), strict=False)]
+        return cls(
+            order=tuple(order),
+            counts=np.array([search.count for search in ordered], np.int32),
+            gaps=tuple(search.gap for search in ordered),
+            board=board,
+            window=window,
+            n_candidates=_candidates_of_a_round(window, lanes),
+            table=jax.tree.map(lambda *values: np.array(values, np.int32), *rows),
+            pictures=pictures,
+            reads_pixels=tuple(_reads_pixels(ordered, i) for i in range(n_shapes)),
+            splits=any(search.splits for search in ordered),
+            unlimited=any(search.unlimited for search in ordered),
+        )
+
+    def look_up(self, mask: jax.Array) -> Entries:
+        """The entries of each candidate's mask, int32 `[n]` each, in one gather."""
+        tables, structure = jax.tree.flatten(self.table)
+        differ = [i for i, table in enumerate(tables) if (table != table[0]).any()]
+        rows = dict(zip(differ, jnp.asarray(np.stack([tables[i] for i in differ]))[:, mask], strict=True)) if differ else {}
+        return structure.unflatten([rows[i] if i in rows else jnp.full_like(mask, table[0]) for i, table in enumerate(tables)])
+
+    def corners_by_row(self) -> np.ndarray:
+        """Whether corners connect in each row of the board: words with all bits set, or none, uint32 `[rows]`."""
+        heights = np.diff([*self.board.begins[:-1], self.board.rows])
+        return np.repeat(self.table.corners.view(np.uint32), heights)
+
+
+def _window_size(searches: Sequence[Search]) -> WindowSize:
+    """Windows that hold the largest component of every search.
+
+    To see that a component goes on to the left of its window takes an eighth more time than a blank column there. So a window lacks this
+    column only if the column would need another word.
+    """
+    reach_x, reach_y = (max(side) for side in zip(*(search.reach for search in searches), strict=True))
+    words = words_across(reach_x)
+    has_margin = 2 * reach_x < 32 * words
+    return WindowSize(words, reach_x, reach_y, reach_x - (not has_margin), has_margin)
+
+
+def _board_size(mask_words: int, lanes: int, heights: Sequence[int], window: WindowSize, searches: Sequence[Search]) -> BoardSize:
+    """The board of masks of these heights."""
+    parts = [-(-(height + s.gap[1] + 1) // BLOCK) * BLOCK for height, s in zip(heights, searches, strict=True)]
+    begins = np.cumsum([0, *parts])
+    words = mask_words + any(search.gap[0] for search in searches)
+    return BoardSize(words, int(begins[-1]) + window.reach_y + 1, lanes, begins, mask_words)
+
+
+def _candidates_of_a_round(window: WindowSize, lanes: int) -> int:
+    is_large = window.words * window.reach_y > LARGE_WINDOW
+    per_frame = CANDIDATES_PER_FRAME // (2 if is_large else 1)
+    return -(-per_frame * lanes // WORD) * WORD
+
+
+def _reads_pixels(searches: Sequence[Search], i: int) -> bool:
+    """Whether the shape with number i of any search limits its pixels."""
+    return any(len(search.shapes) > i and search.shapes[i].pixels is not None for search in searches)
+
+
+def _entries(search: Search, height: int, begin: int, n_shapes: int, pictures: Sequence[tuple[Picture, ...]]) -> Entries:
+    """The entries of a mask of some height that begins in a row of the board, integers."""
+    shapes = [_limits(shape) for shape in search.shapes]
+    region: tuple[int | None, ...] = (None,) * 4
+    if pictures:
+        number = pictures.index(search.pictures) if search.pictures else -1
+        region = (number, *search.columns, begin + 1 + height)
+    return Entries(
+        WITH_CORNERS if search.connectivity == 8 else WITHOUT_CORNERS,
+        search.unlimited,
+        *search.gap,
+        begin + 1 - search.top,
+        (*shapes, *[NO_SHAPE] * (n_shapes - len(shapes))),
+        *region,
+    )
+
+
+def _limits(shape: Shape) -> Limits:
+    """The limits of a shape as integers."""
+    pixels = ANY_PIXELS if shape.pixels is None else limits(shape.pixels)
+    return Limits(*shape.min_size, *(shape.max_size or ANY_SIZE), *pixels, *(shape.split or ANY_SIZE))

@@ -1,0 +1,115 @@
+"""Third stage: the component of each candidate is filled and measured."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import lax
+
+from ocjax.vision import bitmap as bm
+from ocjax.vision.bitmap import Bitmap, U
+from ocjax.vision.components.candidates import Candidates
+from ocjax.vision.components.fill import extent, fill, fill_large
+from ocjax.vision.components.layout import Layout
+
+
+def _windows(layout: Layout, board: Bitmap, offset: jax.Array, column: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """The board from the row above each candidate down, `before` columns to the left of it and as wide as the layout's windows.
+
+    Returns:
+        uint32 `[rows, words, candidates]`; and for each row, in the highest bit of uint32 `[rows, candidates]`, the column left of those.
+    """
+    left = column - layout.window.before - 1
+    word, shift = (left >> 5)[None] + jnp.arange(layout.window.words + 1)[:, None], (left & 31).astype(U)
+    rows = jnp.arange(layout.window.reach_y + 2)[:, None, None] * layout.board.lanes
+    cut = board.ravel().at[offset[None] + rows].get(mode="promise_in_bounds")
+    cut = jnp.where(((word >= 0) & (word < layout.board.words))[None], cut, U(0))
+    windows = (cut[:, :-1] << shift[None, None] << 1) | (cut[:, 1:] >> (31 - shift)[None, None])
+    return windows, cut[:, 0] << shift[None]
+
+
+def offsets(layout: Layout, found: Candidates) -> jax.Array:
+    """Where on the flat board the words of each window's first row are, int32 `[words, candidates]`."""
+    word = ((found.column - layout.window.before - 1) >> 5)[None] + jnp.arange(layout.window.words + 1)[:, None]
+    row = jnp.clip(word, 0, layout.board.words - 1) * layout.board.rows + (found.row - 1)[None]
+    return row * layout.board.lanes + (found.segment % layout.board.lanes)[None]
+
+
+def _leaves_left(filled: jax.Array, outside: jax.Array, corners: jax.Array) -> jax.Array:
+    """Whether a component goes on in the column to the left of its window, given the highest bits of both, uint32 `[rows, n]`."""
+    beside = jnp.pad(filled, ((1, 1), (0, 0)))
+    touched = filled | ((beside[:-2] | beside[2:]) & corners[None])
+    return bm.or_rows((touched & outside)[None])[0] >> 31 != 0
+
+
+class Measured(NamedTuple):
+    """The components of some candidates, `[n]` each."""
+
+    own: jax.Array  # bool: the candidate is the component's first pixel
+    inside: jax.Array  # bool: the component has been filled completely
+    left: jax.Array  # int32: first and last column, and height
+    right: jax.Array
+    height: jax.Array
+    area: jax.Array  # int32: pixels
+
+
+def measure(layout: Layout, board: Bitmap, found: Candidates, offset: jax.Array, corners: jax.Array) -> tuple[Measured, jax.Array]:
+    """Fill each candidate's component in its window, which is returned, too, uint32 `[words, rows, n]`.
+
+    `corners` are words with all bits set where corners connect, or none.
+    """
+    reach, before = layout.window.reach_x, layout.window.before
+    cut, outside = _windows(layout, board, offset, found.column)
+    seed = jnp.zeros(cut[1:].shape, U).at[0, before // 32].set(U(1 << (31 - before % 32)))
+    filled = fill(cut[1:], seed & cut[1:], corners, reach)
+    by_word = jnp.moveaxis(filled, 1, 0)
+    first, last, _, bottom = extent(by_word)
+    head, _ = bm.columns(filled[0])
+    near = bm.spread_words(list(filled[0]), corners)
+    above = bm.any_of(a & b for a, b in zip(near, cut[0], strict=True)) != 0
+    leaves = first == 0 if layout.window.has_margin else _leaves_left(filled[:, 0], outside[1:], corners)
+    inside = ~leaves & (last < before + reach) & (bottom < layout.window.reach_y)
+    area = jnp.sum(bm.popcount(filled), axis=(0, 1), dtype=jnp.int32)
+    left, right = found.column + first - before, found.column + last - before
+    return Measured(~above & (head == before), inside, left, right, bottom + 1, area), by_word
+
+
+def measure_large(layout: Layout, board: Bitmap, found: Candidates, measured: Measured, wanted: jax.Array) -> Measured:
+    """Fill the wanted candidates' components on the whole board, one candidate of each frame at a time.
+
+    Args:
+        layout: of the board.
+        board: uint32 `[words, rows, lanes]`.
+        found: candidates.
+        measured: their components, as `measure` returns them.
+        wanted: bool `[n]`.
+    """
+    large = wanted & ~measured.inside
+    lane = found.segment % layout.board.lanes
+
+    def next_of_each_lane(state: tuple[jax.Array, Measured]) -> tuple[jax.Array, Measured]:
+        left, so_far = state
+        mine = left[:, None] & (lane[:, None] == jnp.arange(layout.board.lanes)[None])
+        index = jnp.argmax(mine, axis=0)
+        component = _component_at(layout, board, found.row[index], found.column[index])
+        here = left & (index[lane] == jnp.arange(layout.n_candidates))
+        merged = (jnp.where(here, new[lane], old) for new, old in zip(component, so_far, strict=True))
+        return left & ~here, Measured(*merged)
+
+    _, result = lax.while_loop(lambda state: jnp.any(state[0]), next_of_each_lane, (large, measured))
+    return result._replace(area=measured.area)
+
+
+def _component_at(layout: Layout, board: Bitmap, row: jax.Array, column: jax.Array) -> Measured:
+    """The component of one pixel of each frame, `[lanes]` each, without its area."""
+    bit = (U(1) << (31 - (column & 31)).astype(U))[None, None]
+    words = jnp.arange(layout.board.words)[:, None, None] == (column >> 5)[None, None]
+    rows = jnp.arange(layout.board.rows)[None, :, None] == row[None, None]
+    seed = jnp.where(words & rows, bit, U(0))
+    filled = fill_large(board, seed & board, layout.corners_by_row()[None, :, None])
+    first, last, top, bottom = extent(filled)
+    head, _ = bm.columns(bm.rows_at(filled, jnp.minimum(top, layout.board.rows - 1)[None])[:, 0])
+    own = (top >= row) & (head == column)
+    return Measured(own, jnp.ones_like(own), first, last, bottom - row + 1, jnp.zeros_like(row))
